@@ -1,0 +1,155 @@
+//! The boundary vector: 244 points of the specimen's rim in the simulation frame.
+//!
+//! 4 sides of 61 points, 5 mm apart on the flat cloth. Each corner is counted at
+//! the end of one side and at the start of the next, so index 60 and 61 are the
+//! same corner (this is how 1200 mm / 5 mm gives 244). The walk starts at the
+//! flat specimen's corner (x, z) = (+150, -150) mm, runs along the weft side
+//! x = +150 towards +z, then along the warp side z = +150 towards -x, along
+//! x = -150 towards -z, and along z = -150 towards +x.
+//! Source: section IV of the paper (its 732 numbers, 733 with the density).
+
+use super::Point3;
+
+/// Sides of the specimen.
+pub const SIDES: usize = 4;
+/// Points on a side, both corners included.
+pub const POINTS_PER_SIDE: usize = 61;
+/// Points of the boundary vector.
+pub const POINTS: usize = SIDES * POINTS_PER_SIDE;
+
+/// One point of the rim.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundaryPoint {
+    /// Position, simulation frame \[m\].
+    pub position_m: Point3,
+    /// Standard deviation of the position's error, per coordinate \[m\]; 0 for a
+    /// simulated rim.
+    pub sigma_m: f64,
+    /// Whether scanned points lie there; false where the rim was bridged.
+    pub observed: bool,
+}
+
+/// The rim as an ordered, closed, corner-anchored loop of [`POINTS`] points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundary {
+    points: Vec<BoundaryPoint>,
+}
+
+impl Boundary {
+    /// Takes exactly [`POINTS`] points in the module's order; `None` for any
+    /// other number.
+    #[must_use]
+    pub fn new(points: Vec<BoundaryPoint>) -> Option<Self> {
+        (points.len() == POINTS).then_some(Self { points })
+    }
+
+    /// A rim without error, as the simulator gives it.
+    #[must_use]
+    pub fn exact(positions_m: impl IntoIterator<Item = Point3>) -> Option<Self> {
+        let exact = |position_m| BoundaryPoint { position_m, sigma_m: 0.0, observed: true };
+        Self::new(positions_m.into_iter().map(exact).collect())
+    }
+
+    /// The points in order.
+    #[must_use]
+    pub fn points(&self) -> &[BoundaryPoint] {
+        &self.points
+    }
+
+    /// The positions in order, simulation frame \[m\].
+    pub fn positions_m(&self) -> impl Iterator<Item = Point3> + '_ {
+        self.points.iter().map(|point| point.position_m)
+    }
+
+    /// The flat specimen's coordinates (x, z) of point `index` \[m\].
+    #[must_use]
+    pub fn flat_xz_m(index: usize, specimen_side_m: f64) -> [f64; 2] {
+        let half = 0.5 * specimen_side_m;
+        let step = specimen_side_m / (POINTS_PER_SIDE - 1) as f64;
+        let along = (index % POINTS_PER_SIDE) as f64 * step;
+        match index / POINTS_PER_SIDE % SIDES {
+            0 => [half, along - half],
+            1 => [half - along, half],
+            2 => [-half, half - along],
+            _ => [along - half, -half],
+        }
+    }
+
+    /// Mean distance between corresponding points of two rims \[m\].
+    #[must_use]
+    pub fn mean_distance_m(&self, other: &Self) -> f64 {
+        let sum: f64 =
+            self.positions_m().zip(other.positions_m()).map(|(a, b)| (a - b).norm()).sum();
+        sum / POINTS as f64
+    }
+
+    /// The same rim with the specimen turned by `quarters` quarter turns about
+    /// the vertical: index 0 moves to the next corner and the positions turn
+    /// with it, so that the result is again in the module's frame. Two quarter
+    /// turns keep weft and warp; one swaps them.
+    #[must_use]
+    pub fn turned(&self, quarters: usize) -> Self {
+        let quarters = quarters % SIDES;
+        let turn = |p: Point3| match quarters {
+            0 => p,
+            1 => Point3::new(p.z, p.y, -p.x),
+            2 => Point3::new(-p.x, p.y, -p.z),
+            _ => Point3::new(-p.z, p.y, p.x),
+        };
+        let points = (0..POINTS)
+            .map(|index| {
+                let from = self.points[(index + quarters * POINTS_PER_SIDE) % POINTS];
+                BoundaryPoint { position_m: turn(from.position_m), ..from }
+            })
+            .collect();
+        Self { points }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flat() -> Boundary {
+        let at = |i| Boundary::flat_xz_m(i, 0.3);
+        Boundary::exact((0..POINTS).map(|i| Point3::new(at(i)[0], 0.0, at(i)[1]))).unwrap()
+    }
+
+    #[test]
+    fn walk_visits_the_four_sides_in_order_and_doubles_each_corner() {
+        let rim = flat();
+        let at = |i: usize| rim.points()[i].position_m * 1e3;
+        assert!((at(0) - Point3::new(150.0, 0.0, -150.0)).norm() < 1e-9);
+        assert!((at(1) - Point3::new(150.0, 0.0, -145.0)).norm() < 1e-9);
+        assert!((at(61) - Point3::new(150.0, 0.0, 150.0)).norm() < 1e-9);
+        assert!((at(62) - Point3::new(145.0, 0.0, 150.0)).norm() < 1e-9);
+        for corner in 0..SIDES {
+            let (end, start) = (corner * 61 + 60, (corner * 61 + 61) % POINTS);
+            assert!((at(end) - at(start)).norm() < 1e-9, "corner after side {corner}");
+        }
+    }
+
+    #[test]
+    fn a_flat_square_is_unchanged_by_quarter_turns() {
+        for quarters in 0..4 {
+            assert!(flat().turned(quarters).mean_distance_m(&flat()) < 1e-12, "{quarters}");
+        }
+    }
+
+    #[test]
+    fn four_quarter_turns_compose_to_none() {
+        let mut rim = flat();
+        for (i, point) in rim.points.iter_mut().enumerate() {
+            point.position_m.y = (i as f64).sin();
+            point.position_m.x += 0.01 * (i as f64).cos();
+        }
+        let once_thrice = rim.turned(1).turned(3);
+        assert!(once_thrice.mean_distance_m(&rim) < 1e-15);
+        assert!(rim.turned(1).turned(1).mean_distance_m(&rim.turned(2)) < 1e-15);
+    }
+
+    #[test]
+    fn a_wrong_number_of_points_is_refused() {
+        assert!(Boundary::exact((0..240).map(|_| Point3::origin())).is_none());
+    }
+}
