@@ -1,1 +1,3 @@
-//! Work in progress.
+//! Numerical tools: sparse factorisation on a fixed pattern.
+
+pub mod sparse;

@@ -1,0 +1,4 @@
+//! One energy, one file: formula, source, unit; value, gradient, Hessian.
+
+pub mod bending;
+pub mod membrane;
