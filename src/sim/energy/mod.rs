@@ -2,3 +2,4 @@
 
 pub mod bending;
 pub mod membrane;
+pub mod plate;
