@@ -52,8 +52,10 @@ def apply(params, x, dropout_key=None, dropout=0.0):
     return mean, jnp.clip(log_sigma, *LOG_SIGMA)
 
 
-def to_onnx(params, centre, scale):
-    """The network as ONNX bytes: input `boundary` [N, 733] raw, output `normalised` [N, 12].
+def to_onnx(params, centre, scale, subspace):
+    """The network as ONNX bytes: input `boundary` [N, 733] raw, outputs `normalised` [N, 12] and
+    `novelty` [N, 1], the rms distance [mm] per point of a rim from `subspace` (732, k), the
+    orthonormal principal directions of the training rims.
     Weights are stored as f16 and cast to f32 in the graph."""
     nodes, constants = [], []
 
@@ -66,6 +68,14 @@ def to_onnx(params, centre, scale):
         return output
 
     x = node("Sub", ["boundary", constant("centre", np.float32(centre))], "centred")
+    # Distance from the training rims: what is left of the coordinates outside the subspace.
+    directions = constant("subspace", np.float32(np.pad(subspace, ((0, 1), (0, 0)))))
+    inside = node("MatMul", [node("MatMul", [x, directions], "along"), node("Transpose", [directions], "subspace_t")], "inside")
+    mask = constant("coordinates", np.float32(np.append(np.ones(INPUTS - 1), 0.0)))
+    left = node("Sub", [node("Mul", [x, mask], "offset"), inside], "left")
+    per_point = constant("per_point", np.full((INPUTS, 1), 3.0 / (INPUTS - 1), np.float32))
+    node("Sqrt", [node("MatMul", [node("Mul", [left, left], "left_sq"), per_point], "novelty_sq")], "novelty")
+
     x = node("Mul", [x, constant("scale", np.float32(scale))], "scaled")
     means, log_sigmas = [], []
     for stream, layers in zip(("stretch", "bending"), params):
@@ -90,7 +100,7 @@ def to_onnx(params, centre, scale):
     log_sigma = node("Clip", [node("Concat", log_sigmas, "log_sigma_raw", axis=1), *limits], "log_sigma")
     node("Concat", [mean, log_sigma], "normalised", axis=1)
     value = lambda name, width: helper.make_tensor_value_info(name, TensorProto.FLOAT, ["N", width])
-    graph = helper.make_graph(nodes, "snn", [value("boundary", INPUTS)], [value("normalised", 12)], constants)
+    graph = helper.make_graph(nodes, "snn", [value("boundary", INPUTS)], [value("normalised", 12), value("novelty", 1)], constants)
     model = helper.make_model(graph, producer_name="scan2params", opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
     onnx.checker.check_model(model)
     return model.SerializeToString()

@@ -52,6 +52,10 @@ def parse_args():
     return parser.parse_args()
 
 
+# Principal directions of the training rims kept for the novelty figure.
+SUBSPACE = 64
+
+
 class Scaling:
     """Inputs to the network's range and outputs to [0, 1]."""
 
@@ -62,6 +66,9 @@ class Scaling:
         self.input_max = np.append(np.max([c.max(0) for c in copies], 0), density.max())
         self.centre = np.append(np.mean([c.mean(0) for c in copies], 0), density.mean())
         self.scale = 1.0 / np.maximum(self.input_max - self.input_min, LEAST_RANGE)
+        offset = np.concatenate(copies) - self.centre[:-1]
+        _, directions = np.linalg.eigh(offset.T @ offset)
+        self.subspace = directions[:, ::-1][:, :SUBSPACE]
         # Weft and warp share a range, since a quarter turn makes one the other.
         lo, hi = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
         self.paper_range = hi - lo
@@ -174,7 +181,11 @@ class Network:
 
     def raw(self, boundary, density):
         x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1).astype(np.float32)
-        return self.session.run(None, {"boundary": x})[0].astype(np.float64)
+        return self.session.run(["normalised"], {"boundary": x})[0].astype(np.float64)
+
+    def novelty_mm(self, boundary, density):
+        x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1).astype(np.float32)
+        return self.session.run(["novelty"], {"boundary": x})[0][:, 0].astype(np.float64)
 
     def __call__(self, boundary, density):
         """Mean and sigma of the mixture over the symmetric views."""
@@ -255,7 +266,7 @@ def main():
     start = time.time()
     params, widths = train(drapes, train_rows, scaling, symmetries, noise, args)
     seconds = time.time() - start
-    model = snn.to_onnx(params, scaling.centre, scaling.scale)
+    model = snn.to_onnx(params, scaling.centre, scaling.scale, scaling.subspace)
 
     add_noise = jax.jit(partial(noisy, noise=noise, basis=jnp.asarray(noise.basis())))
 
@@ -270,6 +281,7 @@ def main():
     inputs, truth = rows_of(calibration_rows, noise_seed=args.seed + 100)
     mean, sigma = network(*inputs)
     quantile = conformal_quantiles(mean - truth, sigma)
+    novelty_limit = float(np.quantile(network.novelty_mm(*inputs), 0.99))
 
     clean, noised = rows_of(test_rows), rows_of(test_rows, noise_seed=args.seed + 200)
     linear = linear_regression(drapes, train_rows, scaling, symmetries)
@@ -307,7 +319,7 @@ def main():
         "widths": widths,
         "weights": "f16",
         "noise": vars(noise),
-        "input": {"min": np.round(scaling.input_min, 3).tolist(), "max": np.round(scaling.input_max, 3).tolist()},
+        "input": {"min": np.round(scaling.input_min, 3).tolist(), "max": np.round(scaling.input_max, 3).tolist(), "novelty_limit_mm": novelty_limit},
         "output": {
             "keys": drape_data.STIFFNESSES,
             "ln_min": scaling.ln_min.tolist(),
@@ -329,6 +341,7 @@ def main():
             "density_g_m2": density[:4].astype(float).tolist(),
             "stiffness": drapes.stiffness[test_rows[:4]].tolist(),
             "raw": network.raw(boundary[:4], density[:4]).tolist(),
+            "novelty_mm": network.novelty_mm(boundary[:4], density[:4]).tolist(),
             "mean": mean.tolist(),
             "sigma": sigma.tolist(),
         }
