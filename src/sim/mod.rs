@@ -1,7 +1,13 @@
 //! The drape simulator.
 
+pub mod drape;
 pub mod energy;
 pub mod grid;
+pub mod model;
+pub mod newton;
+pub mod self_contact;
+
+pub use drape::{Drape, Drop, DropStart, SimOptions, Stop, drape};
 
 /// Version of the numbers that this simulator gives: raised whenever a change
 /// moves the rim of a drape by more than the solver's tolerance. The shipped

@@ -39,11 +39,31 @@ pub struct Membrane {
 /// A cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1).
 pub type Corners = [Vector3; 4];
 
+fn envf(k: &str, d: f64) -> f64 {
+    use std::sync::OnceLock;
+    static A: OnceLock<(f64, f64)> = OnceLock::new();
+    let g = |k: &str, d: f64| std::env::var(k).map_or(d, |v| v.parse().unwrap());
+    let v = A.get_or_init(|| (g("FLOOR", 0.0), g("CAP", 1e9)));
+    let _ = d;
+    if k == "CAP" { v.1 } else { v.0 }
+}
+
 /// The cell's derivatives: weft, warp, and the twist g.
 struct Derivatives {
     weft: Vector3,
     warp: Vector3,
     twist: Vector3,
+}
+
+/// The five conditions' forces in a cell: what multiplies their second
+/// derivatives in the Hessian. Weft and warp tension, shear, the two twists.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stress {
+    weft: f64,
+    warp: f64,
+    shear: f64,
+    twist_weft: f64,
+    twist_warp: f64,
 }
 
 /// Signs of the corners in 2h times weft, 2h times warp, and the twist.
@@ -100,35 +120,73 @@ impl Membrane {
         }
     }
 
+    /// The conditions' forces at `x`.
+    #[must_use]
+    pub fn stress(&self, x: &Corners) -> Stress {
+        self.stress_of(&self.derivatives(x))
+    }
+
+    fn stress_of(&self, d: &Derivatives) -> Stress {
+        let area = self.area();
+        Stress {
+            weft: area * self.stretch_weft_n_m * (d.weft.norm() - 1.0),
+            warp: area * self.stretch_warp_n_m * (d.warp.norm() - 1.0),
+            shear: area * self.shear_n_m * d.weft.dot(&d.warp),
+            twist_weft: Self::TWIST * self.stretch_weft_n_m * d.twist.dot(&d.weft),
+            twist_warp: Self::TWIST * self.stretch_warp_n_m * d.twist.dot(&d.warp),
+        }
+    }
+
+    /// The conditions' forces that the linearisation at `x` foresees after the
+    /// move `dx`. A Newton step along a stiff sheet's tangent strains it to second
+    /// order; a Hessian with that strain's tension is far too stiff, one with the
+    /// foreseen tension (the multiplier of a constrained method) is not.
+    #[must_use]
+    pub fn foreseen_stress(&self, x: &Corners, dx: &Corners) -> Stress {
+        let (d, e) = (self.derivatives(x), self.derivatives(dx));
+        let area = self.area();
+        let now = self.stress_of(&d);
+        let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
+        let shear = d.weft.dot(&e.warp) + d.warp.dot(&e.weft);
+        let gu = d.twist.dot(&e.weft) + e.twist.dot(&d.weft);
+        let gv = d.twist.dot(&e.warp) + e.twist.dot(&d.warp);
+        Stress {
+            weft: now.weft + area * su * d.weft.dot(&e.weft) / d.weft.norm(),
+            warp: now.warp + area * sv * d.warp.dot(&e.warp) / d.warp.norm(),
+            shear: now.shear + area * self.shear_n_m * shear,
+            twist_weft: now.twist_weft + Self::TWIST * su * gu,
+            twist_warp: now.twist_warp + Self::TWIST * sv * gv,
+        }
+    }
+
     /// Second derivatives by (weft, warp, twist), 3 x 3 blocks; with `project`
     /// a positive semidefinite substitute (Gauss-Newton plus tension).
-    fn second(&self, d: &Derivatives, project: bool) -> [[Matrix3<f64>; 3]; 3] {
+    fn second(&self, d: &Derivatives, stress: &Stress, project: bool) -> [[Matrix3<f64>; 3]; 3] {
         let area = self.area();
         let (su, sv, h) =
             (area * self.stretch_weft_n_m, area * self.stretch_warp_n_m, area * self.shear_n_m);
         let (ku, kv) = (Self::TWIST * self.stretch_weft_n_m, Self::TWIST * self.stretch_warp_n_m);
         let (weft, warp, twist) = (&d.weft, &d.warp, &d.twist);
-        let stretch = |w: &Vector3, s: f64| {
+        let stretch = |w: &Vector3, s: f64, tension: f64| {
             let length = w.norm();
             let along = w * w.transpose() / (length * length);
-            let mut across = 1.0 - 1.0 / length;
-            if project {
-                across = across.max(0.0);
-            }
-            (along + (Matrix3::identity() - along) * across) * s
+            let tension = if project { tension.clamp(area * envf("FLOOR", 0.0), area * envf("CAP", 1e9)) } else { tension };
+            along * s + (Matrix3::identity() - along) * (tension / length)
         };
-        let mut uu =
-            stretch(weft, su) + warp * warp.transpose() * h + twist * twist.transpose() * ku;
-        let mut vv =
-            stretch(warp, sv) + weft * weft.transpose() * h + twist * twist.transpose() * kv;
+        let mut uu = stretch(weft, su, stress.weft)
+            + warp * warp.transpose() * h
+            + twist * twist.transpose() * ku;
+        let mut vv = stretch(warp, sv, stress.warp)
+            + weft * weft.transpose() * h
+            + twist * twist.transpose() * kv;
         let mut uv = warp * weft.transpose() * h;
         let mut ug = twist * weft.transpose() * ku;
         let mut vg = twist * warp.transpose() * kv;
         let gg = weft * weft.transpose() * ku + warp * warp.transpose() * kv;
         if !project {
-            uv += Matrix3::identity() * (h * weft.dot(warp));
-            ug += Matrix3::identity() * (ku * twist.dot(weft));
-            vg += Matrix3::identity() * (kv * twist.dot(warp));
+            uv += Matrix3::identity() * stress.shear;
+            ug += Matrix3::identity() * stress.twist_weft;
+            vg += Matrix3::identity() * stress.twist_warp;
         }
         let scale = 0.5 / self.spacing_m;
         uu *= scale * scale;
@@ -141,15 +199,16 @@ impl Membrane {
 
     /// Hessian \[N/m\]: calls `put(row, column, block)` for the corners with
     /// row >= column in `pairs` order: first the four diagonal blocks, then
-    /// those of `pairs`.
+    /// those of `pairs`. Exact with the [`Self::stress`] of `x`.
     pub fn hessian(
         &self,
         x: &Corners,
+        stress: &Stress,
         project: bool,
         pairs: &[(usize, usize)],
         mut put: impl FnMut(usize, usize, &Matrix3<f64>),
     ) {
-        let second = self.second(&self.derivatives(x), project);
+        let second = self.second(&self.derivatives(x), stress, project);
         // right half of B^T H B: H B for each corner
         let column = |c: usize, p: usize| {
             second[p][0] * SIGNS[0][c] + second[p][1] * SIGNS[1][c] + second[p][2] * SIGNS[2][c]
@@ -237,7 +296,7 @@ mod tests {
         for index in 0..20 {
             let x = cell(index);
             let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
-            MEMBRANE.hessian(&x, false, &ALL, |r, c, b| {
+            MEMBRANE.hessian(&x, &MEMBRANE.stress(&x), false, &ALL, |r, c, b| {
                 full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
             });
             for k in 0..12 {
@@ -262,9 +321,15 @@ mod tests {
     fn projected_hessian_has_no_negative_eigenvalue() {
         for index in 0..50 {
             let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
-            MEMBRANE.hessian(&cell(index), true, &ALL, |r, c, b| {
-                full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
-            });
+            MEMBRANE.hessian(
+                &cell(index),
+                &MEMBRANE.stress(&cell(index)),
+                true,
+                &ALL,
+                |r, c, b| {
+                    full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
+                },
+            );
             let eigen = full.symmetric_eigenvalues();
             assert!(eigen.min() > -1e-12 * eigen.max(), "cell {index}: {}", eigen.min());
         }

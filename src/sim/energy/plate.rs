@@ -5,12 +5,12 @@
 //! around it, closely near the plate's edge, so that the edge bears on the cloth
 //! between the vertices too: contact at vertices alone chatters there.
 //!
-//! Normal pressure at signed distance d of a sample to the plate:
-//! `p = k (gap - d)^2` for d < gap, potential `k (gap - d)^3 / 3` per area, which
-//! is C2. k is scaled by the fabric's weight, so that the depth is the same for
-//! all: about 20 um on the flat, 0.2-0.3 mm at the edge where the overhang bears,
-//! of a gap of 0.5 mm that stands for half the cloth's thickness. A step that
-//! would bring a sample to d <= 0 costs infinity and is not taken.
+//! Potential per area at signed distance d < gap of a sample to the plate: the
+//! clamped logarithm `-k (gap - d)^2 ln(d / gap)` of Li et al. 2020 (eq. 6), C2 at
+//! the gap and infinite at d = 0, so that no step enters the plate. k is scaled
+//! by the fabric's weight, so that the depth is the same for all: some 0.03 mm on
+//! the flat, half the gap at the edge where the overhang bears. The gap of 0.5 mm
+//! stands for half the cloth's thickness.
 //!
 //! Friction: each sample in contact is tied to an anchor on the plate. The force
 //! grows with the tangential distance from the anchor to mu N at `slip_m` (the C1
@@ -45,7 +45,7 @@ impl Default for Plate {
         Self {
             radius_m: crate::base::frame::PLATE_RADIUS_M,
             edge_radius_m: 2.0e-3,
-            gap_m: 0.5e-3,
+            gap_m: 1.0e-3,
             friction: 0.3,
             slip_m: 0.1e-3,
         }
@@ -112,14 +112,14 @@ struct Grip {
 #[derive(Clone, Debug)]
 pub struct PlateContact {
     plate: Plate,
-    stiffness_pa_m2: f64,
+    stiffness_pa_m: f64,
     samples: Vec<Sample>,
     grips: Vec<Grip>,
 }
 
 /// Pressure at the depth scale: the overhang's weight on a strip of the edge,
 /// measured in the sheet's own pressure rho g.
-const EDGE_PRESSURE_RATIO: f64 = 150.0;
+const EDGE_PRESSURE_RATIO: f64 = 300.0;
 /// Depth at which the edge bears, as a fraction of the gap (empirical).
 const EDGE_DEPTH: f64 = 0.5;
 
@@ -143,9 +143,9 @@ impl PlateContact {
             }
         }
         let pressure = EDGE_PRESSURE_RATIO * density_kg_m2 * GRAVITY_M_S2;
-        let stiffness_pa_m2 = pressure / (EDGE_DEPTH * plate.gap_m).powi(2);
+        let stiffness_pa_m = pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1];
         let none = Grip { anchor: None, normal: Vector3::zeros(), force_n: 0.0 };
-        Self { plate, stiffness_pa_m2, grips: vec![none; samples.len()], samples }
+        Self { plate, stiffness_pa_m, grips: vec![none; samples.len()], samples }
     }
 
     fn position(grid: &Grid, x: &[Vector3], sample: &Sample) -> Vector3 {
@@ -161,11 +161,7 @@ impl PlateContact {
         for (sample, grip) in self.samples.iter().zip(&self.grips) {
             let p = Self::position(grid, x, sample);
             if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
-                if c.d <= 0.0 {
-                    return f64::INFINITY;
-                }
-                let depth = (self.plate.gap_m - c.d).max(0.0);
-                energy += sample.area_m2 * self.stiffness_pa_m2 * depth.powi(3) / 3.0;
+                energy += sample.area_m2 * self.stiffness_pa_m * barrier(c.d, self.plate.gap_m)[0];
             }
             if let Some(anchor) = grip.anchor {
                 let u = tangential(&(p - anchor), &grip.normal).norm();
@@ -181,8 +177,8 @@ impl PlateContact {
             let p = Self::position(grid, x, sample);
             let mut force = Vector3::zeros();
             if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
-                let depth = (self.plate.gap_m - c.d).max(0.0);
-                force -= c.normal * (sample.area_m2 * self.stiffness_pa_m2 * depth * depth);
+                let slope = barrier(c.d, self.plate.gap_m)[1];
+                force += c.normal * (sample.area_m2 * self.stiffness_pa_m * slope);
             }
             if let Some(anchor) = grip.anchor {
                 let u = tangential(&(p - anchor), &grip.normal);
@@ -209,11 +205,11 @@ impl PlateContact {
                 && c.d < self.plate.gap_m
             {
                 any = true;
-                let depth = self.plate.gap_m - c.d;
-                let k = sample.area_m2 * self.stiffness_pa_m2;
-                second += c.normal * c.normal.transpose() * (2.0 * k * depth);
+                let [_, slope, rise] = barrier(c.d, self.plate.gap_m);
+                let k = sample.area_m2 * self.stiffness_pa_m;
+                second += c.normal * c.normal.transpose() * (k * rise);
                 if !project {
-                    second -= c.curvature * (k * depth * depth);
+                    second += c.curvature * (k * slope);
                 }
             }
             if let Some(anchor) = grip.anchor {
@@ -268,8 +264,8 @@ impl PlateContact {
                 *grip = Grip { anchor: None, normal: Vector3::zeros(), force_n: 0.0 };
                 continue;
             };
-            let depth = self.plate.gap_m - c.d;
-            grip.force_n = sample.area_m2 * self.stiffness_pa_m2 * depth * depth;
+            let slope = barrier(c.d, self.plate.gap_m)[1];
+            grip.force_n = -slope * sample.area_m2 * self.stiffness_pa_m;
             grip.normal = c.normal;
             largest = largest.max((grip.force_n - before).abs());
             let anchor = grip.anchor.unwrap_or(p);
@@ -291,6 +287,15 @@ impl PlateContact {
             .map(|c| c.d)
             .fold(f64::INFINITY, f64::min)
     }
+}
+
+/// The clamped logarithm and its first and second derivative by d \[m^2, m, 1\].
+fn barrier(d: f64, gap: f64) -> [f64; 3] {
+    if d >= gap {
+        return [0.0; 3];
+    }
+    let depth = gap - d;
+    [depth.powi(3) / 3.0, -depth * depth, 2.0 * depth]
 }
 
 fn tangential(v: &Vector3, normal: &Vector3) -> Vector3 {
