@@ -70,7 +70,7 @@ pub struct SelfContactParams {
     pub gap_m: f64,
     /// Scale of the barrier `k (d - gap)^2 ln(gap / d)` of one pair of weight 1
     /// (25 mm^2 of cloth), N/m; positive. Two layers facing each other feel
-    /// the sum over some 5 of these per cell. See `Default` for the value.
+    /// the sum over several of these per cell. See `Default` for the value.
     pub stiffness_n_m: f64,
 }
 

@@ -29,7 +29,7 @@ pub const KEEP: f64 = 0.1;
 /// Advancing stops below this fraction of the first distance. Empirical: each
 /// advance gains at least `STOP - KEEP` of the distance.
 const STOP: f64 = 0.2;
-/// Empirical: head-on approaches take 1 to 10.
+/// A guess, not tuned: ending early costs step length, never safety.
 const MAX_ADVANCES: usize = 100;
 
 /// Bound on the relative displacement of any two points of the elements,
