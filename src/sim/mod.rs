@@ -1,4 +1,4 @@
-//! The drape simulator.
+//! The drape simulator: from a fabric to its sheet at rest.
 
 pub mod drape;
 pub mod energy;
