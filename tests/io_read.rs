@@ -203,7 +203,7 @@ fn a_face_outside_the_vertices_is_named() {
     assert!(matches!(error.fault, Fault::FaceIndex { face: 1, index: -1, .. }), "{error}");
     for corner in ["5", "0", "-4"] {
         let error = fail(format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {corner}\n"), "obj");
-        let index = corner.parse().unwrap();
+        let index: i64 = corner.parse().unwrap();
         assert!(
             matches!(error.fault, Fault::FaceIndex { face: 1, index: i, .. } if i == index),
             "{error}"
