@@ -158,12 +158,21 @@ impl Grid {
         }
     }
 
-    /// Positions on this grid from positions `x` on `coarse`: cubic along each
-    /// direction, so that a smooth sheet stays smooth.
+    /// Positions on this grid from positions `x` on `coarse`: `smoothness` 1 is
+    /// cubic along each direction, so that a smooth sheet stays smooth, 0 linear,
+    /// so that layers apart stay apart.
     #[must_use]
-    pub fn prolong(&self, coarse: &Grid, x: &[Vector3]) -> Vec<Vector3> {
+    pub fn prolong(&self, coarse: &Grid, x: &[Vector3], smoothness: f64) -> Vec<Vector3> {
         let ratio = (coarse.n - 1) as f64 / (self.n - 1) as f64;
-        let cubic = |k: usize| cubic_weights(k as f64 * ratio, coarse.n);
+        let cubic = |k: usize| {
+            let at = k as f64 * ratio;
+            let (first, mut weights) = cubic_weights(at, coarse.n);
+            for (m, weight) in weights.iter_mut().enumerate() {
+                let linear = (1.0 - (at - (first + m) as f64).abs()).max(0.0);
+                *weight = smoothness * *weight + (1.0 - smoothness) * linear;
+            }
+            (first, weights)
+        };
         (0..self.vertices())
             .map(|v| {
                 let (i, wi) = cubic(v / self.n);
@@ -220,7 +229,7 @@ mod tests {
             Vector3::new(x * x * x - z, x * z * z, 1.0 + z * z * z + x * x * z)
         };
         let x: Vec<_> = (0..coarse.vertices()).map(|v| shape(coarse.flat(v))).collect();
-        for (v, p) in fine.prolong(&coarse, &x).into_iter().enumerate() {
+        for (v, p) in fine.prolong(&coarse, &x, 1.0).into_iter().enumerate() {
             assert!((p - shape(fine.flat(v))).norm() < 1e-12);
         }
     }

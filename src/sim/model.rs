@@ -58,9 +58,10 @@ pub struct Model {
 }
 
 impl Model {
-    /// The model of `fabric` on `grid`, at rest when flat and weightless.
+    /// The model of `fabric` on `grid`, at rest when flat and weightless; self-contact
+    /// reaches `self_gap_cells` cells.
     #[must_use]
-    pub fn new(grid: &Arc<Grid>, fabric: &Fabric, plate: Plate) -> Self {
+    pub fn new(grid: &Arc<Grid>, fabric: &Fabric, plate: Plate, self_gap_cells: f64) -> Self {
         let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m;
         let mass_kg = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
         let bending = Bending::new(grid, &PlateRigidity::new(fabric));
@@ -68,7 +69,8 @@ impl Model {
         let mut constant = vec![0.0; pattern.nonzeros()];
         bending.add_hessian(pattern, &mut constant);
         let rest: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
-        let params = SelfContactParams::default();
+        let gap_m = self_gap_cells * grid.spacing_m;
+        let params = SelfContactParams { gap_m, ..SelfContactParams::default() };
         Self {
             mass_kg,
             plate: PlateContact::new(grid, plate, fabric.density_kg_m2),

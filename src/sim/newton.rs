@@ -55,6 +55,8 @@ const LONGEST_STEP_M: f64 = 0.03;
 const ARMIJO: f64 = 1e-4;
 /// Newton steps shorter than this are taken without asking for a decrease \[m\].
 const TRUSTED_STEP_M: f64 = 2e-6;
+/// Reach of the cache of self-contact pairs for short steps \[m\].
+const REACH_M: f64 = 2e-3;
 /// Halvings before a step is given up.
 const HALVINGS: usize = 14;
 
@@ -103,7 +105,7 @@ impl Newton {
             self.direction.iter_mut().for_each(|d| *d *= scale);
         }
         let step_m = longest.min(LONGEST_STEP_M);
-        model.self_contact.update(x, 2.0 * step_m);
+        model.self_contact.update_along(x, &self.direction);
         let objective = |model: &Model, x: &[Vector3]| {
             let pull: f64 = match inertia.free_flight {
                 Some(y) => x
@@ -133,7 +135,7 @@ impl Newton {
                 result.step_m = step_m * fraction;
                 return result;
             }
-            fraction *= 0.5;
+            fraction = shortened(fraction, value - start, slope);
         }
         result
     }
@@ -160,6 +162,7 @@ impl Newton {
             return result;
         }
         let mut energy = model.energy_j(x);
+        let mut spare_m = 0.0;
         for _ in 0..iterations {
             self.direction.copy_from_slice(&self.gradient);
             memory.apply(&mut self.direction, |d| self.factor.solve(d));
@@ -173,10 +176,21 @@ impl Newton {
                 self.factor.solve(&mut self.direction);
                 slope = dot(&self.gradient, &self.direction);
             }
-            let longest = self.direction.iter().map(Vector3::norm).fold(0.0, f64::max);
+            let mut longest = self.direction.iter().map(Vector3::norm).fold(0.0, f64::max);
             let mut fraction = (LONGEST_STEP_M / longest).min(1.0);
-            model.self_contact.update(x, 2.0 * longest * fraction);
-            fraction *= model.self_contact.max_step(x, &self.scaled(fraction));
+            if fraction < 1.0 {
+                self.direction.iter_mut().for_each(|d| *d *= fraction);
+                longest *= fraction;
+                slope *= fraction;
+            }
+            if longest > 0.25 * REACH_M {
+                model.self_contact.update_along(x, &self.direction);
+                spare_m = 0.0;
+            } else if spare_m < 2.0 * longest {
+                model.self_contact.update(x, REACH_M);
+                spare_m = REACH_M;
+            }
+            fraction = model.self_contact.max_step(x, &self.direction);
             let mut taken = false;
             for _ in 0..HALVINGS {
                 for ((t, p), d) in self.trial.iter_mut().zip(x.iter()).zip(&self.direction) {
@@ -188,10 +202,11 @@ impl Newton {
                     taken = true;
                     break;
                 }
-                fraction *= 0.5;
+                fraction = shortened(fraction, value - energy, slope);
             }
             result.fraction = fraction;
             result.step_m = longest * fraction;
+            spare_m -= 2.0 * result.step_m;
             if !taken {
                 result.fraction = 0.0;
                 return result;
@@ -207,10 +222,6 @@ impl Newton {
             }
         }
         result
-    }
-
-    fn scaled(&self, fraction: f64) -> Vec<Vector3> {
-        self.direction.iter().map(|d| d * fraction).collect()
     }
 
     /// Gradient and matrix of the step's objective; returns the largest force on
@@ -300,6 +311,13 @@ impl Newton {
         self.factorisations += 1;
         self.factor.factorize(&self.tangent.values) && self.solve(model)
     }
+}
+
+/// The next fraction to try after `fraction` raised the objective by `rise`: the
+/// minimum of the parabola through both, within a tenth and a half.
+fn shortened(fraction: f64, rise: f64, slope: f64) -> f64 {
+    let minimum = -slope * fraction * fraction / (2.0 * (rise - slope * fraction));
+    if minimum.is_finite() { minimum.clamp(0.1 * fraction, 0.5 * fraction) } else { 0.3 * fraction }
 }
 
 /// The last steps and gradient changes of a quasi-Newton descent.

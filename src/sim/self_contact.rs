@@ -291,7 +291,10 @@ impl SelfContact {
 
     /// Cached pairs that may be within the gap at `x`, with their corners: the
     /// motion since the update must make up for the distance then.
-    fn near_pairs<'a>(&'a self, x: &'a [Vector3]) -> impl Iterator<Item = (&'a Pair, [Vector3; 4])> {
+    fn near_pairs<'a>(
+        &'a self,
+        x: &'a [Vector3],
+    ) -> impl Iterator<Item = (&'a Pair, [Vector3; 4])> {
         self.pairs.iter().filter_map(move |pair| {
             let corners = pair.corners(x);
             let spare_m = pair.cached_distance_m - self.params.gap_m;
@@ -384,7 +387,8 @@ impl SelfContact {
 
     /// Least distance over the cached pairs, metres; infinite if there is none.
     pub fn min_distance_m(&self, x: &[Vector3]) -> f64 {
-        let distances = self.pairs.iter().map(|pair| closest(pair.kind, &pair.corners(x)).distance_sq);
+        let distances =
+            self.pairs.iter().map(|pair| closest(pair.kind, &pair.corners(x)).distance_sq);
         distances.fold(f64::INFINITY, f64::min).sqrt()
     }
 }

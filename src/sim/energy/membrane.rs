@@ -39,15 +39,6 @@ pub struct Membrane {
 /// A cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1).
 pub type Corners = [Vector3; 4];
 
-fn envf(k: &str, d: f64) -> f64 {
-    use std::sync::OnceLock;
-    static A: OnceLock<(f64, f64)> = OnceLock::new();
-    let g = |k: &str, d: f64| std::env::var(k).map_or(d, |v| v.parse().unwrap());
-    let v = A.get_or_init(|| (g("FLOOR", 0.0), g("CAP", 1e9)));
-    let _ = d;
-    if k == "CAP" { v.1 } else { v.0 }
-}
-
 /// The cell's derivatives: weft, warp, and the twist g.
 struct Derivatives {
     weft: Vector3,
@@ -170,7 +161,7 @@ impl Membrane {
         let stretch = |w: &Vector3, s: f64, tension: f64| {
             let length = w.norm();
             let along = w * w.transpose() / (length * length);
-            let tension = if project { tension.clamp(area * envf("FLOOR", 0.0), area * envf("CAP", 1e9)) } else { tension };
+            let tension = if project { tension.max(0.0) } else { tension };
             along * s + (Matrix3::identity() - along) * (tension / length)
         };
         let mut uu = stretch(weft, su, stress.weft)

@@ -83,7 +83,13 @@ impl Mollifier {
             return None;
         }
         let c = cross_sq / below;
-        Some(Mollifier { value: c * (2.0 - c), d1: (2.0 - 2.0 * c) / below, d2: -2.0 / (below * below), u, v })
+        Some(Mollifier {
+            value: c * (2.0 - c),
+            d1: (2.0 - 2.0 * c) / below,
+            d2: -2.0 / (below * below),
+            u,
+            v,
+        })
     }
 
     /// Gradient of `c` by the four corners, m^3.
@@ -111,7 +117,9 @@ impl Mollifier {
                     (true, false) => uv,
                     (false, true) => uv.transpose(),
                 };
-                hessian.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&(part * (sign[i] * sign[j])));
+                hessian
+                    .fixed_view_mut::<3, 3>(3 * i, 3 * j)
+                    .copy_from(&(part * (sign[i] * sign[j])));
             }
         }
         hessian

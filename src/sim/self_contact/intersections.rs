@@ -63,9 +63,7 @@ fn intersect(s: &[Vector3; 3], t: &[Vector3; 3]) -> bool {
     if coplanar {
         return overlap_in_plane(s, t);
     }
-    (0..3).any(|i| {
-        crosses(&s[i], &s[(i + 1) % 3], t) || crosses(&t[i], &t[(i + 1) % 3], s)
-    })
+    (0..3).any(|i| crosses(&s[i], &s[(i + 1) % 3], t) || crosses(&t[i], &t[(i + 1) % 3], s))
 }
 
 /// Does the segment meet the triangle? A segment in its plane does not.

@@ -67,7 +67,9 @@ fn crumpled(n: usize, seed: u64, steps: usize) -> (Vec<[u32; 3]>, Vec<Vector3>, 
         let push = noise(&mut rng, 0.01);
         let dx: Vec<_> = x
             .iter()
-            .map(|p| (centre - p) * 0.2 + push * (wave.dot(p) + phase).sin() + noise(&mut rng, 3e-4))
+            .map(|p| {
+                (centre - p) * 0.2 + push * (wave.dot(p) + phase).sin() + noise(&mut rng, 3e-4)
+            })
             .collect();
         contact.update_along(&x, &dx);
         let t = contact.max_step(&x, &dx);
@@ -84,7 +86,13 @@ fn pair_of(kind: PairKind) -> Pair {
         PairKind::PointTriangle => 0.0,
         PairKind::EdgeEdge => MOLLIFIER_SIN_SQ * 5e-3_f64.powi(4),
     };
-    Pair { kind, vertices: [0, 1, 2, 3], stiffness_n_m: 0.1, mollify_below_m4, cached_distance_m: 0.0 }
+    Pair {
+        kind,
+        vertices: [0, 1, 2, 3],
+        stiffness_n_m: 0.1,
+        mollify_below_m4,
+        cached_distance_m: 0.0,
+    }
 }
 
 /// One configuration in every distance type, about half a gap apart, then the
@@ -97,7 +105,12 @@ fn typed_configurations() -> Vec<(&'static str, PairKind, [Vector3; 4])> {
     let crossing = |s: f64, t: f64, angle: f64| {
         let dir = v(angle.cos(), angle.sin(), 0.03) * 5e-3;
         let at = v(5e-3 * s, 0.0, 0.0);
-        [v(0.0, 0.0, 0.0), v(5e-3, 0.0, 0.0), at + v(0.0, 0.0, h) - dir * t, at + v(0.0, 0.0, h) + dir * (1.0 - t)]
+        [
+            v(0.0, 0.0, 0.0),
+            v(5e-3, 0.0, 0.0),
+            at + v(0.0, 0.0, h) - dir * t,
+            at + v(0.0, 0.0, h) + dir * (1.0 - t),
+        ]
     };
     let apart = |r: Vector3, dir: Vector3| [v(0.0, 0.0, 0.0), v(5e-3, 0.0, 0.0), r, r + dir];
     vec![
@@ -119,8 +132,16 @@ fn typed_configurations() -> Vec<(&'static str, PairKind, [Vector3; 4])> {
         ("end on edge", EdgeEdge, apart(v(2e-3, 0.3e-3, 0.4e-3), v(1e-3, 4e-3, 2e-3))),
         ("edge on end", EdgeEdge, apart(v(5.3e-3, -2e-3, 0.4e-3), v(0.1e-3, 4e-3, 0.1e-3))),
         ("end on end", EdgeEdge, apart(v(5.3e-3, 0.2e-3, 0.4e-3), v(4e-3, 1e-3, 2e-3))),
-        ("end on end, mollified", EdgeEdge, apart(v(5.3e-3, 0.2e-3, 0.4e-3), v(5e-3, 0.0, 0.05e-3))),
-        ("end on end, other way", EdgeEdge, apart(v(-4.3e-3, -2.0e-3, 0.4e-3), v(4e-3, 2.2e-3, 0.0))),
+        (
+            "end on end, mollified",
+            EdgeEdge,
+            apart(v(5.3e-3, 0.2e-3, 0.4e-3), v(5e-3, 0.0, 0.05e-3)),
+        ),
+        (
+            "end on end, other way",
+            EdgeEdge,
+            apart(v(-4.3e-3, -2.0e-3, 0.4e-3), v(4e-3, 2.2e-3, 0.0)),
+        ),
     ]
 }
 
@@ -164,7 +185,9 @@ fn exact_hessian_matches_differences_and_projection_is_semidefinite() {
         if !name.contains('|') {
             let h = 1e-9;
             for dof in 0..12 {
-                let force = |by: f64| flat(barrier::gradient(&pair, &shifted(&x, dof, by), GAP_M).expect(name).1);
+                let force = |by: f64| {
+                    flat(barrier::gradient(&pair, &shifted(&x, dof, by), GAP_M).expect(name).1)
+                };
                 let column = (force(h) - force(-h)) / (2.0 * h);
                 let worst = (exact.column(dof) - column).amax() / exact.amax();
                 assert!(worst < 1e-7, "{name}, column {dof}: {worst:e}");
@@ -200,7 +223,9 @@ fn distances_are_minima_and_case_changes_are_continuous() {
             for j in 0..=n {
                 let (s, t) = (i as f64 / n as f64, j as f64 / n as f64);
                 let r = match kind {
-                    PairKind::PointTriangle if i + j <= n => x[0] - x[1] * (1.0 - s - t) - x[2] * s - x[3] * t,
+                    PairKind::PointTriangle if i + j <= n => {
+                        x[0] - x[1] * (1.0 - s - t) - x[2] * s - x[3] * t
+                    }
                     PairKind::PointTriangle => continue,
                     PairKind::EdgeEdge => x[0] * (1.0 - s) + x[1] * s - x[2] * (1.0 - t) - x[3] * t,
                 };
@@ -252,12 +277,19 @@ fn parallel_edges_need_the_mollifier() {
     let edges = |angle: f64| {
         let half = v(angle.cos(), angle.sin(), 0.0) * 2.5e-3;
         let up = v(0.0, 0.0, 0.5e-3);
-        [v(-2.5e-3, 0.0, 0.0), v(2.5e-3, 0.0, 0.0), up - half + v(0.5e-3, 2e-8, 0.0), up + half + v(0.5e-3, 2e-8, 0.0)]
+        [
+            v(-2.5e-3, 0.0, 0.0),
+            v(2.5e-3, 0.0, 0.0),
+            up - half + v(0.5e-3, 2e-8, 0.0),
+            up + half + v(0.5e-3, 2e-8, 0.0),
+        ]
     };
     let jump = |pair: &Pair| {
-        let force = |angle: f64| flat(barrier::gradient(pair, &edges(angle), GAP_M).expect("near").1);
+        let force =
+            |angle: f64| flat(barrier::gradient(pair, &edges(angle), GAP_M).expect("near").1);
         let (left, right) = (force(-3e-5), force(3e-5));
-        (left - right).amax() / flat(barrier::gradient(&pair_of_plain(), &edges(3e-5), GAP_M).expect("near").1).amax()
+        (left - right).amax()
+            / flat(barrier::gradient(&pair_of_plain(), &edges(3e-5), GAP_M).expect("near").1).amax()
     };
     let with = jump(&pair_of(PairKind::EdgeEdge));
     let without = jump(&pair_of_plain());
@@ -334,24 +366,32 @@ fn the_cache_holds_exactly_the_pairs_of_a_brute_force_search() {
     for seed in 0..4 {
         let (triangles, x, mut contact) = crumpled(11, seed, 12);
         let all = every_pair(&triangles);
-        let distance = |(kind, vertices): &Key| closest(*kind, &vertices.map(|i| x[i as usize])).distance_sq.sqrt();
+        let distance = |(kind, vertices): &Key| {
+            closest(*kind, &vertices.map(|i| x[i as usize])).distance_sq.sqrt()
+        };
         for reach_m in [0.0, 0.4e-3, 3e-3, 20e-3] {
             contact.update(&x, reach_m);
             let cached: Vec<_> = contact.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
-            let expected: BTreeSet<_> = all.iter().filter(|k| distance(k) < GAP_M + reach_m).copied().collect();
+            let expected: BTreeSet<_> =
+                all.iter().filter(|k| distance(k) < GAP_M + reach_m).copied().collect();
             assert_eq!(cached.len(), expected.len(), "each once; seed {seed}, reach {reach_m}");
             assert_eq!(cached.into_iter().collect::<BTreeSet<_>>(), expected);
             assert!(expected.len() > 20, "a test needs contacts: {}", expected.len());
         }
         // Along a step: whatever comes within the gap at any time is there.
         let mut rng = rng(seed + 50);
-        let dx: Vec<_> = x.iter().map(|p| noise(&mut rng, 4e-3) - p * 0.3 + v(0.0, 0.0, 0.2)).collect();
+        let dx: Vec<_> =
+            x.iter().map(|p| noise(&mut rng, 4e-3) - p * 0.3 + v(0.0, 0.0, 0.2)).collect();
         contact.update_along(&x, &dx);
         let cached: BTreeSet<_> = contact.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
         let mut needed = 0;
         for k in &all {
             let nearest_m = (0..=20)
-                .map(|i| closest(k.0, &k.1.map(|j| x[j as usize] + dx[j as usize] * (i as f64 / 20.0))).distance_sq.sqrt())
+                .map(|i| {
+                    closest(k.0, &k.1.map(|j| x[j as usize] + dx[j as usize] * (i as f64 / 20.0)))
+                        .distance_sq
+                        .sqrt()
+                })
                 .fold(f64::INFINITY, f64::min);
             if nearest_m < GAP_M {
                 needed += 1;
@@ -389,7 +429,9 @@ fn energy_stays_complete_while_the_cache_covers_the_motion() {
     assert_eq!(blocks.len(), contact.active_count(&x));
     // The global gradient, by differences along a random direction.
     let direction: Vec<_> = x.iter().map(|_| noise(&mut rng, 1.0)).collect();
-    let at = |h: f64| contact.energy_j(&x.iter().zip(&direction).map(|(p, d)| p + d * h).collect::<Vec<_>>());
+    let at = |h: f64| {
+        contact.energy_j(&x.iter().zip(&direction).map(|(p, d)| p + d * h).collect::<Vec<_>>())
+    };
     let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g.dot(d)).sum();
     let change = (at(1e-9) - at(-1e-9)) / 2e-9;
     assert!((slope - change).abs() < 1e-5 * slope.abs(), "{slope} {change}");
@@ -463,7 +505,8 @@ fn pressed(pressure_pa: f64, shift: Vector3, angle: f64) -> f64 {
     let mut x = rest.clone();
     let (lower, dofs) = (n * n, 3 * m * m);
     // Rest weights, from the points' areas.
-    let load_n: Vec<f64> = contact.point_weight.iter().map(|w| w * WEIGHT_AREA_M2 * pressure_pa).collect();
+    let load_n: Vec<f64> =
+        contact.point_weight.iter().map(|w| w * WEIGHT_AREA_M2 * pressure_pa).collect();
     let held_n_m = 0.05;
     for _ in 0..200 {
         let mut grad = vec![Vector3::zeros(); x.len()];
@@ -485,7 +528,11 @@ fn pressed(pressure_pa: f64, shift: Vector3, angle: f64) -> f64 {
         }
         let force = nalgebra::DVector::from_fn(dofs, |row, _| {
             let vertex = lower + row / 3;
-            let pull = if row % 3 == 2 { load_n[vertex] } else { held_n_m * (x[vertex] - rest[vertex])[row % 3] };
+            let pull = if row % 3 == 2 {
+                load_n[vertex]
+            } else {
+                held_n_m * (x[vertex] - rest[vertex])[row % 3]
+            };
             -grad[vertex][row % 3] - pull
         });
         let step = matrix.cholesky().expect("positive definite").solve(&force);
@@ -526,8 +573,11 @@ fn pressed(pressure_pa: f64, shift: Vector3, angle: f64) -> f64 {
 /// of distances. Observed: 0.90-0.92, 0.74-0.78, 0.37, below 5e-4.
 #[test]
 fn pressed_sheets_rest_within_the_gap_and_never_pass() {
-    for (shift, angle) in [(v(1.3e-3, 2.1e-3, 0.0), 0.2), (Vector3::zeros(), 0.0), (v(2.5e-3, 0.0, 0.0), 0.0)] {
-        let heights: Vec<_> = [0.5, 4.0, 40.0, 4e4].iter().map(|p| pressed(*p, shift, angle)).collect();
+    for (shift, angle) in
+        [(v(1.3e-3, 2.1e-3, 0.0), 0.2), (Vector3::zeros(), 0.0), (v(2.5e-3, 0.0, 0.0), 0.0)]
+    {
+        let heights: Vec<_> =
+            [0.5, 4.0, 40.0, 4e4].iter().map(|p| pressed(*p, shift, angle)).collect();
         assert!(heights.windows(2).all(|w| w[1] < w[0]), "{heights:?}");
         assert!(heights[0] < 1.0 && heights[2] > 0.25, "{heights:?}");
         assert!(heights[3] > 0.0);
@@ -548,16 +598,33 @@ fn count_intersections_knows_the_answers() {
     assert_eq!(two(base, upright(0.6)), 0, "above");
     assert_eq!(two(base, moved(v(0.0, 0.0, 0.1))), 0, "parallel");
     assert_eq!(two(base, moved(v(1.5, 0.0, 0.0))), 0, "coplanar, separate");
-    assert_eq!(two(base, [v(1.0, 1.0, 0.0), v(0.9, 0.2, 0.0), v(0.2, 0.9, 0.0)]), 0, "coplanar, boxes overlap");
+    assert_eq!(
+        two(base, [v(1.0, 1.0, 0.0), v(0.9, 0.2, 0.0), v(0.2, 0.9, 0.0)]),
+        0,
+        "coplanar, boxes overlap"
+    );
     // One plane up to rounding, sides in line with sides: once counted as touching.
     let tilt = |p: Vector3| v(p.x * 5e-3 + 0.017, p.y * 5e-3 + 0.011, 0.002075 - p.x * 1.25e-4);
     let stair = [v(1.0, 0.0, 0.0), v(2.0, 0.0, 0.0), v(2.0, 1.0, 0.0)];
-    assert_eq!(two([v(0.0, 0.0, 0.0), v(1.0, 1.0, 0.0), v(0.0, 1.0, 0.0)].map(tilt), stair.map(|p| tilt(p + v(0.01, 0.0, 0.0)))), 0);
+    assert_eq!(
+        two(
+            [v(0.0, 0.0, 0.0), v(1.0, 1.0, 0.0), v(0.0, 1.0, 0.0)].map(tilt),
+            stair.map(|p| tilt(p + v(0.01, 0.0, 0.0)))
+        ),
+        0
+    );
     assert_eq!(two(base, moved(v(0.2, 0.1, 0.0))), 1, "coplanar, overlapping");
     assert_eq!(two(base, base.map(|p| p * 0.3 + v(0.1, 0.1, 0.0))), 1, "coplanar, one inside");
     let ring = [v(0.5, -0.5, -0.1), v(0.5, 1.5, -0.1), v(0.5, 0.3, 5.0)];
     assert_eq!(two(base, ring), 1, "sides of the first through the second");
-    assert_eq!(count_intersections(&[[0, 1, 2], [0, 3, 4]], &[base[0], base[1], base[2], v(1.0, 1.0, -1.0), v(1.0, 1.0, 1.0)]), 0, "a common vertex is left out");
+    assert_eq!(
+        count_intersections(
+            &[[0, 1, 2], [0, 3, 4]],
+            &[base[0], base[1], base[2], v(1.0, 1.0, -1.0), v(1.0, 1.0, 1.0)]
+        ),
+        0,
+        "a common vertex is left out"
+    );
     let (triangles, mut x) = two_sheets(9, 9, v(1.1e-3, 0.7e-3, 1e-3), 0.3);
     assert_eq!(count_intersections(&triangles, &x), 0);
     let poke = 40;
@@ -591,13 +658,19 @@ fn timings() {
     let mut rng = rng(1);
     let dx: Vec<_> = draped.iter().map(|_| noise(&mut rng, 1e-3) + v(0.0, 0.0, -5e-3)).collect();
     let lie = two_sheets(43, 43, v(1.1e-3, 0.7e-3, 0.7e-3), 0.3);
-    for (name, x, triangles) in [("flat", &rest, &triangles), ("draped", &draped, &triangles), ("two 43x43 sheets 0.7 mm apart", &lie.1, &lie.0)] {
+    for (name, x, triangles) in [
+        ("flat", &rest, &triangles),
+        ("draped", &draped, &triangles),
+        ("two 43x43 sheets 0.7 mm apart", &lie.1, &lie.0),
+    ] {
         if x.len() != contact.rest.len() {
             contact = SelfContact::new(triangles, x, SelfContactParams::default());
             contact.rest[43 * 43..].iter_mut().for_each(|p| p.z += 1.0);
         }
         for reach in [0.5e-3, 2e-3, 5e-3] {
-            time(&format!("{name}: update, reach {} mm", reach * 1e3), 20, &mut || contact.update(x, reach));
+            time(&format!("{name}: update, reach {} mm", reach * 1e3), 20, &mut || {
+                contact.update(x, reach)
+            });
             println!("    {} cached, {} active", contact.pair_count(), contact.active_count(x));
         }
         contact.update(x, 2e-3);
