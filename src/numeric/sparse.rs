@@ -184,26 +184,55 @@ impl Analysis {
     }
 }
 
-/// A numeric factor with its work space, reused from matrix to matrix.
-pub struct Factor {
+/// The number types that a factor can be held in.
+pub trait Real: faer::traits::RealField + Copy {
+    /// Rounds to this type.
+    fn of(value: f64) -> Self;
+    /// Widens again.
+    fn wide(self) -> f64;
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn wide(self) -> f64 {
+        self
+    }
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+/// A numeric factor with its work space, reused from matrix to matrix. In single
+/// precision it costs half and serves as a preconditioner.
+pub struct Factor<T: Real = f64> {
     analysis: Analysis,
-    l_values: Vec<f64>,
-    rhs: Vec<f64>,
+    values: Vec<T>,
+    l_values: Vec<T>,
+    rhs: Vec<T>,
     memory: MemBuffer,
 }
 
-impl Factor {
+impl<T: Real> Factor<T> {
     /// Allocates the work space for one thread.
     #[must_use]
     pub fn new(analysis: &Analysis) -> Self {
         let symbolic = &analysis.inner.1;
         let need = StackReq::any_of(&[
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+            symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default()),
+            symbolic.solve_in_place_scratch::<T>(1, Par::Seq),
         ]);
         Self {
-            l_values: vec![0.0; symbolic.len_val()],
-            rhs: vec![0.0; analysis.pattern().unknowns()],
+            values: vec![T::of(0.0); analysis.pattern().nonzeros()],
+            l_values: vec![T::of(0.0); symbolic.len_val()],
+            rhs: vec![T::of(0.0); analysis.pattern().unknowns()],
             memory: MemBuffer::new(need),
             analysis: analysis.clone(),
         }
@@ -214,7 +243,10 @@ impl Factor {
     #[must_use]
     pub fn factorize(&mut self, values: &[f64]) -> bool {
         let (pattern, symbolic) = &*self.analysis.inner;
-        let matrix = SparseColMatRef::new(pattern.symbolic(), values);
+        for (own, &value) in self.values.iter_mut().zip(values) {
+            *own = T::of(value);
+        }
+        let matrix = SparseColMatRef::new(pattern.symbolic(), self.values.as_slice());
         symbolic
             .factorize_numeric_llt(
                 &mut self.l_values,
@@ -231,10 +263,12 @@ impl Factor {
     /// Solves A x = b in place with the last factor.
     pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
         for (three, v) in self.rhs.chunks_exact_mut(3).zip(x.iter()) {
-            three.copy_from_slice(v.as_slice());
+            for (own, &value) in three.iter_mut().zip(v.as_slice()) {
+                *own = T::of(value);
+            }
         }
         let n = self.rhs.len();
-        let llt = LltRef::<'_, usize, f64>::new(&self.analysis.inner.1, &self.l_values);
+        let llt = LltRef::<'_, usize, T>::new(&self.analysis.inner.1, &self.l_values);
         llt.solve_in_place_with_conj(
             Conj::No,
             MatMut::from_column_major_slice_mut(&mut self.rhs, n, 1),
@@ -242,7 +276,9 @@ impl Factor {
             MemStack::new(&mut self.memory),
         );
         for (three, v) in self.rhs.chunks_exact(3).zip(x.iter_mut()) {
-            v.copy_from_slice(three);
+            for (value, own) in v.iter_mut().zip(three) {
+                *value = own.wide();
+            }
         }
     }
 }
@@ -310,7 +346,7 @@ mod tests {
         for order in [None, Some(grid_dissection(n, n))] {
             let (pattern, values) = grid_matrix(n);
             let analysis = Analysis::new(pattern, order.as_deref());
-            let mut factor = Factor::new(&analysis);
+            let mut factor = Factor::<f64>::new(&analysis);
             assert!(factor.factorize(&values));
             let exact: Vec<_> =
                 (0..n * n).map(|i| Vector3::new(i as f64, 1.0, (i as f64).cos())).collect();
@@ -327,7 +363,7 @@ mod tests {
     fn an_indefinite_matrix_is_reported() {
         let (pattern, mut values) = grid_matrix(6);
         pattern.add_diagonal(&mut values, 7, &(Matrix3::identity() * -80.0));
-        let mut factor = Factor::new(&Analysis::new(pattern, None));
+        let mut factor = Factor::<f64>::new(&Analysis::new(pattern, None));
         assert!(!factor.factorize(&values));
     }
 

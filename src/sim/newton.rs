@@ -16,6 +16,7 @@ use crate::sim::model::{Model, Tangent};
 /// The solver's work space and counters for one grid.
 pub struct Newton {
     factor: Factor,
+    rough: Factor<f32>,
     tangent: Tangent,
     gradient: Vec<Vector3>,
     direction: Vec<Vector3>,
@@ -68,6 +69,7 @@ impl Newton {
         let zeros = || vec![Vector3::zeros(); n];
         Self {
             factor: Factor::new(&model.grid.analysis),
+            rough: Factor::new(&model.grid.analysis),
             tangent: Tangent::default(),
             gradient: zeros(),
             direction: zeros(),
@@ -157,7 +159,7 @@ impl Newton {
         let residual_n = self.assemble(model, x, shift, true);
         let mut result = Iteration { residual_n, step_m: 0.0, fraction: 1.0, definite: true };
         self.factorisations += 1;
-        if !self.factor.factorize(&self.tangent.values) {
+        if !self.rough.factorize(&self.tangent.values) {
             result.definite = false;
             return result;
         }
@@ -165,7 +167,7 @@ impl Newton {
         let mut spare_m = 0.0;
         for _ in 0..iterations {
             self.direction.copy_from_slice(&self.gradient);
-            memory.apply(&mut self.direction, |d| self.factor.solve(d));
+            memory.apply(&mut self.direction, |d| self.rough.solve(d));
             self.direction.iter_mut().for_each(|d| *d = -*d);
             let mut slope = dot(&self.gradient, &self.direction);
             if slope >= 0.0 {
@@ -173,7 +175,7 @@ impl Newton {
                 for (d, g) in self.direction.iter_mut().zip(&self.gradient) {
                     *d = -g;
                 }
-                self.factor.solve(&mut self.direction);
+                self.rough.solve(&mut self.direction);
                 slope = dot(&self.gradient, &self.direction);
             }
             let mut longest = self.direction.iter().map(Vector3::norm).fold(0.0, f64::max);
@@ -328,8 +330,9 @@ pub struct Memory {
 
 /// Pairs that are kept.
 const MEMORY: usize = 10;
-/// Inertia that keeps the projected Hessian positive definite \[s\].
-const SHIFT_S: f64 = 0.5;
+/// Inertia that keeps the projected Hessian positive definite in single precision
+/// \[s\]; from 0.03 to 2 s the descent is as fast.
+const SHIFT_S: f64 = 0.1;
 
 impl Memory {
     /// Forgets everything: the energy has changed.

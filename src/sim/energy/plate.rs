@@ -26,7 +26,7 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::sim::grid::{CELL_PAIRS, Grid};
 
 /// The plate and its friction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Plate {
     /// Radius \[m\].
     pub radius_m: f64,
