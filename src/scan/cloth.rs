@@ -1,0 +1,216 @@
+//! The cloth alone: floor, pedestal and background cut away, strays dropped, the
+//! layer of noisy points drawn onto a surface without moving its free edge.
+//!
+//! In: points in the local frame (origin at the plate's centre, y up) \[m\]. Out:
+//! the cloth's points as scanned, and thinned surface points with normals.
+//!
+//! Smoothing moves points along the surface's normal only (moving least squares
+//! with a quadric, Alexa et al. 2003), so that the free edge stays where it is;
+//! averaging in cells shifts it by less than a quarter of a cell, and the edge is
+//! measured on the raw points anyway (`edge`).
+
+use nalgebra::{Matrix6, Vector6};
+use rayon::prelude::*;
+
+use super::neighbours::Neighbours;
+use super::options::ScanOptions;
+use super::plate::{Plate, horizontal_axes, principal};
+use super::thin::{Thinned, thin};
+use crate::base::{Point3, Vector3};
+use crate::numeric::robust;
+
+/// The cloth's points, local frame \[m\].
+pub(super) struct Cloth {
+    /// As scanned, after the cuts.
+    pub raw: Vec<Point3>,
+    /// Smoothed surface points, about `spacing_m` apart.
+    pub surface: Vec<Point3>,
+    /// Unit normals of the surface points, sign arbitrary.
+    pub normals: Vec<Vector3>,
+    /// Distance between surface points \[m\].
+    pub spacing_m: f64,
+    /// Typical distance between raw neighbours \[m\].
+    pub raw_spacing_m: f64,
+}
+
+/// The floor below the drape, local frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Floor {
+    /// Height at the origin \[m\], negative.
+    pub height_m: f64,
+    /// Normal, upwards.
+    pub normal: Vector3,
+    /// Root mean square of the points about it \[m\].
+    pub rms_m: f64,
+    /// Points on it.
+    pub points: usize,
+}
+
+/// Cell of the thinned cloth \[m\]: resolves folds of 4 mm radius.
+const CELL_M: f64 = 2.0e-3;
+
+/// The lowest large level plane: the best of consensus planes through a few
+/// points, among points lower than any cloth can hang high.
+pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64) -> Option<Floor> {
+    let half = 0.5 * options.specimen_side_m;
+    let low: Vec<Point3> = points.iter().copied().filter(|p| p.y < -0.3 * half && p.y > -10.0 * half).collect();
+    let low = thin(&low, None, 6e-3).points;
+    if low.len() < 300 {
+        return None;
+    }
+    let tolerance = (2.0 * noise_m).max(2e-3);
+    let mut rng = crate::base::seed::rng(options.seed, "floor", 0);
+    let mut pick = || low[(rand::RngExt::random::<f64>(&mut rng) * low.len() as f64) as usize];
+    let mut best: (usize, Point3, Vector3) = (0, Point3::origin(), Vector3::y());
+    for _ in 0..300 {
+        let (a, b, c) = (pick(), pick(), pick());
+        let normal = (b - a).cross(&(c - a));
+        if normal.norm() < 1e-5 {
+            continue;
+        }
+        let normal = normal.normalize() * normal.y.signum();
+        if normal.y < 0.966 {
+            continue; // more than 15 degrees off the plate
+        }
+        let count = low.iter().filter(|p| (*p - a).dot(&normal).abs() < tolerance).count();
+        if count > best.0 {
+            best = (count, a, normal);
+        }
+    }
+    let (mut at, mut normal) = (best.1, best.2);
+    let on = |at: &Point3, normal: &Vector3| -> Vec<Point3> {
+        low.iter().copied().filter(|p| (p - at).dot(normal).abs() < 1.5 * tolerance).collect()
+    };
+    let mut rms_m = 0.0;
+    for _ in 0..4 {
+        let (mean, axis, variances) = principal(on(&at, &normal).into_iter())?;
+        at = mean;
+        normal = axis * axis.y.signum();
+        rms_m = variances[0].sqrt();
+    }
+    let support = on(&at, &normal);
+    // A floor is wide: cloth hanging level would be narrower than the specimen.
+    let wide = support.iter().filter(|p| p.x.hypot(p.z) > half).count();
+    (wide > 200 && normal.y > 0.966).then(|| Floor {
+        height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
+        normal,
+        rms_m,
+        points: support.len(),
+    })
+}
+
+/// Turns the local frame so that up weighs the plate's tilt and the floor's.
+pub(super) fn local_axes(plate: &Plate) -> (Vector3, Vector3, Vector3) {
+    let up = plate.up.into_inner();
+    let (u, v) = horizontal_axes(&up, &Vector3::x());
+    (u, up, v)
+}
+
+/// Cuts the scene to the cloth and draws it onto a surface.
+pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, options: &ScanOptions) -> Cloth {
+    let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
+    let noise = plate.noise_m;
+    let above_floor = 5e-3 + 4.0 * noise;
+    let inside = |p: &&Point3| {
+        let radius = p.x.hypot(p.z);
+        let over = floor.map_or(f64::INFINITY, |f| {
+            p.coords.dot(&f.normal) - f.height_m * f.normal.y
+        });
+        let pedestal = radius < options.plate_radius_m - 4e-3 && p.y < -(6e-3 + 4.0 * noise);
+        radius < 1.05 * reach
+            && p.y < 10e-3 + 4.0 * noise
+            && p.y > -(reach - options.plate_radius_m) * 1.12
+            && over > above_floor
+            && !pedestal
+    };
+    let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
+    let raw_spacing_m = spacing(&raw);
+    let cell = CELL_M.max(1.2 * raw_spacing_m);
+    let thinned = drop_strays(thin(&raw, None, cell), cell);
+    let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
+    let (points, _) = smooth(&thinned, reach_m);
+    let again = thin(&points, Some(&thinned.counts), cell);
+    let (surface, normals) = smooth(&again, reach_m);
+    Cloth { raw, surface, normals, spacing_m: cell, raw_spacing_m }
+}
+
+/// Median distance to the nearest neighbour, from a sample of the points.
+fn spacing(points: &[Point3]) -> f64 {
+    let tree = Neighbours::new(points);
+    let stride = (points.len() / 2000).max(1);
+    let nearest: Vec<f64> = points
+        .iter()
+        .step_by(stride)
+        .filter_map(|p| tree.nearest(p, 2).get(1).map(|n| n.1.sqrt()))
+        .collect();
+    // For random points on a surface the mean spacing is twice the nearest distance.
+    2.0 * robust::median(nearest).unwrap_or(CELL_M)
+}
+
+/// Statistical outlier removal on thinned points: those whose neighbours are
+/// clearly farther than usual, or that stand for far fewer points.
+fn drop_strays(thinned: Thinned, cell: f64) -> Thinned {
+    let tree = Neighbours::new(&thinned.points);
+    let measure: Vec<(f64, f64)> = thinned
+        .points
+        .par_iter()
+        .map(|p| {
+            let near = tree.nearest(p, 10);
+            let mean = near.iter().map(|n| n.1.sqrt()).sum::<f64>() / near.len().max(1) as f64;
+            let weight = near.iter().map(|n| thinned.counts[n.0]).sum::<f64>() / near.len().max(1) as f64;
+            (mean, weight)
+        })
+        .collect();
+    let usual = robust::median(measure.iter().map(|m| m.0).collect()).unwrap_or(cell);
+    let usual_weight = robust::median(measure.iter().map(|m| m.1).collect()).unwrap_or(1.0);
+    let keep = |m: &(f64, f64)| m.0 < 2.2 * usual.max(cell) && m.1 > 0.08 * usual_weight;
+    let mut out = Thinned::default();
+    for (i, m) in measure.iter().enumerate() {
+        if keep(m) {
+            out.points.push(thinned.points[i]);
+            out.counts.push(thinned.counts[i]);
+        }
+    }
+    out
+}
+
+/// Moves each point along its normal onto the quadric through its neighbours
+/// within `reach_m`; also returns the normals.
+fn smooth(thinned: &Thinned, reach_m: f64) -> (Vec<Point3>, Vec<Vector3>) {
+    let tree = Neighbours::new(&thinned.points);
+    thinned
+        .points
+        .par_iter()
+        .map(|p| {
+            let near = tree.within(p, reach_m);
+            project(p, &near, thinned, reach_m)
+        })
+        .unzip()
+}
+
+/// One projection: plane by principal axes, then z = quadric(x, y) over it.
+fn project(p: &Point3, near: &[usize], thinned: &Thinned, reach_m: f64) -> (Point3, Vector3) {
+    let Some((_, normal, _)) = principal(near.iter().map(|&i| thinned.points[i])) else {
+        return (*p, Vector3::y());
+    };
+    let hint = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    let (a, b) = horizontal_axes(&normal, &hint);
+    let mut matrix = Matrix6::<f64>::zeros();
+    let mut right = Vector6::<f64>::zeros();
+    for &i in near {
+        let d = (thinned.points[i] - p) / reach_m;
+        let (x, y, z) = (d.dot(&a), d.dot(&b), d.dot(&normal));
+        let weight = thinned.counts[i].sqrt() * (-2.0 * d.norm_squared()).exp();
+        let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
+        matrix += row * row.transpose() * weight;
+        right += row * (z * weight);
+    }
+    // A slight pull towards the plane keeps thin neighbourhoods from running off.
+    let scale = matrix[(0, 0)];
+    for k in 1..6 {
+        matrix[(k, k)] += 1e-3 * scale;
+    }
+    let Some(q) = matrix.cholesky().map(|c| c.solve(&right)) else { return (*p, normal) };
+    let tilted = (normal - a * q[1] - b * q[2]).normalize();
+    (p + normal * (q[0] * reach_m), tilted)
+}

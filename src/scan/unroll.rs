@@ -1,0 +1,383 @@
+//! Material coordinates: every surface point's place (u, v) on the flat cloth.
+//!
+//! A draped cloth is nearly inextensible, so unrolling it is an isometry, known
+//! where it lies flat on the plate (there u = x, v = z). From there a front grows
+//! over the neighbour graph in order of distance and carries the images of the
+//! u and v axes along: the discrete exponential map (Schmidt, Grimm and Wyvill
+//! 2006) with averaging over all neighbours already reached. On a developable
+//! surface the result does not depend on the path, so missing patches are walked
+//! around. Then the coordinates are relaxed to the best local isometry
+//! (Liu et al. 2008, local/global), which spreads the drift evenly.
+//!
+//! In: surface points, normals, local frame \[m\]. Out: (u, v) \[m\] of the points
+//! that hang together with the plate. Fails where two layers of cloth touch over
+//! more than a few millimetres: the front steps across.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use rayon::prelude::*;
+
+use super::cloth::Cloth;
+use super::neighbours::Neighbours;
+use crate::base::{Point3, Vector3};
+
+/// Surface points with material coordinates.
+pub(super) struct Unrolled {
+    /// Positions, local frame \[m\].
+    pub points: Vec<Point3>,
+    /// Normals, upwards on the plate and consistent from there.
+    pub normals: Vec<Vector3>,
+    /// Material coordinates \[m\].
+    pub flat: Vec<[f64; 2]>,
+}
+
+/// Neighbour links reach this many spacings.
+const LINK_SPACINGS: f64 = 2.4;
+/// Local/global rounds and conjugate gradient steps in each.
+const ROUNDS: usize = 8;
+const STEPS_PER_ROUND: usize = 40;
+
+struct Graph {
+    start: Vec<usize>,
+    to: Vec<u32>,
+}
+
+impl Graph {
+    fn new(cloth: &Cloth) -> Self {
+        let tree = Neighbours::new(&cloth.surface);
+        let radius = LINK_SPACINGS * cloth.spacing_m;
+        let lists: Vec<Vec<u32>> = cloth
+            .surface
+            .par_iter()
+            .enumerate()
+            .map(|(i, p)| {
+                let mut near = tree.within(p, radius);
+                near.retain(|&j| j != i && linked(cloth, i, j));
+                near.into_iter().map(|j| j as u32).collect()
+            })
+            .collect();
+        let mut start = vec![0];
+        let mut to = Vec::new();
+        for list in lists {
+            to.extend(list);
+            start.push(to.len());
+        }
+        Self { start, to }
+    }
+
+    fn of(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.to[self.start[i]..self.start[i + 1]].iter().map(|&j| j as usize)
+    }
+}
+
+/// Whether the step from i to j stays in the surface: it does not rise out of
+/// either tangent plane and the planes do not differ too much.
+fn linked(cloth: &Cloth, i: usize, j: usize) -> bool {
+    let d = cloth.surface[j] - cloth.surface[i];
+    let length = d.norm();
+    let steep = 0.6 * length;
+    length > 1e-9
+        && d.dot(&cloth.normals[i]).abs() < steep
+        && d.dot(&cloth.normals[j]).abs() < steep
+        && cloth.normals[i].dot(&cloth.normals[j]).abs() > 0.4
+}
+
+/// Chord to arc: the length of the surface between two points whose normals
+/// enclose an angle, taken as a circle's arc.
+fn arc_length(chord: f64, cosine: f64) -> f64 {
+    let half = 0.5 * cosine.clamp(-1.0, 1.0).acos();
+    if half < 1e-3 { chord } else { chord * (half / half.sin()).min(1.15) }
+}
+
+/// Unrolls the cloth outward from the plate's disc of radius `seed_radius_m`,
+/// no farther than `reach_m` along the cloth.
+pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolled {
+    let graph = Graph::new(cloth);
+    let count = cloth.surface.len();
+    let mut normals = cloth.normals.clone();
+    let mut axis = vec![Vector3::zeros(); count];
+    let mut flat = vec![[0.0_f64; 2]; count];
+    let mut distance = vec![f64::INFINITY; count];
+    let mut done = vec![false; count];
+    let mut fixed = vec![false; count];
+    let mut heap: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
+    for (i, p) in cloth.surface.iter().enumerate() {
+        if p.x.hypot(p.z) < seed_radius_m && p.y.abs() < 0.1 * seed_radius_m && normals[i].y.abs() > 0.8 {
+            fixed[i] = true;
+            distance[i] = 0.0;
+            heap.push(Reverse((0, i)));
+        }
+    }
+    while let Some(Reverse((_, j))) = heap.pop() {
+        if done[j] {
+            continue;
+        }
+        if fixed[j] {
+            let upward = normals[j].y.signum();
+            normals[j] *= upward;
+            axis[j] = tangent(&Vector3::x(), &normals[j]);
+            flat[j] = [cloth.surface[j].x, cloth.surface[j].z];
+        } else {
+            advance(j, &graph, cloth, &done, &mut normals, &mut axis, &mut flat);
+        }
+        done[j] = true;
+        if flat[j][0].hypot(flat[j][1]) > reach_m {
+            continue;
+        }
+        for k in graph.of(j) {
+            let through = distance[j] + (cloth.surface[k] - cloth.surface[j]).norm();
+            if !done[k] && through < distance[k] {
+                distance[k] = through;
+                // Non-negative floats order like their bits.
+                heap.push(Reverse((through.to_bits(), k)));
+            }
+        }
+    }
+    relax(&graph, cloth, &done, &fixed, &normals, &mut flat);
+    let reached = |i: &usize| done[*i] && flat[*i][0].hypot(flat[*i][1]) < reach_m;
+    let kept: Vec<usize> = (0..count).filter(reached).collect();
+    Unrolled {
+        points: kept.iter().map(|&i| cloth.surface[i]).collect(),
+        normals: kept.iter().map(|&i| normals[i]).collect(),
+        flat: kept.iter().map(|&i| flat[i]).collect(),
+    }
+}
+
+fn tangent(v: &Vector3, normal: &Vector3) -> Vector3 {
+    (v - normal * v.dot(normal)).normalize()
+}
+
+/// A step d as seen in the tangent plane with axes `a` and `a x n`, with its
+/// length kept.
+fn in_plane(d: &Vector3, a: &Vector3, normal: &Vector3, length: f64) -> [f64; 2] {
+    let b = a.cross(normal);
+    let (x, y) = (d.dot(a), d.dot(&b));
+    let scale = length / x.hypot(y).max(1e-12);
+    [x * scale, y * scale]
+}
+
+/// Places point j from its neighbours that are already placed.
+fn advance(
+    j: usize,
+    graph: &Graph,
+    cloth: &Cloth,
+    done: &[bool],
+    normals: &mut [Vector3],
+    axis: &mut [Vector3],
+    flat: &mut [[f64; 2]],
+) {
+    let mut along = Vector3::zeros();
+    let mut across = 0.0;
+    for i in graph.of(j).filter(|&i| done[i]) {
+        across += normals[i].dot(&normals[j]);
+    }
+    if across < 0.0 {
+        normals[j] = -normals[j];
+    }
+    let mut sum = [0.0; 2];
+    let mut weights = 0.0;
+    for i in graph.of(j).filter(|&i| done[i] && normals[i].dot(&normals[j]) > 0.0) {
+        let d = cloth.surface[j] - cloth.surface[i];
+        let chord = d.norm();
+        let weight = 1.0 / chord;
+        along += transport(&axis[i], &normals[i], &normals[j]) * weight;
+        let step = in_plane(&d, &axis[i], &normals[i], arc_length(chord, normals[i].dot(&normals[j])));
+        for c in 0..2 {
+            sum[c] += weight * (flat[i][c] + step[c]);
+        }
+        weights += weight;
+    }
+    if weights > 0.0 {
+        flat[j] = [sum[0] / weights, sum[1] / weights];
+        axis[j] = tangent(&along, &normals[j]);
+    } else {
+        flat[j] = [f64::NAN; 2];
+    }
+}
+
+/// Parallel transport: the smallest rotation that takes normal `from` to `to`.
+fn transport(a: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
+    let turn = from.cross(to);
+    let cosine = from.dot(to);
+    // Rodrigues with sin * axis = turn; 1 + cosine > 0 by the caller's filter.
+    a * cosine + turn.cross(a) + turn * (turn.dot(a) / (1.0 + cosine))
+}
+
+/// Relaxes the coordinates to the best local isometry: alternately the best
+/// rotation of each neighbourhood and a Laplace solve for the coordinates.
+fn relax(
+    graph: &Graph,
+    cloth: &Cloth,
+    done: &[bool],
+    fixed: &[bool],
+    normals: &[Vector3],
+    flat: &mut [[f64; 2]],
+) {
+    let count = flat.len();
+    let free: Vec<bool> = (0..count).map(|i| done[i] && !fixed[i] && flat[i][0].is_finite()).collect();
+    let usable: Vec<bool> = (0..count).map(|i| done[i] && flat[i][0].is_finite()).collect();
+    // Each link's step in the tangent plane of its start, with the arc's length.
+    let steps: Vec<[f64; 2]> = (0..count)
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            let a = tangent(&any_across(&normals[i]), &normals[i]);
+            graph
+                .of(i)
+                .map(move |j| {
+                    let d = cloth.surface[j] - cloth.surface[i];
+                    in_plane(&d, &a, &normals[i], arc_length(d.norm(), normals[i].dot(&normals[j])))
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let reverse = reverse_links(graph);
+    for _ in 0..ROUNDS {
+        let state: &[[f64; 2]] = flat;
+        // Links whose length disagrees step across a gap between two layers.
+        let weight = |i: usize, e: usize, j: usize| -> f64 {
+            if !usable[i] || !usable[j] || normals[i].dot(&normals[j]) < 0.0 {
+                return 0.0;
+            }
+            let length = steps[e][0].hypot(steps[e][1]);
+            let now = (state[j][0] - state[i][0]).hypot(state[j][1] - state[i][1]);
+            1.0 / (1.0 + ((now - length) / (0.5 * cloth.spacing_m)).powi(2)).powi(2)
+        };
+        let weights: Vec<f64> = (0..count)
+            .into_par_iter()
+            .flat_map_iter(|i| {
+                (graph.start[i]..graph.start[i + 1]).map(move |e| (i, e)).collect::<Vec<_>>()
+            })
+            .map(|(i, e)| weight(i, e, graph.to[e] as usize))
+            .collect();
+        let turned: Vec<[f64; 2]> = (0..count)
+            .into_par_iter()
+            .flat_map_iter(|i| {
+                let (mut c, mut s) = (0.0, 0.0);
+                for e in graph.start[i]..graph.start[i + 1] {
+                    let j = graph.to[e] as usize;
+                    let (dx, dy) = (state[j][0] - state[i][0], state[j][1] - state[i][1]);
+                    if weights[e] > 0.0 {
+                        c += weights[e] * (dx * steps[e][0] + dy * steps[e][1]);
+                        s += weights[e] * (dy * steps[e][0] - dx * steps[e][1]);
+                    }
+                }
+                let norm = c.hypot(s).max(1e-300);
+                let (c, s) = (c / norm, s / norm);
+                (graph.start[i]..graph.start[i + 1])
+                    .map(|e| [c * steps[e][0] - s * steps[e][1], s * steps[e][0] + c * steps[e][1]])
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        solve(graph, &weights, &turned, &reverse, &free, flat);
+    }
+}
+
+fn any_across(normal: &Vector3) -> Vector3 {
+    if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }
+}
+
+/// For each link i -> j the index of j -> i.
+fn reverse_links(graph: &Graph) -> Vec<u32> {
+    (0..graph.start.len() - 1)
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            graph
+                .of(i)
+                .map(|j| {
+                    let list = &graph.to[graph.start[j]..graph.start[j + 1]];
+                    let at = list.binary_search(&(i as u32)).unwrap_or(0);
+                    (graph.start[j] + at) as u32
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Conjugate gradients on sum w |x_j - x_i - (t_ij - t_ji) / 2|^2 over the free
+/// points, both coordinates at once, started at the present coordinates.
+fn solve(
+    graph: &Graph,
+    weights: &[f64],
+    turned: &[[f64; 2]],
+    reverse: &[u32],
+    free: &[bool],
+    x: &mut [[f64; 2]],
+) {
+    let count = x.len();
+    let both = |e: usize| weights[e].min(weights[reverse[e] as usize]);
+    let diagonal: Vec<f64> = (0..count)
+        .map(|i| (graph.start[i]..graph.start[i + 1]).map(both).sum::<f64>().max(1e-9))
+        .collect();
+    let gradient: Vec<[f64; 2]> = (0..count)
+        .into_par_iter()
+        .map(|i| {
+            let mut g = [0.0; 2];
+            if free[i] {
+                for e in graph.start[i]..graph.start[i + 1] {
+                    let w = both(e);
+                    if w > 0.0 {
+                        let j = graph.to[e] as usize;
+                        for c in 0..2 {
+                            let want = 0.5 * (turned[e][c] - turned[reverse[e] as usize][c]);
+                            g[c] += w * (x[j][c] - x[i][c] - want);
+                        }
+                    }
+                }
+            }
+            g
+        })
+        .collect();
+    let product = |p: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        (0..count)
+            .into_par_iter()
+            .map(|i| {
+                let mut out = [0.0; 2];
+                if free[i] {
+                    for e in graph.start[i]..graph.start[i + 1] {
+                        let w = both(e);
+                        let j = graph.to[e] as usize;
+                        out[0] += w * (p[i][0] - p[j][0]);
+                        out[1] += w * (p[i][1] - p[j][1]);
+                    }
+                }
+                out
+            })
+            .collect()
+    };
+    let dot = |a: &[[f64; 2]], b: &[[f64; 2]], c: usize| -> f64 {
+        a.iter().zip(b).map(|(a, b)| a[c] * b[c]).sum()
+    };
+    let mut r = gradient;
+    let precondition = |r: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        r.iter().zip(&diagonal).map(|(r, d)| [r[0] / d, r[1] / d]).collect()
+    };
+    let mut z = precondition(&r);
+    let mut p = z.clone();
+    let mut rz = [dot(&r, &z, 0), dot(&r, &z, 1)];
+    for _ in 0..STEPS_PER_ROUND {
+        let ap = product(&p);
+        let mut beta = [0.0; 2];
+        for c in 0..2 {
+            let pap = dot(&p, &ap, c);
+            let alpha = if pap > 1e-300 { rz[c] / pap } else { 0.0 };
+            for i in 0..count {
+                if free[i] {
+                    x[i][c] += alpha * p[i][c];
+                }
+                r[i][c] -= alpha * ap[i][c];
+            }
+        }
+        z = precondition(&r);
+        for c in 0..2 {
+            let next = dot(&r, &z, c);
+            beta[c] = if rz[c] > 1e-300 { next / rz[c] } else { 0.0 };
+            rz[c] = next;
+        }
+        for i in 0..count {
+            for c in 0..2 {
+                p[i][c] = z[i][c] + beta[c] * p[i][c];
+            }
+        }
+    }
+}
