@@ -1,5 +1,7 @@
 //! Geometry: meshes and clouds, and the one place where they meet parry's types.
 
 pub mod mesh;
+pub mod parry;
 
 pub use mesh::{Cloud, Mesh};
+pub use parry::{Hit, MeshIndex};

@@ -1,0 +1,108 @@
+//! The boundary vector as a table: `index,side,x_mm,y_mm,z_mm,sigma_mm,observed`.
+//!
+//! 244 rows in the order of [`crate::base::boundary`]; side 0 to 3, `observed`
+//! 1 or 0. People correct such files by hand, so the reader names the line and
+//! takes blanks, and `true` and `false`, but no other order and no other unit.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::error::shown;
+use super::{At, Fault, ReadError, WriteError, atomically};
+use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
+use crate::base::units::M_PER_MM;
+use crate::base::{Boundary, BoundaryPoint, Point3};
+
+/// The first line.
+pub const HEADER: &str = "index,side,x_mm,y_mm,z_mm,sigma_mm,observed";
+
+/// The table as text.
+#[must_use]
+pub fn to_text(boundary: &Boundary) -> String {
+    let mut text = format!("{HEADER}\n");
+    for (index, point) in boundary.points().iter().enumerate() {
+        let [x, y, z] = (point.position_m / M_PER_MM).coords.into();
+        let (side, sigma) = (index / POINTS_PER_SIDE, point.sigma_m / M_PER_MM);
+        let observed = u8::from(point.observed);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{index},{side},{x:.4},{y:.4},{z:.4},{sigma:.4},{observed}");
+    }
+    text
+}
+
+/// Writes the table.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write(path: impl AsRef<Path>, boundary: &Boundary) -> Result<(), WriteError> {
+    atomically(path, |out| out.write_all(to_text(boundary).as_bytes()))
+}
+
+/// Reads the table back.
+///
+/// # Errors
+/// A missing file, other columns, a cell that is no number, a wrong number or
+/// order of rows.
+pub fn read(path: impl AsRef<Path>) -> Result<Boundary, ReadError> {
+    let path = path.as_ref();
+    let text = std::fs::read(path).map_err(At::opening);
+    text.and_then(|text| parse(&text)).map_err(|at| at.in_file(path))
+}
+
+fn parse(text: &[u8]) -> Result<Boundary, At> {
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let mut rows = super::tokens::lines(text).filter(|(_, line)| !line.is_empty());
+    let header = rows.next().map(|(_, line)| line).unwrap_or_default();
+    let compact: Vec<u8> = header.iter().copied().filter(|b| !matches!(b, b' ' | b'"')).collect();
+    if compact != HEADER.as_bytes() {
+        let fault = format!("the first line is `{}`; it must be `{HEADER}`", shown(header));
+        return Err(Fault::Layout(fault).at_line(1));
+    }
+    let mut points = Vec::with_capacity(POINTS);
+    for (line, row) in rows {
+        if points.len() == POINTS {
+            let fault = format!("more than {POINTS} rows; remove what was added");
+            return Err(Fault::Layout(fault).at_line(line));
+        }
+        points.push(parse_row(row, points.len(), line)?);
+    }
+    let found = points.len();
+    Boundary::new(points).ok_or_else(|| {
+        let fault = format!("{found} rows, but a boundary has {POINTS}; restore the missing rows");
+        Fault::Layout(fault).anywhere()
+    })
+}
+
+fn parse_row(row: &[u8], index: usize, line: usize) -> Result<BoundaryPoint, At> {
+    let cells: Vec<&[u8]> = row.split(|&b| b == b',').map(<[u8]>::trim_ascii).collect();
+    let [number, side, x, y, z, sigma, observed] = cells.as_slice() else {
+        let fault = format!("{} cells instead of 7; use commas, decimal points", cells.len());
+        return Err(Fault::Layout(fault).at_line(line));
+    };
+    let value = |what: &str, cell: &[u8]| {
+        let parsed = super::tokens::number(cell).filter(|value| value.is_finite());
+        let fault = || Fault::Number { what: what.to_owned(), token: shown(cell) };
+        parsed.ok_or_else(|| fault().at_line(line))
+    };
+    let want = [index, index / POINTS_PER_SIDE].map(|n| n as f64);
+    if [value("index", number)?, value("side", side)?] != want {
+        let fault =
+            format!("row {}, side {} belongs here; keep the rows in order", want[0], want[1]);
+        return Err(Fault::Layout(fault).at_line(line));
+    }
+    let sigma_mm = value("sigma_mm", sigma)?;
+    if sigma_mm < 0.0 {
+        let fault = format!("sigma_mm is {sigma_mm}; a standard deviation is not negative");
+        return Err(Fault::Layout(fault).at_line(line));
+    }
+    let observed = match *observed {
+        b"1" | b"true" => true,
+        b"0" | b"false" => false,
+        other => {
+            let fault = format!("observed is `{}`; write 1 or 0", shown(other));
+            return Err(Fault::Layout(fault).at_line(line));
+        }
+    };
+    let position_mm = Point3::new(value("x_mm", x)?, value("y_mm", y)?, value("z_mm", z)?);
+    Ok(BoundaryPoint { position_m: position_mm * M_PER_MM, sigma_m: sigma_mm * M_PER_MM, observed })
+}

@@ -1,0 +1,465 @@
+//! PLY: ascii and binary of both byte orders.
+//!
+//! After G. Turk, "The PLY Polygon File Format" (1994), and what sensors make
+//! of it: carriage returns, blank or indented header lines, names outside the
+//! grammar (CloudCompare), unknown elements and lists, ascii vertices spread
+//! over several lines (RealSense), NaN rows, polygons, faces before vertices.
+//!
+//! `ply-rs-bw` parses the header (cleaned by [`clean_header`], for it takes one
+//! spelling only). The payload is read here, because that crate reads an ascii
+//! element per line, so that RealSense's files fail; it keeps each element as a
+//! hash map of its properties, about a kilobyte per vertex; and it has no say
+//! over an element's count before it reads. Here each count is held against the
+//! bytes that are left before anything is allocated for it.
+//!
+//! Not read: triangle strips and range grids (listed in
+//! [`ReadNotes::ignored`](super::ReadNotes::ignored)); their points are.
+
+use std::collections::HashSet;
+use std::io::Cursor;
+
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{
+    DefaultElement, ElementDef, Encoding, Header, PropertyDef, PropertyType, ScalarType,
+};
+
+use super::assemble::Raw;
+use super::error::shown;
+use super::tokens::{Tokens, number_for};
+use super::{At, Fault, Place};
+use crate::base::Point3;
+
+pub(super) fn read(bytes: &[u8]) -> Result<Raw, At> {
+    let (header, payload) = read_header(bytes)?;
+    match header.encoding {
+        Encoding::Ascii => {
+            let line = bytes[..payload].iter().filter(|&&b| b == b'\n').count() + 1;
+            read_elements(&header, Ascii(Tokens::new(bytes, payload, line)))
+        }
+        Encoding::BinaryLittleEndian => {
+            read_elements(&header, Binary { bytes, position: payload, little: true })
+        }
+        Encoding::BinaryBigEndian => {
+            read_elements(&header, Binary { bytes, position: payload, little: false })
+        }
+    }
+}
+
+/// The header, and where the payload starts.
+fn read_header(bytes: &[u8]) -> Result<(Header, usize), At> {
+    let (text, payload) = clean_header(bytes)?;
+    let parser = Parser::<DefaultElement>::new();
+    let header = parser.read_header(&mut Reader::new(Cursor::new(text.as_bytes())));
+    let header = header.map_err(|error| {
+        let line = error.line().unwrap_or(1);
+        let content = text.lines().nth(line - 1).unwrap_or_default();
+        Fault::Layout(format!(
+            "the PLY header cannot be read here: `{}`; export the file again as binary PLY 1.0",
+            shown(content.as_bytes()),
+        ))
+        .at_line(line)
+    })?;
+    Ok((header, payload))
+}
+
+/// The header in the one spelling that the parser takes, line for line, and the
+/// payload's position.
+///
+/// Blank lines, comments and `obj_info` become empty comments; runs of blanks
+/// become one; a property name that is outside the grammar or was used before
+/// gets a name that no reader asks for.
+fn clean_header(bytes: &[u8]) -> Result<(String, usize), At> {
+    if !bytes.starts_with(b"ply") || bytes.get(3).is_some_and(|b| !b.is_ascii_whitespace()) {
+        let fault = "a PLY file starts with a line `ply`; this one is damaged or of another format: export it again";
+        return Err(Fault::Layout(fault.to_owned()).at_line(1));
+    }
+    let first_end = bytes.iter().position(|b| matches!(b, b'\n' | b'\r'));
+    let Some(first_end) = first_end else {
+        return Err(no_end());
+    };
+    // A lone carriage return ends lines (old Macintosh) only if the first one does.
+    let end = if bytes[first_end..].starts_with(b"\r") && bytes.get(first_end + 1) != Some(&b'\n') {
+        b'\r'
+    } else {
+        b'\n'
+    };
+    let mut text = String::new();
+    let mut names = HashSet::new();
+    let mut elements = HashSet::new();
+    let mut position = 0;
+    for (index, line) in bytes.split_inclusive(|&b| b == end).enumerate() {
+        position += line.len();
+        let line = String::from_utf8_lossy(line);
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let number = index + 1;
+        match words.as_slice() {
+            ["end_header", ..] => return Ok((text + "end_header\n", position)),
+            [] | ["comment" | "obj_info", ..] => text.push_str("comment"),
+            ["element", name, rest @ ..] => {
+                names.clear();
+                if !elements.insert((*name).to_owned()) {
+                    let fault =
+                        format!("element `{name}` is declared twice; export the file again");
+                    return Err(Fault::Layout(fault).at_line(number));
+                }
+                let name = name_for(name, number, true);
+                text.push_str(&format!("element {name} {}", rest.join(" ")));
+            }
+            ["property", kind, ..] => {
+                // A name may hold blanks.
+                let (kind, name) =
+                    words.split_at(words.len().min(if *kind == "list" { 4 } else { 2 }));
+                let name = name.join(" ");
+                let fresh = names.insert(name.clone());
+                let name = name_for(&name, number, fresh);
+                text.push_str(&format!("{} {name}", kind.join(" ")));
+            }
+            words => text.push_str(&words.join(" ")),
+        }
+        text.push('\n');
+    }
+    Err(no_end())
+}
+
+fn no_end() -> At {
+    let fault = "the PLY header has no `end_header` line; the file is cut off: copy it again";
+    Fault::Layout(fault.to_owned()).anywhere()
+}
+
+/// The name itself if the grammar takes it and it is `fresh`.
+fn name_for(name: &str, line: usize, fresh: bool) -> String {
+    let fits = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+    if fits && fresh { name.to_owned() } else { format!("unnamed_of_line_{line}") }
+}
+
+/// Where the numbers of a payload come from, one after another.
+trait Payload {
+    /// The next scalar of type `kind`; `None` at the end of the file.
+    fn scalar(&mut self, kind: &ScalarType, element: &str) -> Option<Result<f64, At>>;
+    /// Leaves out `count` scalars of type `kind`; `None` at the end of the file.
+    fn skip(&mut self, kind: &ScalarType, count: usize) -> Option<()>;
+    /// The fewest bytes that a scalar of type `kind` takes.
+    fn least_bytes(kind: &ScalarType) -> usize;
+    fn remaining(&self) -> usize;
+    fn place(&self) -> Place;
+}
+
+struct Ascii<'a>(Tokens<'a>);
+
+impl Payload for Ascii<'_> {
+    fn scalar(&mut self, _: &ScalarType, element: &str) -> Option<Result<f64, At>> {
+        let token = self.0.next()?;
+        Some(number_for(token, self.0.place(), || {
+            format!("a value of `{}`", shown(element.as_bytes()))
+        }))
+    }
+
+    fn skip(&mut self, _: &ScalarType, count: usize) -> Option<()> {
+        (0..count).try_for_each(|_| self.0.next().map(|_| ()))
+    }
+
+    fn least_bytes(_: &ScalarType) -> usize {
+        2
+    }
+
+    fn remaining(&self) -> usize {
+        // The last token needs no blank after it.
+        self.0.remaining() + 1
+    }
+
+    fn place(&self) -> Place {
+        self.0.place()
+    }
+}
+
+struct Binary<'a> {
+    bytes: &'a [u8],
+    position: usize,
+    little: bool,
+}
+
+impl Binary<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let mut array: [u8; N] = *self.bytes[self.position..].first_chunk()?;
+        self.position += N;
+        if !self.little {
+            array.reverse();
+        }
+        Some(array)
+    }
+}
+
+impl Payload for Binary<'_> {
+    fn scalar(&mut self, kind: &ScalarType, _: &str) -> Option<Result<f64, At>> {
+        Some(Ok(match kind {
+            ScalarType::Char => f64::from(i8::from_le_bytes(self.take()?)),
+            ScalarType::UChar => f64::from(u8::from_le_bytes(self.take()?)),
+            ScalarType::Short => f64::from(i16::from_le_bytes(self.take()?)),
+            ScalarType::UShort => f64::from(u16::from_le_bytes(self.take()?)),
+            ScalarType::Int => f64::from(i32::from_le_bytes(self.take()?)),
+            ScalarType::UInt => f64::from(u32::from_le_bytes(self.take()?)),
+            ScalarType::Float => f64::from(f32::from_le_bytes(self.take()?)),
+            ScalarType::Double => f64::from_le_bytes(self.take()?),
+        }))
+    }
+
+    fn skip(&mut self, kind: &ScalarType, count: usize) -> Option<()> {
+        let bytes = count.checked_mul(Self::least_bytes(kind))?;
+        if bytes > self.remaining() {
+            return None;
+        }
+        self.position += bytes;
+        Some(())
+    }
+
+    fn least_bytes(kind: &ScalarType) -> usize {
+        match kind {
+            ScalarType::Char | ScalarType::UChar => 1,
+            ScalarType::Short | ScalarType::UShort => 2,
+            ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
+            ScalarType::Double => 8,
+        }
+    }
+
+    fn remaining(&self) -> usize {
+        self.bytes.len() - self.position
+    }
+
+    fn place(&self) -> Place {
+        Place::Byte(self.position)
+    }
+}
+
+fn read_elements<P: Payload>(header: &Header, mut payload: P) -> Result<Raw, At> {
+    let mut raw = Raw::default();
+    let mut has_vertices = false;
+    for element in header.elements.values() {
+        check_count::<P>(element, &payload)?;
+        match element.name.as_str() {
+            "vertex" => {
+                has_vertices = true;
+                read_vertices(element, &mut payload, &mut raw)?;
+            }
+            "face" => read_faces(element, &mut payload, &mut raw)?,
+            _ => {
+                raw.ignored.push(element.name.clone());
+                skip_element(element, &mut payload)?;
+            }
+        }
+    }
+    if has_vertices {
+        return Ok(raw);
+    }
+    let found = header.elements.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    Err(Fault::Layout(format!(
+        "the PLY header has no element `vertex` (it has: {}); export the points as vertices",
+        shown(found.as_bytes())
+    ))
+    .anywhere())
+}
+
+/// Refuses a count that the rest of the file cannot hold.
+fn check_count<P: Payload>(element: &ElementDef, payload: &P) -> Result<(), At> {
+    let least: usize = element.properties.values().map(|p| least_bytes::<P>(p)).sum();
+    let needs = element.count as u128 * least as u128;
+    let has = payload.remaining();
+    if needs <= has as u128 {
+        return Ok(());
+    }
+    let (element, count) = (shown(element.name.as_bytes()), element.count as u64);
+    Err(Fault::Count { element, count, needs, has }.at(payload.place()))
+}
+
+fn least_bytes<P: Payload>(property: &PropertyDef) -> usize {
+    match &property.data_type {
+        PropertyType::Scalar(kind) | PropertyType::List(kind, _) => P::least_bytes(kind),
+    }
+}
+
+/// What a property of a vertex is for.
+#[derive(Clone, Copy)]
+enum Use {
+    /// x, y or z.
+    Position(usize),
+    /// Red, green or blue.
+    Color(usize),
+    Nothing,
+}
+
+impl Use {
+    fn of(property: &PropertyDef) -> Self {
+        if matches!(property.data_type, PropertyType::List(..)) {
+            return Self::Nothing;
+        }
+        match property.name.as_str() {
+            "x" | "X" => Self::Position(0),
+            "y" | "Y" => Self::Position(1),
+            "z" | "Z" => Self::Position(2),
+            "red" | "r" | "diffuse_red" => Self::Color(0),
+            "green" | "g" | "diffuse_green" => Self::Color(1),
+            "blue" | "b" | "diffuse_blue" => Self::Color(2),
+            _ => Self::Nothing,
+        }
+    }
+}
+
+fn read_vertices<P: Payload>(
+    element: &ElementDef,
+    payload: &mut P,
+    raw: &mut Raw,
+) -> Result<(), At> {
+    let uses: Vec<Use> = element.properties.values().map(Use::of).collect();
+    let has_all = |want: fn(&Use) -> Option<usize>| {
+        (0..3).all(|axis| uses.iter().any(|used| want(used) == Some(axis)))
+    };
+    if !has_all(|used| if let Use::Position(axis) = used { Some(*axis) } else { None }) {
+        let names = element.properties.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        return Err(Fault::Layout(format!(
+            "element `vertex` lacks x, y or z (it has: {}); export positions",
+            shown(names.as_bytes())
+        ))
+        .anywhere());
+    }
+    let colored = has_all(|used| if let Use::Color(axis) = used { Some(*axis) } else { None });
+    let unused = element.properties.values().zip(&uses);
+    let unused = unused.filter(|(_, used)| matches!(used, Use::Nothing));
+    raw.ignored.extend(unused.map(|(property, _)| property.name.clone()));
+    raw.points.reserve_exact(element.count);
+    if colored {
+        raw.colors.reserve_exact(element.count);
+    }
+    for number in 0..element.count {
+        let mut position = [0.0; 3];
+        let mut color = [0; 3];
+        for (property, used) in element.properties.values().zip(&uses) {
+            match (used, &property.data_type) {
+                (Use::Position(axis), PropertyType::Scalar(kind)) => {
+                    position[*axis] = scalar(payload, kind, element, number)?;
+                }
+                (Use::Color(axis), PropertyType::Scalar(kind)) => {
+                    color[*axis] = byte(scalar(payload, kind, element, number)?, kind);
+                }
+                (_, kind) => skip(payload, kind, element, number)?,
+            }
+        }
+        raw.points.push(Point3::from(position));
+        if colored {
+            raw.colors.push(color);
+        }
+    }
+    Ok(())
+}
+
+/// A colour channel as a byte: floats count from 0 to 1, wide integers to 65535.
+fn byte(value: f64, kind: &ScalarType) -> u8 {
+    let scale = match kind {
+        ScalarType::Float | ScalarType::Double => 255.0,
+        ScalarType::UShort | ScalarType::Short => 255.0 / 65535.0,
+        _ => 1.0,
+    };
+    (value * scale).round() as u8
+}
+
+fn read_faces<P: Payload>(element: &ElementDef, payload: &mut P, raw: &mut Raw) -> Result<(), At> {
+    let is_corners = |p: &PropertyDef| {
+        matches!(p.name.as_str(), "vertex_indices" | "vertex_index")
+            && matches!(p.data_type, PropertyType::List(..))
+    };
+    let mut corners = Vec::new();
+    for number in 0..element.count {
+        for property in element.properties.values() {
+            match &property.data_type {
+                PropertyType::List(count, kind) if is_corners(property) => {
+                    let count = list_count(payload, count, kind, element, number)?;
+                    corners.clear();
+                    for _ in 0..count {
+                        let index = scalar(payload, kind, element, number)?;
+                        corners.push(vertex_index(index, raw, payload.place())?);
+                    }
+                    raw.faces.push(&corners);
+                }
+                kind => skip(payload, kind, element, number)?,
+            }
+        }
+    }
+    if !element.properties.values().any(is_corners) && element.count > 0 {
+        raw.ignored.push(element.name.clone());
+    }
+    Ok(())
+}
+
+fn vertex_index(index: f64, raw: &Raw, place: Place) -> Result<u32, At> {
+    if index >= 0.0 && index < f64::from(u32::MAX) && index.fract() == 0.0 {
+        return Ok(index as u32);
+    }
+    let (face, vertices) = (raw.faces.next_number(), raw.points.len());
+    Err(Fault::FaceIndex { face, index: index as i64, vertices }.at(place))
+}
+
+fn skip_element<P: Payload>(element: &ElementDef, payload: &mut P) -> Result<(), At> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for number in 0..element.count {
+        for property in element.properties.values() {
+            skip(payload, &property.data_type, element, number)?;
+        }
+    }
+    Ok(())
+}
+
+fn truncated<P: Payload>(payload: &P, element: &ElementDef, number: usize) -> At {
+    let (name, count) = (shown(element.name.as_bytes()), element.count);
+    Fault::Truncated { element: name, number: number + 1, count }.at(payload.place())
+}
+
+fn scalar<P: Payload>(
+    payload: &mut P,
+    kind: &ScalarType,
+    element: &ElementDef,
+    number: usize,
+) -> Result<f64, At> {
+    match payload.scalar(kind, &element.name) {
+        Some(value) => value,
+        None => Err(truncated(payload, element, number)),
+    }
+}
+
+fn skip<P: Payload>(
+    payload: &mut P,
+    kind: &PropertyType,
+    element: &ElementDef,
+    number: usize,
+) -> Result<(), At> {
+    let (kind, count) = match kind {
+        PropertyType::Scalar(kind) => (kind, 1),
+        PropertyType::List(count, kind) => {
+            (kind, list_count(payload, count, kind, element, number)?)
+        }
+    };
+    payload.skip(kind, count).ok_or_else(|| truncated(payload, element, number))
+}
+
+/// The length of a list, held against the rest of the file.
+fn list_count<P: Payload>(
+    payload: &mut P,
+    count: &ScalarType,
+    kind: &ScalarType,
+    element: &ElementDef,
+    number: usize,
+) -> Result<usize, At> {
+    let place = payload.place();
+    let count = scalar(payload, count, element, number)?;
+    let most = payload.remaining() / P::least_bytes(kind);
+    if count >= 0.0 && count <= most as f64 && count.fract() == 0.0 {
+        return Ok(count as usize);
+    }
+    let name = shown(element.name.as_bytes());
+    Err(Fault::Layout(format!(
+        "a list of `{name}` {} announces {count} entries, but at most {most} are left; \
+         the file is cut off or damaged: copy or export it again",
+        number + 1
+    ))
+    .at(place))
+}

@@ -1,0 +1,167 @@
+//! From views to one cloud, in a frame and unit of the scanner's own.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use nalgebra::{Translation3, UnitQuaternion};
+use rand::RngExt as _;
+use rand_distr::{Distribution as _, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+use super::{DepthImage, Profile};
+use crate::base::{Isometry3, Point3, Vector3, seed};
+use crate::geom::Cloud;
+use crate::io::{self, WriteError};
+
+/// A scan, and what is true of it.
+#[derive(Clone, Debug)]
+pub struct VirtualScan {
+    /// The views.
+    pub views: Vec<DepthImage>,
+    /// The fused cloud as its file holds it: in the scanner's frame and unit.
+    pub cloud: Cloud,
+    /// What undoes the scanner's frame and unit.
+    pub truth: Truth,
+}
+
+impl VirtualScan {
+    /// Writes the cloud as PLY and the truth beside it as `<stem>.truth.json`.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
+        let path = path.as_ref();
+        io::write_ply(path, &self.cloud, 1.0)?;
+        io::atomically(path.with_extension("truth.json"), |out| {
+            serde_json::to_writer_pretty(&mut *out, &self.truth)?;
+            writeln!(out)
+        })
+    }
+}
+
+/// How the scanner's frame and unit relate to the simulation frame.
+///
+/// A point p of the cloud lies at `simulation_from_scanner * (p * unit_m)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "TruthFile", into = "TruthFile")]
+pub struct Truth {
+    /// Length of the cloud's unit \[m\].
+    pub unit_m: f64,
+    /// The rigid motion, metres.
+    pub simulation_from_scanner: Isometry3,
+}
+
+/// [`Truth`] as it stands in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TruthFile {
+    unit_m: f64,
+    /// Quaternion (i, j, k, w).
+    simulation_from_scanner_rotation_ijkw: [f64; 4],
+    simulation_from_scanner_translation_m: [f64; 3],
+}
+
+impl From<Truth> for TruthFile {
+    fn from(truth: Truth) -> Self {
+        let motion = truth.simulation_from_scanner;
+        Self {
+            unit_m: truth.unit_m,
+            simulation_from_scanner_rotation_ijkw: motion.rotation.coords.into(),
+            simulation_from_scanner_translation_m: motion.translation.vector.into(),
+        }
+    }
+}
+
+impl From<TruthFile> for Truth {
+    fn from(file: TruthFile) -> Self {
+        let [i, j, k, w] = file.simulation_from_scanner_rotation_ijkw;
+        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+        let shift = Translation3::from(file.simulation_from_scanner_translation_m);
+        let simulation_from_scanner = Isometry3::from_parts(shift, turn);
+        Self { unit_m: file.unit_m, simulation_from_scanner }
+    }
+}
+
+impl Truth {
+    /// Draws a rotation (evenly) and a shift of up to half a metre per axis.
+    pub(super) fn draw(unit_m: f64, run_seed: u64) -> Self {
+        let mut rng = seed::rng(run_seed, "sensor-frame", 0);
+        let normals = nalgebra::Vector4::from_fn(|_, _| -> f64 { StandardNormal.sample(&mut rng) });
+        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::from(normals));
+        let shift = Vector3::from_fn(|_, _| rng.random_range(-0.5..=0.5));
+        let simulation_from_scanner = Isometry3::from_parts(Translation3::from(shift), turn);
+        Self { unit_m, simulation_from_scanner }
+    }
+
+    /// A point of the cloud in the simulation frame \[m\].
+    #[must_use]
+    pub fn to_simulation_m(&self, point: &Point3) -> Point3 {
+        self.simulation_from_scanner * (point * self.unit_m)
+    }
+
+    /// A cloud of the simulation frame \[m\] in the scanner's frame and unit.
+    pub(super) fn to_scanner(self, cloud: Cloud) -> Cloud {
+        let scanner_from_simulation = self.simulation_from_scanner.inverse();
+        let moved = cloud.points.iter().map(|p| (scanner_from_simulation * p) / self.unit_m);
+        Cloud { points: moved.collect(), ..cloud }
+    }
+}
+
+/// How a cloud is thinned; see [`Profile`].
+pub(super) struct Thinning {
+    spacing_m: f64,
+    samples_per_point: f64,
+}
+
+impl Thinning {
+    pub(super) fn of(profile: &Profile) -> Self {
+        Self { spacing_m: profile.spacing_m, samples_per_point: profile.samples_per_point }
+    }
+}
+
+/// A voxel's samples so far.
+struct Voxel {
+    /// The sample nearest to the voxel's centre, so that noise is that of single
+    /// measurements.
+    best: usize,
+    best_sq_m2: f64,
+    samples: usize,
+}
+
+/// All views in the simulation frame \[m\], where they are believed to be,
+/// thinned to one point per voxel.
+pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> Cloud {
+    let mut all = Cloud::default();
+    for view in views {
+        let pose = view.pose_believed.simulation_from_camera;
+        for index in 0..view.depth_m.len() {
+            if let Some(point) = view.point_in_camera_m(index) {
+                all.points.push(pose * point);
+                all.colors.push(view.colors[index]);
+            }
+        }
+    }
+    let mut voxels: HashMap<[i64; 3], Voxel> = HashMap::new();
+    for (index, point) in all.points.iter().enumerate() {
+        let cell = point.coords.map(|c| (c / thinning.spacing_m).floor());
+        let center = cell.map(|c| (c + 0.5) * thinning.spacing_m);
+        let away_sq_m2 = (point.coords - center).norm_squared();
+        let key = [cell.x as i64, cell.y as i64, cell.z as i64];
+        let fresh = Voxel { best: index, best_sq_m2: f64::INFINITY, samples: 0 };
+        let voxel = voxels.entry(key).or_insert(fresh);
+        voxel.samples += 1;
+        if away_sq_m2 < voxel.best_sq_m2 {
+            (voxel.best, voxel.best_sq_m2) = (index, away_sq_m2);
+        }
+    }
+    // Hash order is random: the samples' order is not.
+    let mut kept: Vec<Voxel> = voxels.into_values().collect();
+    kept.sort_unstable_by_key(|voxel| voxel.best);
+    let mut rng = seed::rng(run_seed, "sensor-thin", 0);
+    kept.retain(|voxel| rng.random::<f64>() * thinning.samples_per_point < voxel.samples as f64);
+    Cloud {
+        points: kept.iter().map(|voxel| all.points[voxel.best]).collect(),
+        colors: kept.iter().map(|voxel| all.colors[voxel.best]).collect(),
+        triangles: Vec::new(),
+    }
+}

@@ -1,0 +1,226 @@
+//! Named sets of a depth camera's errors.
+
+use super::Camera;
+
+/// The errors of a camera and of the program that fuses its views.
+///
+/// All lengths in metres; "empirical" means chosen to look like scans seen, not
+/// measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Name, as the command line takes it.
+    pub name: &'static str,
+    /// Resolution and focal length.
+    pub camera: Camera,
+    /// Nearest and furthest depth \[m\].
+    pub range_m: [f64; 2],
+    /// Axial noise a + b (z - z0)^2 + c / sqrt(z) * t^2 / (pi/2 - t)^2 with depth
+    /// z \[m\] and incidence t \[rad\]; here a \[m\].
+    pub axial_m: f64,
+    /// b \[1/m\].
+    pub axial_growth_per_m: f64,
+    /// z0 \[m\].
+    pub axial_best_m: f64,
+    /// c \[m^1.5\].
+    pub axial_incidence_m15: f64,
+    /// Lateral noise d + e t / (pi/2 - t); here d \[pixels\].
+    pub lateral_px: f64,
+    /// e \[pixels\].
+    pub lateral_incidence_px: f64,
+    /// Step of 1/z \[1/m\], so that depths step by z^2 times this; 0 for none.
+    pub disparity_step_per_m: f64,
+    /// Unit of the stored depth \[m\]; 0 for none.
+    pub depth_unit_m: f64,
+    /// Chance that a pixel at a depth edge mixes both surfaces.
+    pub flying_fraction: f64,
+    /// Neighbours further apart in depth than this make a depth edge \[m\].
+    pub edge_step_m: f64,
+    /// Pixels by which the nearer surface's edge recedes (positive) or spreads
+    /// over what is behind (negative).
+    pub edge_erosion_px: i32,
+    /// Drop-out begins at the first incidence and is complete at the second \[rad\].
+    pub grazing_rad: [f64; 2],
+    /// Round holes per view.
+    pub holes_per_view: usize,
+    /// Least and largest radius of a hole \[pixels\].
+    pub hole_radius_px: [f64; 2],
+    /// Chance of an outlier.
+    pub outlier_fraction: f64,
+    /// Outliers lie within this of the true depth, evenly \[m\].
+    pub outlier_reach_m: f64,
+    /// Standard deviation of the error of a view's position, per axis \[m\].
+    pub pose_shift_m: f64,
+    /// Standard deviation of the error of a view's rotation about the plate's
+    /// centre, per axis \[rad\].
+    pub pose_turn_rad: f64,
+    /// Side of the voxels to which the fused cloud is thinned \[m\].
+    pub spacing_m: f64,
+    /// Samples in a voxel that keep it for sure; with fewer it is kept by chance
+    /// in proportion. Fusion weighs by counts, so that lone outliers are not
+    /// made more numerous by thinning.
+    pub samples_per_point: f64,
+    /// Length of the exported file's unit \[m\].
+    pub unit_m: f64,
+}
+
+impl Profile {
+    /// The names of [`Profile::named`].
+    pub const NAMES: [&'static str; 4] = ["ideal", "structured-light", "truedepth", "consumer"];
+
+    /// The profile of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "ideal" => Some(Self::ideal()),
+            "structured-light" => Some(Self::structured_light()),
+            "truedepth" => Some(Self::truedepth()),
+            "consumer" => Some(Self::consumer()),
+            _ => None,
+        }
+    }
+
+    /// No errors at all: for tests, and to see what visibility alone does.
+    #[must_use]
+    pub fn ideal() -> Self {
+        Self {
+            name: "ideal",
+            camera: Camera { width: 640, height: 480, focal_px: 600.0 },
+            range_m: [0.1, 2.0],
+            axial_m: 0.0,
+            axial_growth_per_m: 0.0,
+            axial_best_m: 0.0,
+            axial_incidence_m15: 0.0,
+            lateral_px: 0.0,
+            lateral_incidence_px: 0.0,
+            disparity_step_per_m: 0.0,
+            depth_unit_m: 0.0,
+            flying_fraction: 0.0,
+            edge_step_m: 0.01,
+            edge_erosion_px: 0,
+            grazing_rad: [std::f64::consts::FRAC_PI_2; 2],
+            holes_per_view: 0,
+            hole_radius_px: [1.0, 1.0],
+            outlier_fraction: 0.0,
+            outlier_reach_m: 0.0,
+            pose_shift_m: 0.0,
+            pose_turn_rad: 0.0,
+            spacing_m: 0.0015,
+            samples_per_point: 1.0,
+            unit_m: 1.0,
+        }
+    }
+
+    /// A stationary structured-light scanner: 0.15 mm axial noise, edges that
+    /// recede by a pixel, millimetres. Sizes empirical, after data sheets of
+    /// desktop scanners.
+    #[must_use]
+    pub fn structured_light() -> Self {
+        Self {
+            name: "structured-light",
+            camera: Camera { width: 960, height: 720, focal_px: 900.0 },
+            axial_m: 0.15e-3,
+            axial_incidence_m15: 0.0125e-3,
+            lateral_px: 0.2,
+            depth_unit_m: 1e-5,
+            flying_fraction: 0.05,
+            edge_erosion_px: 1,
+            grazing_rad: [70_f64.to_radians(), 85_f64.to_radians()],
+            holes_per_view: 2,
+            hole_radius_px: [2.0, 6.0],
+            outlier_fraction: 1e-4,
+            outlier_reach_m: 0.02,
+            pose_shift_m: 0.05e-3,
+            pose_turn_rad: 0.01_f64.to_radians(),
+            spacing_m: 0.0018,
+            samples_per_point: 8.0,
+            unit_m: 1e-3,
+            ..Self::ideal()
+        }
+    }
+
+    /// A tablet's front camera (structured infrared dots, TrueDepth-like) led
+    /// around the drape: 0.5 mm at 0.25 m, 1.5 mm at 0.7 m, and views that
+    /// miss each other by 0.5 mm. Sizes empirical.
+    #[must_use]
+    pub fn truedepth() -> Self {
+        Self {
+            name: "truedepth",
+            camera: Camera { width: 640, height: 480, focal_px: 590.0 },
+            range_m: [0.2, 1.0],
+            axial_m: 0.5e-3,
+            axial_growth_per_m: 5e-3,
+            axial_best_m: 0.25,
+            axial_incidence_m15: 0.04e-3,
+            lateral_px: 0.5,
+            lateral_incidence_px: 0.02,
+            depth_unit_m: 1e-4,
+            flying_fraction: 0.3,
+            grazing_rad: [65_f64.to_radians(), 82_f64.to_radians()],
+            holes_per_view: 3,
+            hole_radius_px: [2.0, 8.0],
+            outlier_fraction: 1e-3,
+            outlier_reach_m: 0.03,
+            pose_shift_m: 0.5e-3,
+            pose_turn_rad: 0.15_f64.to_radians(),
+            spacing_m: 0.0025,
+            samples_per_point: 12.0,
+            ..Self::ideal()
+        }
+    }
+
+    /// A first-generation consumer depth camera. Axial and lateral noise: the
+    /// Kinect of Nguyen et al. 2012 (1.2 mm at 0.4 m). Depth step: 1/8 pixel of
+    /// disparity at 580 pixels and a base of 75 mm, as Khoshelham and Elberink
+    /// 2012. The rest is empirical: 1 % outliers, holes, edges that spread by a
+    /// pixel, 1 mm pose errors.
+    #[must_use]
+    pub fn consumer() -> Self {
+        Self {
+            name: "consumer",
+            camera: Camera { width: 640, height: 480, focal_px: 580.0 },
+            range_m: [0.35, 3.0],
+            axial_m: 1.2e-3,
+            axial_growth_per_m: 1.9e-3,
+            axial_best_m: 0.4,
+            axial_incidence_m15: 0.1e-3,
+            lateral_px: 0.8,
+            lateral_incidence_px: 0.035,
+            disparity_step_per_m: 1.0 / (8.0 * 580.0 * 0.075),
+            depth_unit_m: 1e-3,
+            flying_fraction: 0.5,
+            edge_erosion_px: -1,
+            grazing_rad: [60_f64.to_radians(), 80_f64.to_radians()],
+            holes_per_view: 8,
+            hole_radius_px: [3.0, 10.0],
+            outlier_fraction: 0.01,
+            outlier_reach_m: 0.05,
+            pose_shift_m: 1e-3,
+            pose_turn_rad: 0.3_f64.to_radians(),
+            spacing_m: 0.003,
+            samples_per_point: 12.0,
+            ..Self::ideal()
+        }
+    }
+
+    /// Standard deviation of a depth at depth `z_m` and incidence `t_rad` \[m\].
+    #[must_use]
+    pub fn axial_sigma_m(&self, z_m: f64, t_rad: f64) -> f64 {
+        let slant = slant(t_rad);
+        let growth = self.axial_growth_per_m * (z_m - self.axial_best_m).powi(2);
+        self.axial_m + growth + self.axial_incidence_m15 / z_m.sqrt() * slant * slant
+    }
+
+    /// Standard deviation of a ray's position in the image, per axis \[pixels\].
+    #[must_use]
+    pub fn lateral_sigma_px(&self, t_rad: f64) -> f64 {
+        self.lateral_px + self.lateral_incidence_px * slant(t_rad)
+    }
+}
+
+/// t / (pi/2 - t), held at its value 5 degrees from grazing, where the source's
+/// fit ends and the ratio would grow without bound.
+fn slant(t_rad: f64) -> f64 {
+    let most = 85_f64.to_radians();
+    let t = t_rad.clamp(0.0, most);
+    t / (std::f64::consts::FRAC_PI_2 - t)
+}

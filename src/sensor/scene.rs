@@ -1,0 +1,229 @@
+//! What stands before the camera: drape, plate, pedestal, floor.
+
+use crate::base::frame::PLATE_RADIUS_M;
+use crate::base::{Point3, Vector3};
+use crate::geom::parry::cast_on_floor;
+use crate::geom::{Hit, Mesh, MeshIndex};
+
+/// A drape on its stand, in the simulation frame.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The cloth \[m\].
+    pub drape: Mesh,
+    /// Colour of each vertex of the cloth; empty for [`Scene::CLOTH_COLOR`].
+    pub cloth_colors: Vec<[u8; 3]>,
+    /// Radius of the plate, whose top face is y = 0 \[m\].
+    pub plate_radius_m: f64,
+    /// Thickness of the plate \[m\].
+    pub plate_thickness_m: f64,
+    /// Radius of the column that carries the plate \[m\].
+    pub pedestal_radius_m: f64,
+    /// Height of the floor, below the lowest point of the cloth \[m\].
+    pub floor_y_m: f64,
+    /// The floor is a round table of this radius \[m\]; beyond it nothing is seen.
+    pub floor_radius_m: f64,
+}
+
+/// A scene that cannot be scanned.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// No triangles, or triangles of vertices that are not there.
+    #[error("the drape is no mesh ({0} vertices, {1} triangles)")]
+    NoMesh(usize, usize),
+    /// A vertex that is NaN or infinite.
+    #[error("vertex {0} of the drape is not finite")]
+    NotFinite(usize),
+    /// A size out of range.
+    #[error("{key} is {value} m; it must lie in {low} to {high} m")]
+    Size {
+        /// The field.
+        key: &'static str,
+        /// Its value \[m\].
+        value: f64,
+        /// The least value \[m\].
+        low: f64,
+        /// The largest value \[m\].
+        high: f64,
+    },
+    /// Other than one colour per vertex.
+    #[error("cloth_colors has {0} entries for {1} vertices")]
+    Colors(usize, usize),
+}
+
+/// What a ray hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// The cloth, and which triangle of it.
+    Cloth(u32),
+    /// The plate.
+    Plate,
+    /// The column under the plate.
+    Pedestal,
+    /// The floor.
+    Floor,
+}
+
+impl Scene {
+    /// Colour of a cloth without colours.
+    pub const CLOTH_COLOR: [u8; 3] = [70, 110, 185];
+    /// Colour of the plate and the pedestal.
+    pub const STAND_COLOR: [u8; 3] = [205, 205, 200];
+    /// Colour of the floor.
+    pub const FLOOR_COLOR: [u8; 3] = [95, 85, 75];
+    /// Colour for marking a side of the specimen.
+    pub const MARK_COLOR: [u8; 3] = [220, 40, 40];
+
+    /// The stand of the modified Cusick drape: plate of radius 50 mm, 5 mm
+    /// thick, on a column of radius 20 mm, 0.25 m above a table.
+    #[must_use]
+    pub fn modified_cusick(drape: Mesh) -> Self {
+        Self {
+            drape,
+            cloth_colors: Vec::new(),
+            plate_radius_m: PLATE_RADIUS_M,
+            plate_thickness_m: 0.005,
+            pedestal_radius_m: 0.020,
+            floor_y_m: -0.25,
+            floor_radius_m: 0.25,
+        }
+    }
+
+    /// Paints the vertices that `marked` picks by their number with
+    /// [`Scene::MARK_COLOR`], as a garment technologist marks a side.
+    pub fn mark(&mut self, marked: impl Fn(usize) -> bool) {
+        let paint = |i| if marked(i) { Self::MARK_COLOR } else { Self::CLOTH_COLOR };
+        self.cloth_colors = (0..self.drape.vertices.len()).map(paint).collect();
+    }
+
+    fn check(&self) -> Result<(), SceneError> {
+        let vertices = &self.drape.vertices;
+        if let Some(bad) = vertices.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+            return Err(SceneError::NotFinite(bad));
+        }
+        if !self.cloth_colors.is_empty() && self.cloth_colors.len() != vertices.len() {
+            return Err(SceneError::Colors(self.cloth_colors.len(), vertices.len()));
+        }
+        let lowest = vertices.iter().map(|p| p.y).fold(0.0, f64::min);
+        let sizes = [
+            ("plate_radius_m", self.plate_radius_m, 1e-3, 1.0),
+            ("plate_thickness_m", self.plate_thickness_m, 1e-4, 0.1),
+            ("pedestal_radius_m", self.pedestal_radius_m, 1e-4, self.plate_radius_m),
+            ("floor_y_m", self.floor_y_m, -2.0, lowest - self.plate_thickness_m),
+            ("floor_radius_m", self.floor_radius_m, 0.0, 10.0),
+        ];
+        match sizes.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
+            Some((key, value, low, high)) => Err(SceneError::Size { key, value, low, high }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A scene ready for rays.
+pub(super) struct Stage<'a> {
+    scene: &'a Scene,
+    cloth: MeshIndex,
+}
+
+/// The cloth lies on the plate, and its mesh may cut into it by the simulator's
+/// contact tolerance: where both are this close along a ray, the cloth is seen.
+const CLOTH_WINS_M: f64 = 1e-3;
+
+impl<'a> Stage<'a> {
+    pub(super) fn new(scene: &'a Scene) -> Result<Self, SceneError> {
+        scene.check()?;
+        let (vertices, triangles) = (scene.drape.vertices.len(), scene.drape.triangles.len());
+        let cloth = MeshIndex::new(&scene.drape).ok_or(SceneError::NoMesh(vertices, triangles))?;
+        Ok(Self { scene, cloth })
+    }
+
+    /// What a ray (unit direction) meets first within `most_m`.
+    pub(super) fn cast(
+        &self,
+        origin: &Point3,
+        ray: &Vector3,
+        most_m: f64,
+    ) -> Option<(Hit, Surface)> {
+        let scene = self.scene;
+        let plate =
+            Cylinder { radius: scene.plate_radius_m, bottom: -scene.plate_thickness_m, top: 0.0 };
+        let pedestal = Cylinder {
+            radius: scene.pedestal_radius_m,
+            bottom: scene.floor_y_m,
+            top: -scene.plate_thickness_m,
+        };
+        let on_table = |hit: &Hit| {
+            let at = origin + ray * hit.distance;
+            at.x.hypot(at.z) <= scene.floor_radius_m
+        };
+        let floor = cast_on_floor(origin, ray, scene.floor_y_m, most_m).filter(on_table);
+        let stand = [
+            (plate.cast(origin, ray), Surface::Plate),
+            (pedestal.cast(origin, ray), Surface::Pedestal),
+            (floor, Surface::Floor),
+        ];
+        let nearest = stand
+            .into_iter()
+            .filter_map(|(hit, surface)| Some((hit?, surface)))
+            .min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))
+            .filter(|(hit, _)| hit.distance <= most_m);
+        let reach = nearest.map_or(most_m, |(hit, _)| (hit.distance + CLOTH_WINS_M).min(most_m));
+        let cloth = self.cloth.cast(origin, ray, reach);
+        cloth.map(|hit| (hit, Surface::Cloth(hit.triangle))).or(nearest)
+    }
+
+    /// The colour of `surface` at `point`.
+    pub(super) fn color(&self, surface: Surface, point: &Point3) -> [u8; 3] {
+        match surface {
+            Surface::Plate | Surface::Pedestal => Scene::STAND_COLOR,
+            Surface::Floor => Scene::FLOOR_COLOR,
+            Surface::Cloth(_) if self.scene.cloth_colors.is_empty() => Scene::CLOTH_COLOR,
+            Surface::Cloth(triangle) => {
+                let corners = self.scene.drape.triangles[triangle as usize].map(|v| v as usize);
+                let away = |v: &usize| (self.scene.drape.vertices[*v] - point).norm_squared();
+                let near = corners.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+                near.map_or(Scene::CLOTH_COLOR, |vertex| self.scene.cloth_colors[vertex])
+            }
+        }
+    }
+}
+
+/// An upright cylinder about the y axis, with its two caps; rays from outside.
+///
+/// Not parry's, whose iteration stops at about 1e-8.
+struct Cylinder {
+    radius: f64,
+    bottom: f64,
+    top: f64,
+}
+
+impl Cylinder {
+    fn cast(&self, origin: &Point3, ray: &Vector3) -> Option<Hit> {
+        let hits = [self.cast_on_side(origin, ray), self.cast_on_cap(origin, ray)];
+        hits.into_iter().flatten().min_by(|a, b| a.distance.total_cmp(&b.distance))
+    }
+
+    /// Solves |o + t d|^2 = r^2 in the horizontal plane, for the entering t.
+    fn cast_on_side(&self, origin: &Point3, ray: &Vector3) -> Option<Hit> {
+        let a = ray.x * ray.x + ray.z * ray.z;
+        let half_b = origin.x * ray.x + origin.z * ray.z;
+        let c = origin.x * origin.x + origin.z * origin.z - self.radius * self.radius;
+        let discriminant = half_b * half_b - a * c;
+        if a == 0.0 || discriminant < 0.0 {
+            return None;
+        }
+        let distance = (-half_b - discriminant.sqrt()) / a;
+        let at = origin + ray * distance;
+        let normal = Vector3::new(at.x, 0.0, at.z) / self.radius;
+        let hit = Hit { distance, normal, triangle: 0 };
+        (distance > 0.0 && (self.bottom..=self.top).contains(&at.y)).then_some(hit)
+    }
+
+    fn cast_on_cap(&self, origin: &Point3, ray: &Vector3) -> Option<Hit> {
+        let (y, normal) =
+            if ray.y < 0.0 { (self.top, Vector3::y()) } else { (self.bottom, -Vector3::y()) };
+        let distance = (y - origin.y) / ray.y;
+        let at = origin + ray * distance;
+        let hit = Hit { distance, normal, triangle: 0 };
+        (distance.is_finite() && distance > 0.0 && at.x.hypot(at.z) <= self.radius).then_some(hit)
+    }
+}

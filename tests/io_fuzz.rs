@@ -1,0 +1,107 @@
+//! Damaged files: whatever bytes are flipped, cut or put in, a reader returns,
+//! and what it returns is no larger than the bytes allow.
+
+use rand::RngExt as _;
+use scan2params::base::seed;
+use scan2params::io::{read_scan_bytes, write_ply};
+
+/// Small valid files, by extension.
+fn seeds() -> Vec<(&'static str, Vec<u8>)> {
+    let ascii = "ply\nformat ascii 1.0\ncomment c\nelement camera 1\nproperty float f\nelement vertex 4\n\
+                 property float x\nproperty float y\nproperty float z\nproperty uchar red\n\
+                 property uchar green\nproperty uchar blue\nproperty list uchar int tags\n\
+                 element face 2\nproperty list uchar int vertex_indices\nend_header\n5\n\
+                 0 0 0 1 2 3 0\n1 0 0 4 5 6 1 7\n1 1 0 7 8 9 0\n0 1 0 1 1 1 2 3\n4\n3 0 1 2\n4 0 1 2 3\n";
+    let pcd = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n\
+               WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ";
+    let packed =
+        [&[33, 0, 0, 0, 32, 0, 0, 0, 15][..], &[1; 16], &[12], &[2; 13], &[32, 0]].concat();
+    let stl = [&[b's'; 80][..], &1_u32.to_le_bytes(), &[65; 50]].concat();
+    let cloud = read_scan_bytes(ascii.as_bytes(), "ply").unwrap().0;
+    let folder = tempfile::tempdir().unwrap();
+    write_ply(folder.path().join("a.ply"), &cloud, 1.0).unwrap();
+    let little = std::fs::read(folder.path().join("a.ply")).unwrap();
+    let big = String::from_utf8_lossy(&little[..60]).replace("little", "big");
+    let big = [big.as_bytes(), &little[60..]].concat();
+    vec![
+        ("ply", ascii.into()),
+        ("ply", little),
+        ("ply", big),
+        ("obj", b"v 0 0 0\nv 1 0 0 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1/1/1 2//1 -1\nf 1 2 3\n".into()),
+        ("pcd", format!("{pcd}ascii\n1 2 3 4\n5 6 nan 7\n").into()),
+        ("pcd", [format!("{pcd}binary\n").as_bytes(), &[63; 32]].concat()),
+        ("pcd", [format!("{pcd}binary_compressed\n").as_bytes(), &packed].concat()),
+        ("xyz", b"x y z\n1 2 3 255 0 0\n4 5 6 1 1 1\n".into()),
+        ("stl", stl),
+        ("stl", b"solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n".into()),
+    ]
+}
+
+fn damage(bytes: &mut Vec<u8>, rng: &mut seed::Rng) {
+    const TOKENS: [&[u8]; 8] =
+        [b"4294967295", b"-1", b"nan", b"1e400", b"\xff\xff\xff\xff", b"\0\0\0\0", b"\r\n", b" "];
+    for _ in 0..rng.random_range(1..=4) {
+        if bytes.is_empty() {
+            return;
+        }
+        let at = rng.random_range(0..bytes.len());
+        match rng.random_range(0..6) {
+            0 => bytes[at] ^= 1 << rng.random_range(0..8),
+            1 => bytes[at] = rng.random(),
+            2 => bytes.truncate(at),
+            3 => {
+                let token = TOKENS[rng.random_range(0..TOKENS.len())];
+                bytes.splice(at..at, token.iter().copied());
+            }
+            4 => {
+                let end = (at + rng.random_range(1..=16)).min(bytes.len());
+                let piece = bytes[at..end].to_vec();
+                bytes.splice(at..at, piece);
+            }
+            _ => {
+                let end = (at + rng.random_range(1..=16)).min(bytes.len());
+                bytes.drain(at..end);
+            }
+        }
+    }
+}
+
+#[test]
+fn damaged_files_neither_panic_nor_grow() {
+    const CASES: u64 = 3_000;
+    let (mut read, mut refused) = (0, 0);
+    for (kind, (extension, seed_bytes)) in seeds().into_iter().enumerate() {
+        for case in 0..CASES {
+            let mut rng = seed::rng(1, "io-fuzz", case * 100 + kind as u64);
+            let mut bytes = seed_bytes.clone();
+            damage(&mut bytes, &mut rng);
+            match read_scan_bytes(&bytes, extension) {
+                Ok((cloud, notes)) => {
+                    read += 1;
+                    // LZF stands for up to 88 bytes a byte; a point takes one at least.
+                    assert!(notes.points_in_file <= 88 * bytes.len(), "kind {kind} case {case}");
+                    assert!(cloud.triangles.len() <= bytes.len(), "kind {kind} case {case}");
+                    let n = cloud.points.len() as u32;
+                    assert!(n > 0 && cloud.points.iter().all(|p| p.iter().all(|c| c.is_finite())));
+                    assert!(cloud.triangles.iter().flatten().all(|&v| v < n));
+                    assert!(cloud.colors.is_empty() || cloud.colors.len() == cloud.points.len());
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert!(error.to_string().len() < 500, "{error}");
+                }
+            }
+        }
+    }
+    assert!(read > 1_000 && refused > 1_000, "{read} read, {refused} refused");
+}
+
+#[test]
+fn the_undamaged_seeds_read() {
+    for (kind, (extension, bytes)) in seeds().into_iter().enumerate() {
+        if let Err(error) = read_scan_bytes(&bytes, extension) {
+            // The big-endian seed has little-endian numbers: its faces are out of range.
+            assert_eq!(kind, 2, "seed {kind}: {error}");
+        }
+    }
+}
