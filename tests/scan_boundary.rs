@@ -65,3 +65,78 @@ fn table() {
         }
     }
 }
+
+/// One line per scan file with truth: the error, and its share in the frame.
+fn report(path: &str) {
+    let name = path.rsplit('/').next().unwrap().trim_end_matches(".ply");
+    let (stem, _) = path.rsplit_once('_').unwrap();
+    let drape = Drape::from_obj(format!("{stem}.obj").as_ref());
+    let text = std::fs::read_to_string(path.replace(".ply", ".truth.json")).unwrap();
+    let truth: scan2params::sensor::Truth = serde_json::from_str(&text).unwrap();
+    let sim_from_scan = truth.simulation_from_scanner;
+    let (cloud, _) = scan2params::io::read_scan(path).unwrap();
+    let start = std::time::Instant::now();
+    let mut options = warp(&sim_from_scan.inverse());
+    if std::env::var("LAX").is_ok() {
+        options = ScanOptions { max_gap_m: 9.0, min_observed: 0.0, max_misfit_m: 9.0, side_range_m: [0.0, 9.0], ..options };
+    }
+    let result = boundary_from_scan(&cloud, &options);
+    let seconds = start.elapsed().as_secs_f64();
+    match result {
+        Ok(found) => {
+            let rim = drape.rim();
+            let (mean, max) = errors(&found, &rim);
+            let drift = found.sim_from_scan * sim_from_scan.inverse();
+            let mut in_truth = found.clone();
+            let moved = found.boundary.points().iter().map(|p| drift.inverse() * p.position_m);
+            in_truth.boundary = Boundary::exact(moved).unwrap();
+            let (shape, shape_max) = errors(&in_truth, &rim);
+            let sigma: Vec<f64> = found.boundary.points().iter().map(|p| p.sigma_m * 1e3).collect();
+            let chi = in_truth
+                .boundary
+                .positions_m()
+                .zip(rim.positions_m())
+                .zip(&sigma)
+                .map(|((a, b), s)| ((a - b).norm_squared() / 3.0 * 1e6 / (s * s)).min(1e3))
+                .sum::<f64>()
+                / 244.0;
+            println!(
+                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?}, edges {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
+                chi.sqrt(),
+                cloud.points.len() / 1000,
+                found.quality.observed_fraction,
+                found.quality.longest_gap_m * 1e3,
+                found.quality.side_lengths_m.map(|m| m * 1e3),
+                found.quality.edge_m.map(|m| m * 1e3),
+                found.quality.plate_radius_m * 1e3,
+                found.quality.plate_radius_scatter_m * 1e3,
+                found.quality.sheet_rms_m * 1e3,
+                found.quality.noise_m * 1e3,
+                (drift.translation.vector * 1e3).as_slice(),
+                (drift.rotation.scaled_axis().map(f64::to_degrees)).as_slice(),
+                found.quality.centre_offset_m * 1e3,
+            );
+            scan2params::scan::picture::draw(&found).save(format!("/tmp/scan-{name}.png")).unwrap();
+        }
+        Err(error) => println!("{name}: refused ({seconds:.1} s): {error}"),
+    }
+}
+
+#[test]
+#[ignore = "prints a table; reads virtual scans named in SCANS"]
+fn virtual_scans() {
+    std::env::var("SCANS").unwrap_or_default().split_whitespace().for_each(report);
+}
+
+#[test]
+#[ignore = "reads real sensor files named in SCANS"]
+fn real_files() {
+    for path in std::env::var("SCANS").unwrap_or_default().split_whitespace() {
+        let (cloud, _) = scan2params::io::read_scan(path).unwrap();
+        let start = std::time::Instant::now();
+        match boundary_from_scan(&cloud, &ScanOptions::default()) {
+            Ok(found) => println!("{path}: ANSWERED {:?}", found.quality),
+            Err(error) => println!("{path} ({:.1} s): {error}", start.elapsed().as_secs_f64()),
+        }
+    }
+}

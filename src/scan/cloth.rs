@@ -99,13 +99,6 @@ pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64)
     })
 }
 
-/// Turns the local frame so that up weighs the plate's tilt and the floor's.
-pub(super) fn local_axes(plate: &Plate) -> (Vector3, Vector3, Vector3) {
-    let up = plate.up.into_inner();
-    let (u, v) = horizontal_axes(&up, &Vector3::x());
-    (u, up, v)
-}
-
 /// Cuts the scene to the cloth and draws it onto a surface.
 pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, options: &ScanOptions) -> Cloth {
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;

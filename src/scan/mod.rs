@@ -49,8 +49,6 @@ pub type Bearing = f64;
 
 /// Fewest points that can carry a rim: about one per 3 mm square.
 const MIN_POINTS: usize = 3000;
-/// Largest root mean square distance of the surface points to the sheet \[m\].
-const MAX_MISFIT_M: f64 = 2.5e-3;
 
 /// Whether weft and warp are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -272,11 +270,11 @@ fn fit_sheet(
     let off: Vec<f64> =
         unrolled.points.iter().zip(&material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
     let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
-    if rms_m > MAX_MISFIT_M {
+    if rms_m > options.max_misfit_m {
         let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
         return Err(ScanError::Misfit {
             rms_mm: rms_m * 1e3,
-            limit_mm: MAX_MISFIT_M * 1e3,
+            limit_mm: options.max_misfit_m * 1e3,
             bearing_deg: square.bearing_deg(material[worst]),
         });
     }

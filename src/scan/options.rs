@@ -34,6 +34,9 @@ pub struct ScanOptions {
     /// Largest arc of the rim that is bridged \[m\]. Empirical: up to about one
     /// fold's half width the bridge stays within its stated sigma.
     pub max_gap_m: f64,
+    /// Largest root mean square distance of the smoothed points to the fitted
+    /// sheet \[m\]; more means that the sheet took a wrong turn.
+    pub max_misfit_m: f64,
     /// Smallest share of the rim that must be observed.
     pub min_observed: f64,
     /// Shortest and longest accepted side of the specimen \[m\]: 300 mm less what
@@ -51,6 +54,7 @@ impl Default for ScanOptions {
             warp_toward: None,
             seed: 0,
             max_gap_m: 0.060,
+            max_misfit_m: 2.5e-3,
             min_observed: 0.70,
             side_range_m: [0.280, 0.330],
         }
