@@ -100,8 +100,15 @@ fn report(path: &str) {
                 .map(|((a, b), s)| ((a - b).norm_squared() / 3.0 * 1e6 / (s * s)).min(1e3))
                 .sum::<f64>()
                 / 244.0;
+            let (mut outward, mut truth_sides) = (0.0, [0.0; 4]);
+            for (i, (p, q)) in in_truth.boundary.positions_m().zip(rim.positions_m()).enumerate() {
+                outward += (p - q).dot(&drape.outward(i)) * 1e3 / 244.0;
+                if i % 61 > 0 {
+                    truth_sides[i / 61] += (q - rim.points()[i - 1].position_m).norm() * 1e3;
+                }
+            }
             println!(
-                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?}, edges {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
+                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} out {outward:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?} true {truth_sides:.1?}, edges {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
                 chi.sqrt(),
                 cloud.points.len() / 1000,
                 found.quality.observed_fraction,

@@ -27,6 +27,9 @@ pub(super) struct Cloth {
     pub surface: Vec<Point3>,
     /// Unit normals of the surface points, sign arbitrary.
     pub normals: Vec<Vector3>,
+    /// How badly each point's neighbourhood fits one smooth layer: 1 is usual,
+    /// several where two layers touch or cross.
+    pub disorder: Vec<f64>,
     /// Distance between surface points \[m\].
     pub spacing_m: f64,
     /// Typical distance between raw neighbours \[m\].
@@ -45,6 +48,10 @@ pub(super) struct Floor {
     /// Points on it.
     pub points: usize,
 }
+
+/// Depth under the plate's top within which nothing but the plate is expected
+/// inside its edge [m].
+const UNDERSIDE_M: f64 = 15e-3;
 
 /// Cell of the thinned cloth \[m\]: resolves folds of 4 mm radius.
 const CELL_M: f64 = 2.0e-3;
@@ -104,27 +111,55 @@ pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, op
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let noise = plate.noise_m;
     let above_floor = 5e-3 + 4.0 * noise;
+    let column = pedestal_radius(points, floor, reach, options).map_or(0.0, |r| r + 2e-3 + 3.0 * noise);
+    let under_plate = options.plate_radius_m - 3e-3 - noise;
     let inside = |p: &&Point3| {
         let radius = p.x.hypot(p.z);
         let over = floor.map_or(f64::INFINITY, |f| {
             p.coords.dot(&f.normal) - f.height_m * f.normal.y
         });
-        let pedestal = radius < options.plate_radius_m - 4e-3 && p.y < -(6e-3 + 4.0 * noise);
+        // Cloth may swing in below the plate, but not closely under it.
+        let stand = p.y < -(2e-3 + 4.0 * noise)
+            && (radius < column || (radius < under_plate && p.y > -UNDERSIDE_M));
         radius < 1.05 * reach
             && p.y < 10e-3 + 4.0 * noise
             && p.y > -(reach - options.plate_radius_m) * 1.12
             && over > above_floor
-            && !pedestal
+            && !stand
     };
     let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
     let raw_spacing_m = spacing(&raw);
     let cell = CELL_M.max(1.2 * raw_spacing_m);
     let thinned = drop_strays(thin(&raw, None, cell), cell);
     let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
-    let (points, _) = smooth(&thinned, reach_m);
+    let points: Vec<Point3> = smooth(&thinned, reach_m).into_iter().map(|p| p.at).collect();
     let again = thin(&points, Some(&thinned.counts), cell);
-    let (surface, normals) = smooth(&again, reach_m);
-    Cloth { raw, surface, normals, spacing_m: cell, raw_spacing_m }
+    let smoothed = smooth(&again, reach_m);
+    let usual = robust::median(smoothed.iter().map(|p| p.residual_m).collect()).unwrap_or(0.0);
+    // Tight folds leave a residual too; crossing layers leave more than that.
+    let usual = usual.max(0.08 * cell);
+    Cloth {
+        raw,
+        surface: smoothed.iter().map(|p| p.at).collect(),
+        normals: smoothed.iter().map(|p| p.normal).collect(),
+        disorder: smoothed.iter().map(|p| p.residual_m / usual).collect(),
+        spacing_m: cell,
+        raw_spacing_m,
+    }
+}
+
+/// Radius of what stands under the plate, from the points between the floor and
+/// the lowest that cloth can hang; `None` if nothing is seen there.
+fn pedestal_radius(points: &[Point3], floor: Option<Floor>, reach: f64, options: &ScanOptions) -> Option<f64> {
+    let lowest = -(reach - options.plate_radius_m) * 1.08;
+    let bottom = floor.map_or(lowest - 0.1, |f| f.height_m + 8e-3);
+    let radii: Vec<f64> = points
+        .iter()
+        .filter(|p| p.y < lowest && p.y > bottom)
+        .map(|p| p.x.hypot(p.z))
+        .filter(|r| *r < 1.2 * options.plate_radius_m)
+        .collect();
+    if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
 }
 
 /// Median distance to the nearest neighbour, from a sample of the points.
@@ -167,9 +202,17 @@ fn drop_strays(thinned: Thinned, cell: f64) -> Thinned {
     out
 }
 
+/// A point drawn onto the surface through its neighbours.
+struct Smoothed {
+    at: Point3,
+    normal: Vector3,
+    /// Root mean square distance of the neighbours to the local quadric [m].
+    residual_m: f64,
+}
+
 /// Moves each point along its normal onto the quadric through its neighbours
-/// within `reach_m`; also returns the normals.
-fn smooth(thinned: &Thinned, reach_m: f64) -> (Vec<Point3>, Vec<Vector3>) {
+/// within `reach_m`.
+fn smooth(thinned: &Thinned, reach_m: f64) -> Vec<Smoothed> {
     let tree = Neighbours::new(&thinned.points);
     thinned
         .points
@@ -178,18 +221,20 @@ fn smooth(thinned: &Thinned, reach_m: f64) -> (Vec<Point3>, Vec<Vector3>) {
             let near = tree.within(p, reach_m);
             project(p, &near, thinned, reach_m)
         })
-        .unzip()
+        .collect()
 }
 
 /// One projection: plane by principal axes, then z = quadric(x, y) over it.
-fn project(p: &Point3, near: &[usize], thinned: &Thinned, reach_m: f64) -> (Point3, Vector3) {
+fn project(p: &Point3, near: &[usize], thinned: &Thinned, reach_m: f64) -> Smoothed {
+    let lost = |normal| Smoothed { at: *p, normal, residual_m: reach_m };
     let Some((_, normal, _)) = principal(near.iter().map(|&i| thinned.points[i])) else {
-        return (*p, Vector3::y());
+        return lost(Vector3::y());
     };
     let hint = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
     let (a, b) = horizontal_axes(&normal, &hint);
     let mut matrix = Matrix6::<f64>::zeros();
     let mut right = Vector6::<f64>::zeros();
+    let mut square = 0.0;
     for &i in near {
         let d = (thinned.points[i] - p) / reach_m;
         let (x, y, z) = (d.dot(&a), d.dot(&b), d.dot(&normal));
@@ -197,13 +242,19 @@ fn project(p: &Point3, near: &[usize], thinned: &Thinned, reach_m: f64) -> (Poin
         let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
         matrix += row * row.transpose() * weight;
         right += row * (z * weight);
+        square += z * z * weight;
     }
     // A slight pull towards the plane keeps thin neighbourhoods from running off.
     let scale = matrix[(0, 0)];
+    let plain = matrix;
     for k in 1..6 {
         matrix[(k, k)] += 1e-3 * scale;
     }
-    let Some(q) = matrix.cholesky().map(|c| c.solve(&right)) else { return (*p, normal) };
-    let tilted = (normal - a * q[1] - b * q[2]).normalize();
-    (p + normal * (q[0] * reach_m), tilted)
+    let Some(q) = matrix.cholesky().map(|c| c.solve(&right)) else { return lost(normal) };
+    let residual = (square - 2.0 * q.dot(&right) + q.dot(&(plain * q))).max(0.0) / scale;
+    Smoothed {
+        at: p + normal * (q[0] * reach_m),
+        normal: (normal - a * q[1] - b * q[2]).normalize(),
+        residual_m: residual.sqrt() * reach_m,
+    }
 }

@@ -54,6 +54,19 @@ impl Edge {
         self.outward[k] * (1.0 - t) + self.outward[k + 1] * t
     }
 
+    /// Mean outward coordinate where it was observed (everywhere if nowhere).
+    pub fn mean_m(&self) -> f64 {
+        let seen: Vec<f64> =
+            self.outward.iter().zip(&self.observed).filter(|p| *p.1).map(|p| *p.0).collect();
+        let list = if seen.is_empty() { &self.outward } else { &seen };
+        list.iter().sum::<f64>() / list.len() as f64
+    }
+
+    /// Moves the whole edge outward.
+    pub fn shift(&mut self, by_m: f64) {
+        self.outward.iter_mut().for_each(|w| *w += by_m);
+    }
+
     /// Standard deviation there.
     pub fn sigma_at(&self, along: f64) -> f64 {
         let (k, t) = self.locate(along);

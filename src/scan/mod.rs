@@ -266,7 +266,7 @@ fn fit_sheet(
     };
     let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
     let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
-    let sheet = sheet::fit(&unrolled.points, &mut material, &settings).ok_or(too_few)?;
+    let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings).ok_or(too_few)?;
     let off: Vec<f64> =
         unrolled.points.iter().zip(&material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
     let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();

@@ -24,8 +24,9 @@ pub struct ScanOptions {
     pub specimen_side_m: f64,
     /// Radius of the plate \[m\].
     pub plate_radius_m: f64,
-    /// Height of the cloth's scanned surface above the plate's top face where it
-    /// lies flat \[m\]; 0 takes the cloth's surface as the face.
+    /// Height in the simulation frame of the cloth where it lies flat on the plate
+    /// \[m\]: the simulator keeps its vertices this far above the face (contact
+    /// gap), and a scan only shows the cloth.
     pub cloth_height_m: f64,
     /// Where the warp points; `None` leaves weft and warp undecided.
     pub warp_toward: Option<WarpToward>,
@@ -50,7 +51,7 @@ impl Default for ScanOptions {
             unit: None,
             specimen_side_m: SPECIMEN_SIDE_M,
             plate_radius_m: PLATE_RADIUS_M,
-            cloth_height_m: 0.0,
+            cloth_height_m: 1e-3,
             warp_toward: None,
             seed: 0,
             max_gap_m: 0.060,

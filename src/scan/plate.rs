@@ -24,13 +24,16 @@ use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
 
 /// Share of the patch's edge where the surface must fall away.
-const FALLING_LIMIT: f64 = 0.7;
+const FALLING_LIMIT: f64 = 0.5;
 /// The flat patch that seeds the search, in plate radii.
 const PATCH_RADII: f64 = 0.6;
 /// Largest root mean square of a flat patch [m]: cloth wrinkles and thinned noise.
-const FLAT_RMS_M: f64 = 2.5e-3;
+const FLAT_RMS_M: f64 = 3e-3;
 /// Bearings at which the edge is looked at.
-const BEARINGS: usize = 48;
+const BEARINGS: usize = 36;
+/// Rings of the search for the edge: ten to a plate radius, out to 2.2 radii.
+const RINGS_PER_RADIUS: f64 = 10.0;
+const RINGS: usize = 22;
 /// Relative error of the radius beyond which it is not the plate.
 const RADIUS_TOLERANCE: f64 = 0.16;
 
@@ -115,7 +118,7 @@ fn candidate(seed: &Point3, points: &[Point3], tree: &Neighbours, radius_m: f64)
         let (mean, axis, variances) = principal(near.iter().map(|&i| points[i]))?;
         // A filled disc of radius q has variances q^2 / 4 in its plane.
         let filled = variances[1] > 0.3 * (radius_m * PATCH_RADII).powi(2) / 4.0;
-        if variances[0].sqrt() > FLAT_RMS_M || !filled {
+        if !filled || flatness(&near, points, &mean, &axis) > FLAT_RMS_M {
             return None;
         }
         normal = axis;
@@ -123,7 +126,7 @@ fn candidate(seed: &Point3, points: &[Point3], tree: &Neighbours, radius_m: f64)
             break;
         }
         let wide = tree.within(&mean, radius_m * 1.5);
-        let flat = wide.iter().map(|&i| points[i]).filter(|p| (p - mean).dot(&axis).abs() < FLAT_RMS_M);
+        let flat = wide.iter().map(|&i| points[i]).filter(|p| (p - mean).dot(&axis).abs() < 1.5 * FLAT_RMS_M);
         let (flat_mean, ..) = principal(flat)?;
         centre = flat_mean - axis * (flat_mean - mean).dot(&axis);
     }
@@ -135,6 +138,12 @@ fn candidate(seed: &Point3, points: &[Point3], tree: &Neighbours, radius_m: f64)
             Candidate { centre, normal: up, falling, radius_m: radius }
         })
         .max_by(|a, b| a.falling.total_cmp(&b.falling))
+}
+
+/// Robust scatter of points about a plane.
+fn flatness(near: &[usize], points: &[Point3], mean: &Point3, axis: &Vector3) -> f64 {
+    let heights: Vec<f64> = near.iter().map(|&i| (points[i] - mean).dot(axis)).collect();
+    robust::sigma(&heights).unwrap_or(f64::INFINITY)
 }
 
 /// Two axes that make `(u, up, v)` right-handed with v = u x up.
@@ -159,27 +168,38 @@ fn falling_edge(
 ) -> (f64, f64) {
     let (u, v) = horizontal_axes(up, &Vector3::x());
     let drop = 0.08 * radius_m;
-    // Per bearing: farthest point that is still level, and points below beyond.
-    let mut level = [0.0_f64; BEARINGS];
-    let mut below = [0_u32; BEARINGS];
+    // Per bearing and ring: points that are level, and points below.
+    let mut rings = vec![[[0_u32; 2]; RINGS]; BEARINGS];
     for p in points {
         let d = p - centre;
         let (x, z, height) = (d.dot(&u), d.dot(&v), d.dot(up));
-        let radius = x.hypot(z);
-        let sector = ((z.atan2(x) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64) as usize;
-        let sector = sector.min(BEARINGS - 1);
-        if height.abs() < drop {
-            level[sector] = level[sector].max(radius);
-        } else if height < 0.0 && radius < 1.8 * radius_m && height > -1.5 * radius_m {
-            below[sector] += 1;
+        let ring = (x.hypot(z) / radius_m * RINGS_PER_RADIUS) as usize;
+        if ring < RINGS && height < drop {
+            let sector = (z.atan2(x) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64;
+            rings[(sector as usize).min(BEARINGS - 1)][ring][usize::from(height < -drop)] += 1;
+        } else if ring < RINGS && height < 10.0 * drop {
+            // What rises counts as level: it does not fall away.
+            let sector = (z.atan2(x) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64;
+            rings[(sector as usize).min(BEARINGS - 1)][ring][0] += 1;
         }
     }
-    let edges: Vec<f64> = (0..BEARINGS)
-        .filter(|&s| level[s] < 1.8 * radius_m && level[s] > 0.5 * radius_m && below[s] >= 3)
-        .map(|s| level[s])
-        .collect();
+    let edges: Vec<f64> = rings.iter().filter_map(|sector| sector_edge(sector)).map(|r| r * radius_m).collect();
     let radius = robust::median(edges.clone()).unwrap_or(0.0);
     (edges.len() as f64 / BEARINGS as f64, radius)
+}
+
+/// Where one bearing's surface leaves the plane, in plate radii: level up to
+/// there, and nearly nothing level beyond.
+fn sector_edge(rings: &[[u32; 2]; RINGS]) -> Option<f64> {
+    let level_until = |r: usize| rings[..r].iter().map(|c| c[0]).sum::<u32>();
+    let below_until = |r: usize| rings[..r].iter().map(|c| c[1]).sum::<u32>();
+    let all = (level_until(RINGS), below_until(RINGS));
+    // The split with the fewest points on the wrong side.
+    let wrong = |r: usize| below_until(r) + all.0 - level_until(r);
+    let split = (1..RINGS).min_by_key(|&r| wrong(r))?;
+    let (level, below) = (level_until(split), all.1 - below_until(split));
+    let clear = f64::from(wrong(split)) < 0.15 * f64::from(level + below);
+    (clear && level >= 4 && below >= 3 && split < RINGS - 1).then_some(split as f64 / RINGS_PER_RADIUS)
 }
 
 /// Plane from the inner disc's raw points, then the circle through the edges.

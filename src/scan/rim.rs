@@ -48,10 +48,17 @@ pub(super) fn from_side(side: usize, [along, outward]: [f64; 2]) -> [f64; 2] {
 
 /// Edges of the four sides from material coordinates of raw points near them.
 pub(super) fn edges(material: &[[f64; 2]], half_m: f64, blur_m: f64) -> [Edge; SIDES] {
-    std::array::from_fn(|side| {
+    let mut edges: [Edge; SIDES] = std::array::from_fn(|side| {
         let points: Vec<[f64; 2]> = material.iter().map(|&m| to_side(side, m)).collect();
         edge::measure(&points, half_m, blur_m)
-    })
+    });
+    // Cloth stretches but does not shrink: an edge that lies inside the specimen's
+    // size on the mean of the four sides was eroded by the sensor.
+    let mean = edges.iter().map(Edge::mean_m).sum::<f64>() / SIDES as f64;
+    for edge in &mut edges {
+        edge.shift((half_m - mean).max(0.0));
+    }
+    edges
 }
 
 /// Traces the rim along the edges.
@@ -83,7 +90,7 @@ pub(super) fn trace(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> Rim {
         }
         let total = length[fine];
         rim.side_lengths_m[s] = total;
-        rim.edge_m[s] = edges[s].outward.iter().sum::<f64>() / edges[s].outward.len() as f64;
+        rim.edge_m[s] = edges[s].mean_m();
         for k in 0..POINTS_PER_SIDE {
             let want = total * k as f64 / (POINTS_PER_SIDE - 1) as f64;
             let i = length.partition_point(|l| *l < want).clamp(1, fine);

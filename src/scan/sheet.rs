@@ -88,12 +88,17 @@ impl Sheet {
 
 /// Fits the map; `material` is moved to the points' places on it. `None` if the
 /// system is singular (too few points).
-pub(super) fn fit(points: &[Point3], material: &mut [[f64; 2]], settings: &SheetSettings) -> Option<Sheet> {
+pub(super) fn fit(
+    points: &[Point3],
+    disorder: &[f64],
+    material: &mut [[f64; 2]],
+    settings: &SheetSettings,
+) -> Option<Sheet> {
     let grid = Grid::new(settings.half_m, settings.knot_m);
     let mut sheet = Sheet { grid, controls: vec![Vector3::zeros(); grid.side() * grid.side()], factor: None };
     for round in 0..settings.rounds {
         let strained = round > 0;
-        sheet = solve(&sheet, points, material, settings, strained)?;
+        sheet = solve(&sheet, points, disorder, material, settings, strained)?;
         if round + 1 < settings.rounds {
             let moved: Vec<[f64; 2]> = points
                 .par_iter()
@@ -110,6 +115,7 @@ pub(super) fn fit(points: &[Point3], material: &mut [[f64; 2]], settings: &Sheet
 fn solve(
     before: &Sheet,
     points: &[Point3],
+    disorder: &[f64],
     material: &[[f64; 2]],
     settings: &SheetSettings,
     strained: bool,
@@ -120,10 +126,10 @@ fn solve(
     let mut right: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; count]);
     // Robust: a point far off the sheet of the round before counts little.
     let bound = (4.0 * settings.point_sigma_m).max(1.5e-3);
-    for (p, &m) in points.iter().zip(material) {
+    for ((p, &m), disorder) in points.iter().zip(material).zip(disorder) {
         let w = grid.weights(m);
         let off = if strained { (p - before.at(m)).norm() } else { 0.0 };
-        let weight = 1.0 / settings.point_sigma_m.powi(2) / (1.0 + (off / bound).powi(2)).powi(2);
+        let weight = 1.0 / (settings.point_sigma_m * (disorder - 1.5).max(1.0)).powi(2) / (1.0 + (off / bound).powi(2)).powi(2);
         add(&mut matrix, &mut right, &grid, &w, &w.value, &p.coords, weight);
     }
     bending(&mut matrix, &grid, settings);

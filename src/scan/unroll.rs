@@ -26,10 +26,10 @@ use crate::base::{Point3, Vector3};
 pub(super) struct Unrolled {
     /// Positions, local frame \[m\].
     pub points: Vec<Point3>,
-    /// Normals, upwards on the plate and consistent from there.
-    pub normals: Vec<Vector3>,
     /// Material coordinates \[m\].
     pub flat: Vec<[f64; 2]>,
+    /// See [`Cloth::disorder`].
+    pub disorder: Vec<f64>,
 }
 
 /// Neighbour links reach this many spacings.
@@ -100,6 +100,7 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
     let mut flat = vec![[0.0_f64; 2]; count];
     let mut distance = vec![f64::INFINITY; count];
     let mut done = vec![false; count];
+    let mut parent = vec![u32::MAX; count];
     let mut fixed = vec![false; count];
     let mut heap: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
     for (i, p) in cloth.surface.iter().enumerate() {
@@ -119,16 +120,17 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
             axis[j] = tangent(&Vector3::x(), &normals[j]);
             flat[j] = [cloth.surface[j].x, cloth.surface[j].z];
         } else {
-            advance(j, &graph, cloth, &done, &mut normals, &mut axis, &mut flat);
+            advance(j, parent[j] as usize, &graph, cloth, &done, &mut normals, &mut axis, &mut flat);
         }
         done[j] = true;
         if flat[j][0].hypot(flat[j][1]) > reach_m {
             continue;
         }
         for k in graph.of(j) {
-            let through = distance[j] + (cloth.surface[k] - cloth.surface[j]).norm();
+            let through = distance[j] + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
             if !done[k] && through < distance[k] {
                 distance[k] = through;
+                parent[k] = j as u32;
                 // Non-negative floats order like their bits.
                 heap.push(Reverse((through.to_bits(), k)));
             }
@@ -139,9 +141,16 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
     let kept: Vec<usize> = (0..count).filter(reached).collect();
     Unrolled {
         points: kept.iter().map(|&i| cloth.surface[i]).collect(),
-        normals: kept.iter().map(|&i| normals[i]).collect(),
         flat: kept.iter().map(|&i| flat[i]).collect(),
+        disorder: kept.iter().map(|&i| cloth.disorder[i]).collect(),
     }
+}
+
+/// How much longer a step counts that leads to a disordered point: the front
+/// walks around places where two layers touch and enters them last, from both
+/// sides.
+fn detour(disorder: f64) -> f64 {
+    1.0 + 10.0 * (disorder - 2.5).clamp(0.0, 10.0)
 }
 
 fn tangent(v: &Vector3, normal: &Vector3) -> Vector3 {
@@ -157,9 +166,11 @@ fn in_plane(d: &Vector3, a: &Vector3, normal: &Vector3, length: f64) -> [f64; 2]
     [x * scale, y * scale]
 }
 
-/// Places point j from its neighbours that are already placed.
+/// Places point j from the neighbour that the front came from and the other
+/// placed neighbours that agree with it.
 fn advance(
     j: usize,
+    parent: usize,
     graph: &Graph,
     cloth: &Cloth,
     done: &[bool],
@@ -167,33 +178,42 @@ fn advance(
     axis: &mut [Vector3],
     flat: &mut [[f64; 2]],
 ) {
-    let mut along = Vector3::zeros();
-    let mut across = 0.0;
-    for i in graph.of(j).filter(|&i| done[i]) {
-        across += normals[i].dot(&normals[j]);
-    }
-    if across < 0.0 {
+    if normals[parent].dot(&normals[j]) < 0.0 {
         normals[j] = -normals[j];
     }
-    let mut sum = [0.0; 2];
-    let mut weights = 0.0;
-    for i in graph.of(j).filter(|&i| done[i] && normals[i].dot(&normals[j]) > 0.0) {
+    let through = |i: usize| {
         let d = cloth.surface[j] - cloth.surface[i];
         let chord = d.norm();
-        let weight = 1.0 / chord;
-        along += transport(&axis[i], &normals[i], &normals[j]) * weight;
         let step = in_plane(&d, &axis[i], &normals[i], arc_length(chord, normals[i].dot(&normals[j])));
-        for c in 0..2 {
-            sum[c] += weight * (flat[i][c] + step[c]);
-        }
+        ([flat[i][0] + step[0], flat[i][1] + step[1]], 1.0 / chord)
+    };
+    // The largest group of neighbours that say the same: two layers that touch
+    // put the point into two places.
+    let said: Vec<(usize, [f64; 2], f64)> = graph
+        .of(j)
+        .filter(|&i| done[i] && normals[i].dot(&normals[j]) > 0.0)
+        .map(|i| {
+            let (at, weight) = through(i);
+            (i, at, weight)
+        })
+        .collect();
+    let agree = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < cloth.spacing_m;
+    let support = |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
+    let Some(best) = said.iter().max_by(|a, b| support(&a.1).total_cmp(&support(&b.1))) else {
+        flat[j] = [f64::NAN; 2];
+        return;
+    };
+    let mut along = Vector3::zeros();
+    let mut sum = [0.0; 2];
+    let mut weights = 0.0;
+    for (i, at, weight) in said.iter().filter(|s| agree(&best.1, &s.1)) {
+        along += transport(&axis[*i], &normals[*i], &normals[j]) * *weight;
+        sum[0] += weight * at[0];
+        sum[1] += weight * at[1];
         weights += weight;
     }
-    if weights > 0.0 {
-        flat[j] = [sum[0] / weights, sum[1] / weights];
-        axis[j] = tangent(&along, &normals[j]);
-    } else {
-        flat[j] = [f64::NAN; 2];
-    }
+    flat[j] = [sum[0] / weights, sum[1] / weights];
+    axis[j] = tangent(&along, &normals[j]);
 }
 
 /// Parallel transport: the smallest rotation that takes normal `from` to `to`.

@@ -131,6 +131,19 @@ impl Drape {
         Boundary::exact(points).unwrap()
     }
 
+    /// Unit vector from the cloth outward at rim point `i`, across its side.
+    pub fn outward(&self, i: usize) -> Vector3 {
+        let [x, z] = Boundary::flat_xz_m(i, 0.3);
+        let (ix, iz) = (((x + 0.15) / STEP_M).round() as usize, ((z + 0.15) / STEP_M).round() as usize);
+        let (jx, jz) = match i / SIDE {
+            0 => (ix - 1, iz),
+            1 => (ix, iz - 1),
+            2 => (ix + 1, iz),
+            _ => (ix, iz + 1),
+        };
+        (self.vertices[ix * SIDE + iz] - self.vertices[jx * SIDE + jz]).normalize()
+    }
+
     pub fn triangles() -> Vec<[usize; 3]> {
         let mut out = Vec::new();
         for ix in 0..SIDE - 1 {
