@@ -108,7 +108,7 @@ fn report(path: &str) {
                 }
             }
             println!(
-                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} out {outward:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?} true {truth_sides:.1?}, edges {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
+                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} out {outward:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?} true {truth_sides:.1?}, edges {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, spacing {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
                 chi.sqrt(),
                 cloud.points.len() / 1000,
                 found.quality.observed_fraction,
@@ -119,6 +119,7 @@ fn report(path: &str) {
                 found.quality.plate_radius_scatter_m * 1e3,
                 found.quality.sheet_rms_m * 1e3,
                 found.quality.noise_m * 1e3,
+                found.quality.point_spacing_m * 1e3,
                 (drift.translation.vector * 1e3).as_slice(),
                 (drift.rotation.scaled_axis().map(f64::to_degrees)).as_slice(),
                 found.quality.centre_offset_m * 1e3,

@@ -129,7 +129,7 @@ pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, op
     };
     let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
     let raw_spacing_m = spacing(&raw);
-    let cell = CELL_M.max(1.2 * raw_spacing_m);
+    let cell = CELL_M.max(1.1 * raw_spacing_m);
     let thinned = drop_strays(thin(&raw, None, cell), cell);
     let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
     let points: Vec<Point3> = smooth(&thinned, reach_m).into_iter().map(|p| p.at).collect();
@@ -162,17 +162,19 @@ fn pedestal_radius(points: &[Point3], floor: Option<Floor>, reach: f64, options:
     if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
 }
 
-/// Median distance to the nearest neighbour, from a sample of the points.
+/// Typical distance between points: the side of the square that each point has
+/// to itself on a disc that holds 12, from a sample of the points.
 fn spacing(points: &[Point3]) -> f64 {
+    const COUNT: usize = 12;
     let tree = Neighbours::new(points);
     let stride = (points.len() / 2000).max(1);
-    let nearest: Vec<f64> = points
+    let sides: Vec<f64> = points
         .iter()
         .step_by(stride)
-        .filter_map(|p| tree.nearest(p, 2).get(1).map(|n| n.1.sqrt()))
+        .filter_map(|p| tree.nearest(p, COUNT + 1).last().map(|n| n.1))
+        .map(|squared| (std::f64::consts::PI * squared / COUNT as f64).sqrt())
         .collect();
-    // For random points on a surface the mean spacing is twice the nearest distance.
-    2.0 * robust::median(nearest).unwrap_or(CELL_M)
+    robust::median(sides).unwrap_or(CELL_M)
 }
 
 /// Statistical outlier removal on thinned points: those whose neighbours are

@@ -20,15 +20,9 @@ use crate::numeric::robust;
 pub(super) const STATION_M: f64 = 5e-3;
 /// Half width of a strip [m].
 const STRIP_HALF_M: f64 = 4e-3;
-/// Strips look this far inward and outward of the nominal edge [m].
-const INWARD_M: f64 = 12e-3;
-const OUTWARD_M: f64 = 8e-3;
 /// Density of strays relative to the cloth. Empirical: flying pixels that lie
 /// within the noise of the sheet's plane.
 const BACKGROUND: f64 = 0.01;
-/// A strip's edge that differs from the side's line by more is no edge \[m\].
-const OFF_LINE_M: f64 = 4e-3;
-
 /// The edge of one side.
 #[derive(Clone, Debug)]
 pub(super) struct Edge {
@@ -80,13 +74,39 @@ impl Edge {
     }
 }
 
+/// What differs between a first look and the measurement.
+#[derive(Clone, Copy)]
+struct Look {
+    /// Strips look this far inward and outward of the nominal edge [m].
+    inward_m: f64,
+    outward_m: f64,
+    /// The edge bends less than this from strip to strip (second difference) [m].
+    bend_m: f64,
+    /// A strip's edge that differs from the smooth edge by more is no edge [m].
+    off_line_m: f64,
+}
+
+/// Unrolling drifts slowly along a side.
+const MEASURE: Look = Look { inward_m: 12e-3, outward_m: 8e-3, bend_m: 0.05e-3, off_line_m: 4e-3 };
+/// Before the edges are pulled straight, strips between folds may have swung out.
+const FIRST: Look = Look { inward_m: 16e-3, outward_m: 16e-3, bend_m: 1.0e-3, off_line_m: 3e-3 };
+
+/// The edge of a side that need not be straight yet, from thinned points.
+pub(super) fn measure_bent(points: &[[f64; 2]], half_m: f64) -> Edge {
+    measure_with(points, half_m, 0.3e-3, FIRST)
+}
+
 /// Measures one side; `points` are (along, outward), `half_m` half the side,
 /// `blur_m` the noise in the sheet's plane.
 pub(super) fn measure(points: &[[f64; 2]], half_m: f64, blur_m: f64) -> Edge {
+    measure_with(points, half_m, blur_m, MEASURE)
+}
+
+fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Edge {
     let strips = (2.0 * half_m / STATION_M).round() as usize + 1;
     let along: Vec<f64> = (0..strips).map(|k| k as f64 * STATION_M - half_m).collect();
     let mut across: Vec<Vec<f64>> = vec![Vec::new(); strips];
-    let window = (-INWARD_M, OUTWARD_M);
+    let window = (-look.inward_m, look.outward_m);
     for p in points {
         let w = p[1] - half_m;
         if w < window.0 || w > window.1 {
@@ -101,28 +121,29 @@ pub(super) fn measure(points: &[[f64; 2]], half_m: f64, blur_m: f64) -> Edge {
         }
     }
     // Points per strip within the inner 6 mm, where the cloth surely is.
-    let inner = |list: &Vec<f64>| list.iter().filter(|w| (-INWARD_M..-INWARD_M + 6e-3).contains(*w)).count() as f64;
+    let inner_range = -look.inward_m..-look.inward_m + 6e-3;
+    let inner = |list: &Vec<f64>| list.iter().filter(|w| inner_range.contains(*w)).count() as f64;
     let usual = robust::median(across.iter().map(inner).filter(|n| *n > 0.0).collect()).unwrap_or(0.0);
     let found: Vec<Option<(f64, f64)>> = across
         .iter()
-        .map(|list| (inner(list) >= (0.15 * usual).max(4.0)).then(|| strip_edge(list, blur_m)).flatten())
+        .map(|list| (inner(list) >= (0.15 * usual).max(4.0)).then(|| strip_edge(list, blur_m, look)).flatten())
         .collect();
-    smooth(along, &found, half_m)
+    smooth(along, &found, half_m, look)
 }
 
 /// Posterior mean and standard deviation of one strip's edge.
-fn strip_edge(across: &[f64], blur_m: f64) -> Option<(f64, f64)> {
-    let (low, high) = (-INWARD_M, OUTWARD_M);
-    let near: Vec<f64> = across.to_vec();
+fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
+    let (low, high) = (-look.inward_m, look.outward_m);
     let step = 0.1e-3;
-    let first = -8e-3;
+    let first = low + 4e-3;
+    let count = ((high - 2e-3 - first) / step) as usize;
     let blur = blur_m.max(0.1e-3);
     let log_of = |e: f64| -> f64 {
         let mass = (e - low) + BACKGROUND * (high - low);
-        near.iter().map(|w| (normal_share((e - w) / blur) + BACKGROUND).ln()).sum::<f64>()
-            - near.len() as f64 * mass.ln()
+        across.iter().map(|w| (normal_share((e - w) / blur) + BACKGROUND).ln()).sum::<f64>()
+            - across.len() as f64 * mass.ln()
     };
-    let logs: Vec<f64> = (0..140).map(|k| log_of(first + f64::from(k) * step)).collect();
+    let logs: Vec<f64> = (0..count).map(|k| log_of(first + k as f64 * step)).collect();
     let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
     for (k, log) in logs.iter().enumerate() {
@@ -134,7 +155,7 @@ fn strip_edge(across: &[f64], blur_m: f64) -> Option<(f64, f64)> {
     let mean = mean / total;
     let variance = (square / total - mean * mean).max(step * step / 12.0);
     // At the ends of the search the edge is not in the strip.
-    ((-7.5e-3..5.5e-3).contains(&mean)).then(|| (mean, variance.sqrt()))
+    ((first + 0.5e-3..high - 2.5e-3).contains(&mean)).then(|| (mean, variance.sqrt()))
 }
 
 /// The normal distribution's cumulative share, to 1e-4 (logistic-type
@@ -144,10 +165,8 @@ fn normal_share(x: f64) -> f64 {
 }
 
 /// Whittaker smoothing (second differences) with robust weights.
-fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64) -> Edge {
+fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64, look: Look) -> Edge {
     let n = along.len();
-    // The edge bends less than this between strips: unrolling drifts slowly.
-    let bend_m = 0.05e-3;
     let mut observed: Vec<bool> = found.iter().map(Option::is_some).collect();
     let mut line = vec![0.0; n];
     let mut sigma = vec![f64::INFINITY; n];
@@ -168,7 +187,7 @@ fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64) -> Edge {
                 let stencil = [(k, 1.0), (k + 1, -2.0), (k + 2, 1.0)];
                 for (a, x) in stencil.iter().enumerate() {
                     for y in &stencil[..=a] {
-                        matrix.add(x.0, y.0, x.1 * y.1 / (bend_m * bend_m));
+                        matrix.add(x.0, y.0, x.1 * y.1 / look.bend_m.powi(2));
                     }
                 }
             }
@@ -178,7 +197,7 @@ fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64) -> Edge {
         line = right;
         for k in 0..n {
             sigma[k] = factor.inverse_form(&[(k, 1.0)]).sqrt();
-            observed[k] = found[k].is_some_and(|(e, _)| (e - line[k]).abs() < OFF_LINE_M);
+            observed[k] = found[k].is_some_and(|(e, _)| (e - line[k]).abs() < look.off_line_m);
         }
     }
     Edge { along, outward: line.iter().map(|w| w + half_m).collect(), sigma, observed }

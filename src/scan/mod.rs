@@ -23,6 +23,7 @@ pub mod neighbours;
 pub mod options;
 pub mod picture;
 mod plate;
+mod relax;
 mod rim;
 mod sheet;
 mod square;
@@ -49,6 +50,9 @@ pub type Bearing = f64;
 
 /// Fewest points that can carry a rim: about one per 3 mm square.
 const MIN_POINTS: usize = 3000;
+
+/// Rounds of pulling the unrolled edges straight.
+const STRAIGHTENINGS: usize = 3;
 
 /// Whether weft and warp are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -143,9 +147,9 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
     let local: Vec<Point3> = scene.par_iter().map(|p| local_from_scan * p).collect();
     let cloth = cloth::isolate(&local, floor, &plate, options);
     let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * 1.12;
-    let unrolled = unroll::unroll(&cloth, 0.8 * options.plate_radius_m, reach_m);
-    let square = square::find(&unrolled.flat, options.specimen_side_m)?;
-    let square = orient(square, &local_from_scan, options.warp_toward);
+    let mut unrolled = unroll::unroll(&cloth, 0.8 * options.plate_radius_m, reach_m);
+    let square = straighten(&mut unrolled, cloth.spacing_m, options)?;
+    let (square, unrolled) = (orient(square, &local_from_scan, options.warp_toward), unrolled);
 
     let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
     let (sheet, material, misfit_m) = fitted?;
@@ -244,6 +248,28 @@ fn orient(square: Square, local_from_scan: &Isometry3, warp: Option<WarpToward>)
     let quarter = std::f64::consts::FRAC_PI_2;
     let quarters = ((wanted - square.turn_rad) / quarter).round();
     Square { turn_rad: square.turn_rad + quarters * quarter, ..square }
+}
+
+/// Relaxes the unrolled cloth and pulls its free edges onto the sides of the
+/// square that fits best; returns that square.
+fn straighten(
+    unrolled: &mut unroll::Unrolled,
+    spacing_m: f64,
+    options: &ScanOptions,
+) -> Result<Square, ScanError> {
+    let unroll::Unrolled { links, fixed, flat, .. } = unrolled;
+    relax::relax(links, fixed, &[], spacing_m, 8, flat);
+    let mut square = square::find(flat, options.specimen_side_m)?;
+    for _ in 0..STRAIGHTENINGS {
+        let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
+        let ties = rim::ties(&material, 0.5 * options.specimen_side_m);
+        relax::relax(links, fixed, &ties, spacing_m, 4, &mut material);
+        for (p, &m) in flat.iter_mut().zip(&material) {
+            *p = square.flat(m);
+        }
+        square = square::find(flat, options.specimen_side_m)?;
+    }
+    Ok(square)
 }
 
 type Fitted = (sheet::Sheet, Vec<[f64; 2]>, f64);

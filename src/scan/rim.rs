@@ -8,10 +8,14 @@
 use super::edge::{self, Edge};
 use super::error::ScanError;
 use super::options::ScanOptions;
+use super::relax::Tie;
 use super::sheet::Sheet;
 use super::square::Square;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::{BoundaryPoint, Point3};
+
+/// Points this close to the edge are tied to the square's side [m].
+const EDGE_BAND_M: f64 = 4e-3;
 
 /// The rim in the local frame.
 pub(super) struct Rim {
@@ -59,6 +63,25 @@ pub(super) fn edges(material: &[[f64; 2]], half_m: f64, blur_m: f64) -> [Edge; S
         edge.shift((half_m - mean).max(0.0));
     }
     edges
+}
+
+/// Ties that pull points at the free edge so that each side becomes straight.
+pub(super) fn ties(material: &[[f64; 2]], half_m: f64) -> Vec<Tie> {
+    let mut ties = Vec::new();
+    for side in 0..SIDES {
+        let points: Vec<[f64; 2]> = material.iter().map(|&m| to_side(side, m)).collect();
+        let edge = edge::measure_bent(&points, half_m);
+        let line = edge.mean_m();
+        for (point, p) in points.iter().enumerate() {
+            let inward = edge.outward_at(p[0]) - p[1];
+            if p[0].abs() < half_m && edge.observed_at(p[0]) && (-2e-3..EDGE_BAND_M).contains(&inward) {
+                let target = from_side(side, [p[0], line - inward]);
+                let coordinate = side % 2;
+                ties.push(Tie { point, coordinate, target_m: target[coordinate], weight: 1.0 });
+            }
+        }
+    }
+    ties
 }
 
 /// Traces the rim along the edges.

@@ -25,6 +25,12 @@ impl Square {
         [c * u - s * v, s * u + c * v]
     }
 
+    /// The inverse of [`Square::material`].
+    pub fn flat(&self, m: [f64; 2]) -> [f64; 2] {
+        let (s, c) = self.turn_rad.sin_cos();
+        [c * m[0] + s * m[1] + self.centre[0], -s * m[0] + c * m[1] + self.centre[1]]
+    }
+
     /// Bearing in degrees, in the unrolled plane, of material coordinates.
     pub fn bearing_deg(&self, material: [f64; 2]) -> f64 {
         ((-material[1]).atan2(material[0]) + self.turn_rad).to_degrees().rem_euclid(360.0)

@@ -6,8 +6,7 @@
 //! u and v axes along: the discrete exponential map (Schmidt, Grimm and Wyvill
 //! 2006) with averaging over all neighbours already reached. On a developable
 //! surface the result does not depend on the path, so missing patches are walked
-//! around. Then the coordinates are relaxed to the best local isometry
-//! (Liu et al. 2008, local/global), which spreads the drift evenly.
+//! around. `relax` then spreads the drift evenly.
 //!
 //! In: surface points, normals, local frame \[m\]. Out: (u, v) \[m\] of the points
 //! that hang together with the plate. Fails where two layers of cloth touch over
@@ -20,6 +19,7 @@ use rayon::prelude::*;
 
 use super::cloth::Cloth;
 use super::neighbours::Neighbours;
+use super::relax::Links;
 use crate::base::{Point3, Vector3};
 
 /// Surface points with material coordinates.
@@ -30,13 +30,14 @@ pub(super) struct Unrolled {
     pub flat: Vec<[f64; 2]>,
     /// See [`Cloth::disorder`].
     pub disorder: Vec<f64>,
+    /// Whether the point lies flat on the plate, where its place is known.
+    pub fixed: Vec<bool>,
+    /// Links between them.
+    pub links: Links,
 }
 
 /// Neighbour links reach this many spacings.
 const LINK_SPACINGS: f64 = 2.4;
-/// Local/global rounds and conjugate gradient steps in each.
-const ROUNDS: usize = 8;
-const STEPS_PER_ROUND: usize = 40;
 
 struct Graph {
     start: Vec<usize>,
@@ -136,13 +137,31 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
             }
         }
     }
-    relax(&graph, cloth, &done, &fixed, &normals, &mut flat);
     let reached = |i: &usize| done[*i] && flat[*i][0].hypot(flat[*i][1]) < reach_m;
     let kept: Vec<usize> = (0..count).filter(reached).collect();
+    let mut number = vec![u32::MAX; count];
+    for (k, &i) in kept.iter().enumerate() {
+        number[i] = k as u32;
+    }
+    let lists = kept.iter().map(|&i| {
+        let a = tangent(&any_across(&normals[i]), &normals[i]);
+        let near: Vec<(u32, [f64; 2])> = graph
+            .of(i)
+            .filter(|&j| number[j] != u32::MAX && normals[i].dot(&normals[j]) > 0.0)
+            .map(|j| {
+                let d = cloth.surface[j] - cloth.surface[i];
+                let length = arc_length(d.norm(), normals[i].dot(&normals[j]));
+                (number[j], in_plane(&d, &a, &normals[i], length))
+            })
+            .collect();
+        near
+    });
     Unrolled {
         points: kept.iter().map(|&i| cloth.surface[i]).collect(),
+        links: Links::new(lists),
         flat: kept.iter().map(|&i| flat[i]).collect(),
         disorder: kept.iter().map(|&i| cloth.disorder[i]).collect(),
+        fixed: kept.iter().map(|&i| fixed[i]).collect(),
     }
 }
 
@@ -224,180 +243,6 @@ fn transport(a: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
     a * cosine + turn.cross(a) + turn * (turn.dot(a) / (1.0 + cosine))
 }
 
-/// Relaxes the coordinates to the best local isometry: alternately the best
-/// rotation of each neighbourhood and a Laplace solve for the coordinates.
-fn relax(
-    graph: &Graph,
-    cloth: &Cloth,
-    done: &[bool],
-    fixed: &[bool],
-    normals: &[Vector3],
-    flat: &mut [[f64; 2]],
-) {
-    let count = flat.len();
-    let free: Vec<bool> = (0..count).map(|i| done[i] && !fixed[i] && flat[i][0].is_finite()).collect();
-    let usable: Vec<bool> = (0..count).map(|i| done[i] && flat[i][0].is_finite()).collect();
-    // Each link's step in the tangent plane of its start, with the arc's length.
-    let steps: Vec<[f64; 2]> = (0..count)
-        .into_par_iter()
-        .flat_map_iter(|i| {
-            let a = tangent(&any_across(&normals[i]), &normals[i]);
-            graph
-                .of(i)
-                .map(move |j| {
-                    let d = cloth.surface[j] - cloth.surface[i];
-                    in_plane(&d, &a, &normals[i], arc_length(d.norm(), normals[i].dot(&normals[j])))
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    let reverse = reverse_links(graph);
-    for _ in 0..ROUNDS {
-        let state: &[[f64; 2]] = flat;
-        // Links whose length disagrees step across a gap between two layers.
-        let weight = |i: usize, e: usize, j: usize| -> f64 {
-            if !usable[i] || !usable[j] || normals[i].dot(&normals[j]) < 0.0 {
-                return 0.0;
-            }
-            let length = steps[e][0].hypot(steps[e][1]);
-            let now = (state[j][0] - state[i][0]).hypot(state[j][1] - state[i][1]);
-            1.0 / (1.0 + ((now - length) / (0.5 * cloth.spacing_m)).powi(2)).powi(2)
-        };
-        let weights: Vec<f64> = (0..count)
-            .into_par_iter()
-            .flat_map_iter(|i| {
-                (graph.start[i]..graph.start[i + 1]).map(move |e| (i, e)).collect::<Vec<_>>()
-            })
-            .map(|(i, e)| weight(i, e, graph.to[e] as usize))
-            .collect();
-        let turned: Vec<[f64; 2]> = (0..count)
-            .into_par_iter()
-            .flat_map_iter(|i| {
-                let (mut c, mut s) = (0.0, 0.0);
-                for e in graph.start[i]..graph.start[i + 1] {
-                    let j = graph.to[e] as usize;
-                    let (dx, dy) = (state[j][0] - state[i][0], state[j][1] - state[i][1]);
-                    if weights[e] > 0.0 {
-                        c += weights[e] * (dx * steps[e][0] + dy * steps[e][1]);
-                        s += weights[e] * (dy * steps[e][0] - dx * steps[e][1]);
-                    }
-                }
-                let norm = c.hypot(s).max(1e-300);
-                let (c, s) = (c / norm, s / norm);
-                (graph.start[i]..graph.start[i + 1])
-                    .map(|e| [c * steps[e][0] - s * steps[e][1], s * steps[e][0] + c * steps[e][1]])
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        solve(graph, &weights, &turned, &reverse, &free, flat);
-    }
-}
-
 fn any_across(normal: &Vector3) -> Vector3 {
     if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }
-}
-
-/// For each link i -> j the index of j -> i.
-fn reverse_links(graph: &Graph) -> Vec<u32> {
-    (0..graph.start.len() - 1)
-        .into_par_iter()
-        .flat_map_iter(|i| {
-            graph
-                .of(i)
-                .map(|j| {
-                    let list = &graph.to[graph.start[j]..graph.start[j + 1]];
-                    let at = list.binary_search(&(i as u32)).unwrap_or(0);
-                    (graph.start[j] + at) as u32
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect()
-}
-
-/// Conjugate gradients on sum w |x_j - x_i - (t_ij - t_ji) / 2|^2 over the free
-/// points, both coordinates at once, started at the present coordinates.
-fn solve(
-    graph: &Graph,
-    weights: &[f64],
-    turned: &[[f64; 2]],
-    reverse: &[u32],
-    free: &[bool],
-    x: &mut [[f64; 2]],
-) {
-    let count = x.len();
-    let both = |e: usize| weights[e].min(weights[reverse[e] as usize]);
-    let diagonal: Vec<f64> = (0..count)
-        .map(|i| (graph.start[i]..graph.start[i + 1]).map(both).sum::<f64>().max(1e-9))
-        .collect();
-    let gradient: Vec<[f64; 2]> = (0..count)
-        .into_par_iter()
-        .map(|i| {
-            let mut g = [0.0; 2];
-            if free[i] {
-                for e in graph.start[i]..graph.start[i + 1] {
-                    let w = both(e);
-                    if w > 0.0 {
-                        let j = graph.to[e] as usize;
-                        for c in 0..2 {
-                            let want = 0.5 * (turned[e][c] - turned[reverse[e] as usize][c]);
-                            g[c] += w * (x[j][c] - x[i][c] - want);
-                        }
-                    }
-                }
-            }
-            g
-        })
-        .collect();
-    let product = |p: &[[f64; 2]]| -> Vec<[f64; 2]> {
-        (0..count)
-            .into_par_iter()
-            .map(|i| {
-                let mut out = [0.0; 2];
-                if free[i] {
-                    for e in graph.start[i]..graph.start[i + 1] {
-                        let w = both(e);
-                        let j = graph.to[e] as usize;
-                        out[0] += w * (p[i][0] - p[j][0]);
-                        out[1] += w * (p[i][1] - p[j][1]);
-                    }
-                }
-                out
-            })
-            .collect()
-    };
-    let dot = |a: &[[f64; 2]], b: &[[f64; 2]], c: usize| -> f64 {
-        a.iter().zip(b).map(|(a, b)| a[c] * b[c]).sum()
-    };
-    let mut r = gradient;
-    let precondition = |r: &[[f64; 2]]| -> Vec<[f64; 2]> {
-        r.iter().zip(&diagonal).map(|(r, d)| [r[0] / d, r[1] / d]).collect()
-    };
-    let mut z = precondition(&r);
-    let mut p = z.clone();
-    let mut rz = [dot(&r, &z, 0), dot(&r, &z, 1)];
-    for _ in 0..STEPS_PER_ROUND {
-        let ap = product(&p);
-        let mut beta = [0.0; 2];
-        for c in 0..2 {
-            let pap = dot(&p, &ap, c);
-            let alpha = if pap > 1e-300 { rz[c] / pap } else { 0.0 };
-            for i in 0..count {
-                if free[i] {
-                    x[i][c] += alpha * p[i][c];
-                }
-                r[i][c] -= alpha * ap[i][c];
-            }
-        }
-        z = precondition(&r);
-        for c in 0..2 {
-            let next = dot(&r, &z, c);
-            beta[c] = if rz[c] > 1e-300 { next / rz[c] } else { 0.0 };
-            rz[c] = next;
-        }
-        for i in 0..count {
-            for c in 0..2 {
-                p[i][c] = z[i][c] + beta[c] * p[i][c];
-            }
-        }
-    }
 }
