@@ -19,6 +19,7 @@ mod lzf;
 mod obj;
 mod pcd;
 mod ply;
+mod ply_header;
 mod stl;
 mod tokens;
 mod write;

@@ -84,7 +84,7 @@ impl Scene {
             plate_thickness_m: 0.005,
             pedestal_radius_m: 0.020,
             floor_y_m: -0.25,
-            floor_radius_m: 0.25,
+            floor_radius_m: 0.20,
         }
     }
 

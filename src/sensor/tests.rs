@@ -4,7 +4,7 @@ use crate::geom::{Mesh, MeshIndex};
 
 /// A 61 x 61 drape without a simulator: a flat disc on the plate, a rounded
 /// edge, then a cone with `folds` folds whose depth grows towards the rim; along
-/// the radius, lengths are nearly kept.
+/// the radius, lengths are nearly kept, but not around it (sides of 222 mm).
 fn synthetic_drape(folds: f64) -> Mesh {
     const N: usize = 61;
     let half = 0.15;
