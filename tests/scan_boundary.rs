@@ -4,6 +4,7 @@ mod scan_support;
 
 use scan_support::{Drape, Sampling, random_pose, scan};
 use scan2params::base::{Boundary, Isometry3};
+use scan2params::sensor::{self, VirtualScan};
 use scan2params::scan::{ScanError, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan};
 
 /// Warp as the truth has it, in the scan's frame.
@@ -66,21 +67,24 @@ fn table() {
     }
 }
 
-/// One line per scan file with truth: the error, and its share in the frame.
-fn report(path: &str) {
-    let name = path.rsplit('/').next().unwrap().trim_end_matches(".ply");
-    let (stem, _) = path.rsplit_once('_').unwrap();
-    let drape = Drape::from_obj(format!("{stem}.obj").as_ref());
-    let text = std::fs::read_to_string(path.replace(".ply", ".truth.json")).unwrap();
-    let truth: scan2params::sensor::Truth = serde_json::from_str(&text).unwrap();
-    let sim_from_scan = truth.simulation_from_scanner;
-    let (cloud, _) = scan2params::io::read_scan(path).unwrap();
+/// A drape before the virtual depth camera.
+fn virtual_scan(drape: &Drape, profile: &str, seed: u64) -> VirtualScan {
+    let triangles = Drape::triangles().into_iter().map(|t| t.map(|k| k as u32)).collect();
+    let mesh = scan2params::geom::Mesh { vertices: drape.vertices.clone(), triangles };
+    let scene = sensor::Scene::modified_cusick(mesh);
+    sensor::scan(&scene, &sensor::default_ring(), &sensor::Profile::named(profile).unwrap(), seed).unwrap()
+}
+
+/// One line per scan: the error, and its share in the frame.
+fn report(name: &str, drape: &Drape, scan: &VirtualScan) {
+    let sim_from_scan = scan.truth.simulation_from_scanner;
+    let cloud = &scan.cloud;
     let start = std::time::Instant::now();
     let mut options = warp(&sim_from_scan.inverse());
     if std::env::var("LAX").is_ok() {
         options = ScanOptions { max_gap_m: 9.0, min_observed: 0.0, max_misfit_m: 9.0, side_range_m: [0.0, 9.0], ..options };
     }
-    let result = boundary_from_scan(&cloud, &options);
+    let result = boundary_from_scan(cloud, &options);
     let seconds = start.elapsed().as_secs_f64();
     match result {
         Ok(found) => {
@@ -131,9 +135,16 @@ fn report(path: &str) {
 }
 
 #[test]
-#[ignore = "prints a table; reads virtual scans named in SCANS"]
+#[ignore = "prints a table; scans the OBJ drapes named in DRAPES with PROFILES"]
 fn virtual_scans() {
-    std::env::var("SCANS").unwrap_or_default().split_whitespace().for_each(report);
+    let list = |key: &str| std::env::var(key).unwrap_or_default();
+    for path in list("DRAPES").split_whitespace() {
+        let drape = Drape::from_obj(path.as_ref());
+        let stem = path.rsplit('/').next().unwrap().trim_end_matches(".obj");
+        for profile in list("PROFILES").split_whitespace() {
+            report(&format!("{stem}_{profile}"), &drape, &virtual_scan(&drape, profile, 1));
+        }
+    }
 }
 
 #[test]

@@ -28,6 +28,7 @@ mod rim;
 mod sheet;
 mod square;
 pub mod thin;
+mod trust;
 pub mod unit;
 mod unroll;
 
@@ -51,6 +52,8 @@ pub type Bearing = f64;
 /// Fewest points that can carry a rim: about one per 3 mm square.
 const MIN_POINTS: usize = 3000;
 
+/// How far from level a floor under a scanned drape is \[rad\].
+const FLOOR_SIGMA_RAD: f64 = 2e-3;
 /// Rounds of pulling the unrolled edges straight.
 const STRAIGHTENINGS: usize = 3;
 
@@ -158,6 +161,15 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let edges = rim::edges(&flat, half_m, plate.noise_m);
     let mut traced = rim::trace(&sheet, &edges, half_m);
+    let explained = trust::Explained {
+        surface: &cloth.surface,
+        unrolled: &unrolled.points,
+        material: &material,
+        spacing_m: cloth.spacing_m,
+        noise_m: plate.noise_m,
+        origin_sigma_m: plate.centre_sigma_m,
+    };
+    trust::assess(&mut traced, &sheet, &explained, half_m);
     rim::judge(&traced, &square, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
@@ -231,7 +243,20 @@ fn local_frame(
     };
     let first = frame(plate.up.into_inner());
     let local: Vec<Point3> = scene.par_iter().map(|p| first * p).collect();
-    (first, cloth::find_floor(&local, options, plate.noise_m))
+    let Some(floor) = cloth::find_floor(&local, options, plate.noise_m) else { return (first, None) };
+    // Plate and floor are both level; each counts by its variance. A plate that
+    // is clearly tilted keeps its own normal.
+    let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
+    let weight = (FLOOR_SIGMA_RAD / plate_sigma).powi(2);
+    let tilt = floor.normal.angle(&Vector3::y());
+    if tilt > 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD) {
+        return (first, Some(floor));
+    }
+    let up = (floor.normal + Vector3::y() * weight).normalize();
+    let turn = first.inverse_transform_vector(&up);
+    let level = frame(turn);
+    let normal = level * first.inverse_transform_vector(&floor.normal);
+    (level, Some(cloth::Floor { normal, ..floor }))
 }
 
 /// Turns the square by quarters so that its x axis is the warp, or lies nearest

@@ -50,6 +50,8 @@ pub(super) struct Plate {
     pub radius_scatter_m: f64,
     /// Robust standard deviation of the raw points about the disc's plane [m].
     pub noise_m: f64,
+    /// Standard error of the centre in the plane, per axis [m].
+    pub centre_sigma_m: f64,
     /// Standard error of the disc's tilt [rad].
     pub tilt_sigma_rad: f64,
 }
@@ -239,6 +241,8 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
         up: UnitVector3::new_normalize(up),
         radius_m: circle.0,
         radius_scatter_m: circle.1,
+        // Each bearing tells one direction; edges of the same fold go together.
+        centre_sigma_m: circle.1 / (BEARINGS as f64 / 4.0).sqrt() * 0.5,
         noise_m,
         tilt_sigma_rad: inner,
     })
