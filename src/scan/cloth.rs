@@ -111,7 +111,7 @@ pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, op
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let noise = plate.noise_m;
     let above_floor = 5e-3 + 4.0 * noise;
-    let column = pedestal_radius(points, floor, reach, options).map_or(0.0, |r| r + 2e-3 + 3.0 * noise);
+    let column = column_radius(points, floor, options).map_or(0.0, |r| r + 2e-3 + 3.0 * noise);
     let under_plate = options.plate_radius_m - 3e-3 - noise;
     let inside = |p: &&Point3| {
         let radius = p.x.hypot(p.z);
@@ -148,18 +148,49 @@ pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, op
     }
 }
 
-/// Radius of what stands under the plate, from the points between the floor and
-/// the lowest that cloth can hang; `None` if nothing is seen there.
-fn pedestal_radius(points: &[Point3], floor: Option<Floor>, reach: f64, options: &ScanOptions) -> Option<f64> {
+/// The points of what stands under the plate: between the floor and the lowest
+/// that cloth can hang, near the axis; (x, z) \[m\].
+fn pedestal(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Vec<[f64; 2]> {
+    let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let lowest = -(reach - options.plate_radius_m) * 1.08;
     let bottom = floor.map_or(lowest - 0.1, |f| f.height_m + 8e-3);
-    let radii: Vec<f64> = points
+    points
         .iter()
         .filter(|p| p.y < lowest && p.y > bottom)
-        .map(|p| p.x.hypot(p.z))
-        .filter(|r| *r < 1.2 * options.plate_radius_m)
-        .collect();
+        .map(|p| [p.x, p.z])
+        .filter(|p| p[0].hypot(p[1]) < 1.2 * options.plate_radius_m)
+        .collect()
+}
+
+/// Radius around the axis that the pedestal takes; `None` if nothing is seen.
+fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Option<f64> {
+    let radii: Vec<f64> = pedestal(points, floor, options).iter().map(|p| p[0].hypot(p[1])).collect();
     if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
+}
+
+/// Axis of a round pedestal, seen from enough sides: (x, z) and the standard
+/// error of a coordinate \[m\].
+pub(super) fn pedestal_axis(
+    points: &[Point3],
+    floor: Option<Floor>,
+    options: &ScanOptions,
+    noise_m: f64,
+) -> Option<([f64; 2], f64)> {
+    let around = pedestal(points, floor, options);
+    let stride = (around.len() / 2000).max(1);
+    let some: Vec<[f64; 2]> = around.into_iter().step_by(stride).collect();
+    if some.len() < 60 {
+        return None;
+    }
+    let (centre, radius, scatter) = super::plate::circle_through(&some)?;
+    let mut seen = [false; 12];
+    for p in &some {
+        let angle = (p[1] - centre[1]).atan2(p[0] - centre[0]) / std::f64::consts::TAU;
+        seen[(angle.rem_euclid(1.0) * 12.0) as usize % 12] = true;
+    }
+    let round = scatter < 0.1 * radius + 1.5 * noise_m && radius < 1.05 * options.plate_radius_m;
+    let all_round = seen.iter().filter(|s| **s).count() >= 8;
+    (round && all_round).then(|| (centre, scatter / (some.len() as f64 / 8.0).sqrt()))
 }
 
 /// Typical distance between points: the side of the square that each point has

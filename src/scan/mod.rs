@@ -54,6 +54,8 @@ const MIN_POINTS: usize = 3000;
 
 /// How far from level a floor under a scanned drape is \[rad\].
 const FLOOR_SIGMA_RAD: f64 = 2e-3;
+/// How far off the plate's axis the pedestal stands \[m\].
+const PEDESTAL_SIGMA_M: f64 = 0.7e-3;
 /// Rounds of pulling the unrolled edges straight.
 const STRAIGHTENINGS: usize = 3;
 
@@ -113,6 +115,8 @@ pub struct Quality {
     pub plate_radius_m: f64,
     /// Robust scatter of that radius over the bearings \[m\].
     pub plate_radius_scatter_m: f64,
+    /// Standard error of the origin, per horizontal axis \[m\].
+    pub origin_sigma_m: f64,
     /// Height of the floor \[m\], its scatter and its tilt against the plate, if seen.
     pub floor_height_m: Option<f64>,
     /// Root mean square of the floor's points \[m\].
@@ -146,7 +150,8 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
     let unit = options.unit.map_or_else(|| unit::guess(&finite), Ok)?;
     let scene: Vec<Point3> = finite.iter().map(|p| p * unit.metres()).collect();
     let plate = plate::find(&scene, options.plate_radius_m, unit)?;
-    let (local_from_scan, floor) = local_frame(&scene, &plate, options);
+    let Local { from_scan: local_from_scan, floor, origin_sigma_m } =
+        local_frame(&scene, &plate, options);
     let local: Vec<Point3> = scene.par_iter().map(|p| local_from_scan * p).collect();
     let cloth = cloth::isolate(&local, floor, &plate, options);
     let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * 1.12;
@@ -167,7 +172,7 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
         material: &material,
         spacing_m: cloth.spacing_m,
         noise_m: plate.noise_m,
-        origin_sigma_m: plate.centre_sigma_m,
+        origin_sigma_m,
     };
     trust::assess(&mut traced, &sheet, &explained, half_m);
     rim::judge(&traced, &square, options)?;
@@ -192,6 +197,7 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
         longest_gap_bearing_deg: square.bearing_deg(traced.material[gap_at]),
         plate_radius_m: plate.radius_m,
         plate_radius_scatter_m: plate.radius_scatter_m,
+        origin_sigma_m,
         floor_height_m: floor.map(|f| f.height_m),
         floor_rms_m: floor.map(|f| f.rms_m),
         floor_tilt_rad: floor.map(|f| (local_from_scan * plate.up.into_inner()).angle(&f.normal)),
@@ -227,13 +233,19 @@ fn finite_points(cloud: &Cloud) -> Result<Vec<Point3>, ScanError> {
     Ok(finite)
 }
 
-/// The local frame: origin at the centre of the plate's top face, y up, x along
-/// the scan's x axis laid horizontal; and the floor in it.
-fn local_frame(
-    scene: &[Point3],
-    plate: &plate::Plate,
-    options: &ScanOptions,
-) -> (Isometry3, Option<cloth::Floor>) {
+/// The frame in which a scan is worked on, and what fixes it.
+struct Local {
+    /// Origin at the centre of the plate's top face, y up, x along the scan's x
+    /// axis laid horizontal.
+    from_scan: Isometry3,
+    floor: Option<cloth::Floor>,
+    /// Standard error of the origin in the plane, per axis \[m\].
+    origin_sigma_m: f64,
+}
+
+/// Finds the local frame: origin from the plate's edge and the pedestal, up from
+/// plate and floor, each by its variance.
+fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) -> Local {
     let frame = |up: Vector3| {
         let (u, v) = plate::horizontal_axes(&up, &Vector3::x());
         let rows = Matrix3::from_rows(&[u.transpose(), up.transpose(), v.transpose()]);
@@ -241,22 +253,31 @@ fn local_frame(
         let origin = plate.centre - up * options.cloth_height_m;
         Isometry3::from_parts(Translation3::identity(), turn) * Translation3::from(-origin.coords)
     };
-    let first = frame(plate.up.into_inner());
-    let local: Vec<Point3> = scene.par_iter().map(|p| first * p).collect();
-    let Some(floor) = cloth::find_floor(&local, options, plate.noise_m) else { return (first, None) };
-    // Plate and floor are both level; each counts by its variance. A plate that
-    // is clearly tilted keeps its own normal.
+    let mut from_scan = frame(plate.up.into_inner());
+    let mut local: Vec<Point3> = scene.par_iter().map(|p| from_scan * p).collect();
+    let mut floor = cloth::find_floor(&local, options, plate.noise_m);
+    // A plate that is clearly tilted keeps its own normal.
     let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
-    let weight = (FLOOR_SIGMA_RAD / plate_sigma).powi(2);
-    let tilt = floor.normal.angle(&Vector3::y());
-    if tilt > 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD) {
-        return (first, Some(floor));
+    let level = |f: &cloth::Floor| f.normal.angle(&Vector3::y()) < 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD);
+    if let Some(found) = floor.filter(level) {
+        let weight = (FLOOR_SIGMA_RAD / plate_sigma).powi(2);
+        let up = from_scan.inverse_transform_vector(&(found.normal + Vector3::y() * weight).normalize());
+        let before = std::mem::replace(&mut from_scan, frame(up));
+        local = scene.par_iter().map(|p| from_scan * p).collect();
+        let normal = from_scan * before.inverse_transform_vector(&found.normal);
+        floor = Some(cloth::Floor { normal, ..found });
     }
-    let up = (floor.normal + Vector3::y() * weight).normalize();
-    let turn = first.inverse_transform_vector(&up);
-    let level = frame(turn);
-    let normal = level * first.inverse_transform_vector(&floor.normal);
-    (level, Some(cloth::Floor { normal, ..floor }))
+    let mut origin_sigma_m = plate.centre_sigma_m;
+    if let Some((axis, sigma_m)) = cloth::pedestal_axis(&local, floor, options, plate.noise_m) {
+        let (own, other) = (origin_sigma_m.powi(2), sigma_m.powi(2) + PEDESTAL_SIGMA_M.powi(2));
+        let share = own / (own + other);
+        let shift = Vector3::new(axis[0], 0.0, axis[1]) * share;
+        if shift.norm() < 4.0 * (own + other).sqrt() {
+            from_scan = Translation3::from(-shift) * from_scan;
+            origin_sigma_m = (own * share.mul_add(-1.0, 1.0)).sqrt();
+        }
+    }
+    Local { from_scan, floor, origin_sigma_m }
 }
 
 /// Turns the square by quarters so that its x axis is the warp, or lies nearest

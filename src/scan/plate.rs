@@ -31,6 +31,8 @@ const PATCH_RADII: f64 = 0.6;
 const FLAT_RMS_M: f64 = 3e-3;
 /// Bearings at which the edge is looked at.
 const BEARINGS: usize = 36;
+/// Fewest bearings that make a circle.
+const LEAST_EDGES: usize = 18;
 /// Rings of the search for the edge: ten to a plate radius, out to 2.2 radii.
 const RINGS_PER_RADIUS: f64 = 10.0;
 const RINGS: usize = 22;
@@ -293,8 +295,8 @@ fn leaving_edges(
 }
 
 /// Circle through points, robust: centre, radius, scatter of the radii.
-fn circle_through(points: &[[f64; 2]]) -> Option<([f64; 2], f64, f64)> {
-    if points.len() < BEARINGS / 2 {
+pub(super) fn circle_through(points: &[[f64; 2]]) -> Option<([f64; 2], f64, f64)> {
+    if points.len() < LEAST_EDGES {
         return None;
     }
     let mut centre = [0.0, 0.0];
