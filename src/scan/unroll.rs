@@ -36,6 +36,8 @@ pub(super) struct Unrolled {
     pub links: Links,
 }
 
+/// Largest ratio of arc to chord: links whose normals are a right angle apart.
+const LARGEST_ARC: f64 = 1.12;
 /// Neighbour links reach this many spacings.
 const LINK_SPACINGS: f64 = 2.4;
 
@@ -84,11 +86,23 @@ fn linked(cloth: &Cloth, i: usize, j: usize) -> bool {
         && cloth.normals[i].dot(&cloth.normals[j]).abs() > 0.4
 }
 
-/// Chord to arc: the length of the surface between two points whose normals
-/// enclose an angle, taken as a circle's arc.
-fn arc_length(chord: f64, cosine: f64) -> f64 {
-    let half = 0.5 * cosine.clamp(-1.0, 1.0).acos();
-    if half < 1e-3 { chord } else { chord * (half / half.sin()).min(1.15) }
+/// The step from one point to another along the surface, as a tangent vector at
+/// the first. Between them the surface is taken as the circular cylinder that has
+/// both normals: the part of the chord along its axis stays, the part around it
+/// becomes an arc. (The chord laid into the first tangent plane would point too
+/// much along the axis, and folds would unroll too long.)
+fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
+    let turn = from.cross(to);
+    let sine = turn.norm();
+    if sine < 1e-3 {
+        return d - from * d.dot(from);
+    }
+    let axis = turn / sine;
+    let half = 0.5 * sine.atan2(from.dot(to));
+    let middle = (from + to).normalize();
+    let around = axis.cross(&middle);
+    let arc = d.dot(&around) * (half / half.sin()).min(LARGEST_ARC);
+    axis * d.dot(&axis) + axis.cross(from) * arc
 }
 
 /// Unrolls the cloth outward from the plate's disc of radius `seed_radius_m`,
@@ -150,8 +164,7 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
             .filter(|&j| number[j] != u32::MAX && normals[i].dot(&normals[j]) > 0.0)
             .map(|j| {
                 let d = cloth.surface[j] - cloth.surface[i];
-                let length = arc_length(d.norm(), normals[i].dot(&normals[j]));
-                (number[j], in_plane(&d, &a, &normals[i], length))
+                (number[j], in_plane(&surface_step(&d, &normals[i], &normals[j]), &a, &normals[i]))
             })
             .collect();
         near
@@ -176,13 +189,9 @@ fn tangent(v: &Vector3, normal: &Vector3) -> Vector3 {
     (v - normal * v.dot(normal)).normalize()
 }
 
-/// A step d as seen in the tangent plane with axes `a` and `a x n`, with its
-/// length kept.
-fn in_plane(d: &Vector3, a: &Vector3, normal: &Vector3, length: f64) -> [f64; 2] {
-    let b = a.cross(normal);
-    let (x, y) = (d.dot(a), d.dot(&b));
-    let scale = length / x.hypot(y).max(1e-12);
-    [x * scale, y * scale]
+/// A tangent vector in the axes `a` and `a x n`.
+fn in_plane(step: &Vector3, a: &Vector3, normal: &Vector3) -> [f64; 2] {
+    [step.dot(a), step.dot(&a.cross(normal))]
 }
 
 /// Places point j from the neighbour that the front came from and the other
@@ -203,7 +212,7 @@ fn advance(
     let through = |i: usize| {
         let d = cloth.surface[j] - cloth.surface[i];
         let chord = d.norm();
-        let step = in_plane(&d, &axis[i], &normals[i], arc_length(chord, normals[i].dot(&normals[j])));
+        let step = in_plane(&surface_step(&d, &normals[i], &normals[j]), &axis[i], &normals[i]);
         ([flat[i][0] + step[0], flat[i][1] + step[1]], 1.0 / chord)
     };
     // The largest group of neighbours that say the same: two layers that touch
@@ -245,4 +254,22 @@ fn transport(a: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
 
 fn any_across(normal: &Vector3) -> Vector3 {
     if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_around_a_cylinder_has_the_arc_and_the_height() {
+        let radius = 6e-3;
+        let at = |angle: f64, height: f64| Vector3::new(radius * angle.cos(), height, radius * angle.sin());
+        let normal = |angle: f64| Vector3::new(angle.cos(), 0.0, angle.sin());
+        for (angle, height) in [(0.01, 2e-3), (0.5, -3e-3), (0.9, 4e-3)] {
+            let step = surface_step(&(at(angle, height) - at(0.0, 0.0)), &normal(0.0), &normal(angle));
+            assert!((step.y - height).abs() < 1e-12, "{angle}");
+            assert!((step.z - radius * angle).abs() < 1e-9, "{angle}: {}", step.z / (radius * angle));
+            assert!(step.x.abs() < 1e-5 * radius);
+        }
+    }
 }
