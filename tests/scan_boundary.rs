@@ -112,13 +112,15 @@ fn report(name: &str, drape: &Drape, scan: &VirtualScan) {
                 }
             }
             println!(
-                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} out {outward:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?} true {truth_sides:.1?}, edges {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, spacing {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
+                "{name}: mean {mean:.2} max {max:.2} | in true frame {shape:.2} {shape_max:.2} out {outward:.2} | chi {:.1} | {seconds:.1} s, {}k, obs {:.2}, gap {:.0}, sides {:.1?} true {truth_sides:.1?}, edges {:.1?} widths {:.1?} true {:.1?}, R {:.1}+-{:.1}, sheet {:.2}, noise {:.2}, spacing {:.2}, origin {:.2?} turn {:.2?} deg, offset {:.2}",
                 chi.sqrt(),
                 cloud.points.len() / 1000,
                 found.quality.observed_fraction,
                 found.quality.longest_gap_m * 1e3,
                 found.quality.side_lengths_m.map(|m| m * 1e3),
                 found.quality.edge_m.map(|m| m * 1e3),
+                found.quality.widths_m.map(|m| m.unwrap_or(0.0) * 1e3),
+                drape.widths_mm(),
                 found.quality.plate_radius_m * 1e3,
                 found.quality.plate_radius_scatter_m * 1e3,
                 found.quality.sheet_rms_m * 1e3,

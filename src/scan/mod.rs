@@ -54,6 +54,10 @@ const MIN_POINTS: usize = 3000;
 
 /// How far from level a floor under a scanned drape is \[rad\].
 const FLOOR_SIGMA_RAD: f64 = 2e-3;
+/// Share of the deficit that is put down to erosion. Empirical.
+const EROSION_SHARE: f64 = 0.6;
+/// Edges eroded by more are not what they seem \[m\].
+const LARGEST_EROSION_M: f64 = 1.5e-3;
 /// How far off the plate's axis the pedestal stands \[m\].
 const PEDESTAL_SIGMA_M: f64 = 0.7e-3;
 /// Rounds of pulling the unrolled edges straight.
@@ -103,6 +107,9 @@ pub struct Quality {
     pub loop_length_m: f64,
     /// Lengths of the four sides along the cloth \[m\].
     pub side_lengths_m: [f64; 4],
+    /// Length of the cloth from edge to opposite edge as scanned, along warp and
+    /// weft \[m\]; less than the specimen's side where the sensor erodes edges.
+    pub widths_m: [Option<f64>; 2],
     /// Distance of the four edges from the specimen's centre on the flat cloth \[m\].
     pub edge_m: [f64; 4],
     /// Offset of the specimen's centre from the plate's axis on the flat cloth \[m\].
@@ -164,7 +171,9 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
     let half_m = 0.5 * options.specimen_side_m;
     let near_edge = edge_points(&cloth, &unrolled.points, &material, &sheet, plate.noise_m, half_m);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
-    let edges = rim::edges(&flat, half_m, plate.noise_m);
+    let mut edges = rim::edges(&flat, half_m, plate.noise_m);
+    let widths_m = rim::widths_m(&sheet, &edges, half_m);
+    undo_erosion(&mut edges, widths_m, options.specimen_side_m);
     let mut traced = rim::trace(&sheet, &edges, half_m);
     let explained = trust::Explained {
         surface: &cloth.surface,
@@ -191,6 +200,7 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
         observed_fraction: share(&traced.points),
         loop_length_m: traced.side_lengths_m.iter().sum(),
         side_lengths_m: traced.side_lengths_m,
+        widths_m,
         edge_m: traced.edge_m,
         centre_offset_m: square.centre[0].hypot(square.centre[1]),
         longest_gap_m: gap_m,
@@ -218,6 +228,21 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
         if options.warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
     let sim_from_scan = sim_from_local * local_from_scan;
     Ok(ScannedBoundary { boundary, orientation, sim_from_scan, unit, quality, evidence })
+}
+
+/// Cloth stretches but does not shrink: where it measures less than the specimen
+/// both unrolled and from edge to edge in space, the sensor eroded the edges. The
+/// smaller of both deficits is taken, as each has errors of its own size
+/// (smoothing shortens folds, noise lengthens them).
+fn undo_erosion(edges: &mut [edge::Edge; 4], widths_m: [Option<f64>; 2], side_m: f64) {
+    let known: Vec<f64> = widths_m.iter().flatten().copied().collect();
+    if known.is_empty() {
+        return;
+    }
+    let in_space = 0.5 * (side_m - known.iter().sum::<f64>() / known.len() as f64);
+    let unrolled = 0.5 * side_m - edges.iter().map(edge::Edge::mean_m).sum::<f64>() / 4.0;
+    let shift = (EROSION_SHARE * in_space.min(unrolled)).clamp(0.0, LARGEST_EROSION_M);
+    edges.iter_mut().for_each(|edge| edge.shift(shift));
 }
 
 fn share(points: &[BoundaryPoint]) -> f64 {

@@ -52,17 +52,10 @@ pub(super) fn from_side(side: usize, [along, outward]: [f64; 2]) -> [f64; 2] {
 
 /// Edges of the four sides from material coordinates of raw points near them.
 pub(super) fn edges(material: &[[f64; 2]], half_m: f64, blur_m: f64) -> [Edge; SIDES] {
-    let mut edges: [Edge; SIDES] = std::array::from_fn(|side| {
+    std::array::from_fn(|side| {
         let points: Vec<[f64; 2]> = material.iter().map(|&m| to_side(side, m)).collect();
         edge::measure(&points, half_m, blur_m)
-    });
-    // Cloth stretches but does not shrink: an edge that lies inside the specimen's
-    // size on the mean of the four sides was eroded by the sensor.
-    let mean = edges.iter().map(Edge::mean_m).sum::<f64>() / SIDES as f64;
-    for edge in &mut edges {
-        edge.shift((half_m - mean).max(0.0));
-    }
-    edges
+    })
 }
 
 /// Ties that pull points at the free edge so that each side becomes straight.
@@ -82,6 +75,28 @@ pub(super) fn ties(material: &[[f64; 2]], half_m: f64) -> Vec<Tie> {
         }
     }
     ties
+}
+
+/// Mean length of the cloth in space from edge to opposite edge \[m\]: along x
+/// (sides 2 to 0), along z (sides 3 to 1). Lines with a bridged end do not count;
+/// `None` if none is left.
+pub(super) fn widths_m(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> [Option<f64>; 2] {
+    [0, 1].map(|side| {
+        let lengths: Vec<f64> = (-14..=14)
+            .map(|k| f64::from(k) / 15.0 * half_m)
+            .filter(|&along| edges[side].observed_at(along) && edges[side + 2].observed_at(-along))
+            .map(|along| {
+                let (from, to) = (-edges[side + 2].outward_at(-along), edges[side].outward_at(along));
+                let count = 200;
+                let at = |k: i32| {
+                    let outward = from + (to - from) * f64::from(k) / f64::from(count);
+                    sheet.at(from_side(side, [along, outward]))
+                };
+                (0..count).map(|k| (at(k + 1) - at(k)).norm()).sum()
+            })
+            .collect();
+        crate::numeric::robust::median(lengths)
+    })
 }
 
 /// Traces the rim along the edges.

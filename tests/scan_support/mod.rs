@@ -131,6 +131,15 @@ impl Drape {
         Boundary::exact(points).unwrap()
     }
 
+    /// Mean length of the cloth along x and along z [mm].
+    pub fn widths_mm(&self) -> [f64; 2] {
+        let row = |k: usize, along_x: bool| -> f64 {
+            let at = |i: usize| if along_x { self.vertices[i * SIDE + k] } else { self.vertices[k * SIDE + i] };
+            (1..SIDE).map(|i| (at(i) - at(i - 1)).norm()).sum()
+        };
+        [true, false].map(|x| (0..SIDE).map(|k| row(k, x)).sum::<f64>() * 1e3 / SIDE as f64)
+    }
+
     /// Unit vector from the cloth outward at rim point `i`, across its side.
     pub fn outward(&self, i: usize) -> Vector3 {
         let [x, z] = Boundary::flat_xz_m(i, 0.3);
