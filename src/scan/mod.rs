@@ -1,1 +1,414 @@
-//! Work in progress.
+//! From a scan of a draped specimen to its boundary vector.
+//!
+//! In: a cloud in the file's unit and an arbitrary frame. Out: the rim as 244
+//! points in the simulation frame, each with sigma and an observed flag, and how
+//! much to trust them; or a refusal that says what was measured and where.
+//!
+//! load (`io`) -> unit (`unit`) -> plate and up (`plate`) -> floor, pedestal and
+//! background cut away, denoised (`cloth`) -> unrolled (`unroll`) -> the square in
+//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`) -> free edge
+//! (`edge`) -> rim (`rim`).
+//!
+//! The idea that carries it: a draped cloth is nearly an isometric image of a
+//! known square. In the unrolled plane the rim is four straight lines with known
+//! corners, whatever the folds do, and holes, the plate's edge and the pedestal
+//! lie inside it or outside the sheet. Tried and dropped: boundary points by their
+//! angular gap, then ordering them; they need a threshold, come unordered, and an
+//! occlusion looks like a rim.
+
+mod cloth;
+mod edge;
+pub mod error;
+pub mod neighbours;
+pub mod options;
+pub mod picture;
+mod plate;
+mod relax;
+mod rim;
+mod sheet;
+mod square;
+pub mod thin;
+mod trust;
+pub mod unit;
+mod unroll;
+
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use rayon::prelude::*;
+use serde::Serialize;
+
+pub use error::ScanError;
+pub use options::{ScanOptions, WarpToward};
+pub use unit::LengthUnit;
+
+use crate::base::{Boundary, BoundaryPoint, Isometry3, Point3, Vector3};
+use crate::geom::Cloud;
+use neighbours::Neighbours;
+use square::Square;
+
+/// Degrees, counter-clockwise seen from above, from the scan's own x axis laid
+/// horizontal (its y axis if x points up). Every bearing of this module.
+pub type Bearing = f64;
+
+/// Fewest points that can carry a rim: about one per 3 mm square.
+const MIN_POINTS: usize = 3000;
+
+/// How far from level a floor under a scanned drape is \[rad\].
+const FLOOR_SIGMA_RAD: f64 = 2e-3;
+/// Share of the deficit that is put down to erosion. Empirical.
+const EROSION_SHARE: f64 = 0.6;
+/// Edges eroded by more are not what they seem \[m\].
+const LARGEST_EROSION_M: f64 = 1.5e-3;
+/// How far off the plate's axis the pedestal stands \[m\].
+const PEDESTAL_SIGMA_M: f64 = 0.7e-3;
+/// Rounds of pulling the unrolled edges straight.
+const STRAIGHTENINGS: usize = 3;
+
+/// Whether weft and warp are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Orientation {
+    /// The caller said where the warp points.
+    Given,
+    /// Undecided: the boundary turned by one quarter is as likely.
+    Ambiguous,
+}
+
+/// The rim of a scan.
+#[derive(Clone, Debug)]
+pub struct ScannedBoundary {
+    /// 244 points, simulation frame.
+    pub boundary: Boundary,
+    /// Whether weft and warp are known.
+    pub orientation: Orientation,
+    /// The simulation frame from the scan's, both in metres.
+    pub sim_from_scan: Isometry3,
+    /// The file's unit, given or guessed.
+    pub unit: LengthUnit,
+    /// How much to trust it.
+    pub quality: Quality,
+    /// What was found on the way, for pictures and for comparing surfaces.
+    pub evidence: Evidence,
+}
+
+/// Quality figures of one scan.
+#[derive(Clone, Debug, Serialize)]
+pub struct Quality {
+    /// Points in the cloud, and those of the cloth.
+    pub points: usize,
+    /// Points left after the cuts.
+    pub cloth_points: usize,
+    /// Whether the unit was guessed.
+    pub unit_guessed: bool,
+    /// Up, in the scan's frame.
+    pub up: [f64; 3],
+    /// Share of the 244 points that were observed.
+    pub observed_fraction: f64,
+    /// Length of the rim \[m\].
+    pub loop_length_m: f64,
+    /// Lengths of the four sides along the cloth \[m\].
+    pub side_lengths_m: [f64; 4],
+    /// Length of the cloth from edge to opposite edge as scanned, along warp and
+    /// weft \[m\]; less than the specimen's side where the sensor erodes edges.
+    pub widths_m: [Option<f64>; 2],
+    /// Distance of the four edges from the specimen's centre on the flat cloth \[m\].
+    pub edge_m: [f64; 4],
+    /// Offset of the specimen's centre from the plate's axis on the flat cloth \[m\].
+    pub centre_offset_m: f64,
+    /// Longest bridged arc \[m\] and the bearing of its middle.
+    pub longest_gap_m: f64,
+    /// See [`Bearing`].
+    pub longest_gap_bearing_deg: f64,
+    /// Radius at which the cloth leaves the plate \[m\] and its scatter.
+    pub plate_radius_m: f64,
+    /// Robust scatter of that radius over the bearings \[m\].
+    pub plate_radius_scatter_m: f64,
+    /// Standard error of the origin, per horizontal axis \[m\].
+    pub origin_sigma_m: f64,
+    /// Height of the floor \[m\], its scatter and its tilt against the plate, if seen.
+    pub floor_height_m: Option<f64>,
+    /// Root mean square of the floor's points \[m\].
+    pub floor_rms_m: Option<f64>,
+    /// Angle between floor and plate \[rad\].
+    pub floor_tilt_rad: Option<f64>,
+    /// Typical distance between neighbouring points \[m\].
+    pub point_spacing_m: f64,
+    /// Noise of single points, from the cloth on the plate \[m\].
+    pub noise_m: f64,
+    /// Root mean square distance of the smoothed surface to the fitted sheet \[m\].
+    pub sheet_rms_m: f64,
+}
+
+/// Intermediate products, simulation frame \[m\].
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Smoothed points of the cloth.
+    pub cloth: Vec<Point3>,
+    /// Material coordinates (x, z) of those points \[m\].
+    pub material: Vec<[f64; 2]>,
+    /// Raw points within 2 mm of the measured edge.
+    pub edge_points: Vec<Point3>,
+    /// The corners: ends of sides 0 to 3.
+    pub corners: [Point3; 4],
+}
+
+/// Finds the boundary vector in a scan.
+pub fn boundary_from_scan(
+    cloud: &Cloud,
+    options: &ScanOptions,
+) -> Result<ScannedBoundary, ScanError> {
+    let finite = finite_points(cloud)?;
+    let unit = options.unit.map_or_else(|| unit::guess(&finite), Ok)?;
+    let scene: Vec<Point3> = finite.iter().map(|p| p * unit.metres()).collect();
+    let plate = plate::find(&scene, options.plate_radius_m, unit)?;
+    let Local { from_scan: local_from_scan, floor, origin_sigma_m } =
+        local_frame(&scene, &plate, options);
+    let local: Vec<Point3> = scene.par_iter().map(|p| local_from_scan * p).collect();
+    let cloth = cloth::isolate(&local, floor, &plate, options);
+    let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * 1.12;
+    let mut unrolled = unroll::unroll(&cloth, 0.8 * options.plate_radius_m, reach_m);
+    let square = straighten(&mut unrolled, cloth.spacing_m, options)?;
+    let (square, unrolled) = (orient(square, &local_from_scan, options.warp_toward), unrolled);
+
+    let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
+    let (sheet, material, misfit_m) = fitted?;
+    let half_m = 0.5 * options.specimen_side_m;
+    let near_edge = edge_points(&cloth, &unrolled.points, &material, &sheet, plate.noise_m, half_m);
+    let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
+    let mut edges = rim::edges(&flat, half_m, plate.noise_m);
+    let widths_m = rim::widths_m(&sheet, &edges, half_m);
+    undo_erosion(&mut edges, widths_m, options.specimen_side_m);
+    let mut traced = rim::trace(&sheet, &edges, half_m);
+    let explained = trust::Explained {
+        surface: &cloth.surface,
+        unrolled: &unrolled.points,
+        material: &material,
+        spacing_m: cloth.spacing_m,
+        noise_m: plate.noise_m,
+        origin_sigma_m,
+    };
+    trust::assess(&mut traced, &sheet, &explained, half_m);
+    rim::judge(&traced, &square, options)?;
+    let (gap_m, gap_at) = rim::longest_gap(&traced.points);
+
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
+    let sim_from_local = Isometry3::from_parts(Translation3::identity(), turn);
+    for point in &mut traced.points {
+        point.position_m = sim_from_local * point.position_m;
+    }
+    let quality = Quality {
+        points: cloud.points.len(),
+        cloth_points: cloth.raw.len(),
+        unit_guessed: options.unit.is_none(),
+        up: local_from_scan.inverse_transform_vector(&Vector3::y()).into(),
+        observed_fraction: share(&traced.points),
+        loop_length_m: traced.side_lengths_m.iter().sum(),
+        side_lengths_m: traced.side_lengths_m,
+        widths_m,
+        edge_m: traced.edge_m,
+        centre_offset_m: square.centre[0].hypot(square.centre[1]),
+        longest_gap_m: gap_m,
+        longest_gap_bearing_deg: square.bearing_deg(traced.material[gap_at]),
+        plate_radius_m: plate.radius_m,
+        plate_radius_scatter_m: plate.radius_scatter_m,
+        origin_sigma_m,
+        floor_height_m: floor.map(|f| f.height_m),
+        floor_rms_m: floor.map(|f| f.rms_m),
+        floor_tilt_rad: floor.map(|f| (local_from_scan * plate.up.into_inner()).angle(&f.normal)),
+        point_spacing_m: cloth.raw_spacing_m,
+        noise_m: plate.noise_m,
+        sheet_rms_m: misfit_m,
+    };
+    let corners = std::array::from_fn(|s| traced.points[61 * s + 60].position_m);
+    let on_edge = |e: &&(Point3, [f64; 2])| e.1[0].abs().max(e.1[1].abs()) > half_m - 2e-3;
+    let evidence = Evidence {
+        cloth: unrolled.points.iter().map(|p| sim_from_local * p).collect(),
+        material,
+        edge_points: near_edge.iter().filter(on_edge).map(|e| sim_from_local * e.0).collect(),
+        corners,
+    };
+    let boundary =
+        Boundary::new(traced.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
+    let orientation =
+        if options.warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
+    let sim_from_scan = sim_from_local * local_from_scan;
+    Ok(ScannedBoundary { boundary, orientation, sim_from_scan, unit, quality, evidence })
+}
+
+/// Cloth stretches but does not shrink: where it measures less than the specimen
+/// both unrolled and from edge to edge in space, the sensor eroded the edges. The
+/// smaller of both deficits is taken, as each has errors of its own size
+/// (smoothing shortens folds, noise lengthens them).
+fn undo_erosion(edges: &mut [edge::Edge; 4], widths_m: [Option<f64>; 2], side_m: f64) {
+    let known: Vec<f64> = widths_m.iter().flatten().copied().collect();
+    if known.is_empty() {
+        return;
+    }
+    let in_space = 0.5 * (side_m - known.iter().sum::<f64>() / known.len() as f64);
+    let unrolled = 0.5 * side_m - edges.iter().map(edge::Edge::mean_m).sum::<f64>() / 4.0;
+    let shift = (EROSION_SHARE * in_space.min(unrolled)).clamp(0.0, LARGEST_EROSION_M);
+    edges.iter_mut().for_each(|edge| edge.shift(shift));
+}
+
+fn share(points: &[BoundaryPoint]) -> f64 {
+    points.iter().filter(|p| p.observed).count() as f64 / points.len() as f64
+}
+
+fn finite_points(cloud: &Cloud) -> Result<Vec<Point3>, ScanError> {
+    let finite: Vec<Point3> =
+        cloud.points.iter().filter(|p| p.iter().all(|c| c.is_finite())).copied().collect();
+    if finite.len() < MIN_POINTS {
+        return Err(ScanError::TooFewPoints { points: finite.len(), limit: MIN_POINTS });
+    }
+    Ok(finite)
+}
+
+/// The frame in which a scan is worked on, and what fixes it.
+struct Local {
+    /// Origin at the centre of the plate's top face, y up, x along the scan's x
+    /// axis laid horizontal.
+    from_scan: Isometry3,
+    floor: Option<cloth::Floor>,
+    /// Standard error of the origin in the plane, per axis \[m\].
+    origin_sigma_m: f64,
+}
+
+/// Finds the local frame: origin from the plate's edge and the pedestal, up from
+/// plate and floor, each by its variance.
+fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) -> Local {
+    let frame = |up: Vector3| {
+        let (u, v) = plate::horizontal_axes(&up, &Vector3::x());
+        let rows = Matrix3::from_rows(&[u.transpose(), up.transpose(), v.transpose()]);
+        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows));
+        let origin = plate.centre - up * options.cloth_height_m;
+        Isometry3::from_parts(Translation3::identity(), turn) * Translation3::from(-origin.coords)
+    };
+    let mut from_scan = frame(plate.up.into_inner());
+    let mut local: Vec<Point3> = scene.par_iter().map(|p| from_scan * p).collect();
+    let mut floor = cloth::find_floor(&local, options, plate.noise_m);
+    // A plate that is clearly tilted keeps its own normal.
+    let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
+    let level =
+        |f: &cloth::Floor| f.normal.angle(&Vector3::y()) < 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD);
+    if let Some(found) = floor.filter(level) {
+        let weight = (FLOOR_SIGMA_RAD / plate_sigma).powi(2);
+        let up =
+            from_scan.inverse_transform_vector(&(found.normal + Vector3::y() * weight).normalize());
+        let before = std::mem::replace(&mut from_scan, frame(up));
+        local = scene.par_iter().map(|p| from_scan * p).collect();
+        let normal = from_scan * before.inverse_transform_vector(&found.normal);
+        floor = Some(cloth::Floor { normal, ..found });
+    }
+    let mut origin_sigma_m = plate.centre_sigma_m;
+    if let Some((axis, sigma_m)) = cloth::pedestal_axis(&local, floor, options, plate.noise_m) {
+        let (own, other) = (origin_sigma_m.powi(2), sigma_m.powi(2) + PEDESTAL_SIGMA_M.powi(2));
+        let share = own / (own + other);
+        let shift = Vector3::new(axis[0], 0.0, axis[1]) * share;
+        if shift.norm() < 4.0 * (own + other).sqrt() {
+            from_scan = Translation3::from(-shift) * from_scan;
+            origin_sigma_m = (own * share.mul_add(-1.0, 1.0)).sqrt();
+        }
+    }
+    Local { from_scan, floor, origin_sigma_m }
+}
+
+/// Turns the square by quarters so that its x axis is the warp, or lies nearest
+/// to bearing 0 if nothing is known.
+fn orient(square: Square, local_from_scan: &Isometry3, warp: Option<WarpToward>) -> Square {
+    let wanted = match warp {
+        Some(WarpToward::Direction(direction)) => {
+            let local = local_from_scan * Vector3::from(direction);
+            (-local.z).atan2(local.x)
+        }
+        Some(WarpToward::BearingDeg(degrees)) => degrees.to_radians(),
+        None => 0.0,
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let quarters = ((wanted - square.turn_rad) / quarter).round();
+    Square { turn_rad: square.turn_rad + quarters * quarter, ..square }
+}
+
+/// Relaxes the unrolled cloth and pulls its free edges onto the sides of the
+/// square that fits best; returns that square.
+fn straighten(
+    unrolled: &mut unroll::Unrolled,
+    spacing_m: f64,
+    options: &ScanOptions,
+) -> Result<Square, ScanError> {
+    let unroll::Unrolled { links, fixed, flat, .. } = unrolled;
+    relax::relax(links, fixed, &[], spacing_m, 8, flat);
+    let mut square = square::find(flat, options.specimen_side_m)?;
+    for _ in 0..STRAIGHTENINGS {
+        let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
+        let ties = rim::ties(&material, 0.5 * options.specimen_side_m);
+        relax::relax(links, fixed, &ties, spacing_m, 4, &mut material);
+        for (p, &m) in flat.iter_mut().zip(&material) {
+            *p = square.flat(m);
+        }
+        square = square::find(flat, options.specimen_side_m)?;
+    }
+    Ok(square)
+}
+
+type Fitted = (sheet::Sheet, Vec<[f64; 2]>, f64);
+
+fn fit_sheet(
+    unrolled: &unroll::Unrolled,
+    square: &Square,
+    cloth: &cloth::Cloth,
+    noise_m: f64,
+    options: &ScanOptions,
+) -> Result<Fitted, ScanError> {
+    let half_m = 0.5 * options.specimen_side_m;
+    let settings = sheet::SheetSettings {
+        half_m: 1.1 * half_m,
+        knot_m: 6e-3,
+        point_sigma_m: 0.1e-3 + 0.5 * noise_m,
+        curvature_sigma: 100.0,
+        strain_sigma: 0.03,
+        rounds: 4,
+    };
+    let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
+    let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
+    let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings)
+        .ok_or(too_few)?;
+    let off: Vec<f64> =
+        unrolled.points.iter().zip(&material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
+    let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
+    if rms_m > options.max_misfit_m {
+        let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
+        return Err(ScanError::Misfit {
+            rms_mm: rms_m * 1e3,
+            limit_mm: options.max_misfit_m * 1e3,
+            bearing_deg: square.bearing_deg(material[worst]),
+        });
+    }
+    Ok((sheet, material, rms_m))
+}
+
+/// Raw points that lie on the sheet near its edge, with their material
+/// coordinates.
+fn edge_points(
+    cloth: &cloth::Cloth,
+    surface: &[Point3],
+    material: &[[f64; 2]],
+    sheet: &sheet::Sheet,
+    noise_m: f64,
+    half_m: f64,
+) -> Vec<(Point3, [f64; 2])> {
+    let tree = Neighbours::new(surface);
+    let on_sheet = 0.4e-3 + 3.0 * noise_m;
+    cloth
+        .raw
+        .par_iter()
+        .filter_map(|p| {
+            let &(i, squared) = tree.nearest(p, 1).first()?;
+            let m = material[i];
+            let far = squared.sqrt() > 4.0 * cloth.spacing_m + 3.0 * noise_m;
+            if far || m[0].abs().max(m[1].abs()) < half_m - 20e-3 {
+                return None;
+            }
+            let (m, off) = sheet.nearest(p, m, 1.09 * half_m);
+            (off < on_sheet).then_some((*p, m))
+        })
+        .collect()
+}

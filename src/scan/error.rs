@@ -1,0 +1,144 @@
+//! Why a scan is refused: what was measured, the limit, the place, the remedy.
+
+use thiserror::Error;
+
+/// A refused scan. Bearings are degrees, see [`super::Bearing`].
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ScanError {
+    /// Not enough points to carry a rim.
+    #[error(
+        "{points} usable points, at least {limit} are needed; scan more densely or check the file"
+    )]
+    TooFewPoints {
+        /// Finite points in the cloud.
+        points: usize,
+        /// Least number.
+        limit: usize,
+    },
+    /// The scene fits a drape in no unit.
+    #[error(
+        "the scene measures {measured_units:.4} file units: neither metres nor millimetres put it \
+         between {smallest_m} m and {largest_m} m; give the unit or check the export"
+    )]
+    Size {
+        /// Typical size in file units.
+        measured_units: f64,
+        /// Smallest plausible \[m\].
+        smallest_m: f64,
+        /// Largest plausible \[m\].
+        largest_m: f64,
+    },
+    /// No flat round top with cloth falling away on all sides.
+    #[error(
+        "no plate found: {} a disc of {:.0} mm radius is needed, flat, with the cloth falling away from it on \
+         {:.0} % of its edge; scan the drape from above too, or give the unit if {unit:?} is wrong",
+        best.as_ref().map_or_else(|| "no flat patch at all;".to_owned(), |b| format!(
+            "the best of the flat patches has the cloth falling away on {:.0} % of its edge and a radius of {:.0} mm, while",
+            b.falling * 100.0, b.radius_m * 1e3)),
+        radius_m * 1e3, falling_limit * 100.0
+    )]
+    NoPlate {
+        /// The best candidate, if any.
+        best: Option<PlateCandidate>,
+        /// Radius looked for \[m\].
+        radius_m: f64,
+        /// Least share of the edge where the surface falls.
+        falling_limit: f64,
+        /// The unit in use.
+        unit: super::LengthUnit,
+    },
+    /// The cloth could not be followed from the plate to its edge.
+    #[error(
+        "the cloth ends {reach_mm:.0} mm from the plate's centre towards {bearing_deg:.0} degrees, its \
+         edge lies at {expected_mm:.0} mm: that part is not scanned; add a view from there"
+    )]
+    Hidden {
+        /// Farthest cloth on that bearing, along the cloth.
+        reach_mm: f64,
+        /// Where the edge should be.
+        expected_mm: f64,
+        /// The place.
+        bearing_deg: f64,
+    },
+    /// The flattened cloth is not a square of the specimen's size.
+    #[error(
+        "the flattened outline differs from a {side_mm:.0} mm square by {rms_mm:.1} mm rms (limit \
+         {limit_mm:.1} mm), most towards {bearing_deg:.0} degrees: corners not found; check the specimen's \
+         size and whether something touches the cloth there"
+    )]
+    NotASquare {
+        /// The specimen's side.
+        side_mm: f64,
+        /// Root mean square difference.
+        rms_mm: f64,
+        /// Largest accepted.
+        limit_mm: f64,
+        /// Where it differs most.
+        bearing_deg: f64,
+    },
+    /// A side of the rim has an impossible length.
+    #[error(
+        "the rim's side towards {bearing_deg:.0} degrees measures {measured_mm:.1} mm, accepted are \
+         {min_mm:.0} to {max_mm:.0} mm; check the unit and the specimen's size"
+    )]
+    SideLength {
+        /// Length found.
+        measured_mm: f64,
+        /// Least.
+        min_mm: f64,
+        /// Most.
+        max_mm: f64,
+        /// The side's middle.
+        bearing_deg: f64,
+    },
+    /// Too long an arc of the rim is hidden.
+    #[error(
+        "the rim is missing {length_mm:.0} mm at {bearing_deg:.0} degrees (limit {limit_mm:.0} mm); add a \
+         view from there"
+    )]
+    Gap {
+        /// Length of the arc along the cloth.
+        length_mm: f64,
+        /// Longest that is bridged.
+        limit_mm: f64,
+        /// The arc's middle.
+        bearing_deg: f64,
+    },
+    /// Too little of the rim is seen in all.
+    #[error(
+        "only {observed_percent:.0} % of the rim is seen (limit {limit_percent:.0} %), the longest missing \
+         arc is {length_mm:.0} mm at {bearing_deg:.0} degrees; add views"
+    )]
+    TooLittleRim {
+        /// Seen share.
+        observed_percent: f64,
+        /// Least share.
+        limit_percent: f64,
+        /// Longest missing arc.
+        length_mm: f64,
+        /// Its middle.
+        bearing_deg: f64,
+    },
+    /// The fitted sheet and the scanned points disagree.
+    #[error(
+        "the fitted sheet is {rms_mm:.1} mm rms off the scanned cloth (limit {limit_mm:.1} mm), most towards \
+         {bearing_deg:.0} degrees: the cloth touches itself or something else there; lay the specimen anew"
+    )]
+    Misfit {
+        /// Root mean square distance.
+        rms_mm: f64,
+        /// Largest accepted.
+        limit_mm: f64,
+        /// Where it is worst.
+        bearing_deg: f64,
+    },
+}
+
+/// A flat patch that was considered as the plate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlateCandidate {
+    /// Radius at which the surface leaves the patch's plane \[m\]; 0 if nowhere.
+    pub radius_m: f64,
+    /// Share of the patch's edge where the surface falls away.
+    pub falling: f64,
+}

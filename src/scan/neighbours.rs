@@ -1,0 +1,53 @@
+//! Neighbour queries: the one place where points meet kiddo's k-d tree.
+
+use std::num::NonZero;
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+
+use crate::base::Point3;
+
+/// A k-d tree over points that stay in place.
+pub struct Neighbours {
+    tree: Option<ImmutableKdTree<f64, 3>>,
+}
+
+impl Neighbours {
+    /// The tree of `points`; of none, every query is empty.
+    #[must_use]
+    pub fn new(points: &[Point3]) -> Self {
+        let rows: Vec<[f64; 3]> = points.iter().map(|p| [p.x, p.y, p.z]).collect();
+        let tree = if rows.is_empty() { None } else { ImmutableKdTree::new_from_slice(&rows).ok() };
+        Self { tree }
+    }
+
+    /// Indices of the points within `radius` of `at`, in increasing order (so
+    /// that sums over them do not depend on the tree's layout).
+    #[must_use]
+    pub fn within(&self, at: &Point3, radius: f64) -> Vec<usize> {
+        let Some(tree) = &self.tree else { return Vec::new() };
+        let mut found: Vec<usize> = tree
+            .query(&[at.x, at.y, at.z])
+            .within::<SquaredEuclidean<f64>>(radius * radius)
+            .unsorted()
+            .execute()
+            .iter()
+            .map(|item| item.item as usize)
+            .collect();
+        found.sort_unstable();
+        found
+    }
+
+    /// The `count` nearest points: index and squared distance, nearest first.
+    #[must_use]
+    pub fn nearest(&self, at: &Point3, count: usize) -> Vec<(usize, f64)> {
+        let (Some(tree), Some(count)) = (&self.tree, NonZero::new(count)) else {
+            return Vec::new();
+        };
+        tree.query(&[at.x, at.y, at.z])
+            .nearest_n::<SquaredEuclidean<f64>>(count)
+            .execute()
+            .iter()
+            .map(|item| (item.item as usize, item.distance))
+            .collect()
+    }
+}

@@ -1,0 +1,63 @@
+//! What the caller knows about the scan and what it will accept.
+
+use serde::Serialize;
+
+use super::unit::LengthUnit;
+use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
+
+/// Where the specimen's warp (the +x axis of the simulation frame) points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WarpToward {
+    /// A direction in the scan's frame; its horizontal part counts.
+    Direction([f64; 3]),
+    /// A bearing in degrees, see [`super::Bearing`].
+    BearingDeg(f64),
+}
+
+/// The settings of one scan, all with defaults.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScanOptions {
+    /// The file's unit; `None` guesses it from the scene's size.
+    pub unit: Option<LengthUnit>,
+    /// Side of the square specimen \[m\].
+    pub specimen_side_m: f64,
+    /// Radius of the plate \[m\].
+    pub plate_radius_m: f64,
+    /// Height in the simulation frame of the cloth where it lies flat on the plate
+    /// \[m\]: the simulator keeps its vertices this far above the face (contact
+    /// gap), and a scan only shows the cloth.
+    pub cloth_height_m: f64,
+    /// Where the warp points; `None` leaves weft and warp undecided.
+    pub warp_toward: Option<WarpToward>,
+    /// Seed of the plane consensus.
+    pub seed: u64,
+    /// Largest arc of the rim that is bridged \[m\]. Empirical: up to about one
+    /// fold's half width the bridge stays within its stated sigma.
+    pub max_gap_m: f64,
+    /// Largest root mean square distance of the smoothed points to the fitted
+    /// sheet \[m\]; more means that the sheet took a wrong turn.
+    pub max_misfit_m: f64,
+    /// Smallest share of the rim that must be observed.
+    pub min_observed: f64,
+    /// Shortest and longest accepted side of the specimen \[m\]: 300 mm less what
+    /// smoothing takes, and plus the stretch of the softest knit.
+    pub side_range_m: [f64; 2],
+}
+
+impl Default for ScanOptions {
+    fn default() -> Self {
+        Self {
+            unit: None,
+            specimen_side_m: SPECIMEN_SIDE_M,
+            plate_radius_m: PLATE_RADIUS_M,
+            cloth_height_m: 1e-3,
+            warp_toward: None,
+            seed: 0,
+            max_gap_m: 0.060,
+            max_misfit_m: 2.5e-3,
+            min_observed: 0.70,
+            side_range_m: [0.280, 0.330],
+        }
+    }
+}

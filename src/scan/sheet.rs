@@ -1,0 +1,228 @@
+//! The sheet: the draped cloth as a smooth map from the flat specimen into space,
+//! fitted to the scanned surface.
+//!
+//! A uniform bicubic B-spline x(m) over the material square minimises
+//!   sum |x(m_i) - p_i|^2 / s_i^2  +  sum |second differences|^2 / d^2
+//!   +  sum |dx/dm - R|^2 / e^2,
+//! with R the rotation nearest to dx/dm of the round before: data, bending and
+//! inextensibility (local/global as in `unroll`). After each fit the points slide
+//! to their nearest places m on the sheet. Where points are missing the last two
+//! terms carry the sheet across. The posterior covariance of the same system
+//! gives the sigma of every place.
+//!
+//! In: surface points with material coordinates, local frame \[m\]. Out: the map.
+
+use nalgebra::{Matrix2, Matrix3x2, Vector2};
+use rayon::prelude::*;
+
+use crate::base::{Point3, Vector3};
+use crate::numeric::banded::{Banded, Factor};
+use crate::numeric::bspline::{Grid, Weights};
+
+/// The fitted map and its information matrix.
+pub(super) struct Sheet {
+    grid: Grid,
+    controls: Vec<Vector3>,
+    factor: Option<Factor>,
+}
+
+/// Priors and loops of the fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SheetSettings {
+    /// Half side of the material square that the map covers \[m\].
+    pub half_m: f64,
+    /// Knot distance \[m\]; resolves folds of that radius.
+    pub knot_m: f64,
+    /// Standard deviation of a surface point \[m\].
+    pub point_sigma_m: f64,
+    /// Prior standard deviation of curvature \[1/m\].
+    pub curvature_sigma: f64,
+    /// Prior standard deviation of strain.
+    pub strain_sigma: f64,
+    /// Fits; points slide after each.
+    pub rounds: usize,
+}
+
+impl Sheet {
+    /// The place of material coordinates.
+    pub fn at(&self, material: [f64; 2]) -> Point3 {
+        Point3::from(self.blend(&self.grid.weights(material), |w| &w.value))
+    }
+
+    /// Derivatives of the place to both material coordinates.
+    pub fn slopes(&self, material: [f64; 2]) -> Matrix3x2<f64> {
+        let w = self.grid.weights(material);
+        Matrix3x2::from_columns(&[self.blend(&w, |w| &w.du), self.blend(&w, |w| &w.dv)])
+    }
+
+    fn blend(&self, w: &Weights, which: impl Fn(&Weights) -> &[f64; 16]) -> Vector3 {
+        let weights = which(w);
+        (0..16).map(|k| self.controls[self.grid.control(w, k)] * weights[k]).sum()
+    }
+
+    /// Posterior standard deviation of a place, per coordinate \[m\], if the
+    /// points' errors were independent.
+    pub fn sigma_m(&self, material: [f64; 2]) -> f64 {
+        let Some(factor) = &self.factor else { return f64::INFINITY };
+        let w = self.grid.weights(material);
+        let entries: Vec<(usize, f64)> =
+            (0..16).map(|k| (self.grid.control(&w, k), w.value[k])).collect();
+        factor.inverse_form(&entries).sqrt()
+    }
+
+    /// The material coordinates nearest to `p`, started at `from`, and the
+    /// distance left.
+    pub fn nearest(&self, p: &Point3, from: [f64; 2], half_m: f64) -> ([f64; 2], f64) {
+        let mut m = from;
+        for _ in 0..3 {
+            let jacobian = self.slopes(m);
+            let residual = p - self.at(m);
+            let normal: Matrix2<f64> = jacobian.transpose() * jacobian + Matrix2::identity() * 1e-3;
+            let Some(inverse) = normal.try_inverse() else { break };
+            let step: Vector2<f64> = inverse * (jacobian.transpose() * residual);
+            let step = step * (3e-3 / step.norm().max(3e-3));
+            m = [(m[0] + step[0]).clamp(-half_m, half_m), (m[1] + step[1]).clamp(-half_m, half_m)];
+        }
+        (m, (p - self.at(m)).norm())
+    }
+}
+
+/// Fits the map; `material` is moved to the points' places on it. `None` if the
+/// system is singular (too few points).
+pub(super) fn fit(
+    points: &[Point3],
+    disorder: &[f64],
+    material: &mut [[f64; 2]],
+    settings: &SheetSettings,
+) -> Option<Sheet> {
+    let grid = Grid::new(settings.half_m, settings.knot_m);
+    let mut sheet =
+        Sheet { grid, controls: vec![Vector3::zeros(); grid.side() * grid.side()], factor: None };
+    for round in 0..settings.rounds {
+        let strained = round > 0;
+        sheet = solve(&sheet, points, disorder, material, settings, strained)?;
+        if round + 1 < settings.rounds {
+            let moved: Vec<[f64; 2]> = points
+                .par_iter()
+                .zip(material.par_iter())
+                .map(|(p, &m)| sheet.nearest(p, m, settings.half_m).0)
+                .collect();
+            material.copy_from_slice(&moved);
+        }
+    }
+    Some(sheet)
+}
+
+/// One linear least-squares solve.
+fn solve(
+    before: &Sheet,
+    points: &[Point3],
+    disorder: &[f64],
+    material: &[[f64; 2]],
+    settings: &SheetSettings,
+    strained: bool,
+) -> Option<Sheet> {
+    let grid = before.grid;
+    let count = grid.side() * grid.side();
+    let mut matrix = Banded::zeros(count, grid.bandwidth());
+    let mut right: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; count]);
+    // Robust: a point far off the sheet of the round before counts little.
+    let bound = (4.0 * settings.point_sigma_m).max(1.5e-3);
+    for ((p, &m), disorder) in points.iter().zip(material).zip(disorder) {
+        let w = grid.weights(m);
+        let off = if strained { (p - before.at(m)).norm() } else { 0.0 };
+        let weight = 1.0
+            / (settings.point_sigma_m * (disorder - 1.5).max(1.0)).powi(2)
+            / (1.0 + (off / bound).powi(2)).powi(2);
+        add(&mut matrix, &mut right, &grid, &w, &w.value, &p.coords, weight);
+    }
+    bending(&mut matrix, &grid, settings);
+    if strained {
+        inextensible(&mut matrix, &mut right, before, settings);
+    }
+    let factor = matrix.cholesky()?;
+    let mut controls = vec![Vector3::zeros(); count];
+    for (c, mut b) in right.into_iter().enumerate() {
+        factor.solve(&mut b);
+        for (control, value) in controls.iter_mut().zip(b) {
+            control[c] = value;
+        }
+    }
+    Some(Sheet { grid, controls, factor: Some(factor) })
+}
+
+/// Adds weight * |sum row_k control_k - target|^2.
+fn add(
+    matrix: &mut Banded,
+    right: &mut [Vec<f64>; 3],
+    grid: &Grid,
+    at: &Weights,
+    row: &[f64; 16],
+    target: &Vector3,
+    weight: f64,
+) {
+    for k in 0..16 {
+        let i = grid.control(at, k);
+        let scaled = weight * row[k];
+        for (c, list) in right.iter_mut().enumerate() {
+            list[i] += scaled * target[c];
+        }
+        for l in 0..=k {
+            matrix.add(i, grid.control(at, l), scaled * row[l]);
+        }
+    }
+}
+
+/// Second differences of the controls, along both axes and mixed (twice).
+fn bending(matrix: &mut Banded, grid: &Grid, settings: &SheetSettings) {
+    let spread = settings.curvature_sigma * grid.spacing().powi(2);
+    let weight = 1.0 / (spread * spread);
+    let n = grid.side();
+    let mut stencil = |cells: &[(usize, usize, f64)], weight: f64| {
+        for (k, a) in cells.iter().enumerate() {
+            for b in &cells[..=k] {
+                matrix.add(grid.index(a.0, a.1), grid.index(b.0, b.1), weight * a.2 * b.2);
+            }
+        }
+    };
+    for i in 0..n {
+        for j in 0..n {
+            if i + 2 < n {
+                stencil(&[(i, j, 1.0), (i + 1, j, -2.0), (i + 2, j, 1.0)], weight);
+            }
+            if j + 2 < n {
+                stencil(&[(i, j, 1.0), (i, j + 1, -2.0), (i, j + 2, 1.0)], weight);
+            }
+            if i + 1 < n && j + 1 < n {
+                let twist = [(i, j, 1.0), (i, j + 1, -1.0), (i + 1, j, -1.0), (i + 1, j + 1, 1.0)];
+                stencil(&twist, 2.0 * weight);
+            }
+        }
+    }
+}
+
+/// dx/dm = nearest rotation of the round before, at the middle of every span.
+fn inextensible(
+    matrix: &mut Banded,
+    right: &mut [Vec<f64>; 3],
+    before: &Sheet,
+    settings: &SheetSettings,
+) {
+    let grid = before.grid;
+    let h = grid.spacing();
+    let weight = 1.0 / settings.strain_sigma.powi(2);
+    let spans = grid.side() - 3;
+    for a in 0..spans {
+        for b in 0..spans {
+            let at =
+                [(a as f64 + 0.5) * h - settings.half_m, (b as f64 + 0.5) * h - settings.half_m];
+            let w = grid.weights(at);
+            let svd = before.slopes(at).svd(true, true);
+            let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { continue };
+            let rotation = u * vt;
+            let columns = [rotation.column(0).into_owned(), rotation.column(1).into_owned()];
+            add(matrix, right, &grid, &w, &w.du, &columns[0], weight);
+            add(matrix, right, &grid, &w, &w.dv, &columns[1], weight);
+        }
+    }
+}

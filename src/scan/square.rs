@@ -1,0 +1,167 @@
+//! Where the flat square lies in the unrolled cloth: its turn and its centre.
+//!
+//! In: material coordinates (u, v) of all surface points \[m\]. Out: the turn and
+//! shift after which the specimen's sides face +-x and +-z, up to quarter turns.
+//! The outline is the farthest reach on each bearing; hidden parts reach less and
+//! are outvoted by a bounded loss.
+
+use super::error::ScanError;
+
+/// The specimen's square in the unrolled plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Square {
+    /// Turn from the square's axes to the unrolled plane's: (u, v) = R (x, z) + c
+    /// with R = [[cos, sin], [-sin, cos]], counter-clockwise seen from above.
+    pub turn_rad: f64,
+    /// Centre in the unrolled plane \[m\].
+    pub centre: [f64; 2],
+}
+
+impl Square {
+    /// Material coordinates of a place in the unrolled plane.
+    pub fn material(&self, flat: [f64; 2]) -> [f64; 2] {
+        let (s, c) = self.turn_rad.sin_cos();
+        let (u, v) = (flat[0] - self.centre[0], flat[1] - self.centre[1]);
+        [c * u - s * v, s * u + c * v]
+    }
+
+    /// The inverse of [`Square::material`].
+    pub fn flat(&self, m: [f64; 2]) -> [f64; 2] {
+        let (s, c) = self.turn_rad.sin_cos();
+        [c * m[0] + s * m[1] + self.centre[0], -s * m[0] + c * m[1] + self.centre[1]]
+    }
+
+    /// Bearing in degrees, in the unrolled plane, of material coordinates.
+    pub fn bearing_deg(&self, material: [f64; 2]) -> f64 {
+        ((-material[1]).atan2(material[0]) + self.turn_rad).to_degrees().rem_euclid(360.0)
+    }
+}
+
+/// Bearings of the outline.
+const BEARINGS: usize = 180;
+/// A bearing that differs by more than this does not count further \[m\].
+const BOUND_M: f64 = 10e-3;
+/// Share of the outline that must lie on the square within [`BOUND_M`].
+const MIN_SHARE: f64 = 0.5;
+
+fn outline(flat: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
+    let mut far: Vec<[([f64; 2], f64); 3]> = vec![[([0.0; 2], 0.0); 3]; BEARINGS];
+    for &p in flat {
+        let radius = p[0].hypot(p[1]);
+        let sector =
+            ((p[1].atan2(p[0]) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64) as usize;
+        let list = &mut far[sector.min(BEARINGS - 1)];
+        if radius > list[2].1 {
+            list[2] = (p, radius);
+            list.sort_by(|a, b| b.1.total_cmp(&a.1));
+        }
+    }
+    // The second farthest: one stray does not make an outline.
+    far.iter().map(|list| (list[1].1 > 0.0).then_some(list[1].0)).collect()
+}
+
+/// Distance of a place outside (+) or inside (-) the square's outline.
+fn excess(p: [f64; 2], half: f64) -> f64 {
+    p[0].abs().max(p[1].abs()) - half
+}
+
+/// Finds the square of side `side_m`.
+pub(super) fn find(flat: &[[f64; 2]], side_m: f64) -> Result<Square, ScanError> {
+    let half = 0.5 * side_m;
+    let points: Vec<[f64; 2]> = outline(flat).into_iter().flatten().collect();
+    let loss = |square: &Square| -> f64 {
+        points.iter().map(|&p| (excess(square.material(p), half).abs() / BOUND_M).min(1.0)).sum()
+    };
+    let mut best = Square { turn_rad: 0.0, centre: [0.0; 2] };
+    let mut least = f64::INFINITY;
+    for k in 0..90 {
+        for shift in 0..9 {
+            let centre = [f64::from(shift % 3 - 1) * 6e-3, f64::from(shift / 3 - 1) * 6e-3];
+            let square = Square { turn_rad: f64::from(k).to_radians(), centre };
+            let now = loss(&square);
+            if now < least {
+                (least, best) = (now, square);
+            }
+        }
+    }
+    for round in 0..30 {
+        // Gauss-Newton with Cauchy weights, derivative of the active side's distance.
+        let scale = if round < 10 { 5e-3 } else { 2e-3 };
+        let mut normal = nalgebra::Matrix3::<f64>::identity() * 1e-9;
+        let mut right = nalgebra::Vector3::<f64>::zeros();
+        for &p in &points {
+            let m = best.material(p);
+            let residual = excess(m, half);
+            let weight = 1.0 / (1.0 + (residual / scale).powi(2));
+            let (s, c) = best.turn_rad.sin_cos();
+            let row = if m[0].abs() > m[1].abs() {
+                nalgebra::Vector3::new(-m[1], -c, s) * m[0].signum()
+            } else {
+                nalgebra::Vector3::new(m[0], -s, -c) * m[1].signum()
+            };
+            normal += row * row.transpose() * weight;
+            right += row * (residual * weight);
+        }
+        let Some(step) = normal.cholesky().map(|f| f.solve(&right)) else { break };
+        best.turn_rad -= step[0];
+        best.centre[0] -= step[1];
+        best.centre[1] -= step[2];
+    }
+    judge(&best, &points, half, side_m).map(|()| best)
+}
+
+fn judge(square: &Square, points: &[[f64; 2]], half: f64, side_m: f64) -> Result<(), ScanError> {
+    let off: Vec<(f64, [f64; 2])> = points
+        .iter()
+        .map(|&p| {
+            let m = square.material(p);
+            (excess(m, half), m)
+        })
+        .collect();
+    let on = off.iter().filter(|o| o.0.abs() < BOUND_M).count() as f64;
+    let worst = off.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let rms = (off.iter().map(|o| o.0 * o.0).sum::<f64>() / off.len().max(1) as f64).sqrt();
+    if on >= MIN_SHARE * BEARINGS as f64 {
+        return Ok(());
+    }
+    Err(ScanError::NotASquare {
+        side_mm: side_m * 1e3,
+        rms_mm: rms * 1e3,
+        limit_mm: BOUND_M * 1e3,
+        bearing_deg: worst.map_or(0.0, |w| square.bearing_deg(w.1)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turned_and_shifted_square_is_found_with_a_quarter_missing() {
+        let truth = Square { turn_rad: 0.4, centre: [3e-3, -2e-3] };
+        let mut flat = Vec::new();
+        for i in 0..151 {
+            for k in 0..151 {
+                let (x, z) = (f64::from(i) * 2e-3 - 0.15, f64::from(k) * 2e-3 - 0.15);
+                let (s, c) = truth.turn_rad.sin_cos();
+                let p = [c * x + s * z + truth.centre[0], -s * x + c * z + truth.centre[1]];
+                if !(p[0] > 0.06 && p[1] > 0.06) {
+                    flat.push(p);
+                }
+            }
+        }
+        let found = find(&flat, 0.3).unwrap();
+        let turn = (found.turn_rad - truth.turn_rad).rem_euclid(std::f64::consts::FRAC_PI_2);
+        assert!(turn.min(std::f64::consts::FRAC_PI_2 - turn) < 3e-3, "{found:?}");
+        assert!((found.centre[0] - 3e-3).hypot(found.centre[1] + 2e-3) < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn a_disc_is_refused() {
+        let disc: Vec<[f64; 2]> = (0..40_000)
+            .map(|k| [f64::from(k % 200) * 1e-3 - 0.1, f64::from(k / 200) * 1e-3 - 0.1])
+            .filter(|p| p[0].hypot(p[1]) < 0.1)
+            .collect();
+        assert!(matches!(find(&disc, 0.3), Err(ScanError::NotASquare { .. })));
+    }
+}

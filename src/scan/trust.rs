@@ -1,0 +1,101 @@
+//! Which parts of the rim can be trusted.
+//!
+//! The sheet may be wrong where layers of cloth touch or where it had to bridge.
+//! It then shows one of three signs near the rim: scanned points that it does not
+//! explain, a strain that no drape has, or no points under it. A rim point with a
+//! sign counts as bridged and its sigma grows.
+//!
+//! In: the rim, the sheet and all surface points, local frame \[m\]. Out: the rim
+//! with its flags and sigmas set.
+
+use super::neighbours::Neighbours;
+use super::rim::Rim;
+use super::sheet::Sheet;
+use crate::base::Point3;
+
+/// Points farther off the sheet than this are not explained by it [m], plus the
+/// noise of smoothed points.
+const UNEXPLAINED_M: f64 = 2.0e-3;
+/// Radius around a rim point in which points count [m].
+const AROUND_M: f64 = 12e-3;
+/// Largest share of unexplained points among them.
+const MAX_UNEXPLAINED: f64 = 0.2;
+/// Principal stretches accepted. Empirical: the softest knit of the paper's range
+/// stretches 7 % under its own weight; the fit adds some.
+const STRETCHES: [f64; 2] = [0.85, 1.15];
+/// Least number of surface points around a rim point, in cells of the thinned
+/// cloth on the half disc of cloth there.
+const MIN_SUPPORT: f64 = 0.3;
+/// Standard deviation stated where the rim is bridged [m]. Empirical, see
+/// docs/validation.md.
+const BRIDGED_SIGMA_M: f64 = 2.5e-3;
+/// Smallest standard deviation: what folds cost in smoothing and unrolling [m].
+const FLOOR_SIGMA_M: f64 = 0.15e-3;
+/// The smoothed points' errors are not independent: neighbours share raw points.
+const CORRELATION: f64 = 2.5;
+
+/// Surface points and how they relate to the sheet.
+pub(super) struct Explained<'a> {
+    /// All surface points, also those that were not unrolled.
+    pub surface: &'a [Point3],
+    /// The unrolled ones and their material coordinates on the sheet.
+    pub unrolled: &'a [Point3],
+    /// Their material coordinates [m].
+    pub material: &'a [[f64; 2]],
+    /// Distance between surface points [m].
+    pub spacing_m: f64,
+    /// Noise of single points [m].
+    pub noise_m: f64,
+    /// Standard error of the frame's origin [m].
+    pub origin_sigma_m: f64,
+}
+
+/// Sets flags and sigmas of the rim's points.
+pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f64) {
+    let bound = UNEXPLAINED_M + points.noise_m;
+    // Everything on the sheet, so that a surface point can ask how far it is off.
+    let step = 2.5e-3;
+    let count = (2.0 * half_m / step).round() as i32;
+    let samples: Vec<Point3> = (0..=count)
+        .flat_map(|i| (0..=count).map(move |k| (i, k)))
+        .map(|(i, k)| sheet.at([f64::from(i) * step - half_m, f64::from(k) * step - half_m]))
+        .collect();
+    let on_sheet = Neighbours::new(&samples);
+    let all = Neighbours::new(points.surface);
+    let own = Neighbours::new(points.unrolled);
+    for (point, &m) in rim.points.iter_mut().zip(&rim.material) {
+        let at = point.position_m;
+        let near = all.within(&at, AROUND_M);
+        let off = |p: &Point3| {
+            on_sheet.nearest(p, 1).first().is_none_or(|n| n.1.sqrt() > bound + 0.7 * step)
+        };
+        let unexplained = near.iter().filter(|&&i| off(&points.surface[i])).count() as f64;
+        let mine = own.within(&at, AROUND_M);
+        let support = mine
+            .iter()
+            .filter(|&&i| {
+                (points.material[i][0] - m[0]).hypot(points.material[i][1] - m[1]) < 1.2 * AROUND_M
+            })
+            .count() as f64;
+        let wanted = 0.5 * std::f64::consts::PI * (AROUND_M / points.spacing_m).powi(2);
+        let inside = [m[0] * (1.0 - 6e-3 / half_m), m[1] * (1.0 - 6e-3 / half_m)];
+        let strained = [m, inside].iter().any(|&place| {
+            let values = sheet.slopes(place).singular_values();
+            values.max() > STRETCHES[1] || values.min() < STRETCHES[0]
+        });
+        // A corner has a quarter disc of cloth around it.
+        let corner = m[0].abs().min(m[1].abs()) > half_m - AROUND_M;
+        let wanted = if corner { 0.5 * wanted } else { wanted };
+        let trusted = !strained
+            && unexplained <= MAX_UNEXPLAINED * near.len() as f64
+            && support > MIN_SUPPORT * wanted;
+        point.observed &= trusted;
+        let mut variance = (CORRELATION * point.sigma_m).powi(2)
+            + FLOOR_SIGMA_M.powi(2)
+            + points.origin_sigma_m.powi(2);
+        if !point.observed {
+            variance += BRIDGED_SIGMA_M.powi(2);
+        }
+        point.sigma_m = variance.sqrt();
+    }
+}
