@@ -4,13 +4,18 @@
 //! 4 scan refused.
 
 mod args;
+mod augment;
+mod estimate;
 mod generate;
+mod inspect;
 mod simulate;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser as _;
+
+use crate::report::JobError;
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -24,6 +29,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     let outcome = match parsed.command {
+        args::Command::Estimate(given) => estimate::run(&given),
+        args::Command::Inspect(given) => inspect::inspect(&given),
+        args::Command::Boundary(given) => inspect::boundary(&given),
+        args::Command::Augment(given) => augment::run(&given),
         args::Command::Simulate(given) => simulate::run(&given),
         args::Command::Generate(given) => generate::run(&given),
     };
@@ -51,6 +60,17 @@ impl Failure {
     /// A scan that cannot be trusted: exit code 4.
     pub(crate) fn refused(error: impl Into<anyhow::Error>) -> Self {
         Self { code: 4, error: error.into() }
+    }
+}
+
+impl Failure {
+    /// The exit code that a job's error stands for.
+    pub(crate) fn of_job(error: JobError) -> Self {
+        match error {
+            JobError::Density(_) => Self::usage(error),
+            JobError::Refused { .. } => Self::refused(error),
+            other => Self::from(other),
+        }
     }
 }
 
