@@ -215,6 +215,9 @@ pub(crate) struct Simulate {
     /// The sheet as OBJ, mm, simulation frame
     #[arg(long, short, value_name = "DRAPE.obj")]
     pub(crate) out: PathBuf,
+    /// The rim as 244 points as well: index, side, x, y, z, sigma [mm], observed
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) boundary: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,

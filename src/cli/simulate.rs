@@ -18,8 +18,13 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     }
     let start = given.seed.map_or(DropStart::Canonical, DropStart::Perturbed);
     let options = SimOptions { vertices: given.vertices as usize, ..SimOptions::default() };
+    let cpu_before_s = thread_cpu_s();
     let drape = drape(&fabric, &Drop { start }, &options);
+    let cpu_s = cpu_before_s.zip(thread_cpu_s()).map(|(before, after)| after - before);
     crate::io::write_obj(&given.out, &drape.mesh())?;
+    if let Some(path) = &given.boundary {
+        crate::io::boundary_csv::write(path, &drape.boundary)?;
+    }
     if drape.stop != Stop::AtRest {
         eprintln!("warning: the drape is not at rest ({})", drape.stop.name());
     }
@@ -32,6 +37,7 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
             "intersections": drape.intersections,
             "plate_clearance_mm": drape.plate_clearance_m * 1e3,
             "factorisations": drape.factorisations,
+            "cpu_s": cpu_s,
         });
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
@@ -72,4 +78,10 @@ fn fabric(flags: &args::FabricFlags) -> Result<Fabric, Failure> {
         value(flags.bending_bias, "/parameters/bending_bias/value")?,
         value(flags.density, "/density/value")?,
     ]))
+}
+
+/// Processor time of this thread so far \[s\], where the system tells it (Linux).
+fn thread_cpu_s() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
 }
