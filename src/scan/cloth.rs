@@ -58,7 +58,8 @@ const CELL_M: f64 = 2.0e-3;
 /// points, among points lower than any cloth can hang high.
 pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64) -> Option<Floor> {
     let half = 0.5 * options.specimen_side_m;
-    let low: Vec<Point3> = points.iter().copied().filter(|p| p.y < -0.3 * half && p.y > -10.0 * half).collect();
+    let low: Vec<Point3> =
+        points.iter().copied().filter(|p| p.y < -0.3 * half && p.y > -10.0 * half).collect();
     let low = thin(&low, None, 6e-3).points;
     if low.len() < 300 {
         return None;
@@ -104,7 +105,12 @@ pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64)
 }
 
 /// Cuts the scene to the cloth and draws it onto a surface.
-pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, options: &ScanOptions) -> Cloth {
+pub(super) fn isolate(
+    points: &[Point3],
+    floor: Option<Floor>,
+    plate: &Plate,
+    options: &ScanOptions,
+) -> Cloth {
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let noise = plate.noise_m;
     let above_floor = 5e-3 + 4.0 * noise;
@@ -112,9 +118,8 @@ pub(super) fn isolate(points: &[Point3], floor: Option<Floor>, plate: &Plate, op
     let under_plate = options.plate_radius_m - 3e-3 - noise;
     let inside = |p: &&Point3| {
         let radius = p.x.hypot(p.z);
-        let over = floor.map_or(f64::INFINITY, |f| {
-            p.coords.dot(&f.normal) - f.height_m * f.normal.y
-        });
+        let over =
+            floor.map_or(f64::INFINITY, |f| p.coords.dot(&f.normal) - f.height_m * f.normal.y);
         // Cloth may swing in below the plate, but not closely under it.
         let stand = p.y < -(2e-3 + 4.0 * noise)
             && (radius < column || (radius < under_plate && p.y > -UNDERSIDE_M));
@@ -161,7 +166,8 @@ fn pedestal(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> V
 
 /// Radius around the axis that the pedestal takes; `None` if nothing is seen.
 fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Option<f64> {
-    let radii: Vec<f64> = pedestal(points, floor, options).iter().map(|p| p[0].hypot(p[1])).collect();
+    let radii: Vec<f64> =
+        pedestal(points, floor, options).iter().map(|p| p[0].hypot(p[1])).collect();
     if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
 }
 
@@ -209,7 +215,8 @@ fn drop_strays(thinned: Thinned, cell: f64) -> Thinned {
         .map(|p| {
             let near = tree.nearest(p, 10);
             let mean = near.iter().map(|n| n.1.sqrt()).sum::<f64>() / near.len().max(1) as f64;
-            let weight = near.iter().map(|n| thinned.counts[n.0]).sum::<f64>() / near.len().max(1) as f64;
+            let weight =
+                near.iter().map(|n| thinned.counts[n.0]).sum::<f64>() / near.len().max(1) as f64;
             (mean, weight)
         })
         .collect();

@@ -42,7 +42,8 @@ pub(super) struct Edge {
 
 impl Edge {
     fn locate(&self, along: f64) -> (usize, f64) {
-        let s = ((along - self.along[0]) / STATION_M).clamp(0.0, (self.along.len() - 1) as f64 - 1e-9);
+        let s =
+            ((along - self.along[0]) / STATION_M).clamp(0.0, (self.along.len() - 1) as f64 - 1e-9);
         (s as usize, s.fract())
     }
 
@@ -127,10 +128,15 @@ fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Ed
     // Points per strip within the inner 6 mm, where the cloth surely is.
     let inner_range = -look.inward_m..-look.inward_m + 6e-3;
     let inner = |list: &Vec<f64>| list.iter().filter(|w| inner_range.contains(*w)).count() as f64;
-    let usual = robust::median(across.iter().map(inner).filter(|n| *n > 0.0).collect()).unwrap_or(0.0);
+    let usual =
+        robust::median(across.iter().map(inner).filter(|n| *n > 0.0).collect()).unwrap_or(0.0);
     let found: Vec<Option<(f64, f64)>> = across
         .par_iter()
-        .map(|list| (inner(list) >= (0.15 * usual).max(4.0)).then(|| strip_edge(list, blur_m, look)).flatten())
+        .map(|list| {
+            (inner(list) >= (0.15 * usual).max(4.0))
+                .then(|| strip_edge(list, blur_m, look))
+                .flatten()
+        })
         .collect();
     smooth(along, &found, half_m, look)
 }
@@ -231,23 +237,32 @@ mod tests {
 
     #[test]
     fn edge_is_unbiased_over_noise_and_density() {
-        for (per_mm2, noise_m, bias_m) in
-            [(3.0, 0.15e-3, 0.05e-3), (1.0, 0.15e-3, 0.1e-3), (1.0, 1e-3, 0.1e-3), (0.3, 2e-3, 0.4e-3)]
-        {
+        for (per_mm2, noise_m, bias_m) in [
+            (3.0, 0.15e-3, 0.05e-3),
+            (1.0, 0.15e-3, 0.1e-3),
+            (1.0, 1e-3, 0.1e-3),
+            (0.3, 2e-3, 0.4e-3),
+        ] {
             let mut mean = 0.0;
             for seed in 0..4 {
                 let edge = measure(&strip(per_mm2, noise_m, seed), 0.15, noise_m);
                 mean += edge.outward.iter().sum::<f64>() / edge.outward.len() as f64 / 4.0;
                 assert!(edge.observed.iter().filter(|o| **o).count() > 55);
             }
-            assert!((mean - 0.151).abs() < bias_m, "{per_mm2} {noise_m}: {:.3} mm", (mean - 0.151) * 1e3);
+            assert!(
+                (mean - 0.151).abs() < bias_m,
+                "{per_mm2} {noise_m}: {:.3} mm",
+                (mean - 0.151) * 1e3
+            );
         }
     }
 
     #[test]
     fn a_hidden_stretch_of_edge_is_not_observed_and_is_bridged() {
-        let points: Vec<[f64; 2]> =
-            strip(1.0, 0.15e-3, 1).into_iter().filter(|p| p[0].abs() > 0.02 || p[1] < 0.13).collect();
+        let points: Vec<[f64; 2]> = strip(1.0, 0.15e-3, 1)
+            .into_iter()
+            .filter(|p| p[0].abs() > 0.02 || p[1] < 0.13)
+            .collect();
         let edge = measure(&points, 0.15, 0.15e-3);
         assert!(!edge.observed_at(0.0) && edge.observed_at(0.05));
         assert!((edge.outward_at(0.0) - 0.151).abs() < 0.5e-3);

@@ -6,7 +6,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ScanError {
     /// Not enough points to carry a rim.
-    #[error("{points} usable points, at least {limit} are needed; scan more densely or check the file")]
+    #[error(
+        "{points} usable points, at least {limit} are needed; scan more densely or check the file"
+    )]
     TooFewPoints {
         /// Finite points in the cloud.
         points: usize,

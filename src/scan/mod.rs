@@ -154,7 +154,10 @@ pub struct Evidence {
 }
 
 /// Finds the boundary vector in a scan.
-pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<ScannedBoundary, ScanError> {
+pub fn boundary_from_scan(
+    cloud: &Cloud,
+    options: &ScanOptions,
+) -> Result<ScannedBoundary, ScanError> {
     let finite = finite_points(cloud)?;
     let unit = options.unit.map_or_else(|| unit::guess(&finite), Ok)?;
     let scene: Vec<Point3> = finite.iter().map(|p| p * unit.metres()).collect();
@@ -225,7 +228,8 @@ pub fn boundary_from_scan(cloud: &Cloud, options: &ScanOptions) -> Result<Scanne
         edge_points: near_edge.iter().filter(on_edge).map(|e| sim_from_local * e.0).collect(),
         corners,
     };
-    let boundary = Boundary::new(traced.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
+    let boundary =
+        Boundary::new(traced.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
     let orientation =
         if options.warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
     let sim_from_scan = sim_from_local * local_from_scan;
@@ -285,10 +289,12 @@ fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) ->
     let mut floor = cloth::find_floor(&local, options, plate.noise_m);
     // A plate that is clearly tilted keeps its own normal.
     let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
-    let level = |f: &cloth::Floor| f.normal.angle(&Vector3::y()) < 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD);
+    let level =
+        |f: &cloth::Floor| f.normal.angle(&Vector3::y()) < 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD);
     if let Some(found) = floor.filter(level) {
         let weight = (FLOOR_SIGMA_RAD / plate_sigma).powi(2);
-        let up = from_scan.inverse_transform_vector(&(found.normal + Vector3::y() * weight).normalize());
+        let up =
+            from_scan.inverse_transform_vector(&(found.normal + Vector3::y() * weight).normalize());
         let before = std::mem::replace(&mut from_scan, frame(up));
         local = scene.par_iter().map(|p| from_scan * p).collect();
         let normal = from_scan * before.inverse_transform_vector(&found.normal);
@@ -331,12 +337,12 @@ fn straighten(
     options: &ScanOptions,
 ) -> Result<Square, ScanError> {
     let unroll::Unrolled { links, fixed, flat, .. } = unrolled;
-    relax::relax(links, fixed, &[], spacing_m, 8, flat);
+    relax::relax(links, fixed, &[], spacing_m, 6, flat);
     let mut square = square::find(flat, options.specimen_side_m)?;
     for _ in 0..STRAIGHTENINGS {
         let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
         let ties = rim::ties(&material, 0.5 * options.specimen_side_m);
-        relax::relax(links, fixed, &ties, spacing_m, 4, &mut material);
+        relax::relax(links, fixed, &ties, spacing_m, 3, &mut material);
         for (p, &m) in flat.iter_mut().zip(&material) {
             *p = square.flat(m);
         }
@@ -365,7 +371,8 @@ fn fit_sheet(
     };
     let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
     let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
-    let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings).ok_or(too_few)?;
+    let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings)
+        .ok_or(too_few)?;
     let off: Vec<f64> =
         unrolled.points.iter().zip(&material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
     let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();

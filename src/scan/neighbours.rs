@@ -16,8 +16,7 @@ impl Neighbours {
     #[must_use]
     pub fn new(points: &[Point3]) -> Self {
         let rows: Vec<[f64; 3]> = points.iter().map(|p| [p.x, p.y, p.z]).collect();
-        let tree =
-            if rows.is_empty() { None } else { ImmutableKdTree::new_from_slice(&rows).ok() };
+        let tree = if rows.is_empty() { None } else { ImmutableKdTree::new_from_slice(&rows).ok() };
         Self { tree }
     }
 

@@ -42,7 +42,7 @@ const LEAST_EDGES: usize = 18;
 const RINGS_PER_RADIUS: f64 = 10.0;
 const RINGS: usize = 22;
 /// Relative error of the radius beyond which it is not the plate.
-const RADIUS_TOLERANCE: f64 = 0.16;
+const RADIUS_TOLERANCE: f64 = 0.25;
 
 /// The plate as the cloth on it shows it.
 #[derive(Clone, Debug)]
@@ -64,7 +64,9 @@ pub(super) struct Plate {
 }
 
 /// Mean, normal (smallest axis) and the three variances of points.
-pub(super) fn principal(points: impl Iterator<Item = Point3> + Clone) -> Option<(Point3, Vector3, [f64; 3])> {
+pub(super) fn principal(
+    points: impl Iterator<Item = Point3> + Clone,
+) -> Option<(Point3, Vector3, [f64; 3])> {
     let count = points.clone().count();
     if count < 3 {
         return None;
@@ -93,10 +95,8 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
     let coarse = thin(points, None, radius_m * 0.1).points;
     let tree = Neighbours::new(&coarse);
     let seeds = thin(&coarse, None, radius_m * 0.4).points;
-    let candidates: Vec<Candidate> = seeds
-        .par_iter()
-        .filter_map(|seed| candidate(seed, &coarse, &tree, radius_m))
-        .collect();
+    let candidates: Vec<Candidate> =
+        seeds.par_iter().filter_map(|seed| candidate(seed, &coarse, &tree, radius_m)).collect();
     let score = |c: &Candidate| c.falling - 2.0 * (c.radius_m / radius_m - 1.0).abs();
     let best = candidates.iter().max_by(|a, b| score(a).total_cmp(&score(b)));
     let refuse = |best: Option<&Candidate>| ScanError::NoPlate {
@@ -106,7 +106,9 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
         unit,
     };
     let best = best.ok_or_else(|| refuse(None))?;
-    if best.falling < FALLING_LIMIT || (best.radius_m / radius_m - 1.0).abs() > 2.0 * RADIUS_TOLERANCE {
+    if best.falling < FALLING_LIMIT
+        || (best.radius_m / radius_m - 1.0).abs() > 2.0 * RADIUS_TOLERANCE
+    {
         return Err(refuse(Some(best)));
     }
     let plate = refine(points, best, radius_m).ok_or_else(|| refuse(Some(best)))?;
@@ -119,7 +121,12 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
 
 /// Looks for a flat disc around `seed`: moves to the middle of the flat patch,
 /// then asks on which bearings the surface falls away from it.
-fn candidate(seed: &Point3, points: &[Point3], tree: &Neighbours, radius_m: f64) -> Option<Candidate> {
+fn candidate(
+    seed: &Point3,
+    points: &[Point3],
+    tree: &Neighbours,
+    radius_m: f64,
+) -> Option<Candidate> {
     let mut centre = *seed;
     let mut normal = Vector3::zeros();
     for step in 0..6 {
@@ -135,11 +142,17 @@ fn candidate(seed: &Point3, points: &[Point3], tree: &Neighbours, radius_m: f64)
             break;
         }
         let wide = tree.within(&mean, radius_m * 1.5);
-        let level = wide.iter().filter(|&&i| (points[i] - mean).dot(&axis).abs() < 1.5 * FLAT_RMS_M).count();
+        let level = wide
+            .iter()
+            .filter(|&&i| (points[i] - mean).dot(&axis).abs() < 1.5 * FLAT_RMS_M)
+            .count();
         if level as f64 > MOST_LEVEL * wide.len() as f64 {
             return None; // a table: as flat as wide
         }
-        let flat = wide.iter().map(|&i| points[i]).filter(|p| (p - mean).dot(&axis).abs() < 1.5 * FLAT_RMS_M);
+        let flat = wide
+            .iter()
+            .map(|&i| points[i])
+            .filter(|p| (p - mean).dot(&axis).abs() < 1.5 * FLAT_RMS_M);
         let (flat_mean, ..) = principal(flat)?;
         centre = flat_mean - axis * (flat_mean - mean).dot(&axis);
     }
@@ -147,7 +160,8 @@ fn candidate(seed: &Point3, points: &[Point3], tree: &Neighbours, radius_m: f64)
     [normal, -normal]
         .into_iter()
         .map(|up| {
-            let (falling, radius) = falling_edge(&centre, &up, wide.iter().map(|&i| points[i]), radius_m);
+            let (falling, radius) =
+                falling_edge(&centre, &up, wide.iter().map(|&i| points[i]), radius_m);
             Candidate { centre, normal: up, falling, radius_m: radius }
         })
         .max_by(|a, b| a.falling.total_cmp(&b.falling))
@@ -196,7 +210,8 @@ fn falling_edge(
             rings[(sector as usize).min(BEARINGS - 1)][ring][0] += 1;
         }
     }
-    let edges: Vec<f64> = rings.iter().filter_map(|sector| sector_edge(sector)).map(|r| r * radius_m).collect();
+    let edges: Vec<f64> =
+        rings.iter().filter_map(|sector| sector_edge(sector)).map(|r| r * radius_m).collect();
     let radius = robust::median(edges.clone()).unwrap_or(0.0);
     (edges.len() as f64 / BEARINGS as f64, radius)
 }
@@ -212,7 +227,8 @@ fn sector_edge(rings: &[[u32; 2]; RINGS]) -> Option<f64> {
     let split = (1..RINGS).min_by_key(|&r| wrong(r))?;
     let (level, below) = (level_until(split), all.1 - below_until(split));
     let clear = f64::from(wrong(split)) < 0.15 * f64::from(level + below);
-    (clear && level >= 4 && below >= 3 && split < RINGS - 1).then_some(split as f64 / RINGS_PER_RADIUS)
+    (clear && level >= 4 && below >= 3 && split < RINGS - 1)
+        .then_some(split as f64 / RINGS_PER_RADIUS)
 }
 
 /// Plane from the inner disc's raw points, then the circle through the edges.
@@ -229,7 +245,8 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
     for _ in 0..6 {
         let disc = |p: &&Point3| {
             let d = **p - centre;
-            (d - up * d.dot(&up)).norm() < 0.8 * radius_m && d.dot(&up).abs() < (3.0 * noise_m).max(0.3e-3)
+            (d - up * d.dot(&up)).norm() < 0.8 * radius_m
+                && d.dot(&up).abs() < (3.0 * noise_m).max(0.3e-3)
         };
         let (mean, axis, variances) = principal(near.iter().filter(disc).copied())?;
         let count = near.iter().filter(disc).count() as f64;
@@ -238,7 +255,9 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
         let heights: Vec<f64> = near
             .iter()
             .map(|p| p - centre)
-            .filter(|d| (d - up * d.dot(&up)).norm() < 0.8 * radius_m && d.dot(&up).abs() < 0.2 * radius_m)
+            .filter(|d| {
+                (d - up * d.dot(&up)).norm() < 0.8 * radius_m && d.dot(&up).abs() < 0.2 * radius_m
+            })
             .map(|d| d.dot(&up))
             .collect();
         noise_m = robust::sigma(&heights)?;

@@ -67,7 +67,10 @@ pub(super) fn ties(material: &[[f64; 2]], half_m: f64) -> Vec<Tie> {
         let line = edge.mean_m();
         for (point, p) in points.iter().enumerate() {
             let inward = edge.outward_at(p[0]) - p[1];
-            if p[0].abs() < half_m && edge.observed_at(p[0]) && (-2e-3..EDGE_BAND_M).contains(&inward) {
+            if p[0].abs() < half_m
+                && edge.observed_at(p[0])
+                && (-2e-3..EDGE_BAND_M).contains(&inward)
+            {
                 let target = from_side(side, [p[0], line - inward]);
                 let coordinate = side % 2;
                 ties.push(Tie { point, coordinate, target_m: target[coordinate], weight: 1.0 });
@@ -86,7 +89,8 @@ pub(super) fn widths_m(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> [Op
             .map(|k| f64::from(k) / 15.0 * half_m)
             .filter(|&along| edges[side].observed_at(along) && edges[side + 2].observed_at(-along))
             .map(|along| {
-                let (from, to) = (-edges[side + 2].outward_at(-along), edges[side].outward_at(along));
+                let (from, to) =
+                    (-edges[side + 2].outward_at(-along), edges[side].outward_at(along));
                 let count = 200;
                 let at = |k: i32| {
                     let outward = from + (to - from) * f64::from(k) / f64::from(count);
@@ -110,7 +114,12 @@ pub(super) fn trace(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> Rim {
         }
         at
     });
-    let mut rim = Rim { points: vec![], material: vec![], side_lengths_m: [0.0; SIDES], edge_m: [0.0; SIDES] };
+    let mut rim = Rim {
+        points: vec![],
+        material: vec![],
+        side_lengths_m: [0.0; SIDES],
+        edge_m: [0.0; SIDES],
+    };
     for s in 0..SIDES {
         let start = -corner[(s + SIDES - 1) % SIDES][0];
         let end = corner[s][1];
@@ -132,7 +141,8 @@ pub(super) fn trace(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> Rim {
         for k in 0..POINTS_PER_SIDE {
             let want = total * k as f64 / (POINTS_PER_SIDE - 1) as f64;
             let i = length.partition_point(|l| *l < want).clamp(1, fine);
-            let t = ((want - length[i - 1]) / (length[i] - length[i - 1]).max(1e-12)).clamp(0.0, 1.0);
+            let t =
+                ((want - length[i - 1]) / (length[i] - length[i - 1]).max(1e-12)).clamp(0.0, 1.0);
             let along = start + (end - start) * ((i - 1) as f64 + t) / fine as f64;
             let m = from_side(s, [along, edges[s].outward_at(along)]);
             rim.material.push(m);
@@ -172,7 +182,8 @@ pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, usize) {
 /// Refuses a rim that cannot be trusted.
 pub(super) fn judge(rim: &Rim, square: &Square, options: &ScanOptions) -> Result<(), ScanError> {
     let bearing = |i: usize| square.bearing_deg(rim.material[i]);
-    let observed = rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
+    let observed =
+        rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
     let (gap_m, middle) = longest_gap(&rim.points);
     if observed < options.min_observed {
         return Err(ScanError::TooLittleRim {

@@ -65,7 +65,8 @@ impl Sheet {
     pub fn sigma_m(&self, material: [f64; 2]) -> f64 {
         let Some(factor) = &self.factor else { return f64::INFINITY };
         let w = self.grid.weights(material);
-        let entries: Vec<(usize, f64)> = (0..16).map(|k| (self.grid.control(&w, k), w.value[k])).collect();
+        let entries: Vec<(usize, f64)> =
+            (0..16).map(|k| (self.grid.control(&w, k), w.value[k])).collect();
         factor.inverse_form(&entries).sqrt()
     }
 
@@ -95,7 +96,8 @@ pub(super) fn fit(
     settings: &SheetSettings,
 ) -> Option<Sheet> {
     let grid = Grid::new(settings.half_m, settings.knot_m);
-    let mut sheet = Sheet { grid, controls: vec![Vector3::zeros(); grid.side() * grid.side()], factor: None };
+    let mut sheet =
+        Sheet { grid, controls: vec![Vector3::zeros(); grid.side() * grid.side()], factor: None };
     for round in 0..settings.rounds {
         let strained = round > 0;
         sheet = solve(&sheet, points, disorder, material, settings, strained)?;
@@ -129,7 +131,9 @@ fn solve(
     for ((p, &m), disorder) in points.iter().zip(material).zip(disorder) {
         let w = grid.weights(m);
         let off = if strained { (p - before.at(m)).norm() } else { 0.0 };
-        let weight = 1.0 / (settings.point_sigma_m * (disorder - 1.5).max(1.0)).powi(2) / (1.0 + (off / bound).powi(2)).powi(2);
+        let weight = 1.0
+            / (settings.point_sigma_m * (disorder - 1.5).max(1.0)).powi(2)
+            / (1.0 + (off / bound).powi(2)).powi(2);
         add(&mut matrix, &mut right, &grid, &w, &w.value, &p.coords, weight);
     }
     bending(&mut matrix, &grid, settings);
@@ -198,14 +202,20 @@ fn bending(matrix: &mut Banded, grid: &Grid, settings: &SheetSettings) {
 }
 
 /// dx/dm = nearest rotation of the round before, at the middle of every span.
-fn inextensible(matrix: &mut Banded, right: &mut [Vec<f64>; 3], before: &Sheet, settings: &SheetSettings) {
+fn inextensible(
+    matrix: &mut Banded,
+    right: &mut [Vec<f64>; 3],
+    before: &Sheet,
+    settings: &SheetSettings,
+) {
     let grid = before.grid;
     let h = grid.spacing();
     let weight = 1.0 / settings.strain_sigma.powi(2);
     let spans = grid.side() - 3;
     for a in 0..spans {
         for b in 0..spans {
-            let at = [(a as f64 + 0.5) * h - settings.half_m, (b as f64 + 0.5) * h - settings.half_m];
+            let at =
+                [(a as f64 + 0.5) * h - settings.half_m, (b as f64 + 0.5) * h - settings.half_m];
             let w = grid.weights(at);
             let svd = before.slopes(at).svd(true, true);
             let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { continue };

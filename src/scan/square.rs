@@ -48,7 +48,8 @@ fn outline(flat: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
     let mut far: Vec<[([f64; 2], f64); 3]> = vec![[([0.0; 2], 0.0); 3]; BEARINGS];
     for &p in flat {
         let radius = p[0].hypot(p[1]);
-        let sector = ((p[1].atan2(p[0]) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64) as usize;
+        let sector =
+            ((p[1].atan2(p[0]) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64) as usize;
         let list = &mut far[sector.min(BEARINGS - 1)];
         if radius > list[2].1 {
             list[2] = (p, radius);

@@ -45,11 +45,8 @@ mod tests {
 
     #[test]
     fn cells_keep_the_mean_and_the_number_of_their_points() {
-        let points = [
-            Point3::new(0.1, 0.1, 0.1),
-            Point3::new(0.3, 0.1, 0.1),
-            Point3::new(-0.1, 0.1, 0.1),
-        ];
+        let points =
+            [Point3::new(0.1, 0.1, 0.1), Point3::new(0.3, 0.1, 0.1), Point3::new(-0.1, 0.1, 0.1)];
         let thinned = thin(&points, None, 1.0);
         assert_eq!(thinned.counts, [1.0, 2.0]);
         assert!((thinned.points[1] - Point3::new(0.2, 0.1, 0.1)).norm() < 1e-15);

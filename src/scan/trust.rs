@@ -66,12 +66,16 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     for (point, &m) in rim.points.iter_mut().zip(&rim.material) {
         let at = point.position_m;
         let near = all.within(&at, AROUND_M);
-        let off = |p: &Point3| on_sheet.nearest(p, 1).first().is_none_or(|n| n.1.sqrt() > bound + 0.7 * step);
+        let off = |p: &Point3| {
+            on_sheet.nearest(p, 1).first().is_none_or(|n| n.1.sqrt() > bound + 0.7 * step)
+        };
         let unexplained = near.iter().filter(|&&i| off(&points.surface[i])).count() as f64;
         let mine = own.within(&at, AROUND_M);
         let support = mine
             .iter()
-            .filter(|&&i| (points.material[i][0] - m[0]).hypot(points.material[i][1] - m[1]) < 1.2 * AROUND_M)
+            .filter(|&&i| {
+                (points.material[i][0] - m[0]).hypot(points.material[i][1] - m[1]) < 1.2 * AROUND_M
+            })
             .count() as f64;
         let wanted = 0.5 * std::f64::consts::PI * (AROUND_M / points.spacing_m).powi(2);
         let inside = [m[0] * (1.0 - 6e-3 / half_m), m[1] * (1.0 - 6e-3 / half_m)];
@@ -86,7 +90,9 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             && unexplained <= MAX_UNEXPLAINED * near.len() as f64
             && support > MIN_SUPPORT * wanted;
         point.observed &= trusted;
-        let mut variance = (CORRELATION * point.sigma_m).powi(2) + FLOOR_SIGMA_M.powi(2) + points.origin_sigma_m.powi(2);
+        let mut variance = (CORRELATION * point.sigma_m).powi(2)
+            + FLOOR_SIGMA_M.powi(2)
+            + points.origin_sigma_m.powi(2);
         if !point.observed {
             variance += BRIDGED_SIGMA_M.powi(2);
         }

@@ -119,7 +119,10 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
     let mut fixed = vec![false; count];
     let mut heap: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
     for (i, p) in cloth.surface.iter().enumerate() {
-        if p.x.hypot(p.z) < seed_radius_m && p.y.abs() < 0.1 * seed_radius_m && normals[i].y.abs() > 0.8 {
+        if p.x.hypot(p.z) < seed_radius_m
+            && p.y.abs() < 0.1 * seed_radius_m
+            && normals[i].y.abs() > 0.8
+        {
             fixed[i] = true;
             distance[i] = 0.0;
             heap.push(Reverse((0, i)));
@@ -135,14 +138,24 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
             axis[j] = tangent(&Vector3::x(), &normals[j]);
             flat[j] = [cloth.surface[j].x, cloth.surface[j].z];
         } else {
-            advance(j, parent[j] as usize, &graph, cloth, &done, &mut normals, &mut axis, &mut flat);
+            advance(
+                j,
+                parent[j] as usize,
+                &graph,
+                cloth,
+                &done,
+                &mut normals,
+                &mut axis,
+                &mut flat,
+            );
         }
         done[j] = true;
         if flat[j][0].hypot(flat[j][1]) > reach_m {
             continue;
         }
         for k in graph.of(j) {
-            let through = distance[j] + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
+            let through = distance[j]
+                + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
             if !done[k] && through < distance[k] {
                 distance[k] = through;
                 parent[k] = j as u32;
@@ -226,7 +239,8 @@ fn advance(
         })
         .collect();
     let agree = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < cloth.spacing_m;
-    let support = |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
+    let support =
+        |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
     let Some(best) = said.iter().max_by(|a, b| support(&a.1).total_cmp(&support(&b.1))) else {
         flat[j] = [f64::NAN; 2];
         return;
@@ -263,12 +277,19 @@ mod tests {
     #[test]
     fn a_step_around_a_cylinder_has_the_arc_and_the_height() {
         let radius = 6e-3;
-        let at = |angle: f64, height: f64| Vector3::new(radius * angle.cos(), height, radius * angle.sin());
+        let at = |angle: f64, height: f64| {
+            Vector3::new(radius * angle.cos(), height, radius * angle.sin())
+        };
         let normal = |angle: f64| Vector3::new(angle.cos(), 0.0, angle.sin());
         for (angle, height) in [(0.01, 2e-3), (0.5, -3e-3), (0.9, 4e-3)] {
-            let step = surface_step(&(at(angle, height) - at(0.0, 0.0)), &normal(0.0), &normal(angle));
+            let step =
+                surface_step(&(at(angle, height) - at(0.0, 0.0)), &normal(0.0), &normal(angle));
             assert!((step.y - height).abs() < 1e-12, "{angle}");
-            assert!((step.z - radius * angle).abs() < 1e-9, "{angle}: {}", step.z / (radius * angle));
+            assert!(
+                (step.z - radius * angle).abs() < 1e-9,
+                "{angle}: {}",
+                step.z / (radius * angle)
+            );
             assert!(step.x.abs() < 1e-5 * radius);
         }
     }

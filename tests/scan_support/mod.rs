@@ -31,7 +31,11 @@ impl Drape {
                 let (u, v) = at(k);
                 let r = u.hypot(v);
                 let folds = 0.01 * (7.0 * v.atan2(u) + run_seed as f64).cos();
-                let y = if r > PLATE_M { -0.3 * (r - PLATE_M) + folds * (r - PLATE_M) / 0.1 } else { 0.0 };
+                let y = if r > PLATE_M {
+                    -0.3 * (r - PLATE_M) + folds * (r - PLATE_M) / 0.1
+                } else {
+                    0.0
+                };
                 Vector3::new(u, y + 1e-4 * (rng.random::<f64>() - 0.5), v)
             })
             .collect();
@@ -73,12 +77,16 @@ impl Drape {
                 }
             }
             for sweep in 0..14 {
-                let order: Box<dyn Iterator<Item = &(usize, usize, f64, f64)>> =
-                    if sweep % 2 == 0 { Box::new(links.iter()) } else { Box::new(links.iter().rev()) };
+                let order: Box<dyn Iterator<Item = &(usize, usize, f64, f64)>> = if sweep % 2 == 0 {
+                    Box::new(links.iter())
+                } else {
+                    Box::new(links.iter().rev())
+                };
                 for &(i, j, rest, stiffness) in order {
                     let d = x[j] - x[i];
                     let length = d.norm().max(1e-9);
-                    let (wi, wj) = (f64::from(u8::from(!pinned[i])), f64::from(u8::from(!pinned[j])));
+                    let (wi, wj) =
+                        (f64::from(u8::from(!pinned[i])), f64::from(u8::from(!pinned[j])));
                     if wi + wj == 0.0 {
                         continue;
                     }
@@ -113,8 +121,11 @@ impl Drape {
             .lines()
             .filter_map(|line| line.strip_prefix("v "))
             .map(|line| {
-                let v: Vec<f64> =
-                    line.split_whitespace().take(3).map(|t| t.parse::<f64>().unwrap() * 1e-3).collect();
+                let v: Vec<f64> = line
+                    .split_whitespace()
+                    .take(3)
+                    .map(|t| t.parse::<f64>().unwrap() * 1e-3)
+                    .collect();
                 Point3::new(v[0], v[1], v[2])
             })
             .collect();
@@ -125,7 +136,8 @@ impl Drape {
     pub fn rim(&self) -> Boundary {
         let points = (0..244).map(|i| {
             let [x, z] = Boundary::flat_xz_m(i, 0.3);
-            let (ix, iz) = (((x + 0.15) / STEP_M).round() as usize, ((z + 0.15) / STEP_M).round() as usize);
+            let (ix, iz) =
+                (((x + 0.15) / STEP_M).round() as usize, ((z + 0.15) / STEP_M).round() as usize);
             self.vertices[ix * SIDE + iz]
         });
         Boundary::exact(points).unwrap()
@@ -134,7 +146,9 @@ impl Drape {
     /// Mean length of the cloth along x and along z [mm].
     pub fn widths_mm(&self) -> [f64; 2] {
         let row = |k: usize, along_x: bool| -> f64 {
-            let at = |i: usize| if along_x { self.vertices[i * SIDE + k] } else { self.vertices[k * SIDE + i] };
+            let at = |i: usize| {
+                if along_x { self.vertices[i * SIDE + k] } else { self.vertices[k * SIDE + i] }
+            };
             (1..SIDE).map(|i| (at(i) - at(i - 1)).norm()).sum()
         };
         [true, false].map(|x| (0..SIDE).map(|k| row(k, x)).sum::<f64>() * 1e3 / SIDE as f64)
@@ -143,7 +157,8 @@ impl Drape {
     /// Unit vector from the cloth outward at rim point `i`, across its side.
     pub fn outward(&self, i: usize) -> Vector3 {
         let [x, z] = Boundary::flat_xz_m(i, 0.3);
-        let (ix, iz) = (((x + 0.15) / STEP_M).round() as usize, ((z + 0.15) / STEP_M).round() as usize);
+        let (ix, iz) =
+            (((x + 0.15) / STEP_M).round() as usize, ((z + 0.15) / STEP_M).round() as usize);
         let (jx, jz) = match i / SIDE {
             0 => (ix - 1, iz),
             1 => (ix, iz - 1),
@@ -225,11 +240,19 @@ pub fn scan(drape: &Drape, sampling: &Sampling, scan_from_sim: &Isometry3) -> Cl
         points.push(p);
     }
     for _ in 0..sampling.floor_points {
-        points.push(Point3::new(0.7 * rng.random::<f64>() - 0.35, -0.25, 0.7 * rng.random::<f64>() - 0.35));
+        points.push(Point3::new(
+            0.7 * rng.random::<f64>() - 0.35,
+            -0.25,
+            0.7 * rng.random::<f64>() - 0.35,
+        ));
     }
     for _ in 0..sampling.floor_points / 10 {
         let angle = std::f64::consts::TAU * rng.random::<f64>();
-        points.push(Point3::new(0.03 * angle.cos(), -0.25 + 0.15 * rng.random::<f64>(), 0.03 * angle.sin()));
+        points.push(Point3::new(
+            0.03 * angle.cos(),
+            -0.25 + 0.15 * rng.random::<f64>(),
+            0.03 * angle.sin(),
+        ));
     }
     for p in &mut points {
         *p += Vector3::new(noise.sample(&mut rng), noise.sample(&mut rng), noise.sample(&mut rng));
@@ -238,6 +261,10 @@ pub fn scan(drape: &Drape, sampling: &Sampling, scan_from_sim: &Isometry3) -> Cl
         let mut next = || rng.random::<f64>() - 0.5;
         points.push(Point3::new(0.6 * next(), 0.5 * next(), 0.6 * next()));
     }
-    let points = points.into_iter().map(|p| scan_from_sim * p * 1.0).map(|p| p * sampling.units_per_metre).collect();
+    let points = points
+        .into_iter()
+        .map(|p| scan_from_sim * p * 1.0)
+        .map(|p| p * sampling.units_per_metre)
+        .collect();
     Cloud { points, ..Cloud::default() }
 }
