@@ -19,6 +19,7 @@ pub mod fabric;
 pub mod geom;
 pub mod io;
 pub mod numeric;
+pub mod refine;
 pub mod report;
 pub mod scan;
 pub mod sensor;

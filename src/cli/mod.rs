@@ -1,1 +1,83 @@
-//! Work in progress.
+//! The command line: parses, resolves, calls the library, prints.
+//!
+//! stdout is for data, stderr for people. Exit codes: 0 ok, 1 failure, 2 usage,
+//! 4 scan refused.
+
+mod args;
+mod augment;
+mod estimate;
+mod generate;
+mod inspect;
+mod simulate;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use crate::report::JobError;
+
+/// Runs the program with `arguments`, the program's name first.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments = args::with_default_verb(arguments);
+    let parsed = match args::Arguments::try_parse_from(arguments) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            // help and version go to stdout with code 0, faults to stderr with 2
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let outcome = match parsed.command {
+        args::Command::Estimate(given) => estimate::run(&given),
+        args::Command::Inspect(given) => inspect::inspect(&given),
+        args::Command::Boundary(given) => inspect::boundary(&given),
+        args::Command::Augment(given) => augment::run(&given),
+        args::Command::Simulate(given) => simulate::run(&given),
+        args::Command::Generate(given) => generate::run(&given),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("scan2params: {:#}", failure.error);
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+/// What went wrong, with the exit code that says which kind it is.
+pub(crate) struct Failure {
+    code: u8,
+    error: anyhow::Error,
+}
+
+impl Failure {
+    /// A mistake in what the user asked for: exit code 2.
+    pub(crate) fn usage(error: impl Into<anyhow::Error>) -> Self {
+        Self { code: 2, error: error.into() }
+    }
+
+    /// A scan that cannot be trusted: exit code 4.
+    pub(crate) fn refused(error: impl Into<anyhow::Error>) -> Self {
+        Self { code: 4, error: error.into() }
+    }
+}
+
+impl Failure {
+    /// The exit code that a job's error stands for.
+    pub(crate) fn of_job(error: JobError) -> Self {
+        match error {
+            JobError::Density(_) => Self::usage(error),
+            JobError::Refused { .. } => Self::refused(error),
+            other => Self::from(other),
+        }
+    }
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self { code: 1, error: error.into() }
+    }
+}
+
+pub(crate) type Outcome = Result<(), Failure>;

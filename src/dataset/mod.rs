@@ -1,1 +1,75 @@
-//! Work in progress.
+//! Training data: drapes of fabrics drawn from a prior, in Parquet.
+//!
+//! In: [`GenerateOptions`] and a simulator (a function from a fabric to a
+//! [`SimulatedRow`]). Out: a folder with one Parquet file per chunk of
+//! consecutive samples and a `manifest.json` that says how they were made.
+//!
+//! Sample k is the same bytes in whatever shard, order or thread it is made, so a
+//! folder can be filled by many machines, and an interrupted run goes on where it
+//! was: a chunk is written beside its place and renamed when complete.
+//!
+//! Where it fails: a kill loses the chunks under way (at most one and the rows in
+//! flight, per process); two processes must not run the *same* shard at once.
+//!
+//! Columns, one row per drape:
+//!
+//! | column | type | unit |
+//! |---|---|---|
+//! | `index`, `fabric_index` | int64 | |
+//! | `stretch_weft`, `stretch_warp`, `shear` | double | g/s^2 |
+//! | `bending_weft`, `bending_warp`, `bending_bias` | double | g mm^2 s^-2 rad^-1 |
+//! | `density` | double | g/m^2 |
+//! | `boundary_mm` | 2928 bytes: 732 little-endian f32, x y z per point, in the order of [`crate::base::boundary`] | mm |
+//! | `at_rest`, `stable` | boolean | |
+//! | `stop` | string: why the simulation ended | |
+//! | `node_count` | int32 | |
+//! | `energy_j` | double | J |
+//! | `residual_n` | double | N |
+//!
+//! A drape that did not come to rest is a row like any other (`at_rest` false):
+//! what is left out of a training is decided where it is trained, and can be
+//! counted. Times are not in it: they differ from run to run.
+
+pub mod drapes;
+mod generate;
+mod manifest;
+mod table;
+
+pub use generate::{GenerateError, GenerateOptions, Progress, Shard, Summary, generate};
+pub use manifest::{MANIFEST_FILE, Manifest};
+pub use table::{TableError, read_file, read_folder};
+
+use crate::base::Boundary;
+use crate::fabric::Fabric;
+
+/// What a simulator says of one drape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulatedRow {
+    /// The rim.
+    pub boundary: Boundary,
+    /// Whether the drape is at rest: rows that are not are kept but not trained on.
+    pub at_rest: bool,
+    /// Why the simulation ended, in the simulator's words.
+    pub stop: String,
+    /// Whether the rest is a stable equilibrium.
+    pub stable: bool,
+    /// Folds of the drape.
+    pub node_count: u32,
+    /// Potential energy \[J\].
+    pub energy_j: f64,
+    /// Largest force that is not in balance \[N\].
+    pub residual_n: f64,
+}
+
+/// One row of a dataset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Sample.
+    pub index: u64,
+    /// Which fabric of the prior: several drops of one fabric share it.
+    pub fabric_index: u64,
+    /// The fabric.
+    pub fabric: Fabric,
+    /// Its drape.
+    pub drape: SimulatedRow,
+}

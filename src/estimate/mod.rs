@@ -1,1 +1,402 @@
-//! Work in progress.
+//! From the boundary vector to the six stiffnesses, with intervals.
+//!
+//! In: a [`Boundary`] (simulation frame), the areal density, and whether weft and
+//! warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval on each
+//! stiffness, and what is to be said against it. Method: the SNN of the paper
+//! (section IV), with a sigma beside each mean, averaged over the symmetric views
+//! of the specimen; intervals by split conformal prediction (docs/design/
+//! estimation.md).
+//!
+//! Where it fails: outside the trained range the network extrapolates, and says
+//! so (`in_range`, `novelty`); a stiffness that the drape hardly shows (stretch)
+//! gets an interval about as wide as the prior; the coverage of the intervals
+//! holds over the prior's fabrics on average, not for each fabric.
+
+mod model;
+mod runtime;
+mod symmetry;
+
+use std::path::Path;
+
+pub use model::{Model, ModelError};
+pub use runtime::RuntimeError;
+
+use crate::base::Boundary;
+use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use crate::fabric::{Fabric, Fault, STIFFNESSES, TABLE_2, check_density};
+use model::SWAPPED;
+use runtime::{Network, Output};
+
+/// How near the end of the trained range a normalised value counts as pinned
+/// there: the prior has next to no fabrics beyond, and the network none.
+const PINNED: f64 = 0.01;
+
+/// The shipped model.
+const SHIPPED_ONNX: &[u8] = include_bytes!("model/snn.onnx");
+const SHIPPED_JSON: &str = include_str!("model/snn.json");
+
+/// What a boundary and a density say of the fabric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// The stiffnesses, in the boundary's own frame (weft along z); the density is
+    /// the one given.
+    pub fabric: Fabric,
+    /// Lower and upper ends of the 90 % interval on each stiffness. If weft and
+    /// warp are not known, it covers both candidates.
+    pub interval90: [Fabric; 2],
+    /// Whether each stiffness (paper's order) lies inside what the model was
+    /// trained on, and not at its end.
+    pub in_range: [bool; STIFFNESSES],
+    /// One fabric if weft and warp are known. If not, two: the boundary as given,
+    /// and with weft and warp exchanged.
+    pub candidates: Vec<Candidate>,
+    /// How far the rim is from all drapes that the model knows.
+    pub novelty: Novelty,
+    /// What the user should know.
+    pub warnings: Vec<EstimateWarning>,
+}
+
+/// One reading of an estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// The stiffnesses.
+    pub fabric: Fabric,
+    /// Lower and upper ends of the 90 % interval on each.
+    pub interval90: [Fabric; 2],
+}
+
+/// Distance of a rim from the space of the rims that the model was trained on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Novelty {
+    /// Root mean square over the points \[m\].
+    pub rms_m: f64,
+    /// What 99 % of the drapes of unseen fabrics, with scan noise, stay below \[m\].
+    pub limit_m: f64,
+    /// Largest distance of a coordinate from the range it had in training \[m\].
+    pub outside_m: f64,
+}
+
+/// One stiffness of an estimate, as it is printed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParameterEstimate {
+    /// Name in files.
+    pub key: &'static str,
+    /// The paper's symbol.
+    pub symbol: &'static str,
+    /// Unit of the numbers.
+    pub unit: &'static str,
+    /// The estimate.
+    pub value: f64,
+    /// 90 % interval.
+    pub interval90: [f64; 2],
+    /// Inside what the model was trained on, and not at its end.
+    pub in_range: bool,
+}
+
+/// What the user should know of an estimate.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EstimateWarning {
+    /// The density is one that the model has not seen.
+    #[error(
+        "density {value} g/m^2 lies outside the trained {min} to {max} g/m^2: the stiffnesses are \
+         extrapolated"
+    )]
+    DensityOutsideTraining {
+        /// Density \[g/m^2\].
+        value: f64,
+        /// Lower end \[g/m^2\].
+        min: f64,
+        /// Upper end \[g/m^2\].
+        max: f64,
+    },
+    /// The rim is unlike those of the training.
+    #[error(
+        "the rim is {rms_mm:.2} mm (rms) from any drape the model knows, more than the {limit_mm:.2} mm \
+         of scanned ones: check the scan, or expect the stiffnesses to be off"
+    )]
+    NovelRim {
+        /// Distance \[mm\].
+        rms_mm: f64,
+        /// Limit \[mm\].
+        limit_mm: f64,
+    },
+    /// At or beyond the end of the trained range.
+    #[error("{key} is at the {end} end of the trained range: the fabric may lie beyond it")]
+    AtRangeEnd {
+        /// Parameter.
+        key: &'static str,
+        /// `lower` or `upper`.
+        end: &'static str,
+    },
+    /// Weft and warp are not known.
+    #[error("weft and warp are not known and may be exchanged: say where the warp points")]
+    OrientationAmbiguous,
+    /// The three bending stiffnesses were made those of one plate.
+    #[error(transparent)]
+    Bending(crate::fabric::Warning),
+}
+
+/// Why there is no estimate.
+#[derive(Debug, thiserror::Error)]
+pub enum EstimateError {
+    /// The density is not one of a textile.
+    #[error(transparent)]
+    Density(#[from] Fault),
+    /// A point of the boundary is not a number.
+    #[error("point {index} of the boundary is not finite: the rim has to be complete")]
+    NotFinite {
+        /// Index in the boundary.
+        index: usize,
+    },
+    /// The model cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The runtime failed.
+    #[error(transparent)]
+    Runtime(#[from] RuntimeError),
+}
+
+/// A trained network with its calibration.
+pub struct Estimator {
+    model: Model,
+    network: Network,
+}
+
+impl Estimator {
+    /// The model that ships with the package.
+    ///
+    /// # Errors
+    /// When it does not fit this build's simulator, or the runtime fails.
+    pub fn shipped() -> Result<Self, EstimateError> {
+        let model = Model::parse("shipped model", SHIPPED_JSON, SHIPPED_ONNX)?;
+        model.check_trained_on_drapes()?;
+        Self::new(model, SHIPPED_ONNX)
+    }
+
+    /// A model of `scripts/train.py` from its two files.
+    ///
+    /// # Errors
+    /// When a file cannot be read, the two do not belong together, the model was
+    /// trained on another simulator's drapes, or the runtime fails.
+    pub fn from_files(onnx: &Path, json: &Path) -> Result<Self, EstimateError> {
+        let io = |path: &Path| {
+            let path = path.display().to_string();
+            move |error: std::io::Error| ModelError::new(path, error.to_string())
+        };
+        let text = std::fs::read_to_string(json).map_err(io(json))?;
+        let bytes = std::fs::read(onnx).map_err(io(onnx))?;
+        let model = Model::parse(&json.display().to_string(), &text, &bytes)?;
+        Self::new(model, &bytes)
+    }
+
+    fn new(model: Model, onnx: &[u8]) -> Result<Self, EstimateError> {
+        Ok(Self { network: Network::new(onnx)?, model })
+    }
+
+    /// What is known of the model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// What runs the network: `tract`, or the path of a native ONNX Runtime.
+    #[must_use]
+    pub fn runtime(&self) -> String {
+        runtime::native_library().map_or_else(|| "tract".into(), |path| path.display().to_string())
+    }
+
+    /// Estimates the fabric.
+    ///
+    /// # Errors
+    /// When the density is not one of a textile, a point is not finite, or the
+    /// runtime fails. A poor estimate is not an error: it says so.
+    pub fn estimate(
+        &self,
+        boundary: &Boundary,
+        density_kg_m2: f64,
+        orientation_known: bool,
+    ) -> Result<Estimate, EstimateError> {
+        check_density(density_kg_m2)?;
+        if let Some(index) =
+            boundary.positions_m().position(|p| !p.coords.iter().all(|c| c.is_finite()))
+        {
+            return Err(EstimateError::NotFinite { index });
+        }
+        let views = symmetry::views(boundary);
+        let rows: Vec<Vec<f32>> =
+            views.iter().map(|view| network_input(&view.boundary, density_kg_m2)).collect();
+        let outputs = self.network.run(&rows)?;
+        let mixture = Normalised::over_views(&views, &outputs);
+        let novelty = self.novelty(&rows[0], outputs[0].novelty_mm);
+        Ok(self.assemble(&mixture, density_kg_m2, orientation_known, novelty))
+    }
+
+    fn novelty(&self, row: &[f32], rms_mm: f32) -> Novelty {
+        let input = &self.model.input;
+        let excess = |((&x, &min), &max): ((&f32, &f64), &f64)| {
+            (min - f64::from(x)).max(f64::from(x) - max).max(0.0)
+        };
+        let coordinates = row.iter().zip(&input.min).zip(&input.max).take(row.len() - 1);
+        Novelty {
+            rms_m: f64::from(rms_mm) * M_PER_MM,
+            limit_m: input.novelty_limit_mm * M_PER_MM,
+            outside_m: coordinates.map(excess).fold(0.0, f64::max) * M_PER_MM,
+        }
+    }
+
+    fn assemble(
+        &self,
+        mixture: &Normalised,
+        density_kg_m2: f64,
+        orientation_known: bool,
+        novelty: Novelty,
+    ) -> Estimate {
+        let mut warnings = Vec::new();
+        let mut in_range = self.density_in_range(density_kg_m2, &mut warnings);
+        for (i, known) in in_range.iter_mut().enumerate() {
+            let mean = mixture.mean[i];
+            if !(PINNED..=1.0 - PINNED).contains(&mean) {
+                let end = if mean < 0.5 { "lower" } else { "upper" };
+                warnings.push(EstimateWarning::AtRangeEnd { key: TABLE_2[i].key, end });
+                *known = false;
+            }
+        }
+        if novelty.rms_m > novelty.limit_m {
+            let [rms_mm, limit_mm] = [novelty.rms_m, novelty.limit_m].map(|m| m / M_PER_MM);
+            warnings.push(EstimateWarning::NovelRim { rms_mm, limit_mm });
+        }
+        let (as_given, bending) = self.candidate(mixture, density_kg_m2);
+        warnings.extend(bending.map(EstimateWarning::Bending));
+        let mut candidates = vec![as_given];
+        if !orientation_known {
+            // The network is averaged over quarter turns too, so that the other
+            // reading is this one with weft and warp exchanged.
+            candidates.push(self.candidate(&mixture.swapped(), density_kg_m2).0);
+            warnings.push(EstimateWarning::OrientationAmbiguous);
+            for pair in [(0, 1), (3, 4)] {
+                let both = in_range[pair.0] && in_range[pair.1];
+                (in_range[pair.0], in_range[pair.1]) = (both, both);
+            }
+        }
+        Estimate {
+            fabric: candidates[0].fabric,
+            interval90: covering(&candidates),
+            in_range,
+            candidates,
+            novelty,
+            warnings,
+        }
+    }
+
+    /// Whether the density lets any stiffness be in range, per stiffness.
+    fn density_in_range(
+        &self,
+        density_kg_m2: f64,
+        warnings: &mut Vec<EstimateWarning>,
+    ) -> [bool; STIFFNESSES] {
+        let value = density_kg_m2 / KG_M2_PER_G_M2;
+        let [min, max] = self.model.density_range_g_m2();
+        let inside = (min..=max).contains(&value);
+        if !inside {
+            warnings.push(EstimateWarning::DensityOutsideTraining { value, min, max });
+        }
+        [inside; STIFFNESSES]
+    }
+
+    /// Values and intervals, cut to the trained range. The middle is made the
+    /// bending set of one plate, so that it can be simulated.
+    fn candidate(
+        &self,
+        mixture: &Normalised,
+        density_kg_m2: f64,
+    ) -> (Candidate, Option<crate::fabric::Warning>) {
+        let fabric = |offset: f64| {
+            let mut values = [density_kg_m2 / KG_M2_PER_G_M2; STIFFNESSES + 1];
+            for (i, value) in values.iter_mut().enumerate().take(STIFFNESSES) {
+                let half = mixture.sigma[i] * self.model.interval.quantile[i];
+                *value = self.model.output.stiffness(i, mixture.mean[i] + offset * half);
+            }
+            Fabric { density_kg_m2, ..Fabric::from_paper_units(values) }
+        };
+        let (middle, warning) = fabric(0.0).project_bending();
+        let [low, mut high] = [fabric(-1.0), fabric(1.0)];
+        high.bending_bias_nm = high.bending_bias_nm.max(middle.bending_bias_nm);
+        (Candidate { fabric: middle, interval90: [low, high] }, warning)
+    }
+}
+
+impl Estimate {
+    /// The stiffnesses in the paper's order and units.
+    #[must_use]
+    pub fn parameters(&self) -> [ParameterEstimate; STIFFNESSES] {
+        let value = self.fabric.to_paper_units();
+        let [low, high] = self.interval90.map(|fabric| fabric.to_paper_units());
+        std::array::from_fn(|i| ParameterEstimate {
+            key: TABLE_2[i].key,
+            symbol: TABLE_2[i].symbol,
+            unit: TABLE_2[i].unit,
+            value: value[i],
+            interval90: [low[i], high[i]],
+            in_range: self.in_range[i],
+        })
+    }
+}
+
+/// Means and sigmas of the six normalised outputs.
+#[derive(Clone, Debug, PartialEq)]
+struct Normalised {
+    mean: [f64; STIFFNESSES],
+    sigma: [f64; STIFFNESSES],
+}
+
+impl Normalised {
+    /// Moments of the equal mixture of what the views say.
+    fn over_views(views: &[symmetry::View], outputs: &[Output]) -> Self {
+        let n = views.len() as f64;
+        let (mut mean, mut square) = ([0.0; STIFFNESSES], [0.0; STIFFNESSES]);
+        for (view, output) in views.iter().zip(outputs) {
+            for i in 0..STIFFNESSES {
+                let from = if view.swapped { SWAPPED[i] } else { i };
+                let (m, s) =
+                    (f64::from(output.mean[from]), f64::from(output.log_sigma[from]).exp());
+                mean[i] += m / n;
+                square[i] += (m * m + s * s) / n;
+            }
+        }
+        let sigma = std::array::from_fn(|i| (square[i] - mean[i] * mean[i]).max(0.0).sqrt());
+        Self { mean, sigma }
+    }
+
+    /// With weft and warp exchanged.
+    fn swapped(&self) -> Self {
+        Self { mean: SWAPPED.map(|i| self.mean[i]), sigma: SWAPPED.map(|i| self.sigma[i]) }
+    }
+}
+
+/// The smallest interval per stiffness that holds those of all candidates.
+fn covering(candidates: &[Candidate]) -> [Fabric; 2] {
+    let end = |side: usize, choose: fn(f64, f64) -> f64| {
+        let fabrics = candidates.iter().map(|c| c.interval90[side]);
+        fabrics
+            .reduce(|a, b| Fabric {
+                stretch_weft_n_m: choose(a.stretch_weft_n_m, b.stretch_weft_n_m),
+                stretch_warp_n_m: choose(a.stretch_warp_n_m, b.stretch_warp_n_m),
+                shear_n_m: choose(a.shear_n_m, b.shear_n_m),
+                bending_weft_nm: choose(a.bending_weft_nm, b.bending_weft_nm),
+                bending_warp_nm: choose(a.bending_warp_nm, b.bending_warp_nm),
+                bending_bias_nm: choose(a.bending_bias_nm, b.bending_bias_nm),
+                density_kg_m2: a.density_kg_m2,
+            })
+            .expect("an estimate has at least one candidate")
+    };
+    [end(0, f64::min), end(1, f64::max)]
+}
+
+/// The network's input: 732 coordinates \[mm\], then the density \[g/m^2\].
+fn network_input(boundary: &Boundary, density_kg_m2: f64) -> Vec<f32> {
+    let coordinates = boundary.positions_m().flat_map(|p| [p.x, p.y, p.z]);
+    coordinates
+        .map(|metres| (metres / M_PER_MM) as f32)
+        .chain([(density_kg_m2 / KG_M2_PER_G_M2) as f32])
+        .collect()
+}

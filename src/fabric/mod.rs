@@ -1,7 +1,23 @@
 //! Fabrics: the six stiffnesses and the density of one, the ranges in which
 //! they are known, and the mixtures they are drawn from.
 
+mod mixture;
+mod range;
+
+pub use mixture::{DEFAULT_PRIOR, Mixture, MixtureError};
+pub use range::{
+    DENSITY_LIMITS_G_M2, FabricError, Fault, PARAMETERS, ParameterRange, STIFFNESSES, TABLE_2,
+    Warning, check_density,
+};
+
 use crate::base::units::{KG_M2_PER_G_M2, N_M_PER_G_MM2_S2, N_M_PER_G_S2};
+
+/// SHA-256 in lower-case hexadecimal: names priors, datasets and models exactly.
+#[must_use]
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    use sha2::Digest as _;
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
 
 /// One fabric in SI. Symbols of the paper in brackets.
 #[derive(Clone, Copy, Debug, PartialEq)]

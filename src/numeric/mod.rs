@@ -1,5 +1,6 @@
-//! Numbers without geometry: robust statistics, banded systems, splines.
+//! Numerical tools: sparse factorisation on a fixed pattern, robust statistics.
 
 pub mod banded;
 pub mod bspline;
 pub mod robust;
+pub mod sparse;

@@ -1,1 +1,8 @@
-//! Work in progress.
+//! Results for people and programs: the table, params.json, the overlay.
+
+pub mod job;
+pub mod json;
+pub mod overlay;
+pub mod table;
+
+pub use job::{Job, JobError, Outcome};

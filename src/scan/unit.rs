@@ -17,6 +17,15 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
+    /// The unit's symbol.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Metre => "m",
+            Self::Millimetre => "mm",
+        }
+    }
+
     /// Metres in one unit.
     #[must_use]
     pub fn metres(self) -> f64 {

@@ -1,0 +1,128 @@
+"""Drapes for training: reading a folder made by `scan2params generate`, the symmetries of the
+experiment, and the noise of a scan.
+
+A boundary is an array (..., 244, 3) in mm, simulation frame (weft along z, warp along x, y up),
+in the order of src/base/boundary.rs. Parameters are in the paper's order and units.
+"""
+
+import json
+import pathlib
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow.parquet as pq
+
+STIFFNESSES = ["stretch_weft", "stretch_warp", "shear", "bending_weft", "bending_warp", "bending_bias"]
+POINTS_PER_SIDE = 61
+POINTS = 4 * POINTS_PER_SIDE
+# Weft and warp exchanged.
+SWAPPED = [1, 0, 2, 4, 3, 5]
+
+
+@dataclass
+class Drapes:
+    """Rows at rest, and what their folder says of them."""
+
+    boundary: np.ndarray  # (rows, 244, 3) f32 mm
+    stiffness: np.ndarray  # (rows, 6) paper units
+    density: np.ndarray  # (rows,) g/m^2
+    fabric: np.ndarray  # (rows,) fabric index
+    node_count: np.ndarray  # (rows,)
+    manifest: dict
+    rows_read: int
+    left_out: dict  # why: rows
+
+
+def read_folder(folder, rows_limit=None):
+    """All rows at rest of a folder, in the order of their index."""
+    folder = pathlib.Path(folder)
+    files = sorted(folder.glob("drapes-*.parquet"))
+    if not files:
+        raise SystemExit(f"{folder}: no drapes-*.parquet; make them with `scan2params generate`")
+    manifest = json.loads((folder / "manifest.json").read_text())
+    tables = [pq.read_table(file).to_pydict() for file in files]
+    column = {key: sum((t[key] for t in tables), []) for key in tables[0]}
+    if rows_limit:
+        column = {key: values[:rows_limit] for key, values in column.items()}
+    boundary = np.stack([np.frombuffer(b, "<f4") for b in column["boundary_mm"]]).reshape(-1, POINTS, 3)
+    stiffness = np.stack([np.asarray(column[key]) for key in STIFFNESSES], axis=1)
+    density = np.asarray(column["density"])
+    keep = np.asarray(column["at_rest"]) & np.isfinite(boundary).all(axis=(1, 2))
+    left_out = {}
+    for stop, kept in zip(column["stop"], keep):
+        if not kept:
+            left_out[stop] = left_out.get(stop, 0) + 1
+    return Drapes(
+        boundary[keep],
+        stiffness[keep],
+        density[keep],
+        np.asarray(column["fabric_index"])[keep],
+        np.asarray(column["node_count"])[keep],
+        manifest,
+        len(keep),
+        left_out,
+    )
+
+
+def flat_xz_mm():
+    """The flat specimen's (x, z) at each index: the walk of src/base/boundary.rs."""
+    t = np.arange(POINTS_PER_SIDE) * 5.0 - 150.0
+    c = np.full_like(t, 150.0)
+    sides = [(c, t), (-t, c), (-c, -t), (t, -c)]
+    return np.concatenate([np.stack(side, axis=1) for side in sides])
+
+
+def symmetries():
+    """The eight symmetries of the square specimen on the disc: (index permutation, 3x3 matrix,
+    whether weft and warp change places). The transformed boundary is `b[perm] @ matrix.T`.
+    The first four keep weft and warp."""
+    index = np.arange(POINTS)
+    identity = (index, np.eye(3), False)
+    mirror_x = ((182 - index) % POINTS, np.diag([-1.0, 1.0, 1.0]), False)
+    half_turn = ((index + 2 * POINTS_PER_SIDE) % POINTS, np.diag([-1.0, 1.0, -1.0]), False)
+    # (x, y, z) -> (z, y, -x), as Boundary::turned(1).
+    quarter = ((index + POINTS_PER_SIDE) % POINTS, np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), True)
+
+    def then(first, second):
+        return first[0][second[0]], second[1] @ first[1], first[2] != second[2]
+
+    keeping = [identity, half_turn, mirror_x, then(half_turn, mirror_x)]
+    return keeping + [then(s, quarter) for s in keeping]
+
+
+def transformed(boundary, symmetry):
+    perm, matrix, _ = symmetry
+    return boundary[..., perm, :] @ matrix.T.astype(boundary.dtype)
+
+
+def split_by_fabric(fabric, seed, shares=(0.8, 0.1, 0.1)):
+    """Row numbers of training, calibration and test; all drops of a fabric go together."""
+    unique = np.unique(fabric)
+    order = np.random.default_rng([seed, 1]).permutation(len(unique))
+    ends = np.round(np.cumsum(shares) * len(unique)).astype(int)
+    parts = np.split(unique[order], ends[:-1])
+    return [np.flatnonzero(np.isin(fabric, part)) for part in parts]
+
+
+@dataclass
+class Noise:
+    """What a scan adds to a rim, one standard deviation each. The smooth part has the given
+    correlation length along the rim and its own size in every scan, uniform up to `smooth_mm`."""
+
+    smooth_mm: float = 1.0
+    correlation_mm: float = 40.0
+    white_mm: float = 0.15
+    shift_mm: float = 0.5
+    yaw_deg: float = 0.5
+    tilt_deg: float = 0.3
+    density_relative: float = 0.01
+
+    def basis(self):
+        """(244, modes) basis of the smooth part: a closed random curve of unit variance. Both
+        counts of a corner are one place on the rim."""
+        along = np.concatenate([side * 300.0 + np.arange(POINTS_PER_SIDE) * 5.0 for side in range(4)])
+        angle = 2 * np.pi * along / 1200.0
+        mode = np.arange(0, 25)
+        weight = np.exp(-0.25 * (2 * np.pi * mode * self.correlation_mm / 1200.0) ** 2)
+        waves = np.concatenate([np.cos(np.outer(angle, mode)) * weight, np.sin(np.outer(angle, mode[1:])) * weight[1:]], axis=1)
+        return (waves / np.sqrt(np.mean(np.sum(waves**2, axis=1)))).astype(np.float32)

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Checks of the training scripts: `python scripts/test_scripts.py`."""
+
+import jax
+import numpy as np
+
+import drape_data
+import snn
+import train
+
+
+def flat():
+    xz = drape_data.flat_xz_mm()
+    return np.stack([xz[:, 0], np.zeros(len(xz)), xz[:, 1]], axis=1)
+
+
+def test_walk_starts_and_turns_as_boundary_rs_says():
+    xz = drape_data.flat_xz_mm()
+    for index, expected in [(0, (150, -150)), (1, (150, -145)), (61, (150, 150)), (62, (145, 150)), (243, (150, -150))]:
+        assert tuple(xz[index]) == expected, (index, xz[index])
+
+
+def test_every_symmetry_maps_the_flat_square_to_itself():
+    for symmetry in drape_data.symmetries():
+        assert np.abs(drape_data.transformed(flat(), symmetry) - flat()).max() == 0.0
+
+
+def test_symmetries_are_eight_and_a_mark_on_the_cloth_moves_with_the_matrix():
+    # The mark's height is 2 x + 5 z of the flat cloth.
+    marked = flat()
+    marked[:, 1] = 2 * marked[:, 0] + 5 * marked[:, 2]
+    seen = set()
+    for _, matrix, swapped in (symmetries := drape_data.symmetries()):
+        seen.add((tuple(matrix.ravel()), swapped))
+        assert swapped == (abs(matrix[0, 2]) == 1.0)
+    assert len(seen) == 8 and not any(s[2] for s in symmetries[:4])
+    for symmetry in symmetries:
+        moved = drape_data.transformed(marked, symmetry)
+        back = moved @ symmetry[1]  # to where it was
+        assert np.allclose(back[:, 1], 2 * back[:, 0] + 5 * back[:, 2])
+
+
+def test_a_fabric_never_lies_on_both_sides_of_the_split():
+    fabric = np.repeat(np.arange(100), 3)
+    parts = drape_data.split_by_fabric(fabric, seed=1)
+    assert [len(part) for part in parts] == [240, 30, 30]
+    assert sorted(np.concatenate(parts)) == list(range(300))
+    assert not set(fabric[parts[0]]) & set(fabric[parts[2]])
+
+
+def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():
+    noise = drape_data.Noise(smooth_mm=1.0, white_mm=0.0, shift_mm=0.0, yaw_deg=0.0, tilt_deg=0.0)
+    still = np.repeat(flat()[None].astype(np.float32), 4000, axis=0)
+    moved, _ = train.noisy(jax.random.key(0), still, np.ones(4000, np.float32), noise, noise.basis())
+    offset = np.asarray(moved) - still
+    # A uniform size up to 1 mm has a mean square of 1/3.
+    assert abs(np.sqrt(np.mean(offset**2)) - np.sqrt(1 / 3)) < 0.02
+    for side in range(4):
+        assert np.abs(offset[:, 61 * side + 60] - offset[:, (61 * side + 61) % 244]).max() < 1e-4
+
+
+def test_the_exported_network_gives_the_numbers_of_the_trained_one():
+    params = snn.init(jax.random.key(3), (32, 24, 64))
+    params = jax.tree.map(lambda w: np.float16(w).astype(np.float32), params)  # as stored
+    rng = np.random.default_rng(1)
+    centre, scale = rng.normal(size=733) * 50, rng.uniform(0.005, 0.02, 733)
+    subspace = np.linalg.qr(rng.normal(size=(732, 16)))[0]
+    network = train.Network(snn.to_onnx(params, centre, scale, subspace), drape_data.symmetries()[:1])
+    boundary, density = rng.normal(size=(5, 244, 3)) * 60, rng.uniform(50, 300, 5)
+    x = np.concatenate([boundary.reshape(5, -1), density[:, None]], axis=1)
+    mean, log_sigma = snn.apply(params, (x - centre) * scale)
+    assert np.abs(network.raw(boundary, density) - np.concatenate([mean, log_sigma], axis=1)).max() < 1e-3
+    offset = boundary.reshape(5, -1) - centre[:-1]
+    left = offset - offset @ subspace @ subspace.T
+    novelty = np.sqrt((left**2).sum(1) / 244)
+    assert np.abs(network.novelty_mm(boundary, density) / novelty - 1).max() < 1e-4
+
+
+def test_conformal_quantile_covers_at_least_its_level():
+    rng = np.random.default_rng(2)
+    covered = []
+    for _ in range(200):
+        error = rng.standard_t(4, size=(400, 1))
+        q = train.conformal_quantiles(error[:200], np.ones((200, 1)))
+        covered.append(np.mean(np.abs(error[200:]) <= q))
+    assert 0.895 < np.mean(covered) < 0.92, np.mean(covered)
+
+
+if __name__ == "__main__":
+    for name, test in list(globals().items()):
+        if name.startswith("test_"):
+            test()
+            print("ok", name)

@@ -1,0 +1,352 @@
+#!/usr/bin/env python3
+"""Train the SNN on a folder of drapes, calibrate its intervals, export it for the estimator.
+
+    python scripts/train.py --data DIR --out src/estimate/model/snn.onnx
+
+writes snn.onnx and snn.json beside it. Everything that is reported or calibrated is computed by
+onnxruntime from the exported file, so that it holds for what is shipped. Deterministic by --seed
+on one machine (XLA may order sums differently on another).
+
+Flow: read rows at rest -> split by fabric 80/10/10 -> train on the eight symmetric copies with
+scan noise -> export -> calibrate 90 % intervals on the calibration fabrics (split conformal) ->
+report on the test fabrics.
+"""
+
+import argparse
+import hashlib
+import json
+import pathlib
+import shlex
+import sys
+import time
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import onnxruntime
+
+import drape_data
+import snn
+
+MODEL_SCHEMA = "scan2params/model/1"
+LEVEL = 0.9
+# Smallest scale of an input, so that a coordinate that hardly moves is not blown up [mm, g/m^2].
+LEAST_RANGE = 5.0
+
+
+def parse_args():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--data", required=True, type=pathlib.Path, help="folder of `scan2params generate`")
+    parser.add_argument("--out", required=True, type=pathlib.Path, help="the .onnx file; .json goes beside it")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--divide-widths", type=int, default=8, help="of 4096-3072-8192: 1, 2, 4, 8, ...")
+    parser.add_argument("--epochs", type=int, default=300)
+    parser.add_argument("--batch", type=int, default=128)
+    parser.add_argument("--learning-rate", type=float, default=1e-3)
+    parser.add_argument("--weight-decay", type=float, default=1e-2)
+    parser.add_argument("--dropout", type=float, default=0.05)
+    parser.add_argument("--mse-share", type=float, default=0.4, help="share of the epochs before the sigmas are trained")
+    parser.add_argument("--rows", type=int, help="read only so many rows")
+    parser.add_argument("--cases", type=pathlib.Path, help="also write a few inputs and outputs, for tests")
+    return parser.parse_args()
+
+
+# Principal directions of the training rims kept for the novelty figure.
+SUBSPACE = 64
+
+
+class Scaling:
+    """Inputs to the network's range and outputs to [0, 1]."""
+
+    def __init__(self, drapes, rows, symmetries):
+        copies = [drape_data.transformed(drapes.boundary[rows], s).reshape(len(rows), -1) for s in symmetries]
+        density = drapes.density[rows]
+        self.input_min = np.append(np.min([c.min(0) for c in copies], 0), density.min())
+        self.input_max = np.append(np.max([c.max(0) for c in copies], 0), density.max())
+        self.centre = np.append(np.mean([c.mean(0) for c in copies], 0), density.mean())
+        self.scale = 1.0 / np.maximum(self.input_max - self.input_min, LEAST_RANGE)
+        offset = np.concatenate(copies) - self.centre[:-1]
+        _, directions = np.linalg.eigh(offset.T @ offset)
+        self.subspace = directions[:, ::-1][:, :SUBSPACE]
+        # Weft and warp share a range, since a quarter turn makes one the other.
+        lo, hi = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
+        self.paper_range = hi - lo
+        self.ln_min = np.minimum(lo, lo[drape_data.SWAPPED])
+        self.ln_max = np.maximum(hi, hi[drape_data.SWAPPED])
+
+    def normalised(self, stiffness):
+        return (np.log(stiffness) - self.ln_min) / (self.ln_max - self.ln_min)
+
+
+def symmetry_tables(symmetries):
+    perm = jnp.array([s[0] for s in symmetries])
+    matrix = jnp.array(np.array([s[1] for s in symmetries]), jnp.float32)
+    target = jnp.array([drape_data.SWAPPED if s[2] else list(range(6)) for s in symmetries])
+    return perm, matrix, target
+
+
+def noisy(key, boundary, density, noise, basis):
+    """Scan noise on (rows, 244, 3) boundaries [mm] and on densities."""
+    keys = jax.random.split(key, 7)
+    rows = boundary.shape[0]
+    normal = lambda k, *shape: jax.random.normal(keys[k], shape)
+    size = noise.smooth_mm * jax.random.uniform(keys[0], (rows, 1, 1))
+    smooth = jnp.einsum("pm,rmc->rpc", basis, normal(1, rows, basis.shape[1], 3))
+    white = noise.white_mm * normal(2, *boundary.shape)
+    shift = noise.shift_mm * normal(3, rows, 1, 3)
+    angles = jnp.deg2rad(jnp.array([noise.tilt_deg, noise.yaw_deg, noise.tilt_deg])) * normal(4, rows, 3)
+    turn = jnp.cross(angles[:, None, :], boundary)
+    density = density * (1.0 + noise.density_relative * normal(5, rows))
+    return boundary + size * smooth + white + shift + turn, density
+
+
+def loss(params, x, y, use_sigma, key, dropout):
+    """MSE, then the Gaussian likelihood weighted by sigma (beta-NLL with beta = 0.5, Seitzer et al.
+    2022), which keeps the means from starving where the sigma is large."""
+    mean, log_sigma = snn.apply(params, x, key, dropout)
+    squared = (mean - y) ** 2
+    mse = squared.mean()
+    nll = log_sigma + 0.5 * squared * jnp.exp(-2.0 * log_sigma)
+    weighted = (jax.lax.stop_gradient(jnp.exp(log_sigma)) * nll).mean()
+    return jnp.where(use_sigma, weighted, mse)
+
+
+def train(drapes, rows, scaling, symmetries, noise, args):
+    """Adam with decoupled weight decay, linear warm-up, cosine decay, and averaged weights."""
+    boundary = jnp.asarray(drapes.boundary[rows])
+    density = jnp.asarray(drapes.density[rows], jnp.float32)
+    target = jnp.asarray(scaling.normalised(drapes.stiffness[rows]), jnp.float32)
+    centre, scale = jnp.asarray(scaling.centre, jnp.float32), jnp.asarray(scaling.scale, jnp.float32)
+    perm, matrix, target_perm = symmetry_tables(symmetries)
+    basis = jnp.asarray(noise.basis())
+    batch = min(args.batch, len(rows))
+    steps = len(rows) // batch
+    total = steps * args.epochs
+    widths = [w // args.divide_widths for w in snn.PAPER_WIDTHS]
+    params = snn.init(jax.random.key(args.seed), widths)
+    zeros = jax.tree.map(jnp.zeros_like, params)
+
+    def step(state, pick, key):
+        params, m, v, average, t = state
+        key_sym, key_noise, key_drop = jax.random.split(key, 3)
+        which = jax.random.randint(key_sym, pick.shape, 0, len(symmetries))
+        b = jnp.take_along_axis(boundary[pick], perm[which][:, :, None], axis=1)
+        b = jnp.einsum("rpc,rdc->rpd", b, matrix[which])
+        y = jnp.take_along_axis(target[pick], target_perm[which], axis=1)
+        b, d = noisy(key_noise, b, density[pick], noise, basis)
+        x = (jnp.concatenate([b.reshape(len(pick), -1), d[:, None]], axis=1) - centre) * scale
+        use_sigma = t > args.mse_share * total
+        value, grad = jax.value_and_grad(loss)(params, x, y, use_sigma, key_drop, args.dropout)
+        t = t + 1
+        rate = args.learning_rate * jnp.minimum(t / 200.0, 0.5 + 0.5 * jnp.cos(jnp.pi * t / total))
+        m = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, m, grad)
+        v = jax.tree.map(lambda v, g: 0.999 * v + 0.001 * g * g, v, grad)
+
+        def updated(p, m, v):
+            direction = (m / (1 - 0.9**t)) / (jnp.sqrt(v / (1 - 0.999**t)) + 1e-8)
+            decay = args.weight_decay * p if p.ndim == 2 else 0.0
+            return p - rate * (direction + decay)
+
+        params = jax.tree.map(updated, params, m, v)
+        share = jnp.minimum(0.998, t / (t + 10.0))
+        average = jax.tree.map(lambda a, p: share * a + (1 - share) * p, average, params)
+        return (params, m, v, average, t), value
+
+    @jax.jit
+    def epoch(state, number):
+        key = jax.random.fold_in(jax.random.key(args.seed + 1), number)
+        picks = jax.random.permutation(key, len(rows))[: steps * batch].reshape(steps, batch)
+        keys = jax.random.split(jax.random.fold_in(key, 1), steps)
+        state, values = jax.lax.scan(lambda s, pk: step(s, *pk), state, (picks, keys))
+        return state, values.mean()
+
+    state = (params, zeros, zeros, params, jnp.float32(0.0))
+    start = time.time()
+    for number in range(args.epochs):
+        state, value = epoch(state, number)
+        if number in (0, 9) or (number + 1) % 50 == 0:
+            print(f"epoch {number + 1:5d}  loss {float(value):9.5f}  {time.time() - start:6.1f} s", flush=True)
+    return state[3], widths
+
+
+class Network:
+    """The exported file, averaged over symmetries of the experiment."""
+
+    def __init__(self, model, symmetries):
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = 1
+        self.session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+        self.symmetries = symmetries
+
+    def raw(self, boundary, density):
+        x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1).astype(np.float32)
+        return self.session.run(["normalised"], {"boundary": x})[0].astype(np.float64)
+
+    def novelty_mm(self, boundary, density):
+        x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1).astype(np.float32)
+        return self.session.run(["novelty"], {"boundary": x})[0][:, 0].astype(np.float64)
+
+    def __call__(self, boundary, density):
+        """Mean and sigma of the mixture over the symmetric views."""
+        means, variances = [], []
+        for symmetry in self.symmetries:
+            out = self.raw(drape_data.transformed(boundary, symmetry), density)
+            order = drape_data.SWAPPED if symmetry[2] else list(range(6))
+            means.append(out[:, :6][:, order])
+            variances.append(np.exp(2 * out[:, 6:])[:, order])
+        mean = np.mean(means, 0)
+        return mean, np.sqrt(np.mean(variances, 0) + np.var(means, 0))
+
+
+def conformal_quantiles(error, sigma):
+    """Per output: the factor on sigma within which LEVEL of the calibration rows lie."""
+    n = len(error)
+    rank = min(int(np.ceil((n + 1) * LEVEL)), n)
+    return np.sort(np.abs(error) / sigma, axis=0)[rank - 1]
+
+
+def linear_regression(drapes, rows, scaling, symmetries):
+    """The paper's baseline, on the same inputs, as a function of (boundary, density)."""
+
+    def features(boundary, density):
+        x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1)
+        return np.concatenate([(x - scaling.centre) * scaling.scale, np.ones((len(x), 1))], axis=1)
+
+    xs, ys = [], []
+    y = scaling.normalised(drapes.stiffness[rows])
+    for s in symmetries:
+        xs.append(features(drape_data.transformed(drapes.boundary[rows], s), drapes.density[rows]))
+        ys.append(y[:, drape_data.SWAPPED] if s[2] else y)
+    x, y = np.concatenate(xs), np.concatenate(ys)
+    # The doubled corners make the plain normal equations singular.
+    solution = np.linalg.solve(x.T @ x + 1e-3 * np.eye(x.shape[1]), x.T @ y)
+    return lambda boundary, density: features(boundary, density) @ solution
+
+
+def scores(prediction, truth, scaling):
+    """RMSE and R2 on outputs normalised by the prior's limits, as in the paper's Table 3."""
+    ratio = (scaling.ln_max - scaling.ln_min) / scaling.paper_range
+    error = (prediction - truth) * ratio
+    rmse = np.sqrt(np.mean(error**2, axis=0))
+    r2 = 1.0 - np.sum(error**2, axis=0) / np.sum(((truth - truth.mean(0)) * ratio) ** 2, axis=0)
+    return {"rmse": float(rmse.mean()), "r2": float(r2.mean()), "rmse_each": rmse.tolist(), "r2_each": r2.tolist()}
+
+
+def evaluate(network, inputs, truth, quantile, scaling):
+    mean, sigma = network(*inputs)
+    half = sigma * quantile
+    covered = np.abs(mean - truth) <= half
+    result = scores(mean, truth, scaling)
+    # Half width of the interval as a factor on the stiffness: value / f to value * f.
+    factor = np.exp(np.median(half, axis=0) * (scaling.ln_max - scaling.ln_min))
+    result |= {
+        "coverage": float(covered.mean()),
+        "coverage_each": covered.mean(0).tolist(),
+        "median_interval_factor_each": factor.tolist(),
+    }
+    return result
+
+
+def report(name, metrics):
+    print(f"{name:24s} RMSE {metrics['rmse']:.5f}  R2 {metrics['r2']:.5f}", end="")
+    print(f"  coverage {metrics['coverage']:.3f}" if "coverage" in metrics else "")
+
+
+def main():
+    args = parse_args()
+    drapes = drape_data.read_folder(args.data, args.rows)
+    train_rows, calibration_rows, test_rows = drape_data.split_by_fabric(drapes.fabric, args.seed)
+    symmetries = drape_data.symmetries()
+    scaling = Scaling(drapes, train_rows, symmetries)
+    noise = drape_data.Noise()
+    print(f"{drapes.rows_read} rows, {len(drapes.density)} at rest (left out: {drapes.left_out}), "
+          f"{len(train_rows)} / {len(calibration_rows)} / {len(test_rows)} to train / calibrate / test")
+
+    start = time.time()
+    params, widths = train(drapes, train_rows, scaling, symmetries, noise, args)
+    seconds = time.time() - start
+    model = snn.to_onnx(params, scaling.centre, scaling.scale, scaling.subspace)
+
+    add_noise = jax.jit(partial(noisy, noise=noise, basis=jnp.asarray(noise.basis())))
+
+    def rows_of(rows, noise_seed=None):
+        inputs = drapes.boundary[rows], drapes.density[rows].astype(np.float32)
+        if noise_seed is not None:
+            inputs = tuple(np.asarray(a) for a in add_noise(jax.random.key(noise_seed), *inputs))
+        return inputs, scaling.normalised(drapes.stiffness[rows])
+
+    network = Network(model, symmetries)
+    # Calibrated on rims with scan noise, since that is what the estimator meets.
+    inputs, truth = rows_of(calibration_rows, noise_seed=args.seed + 100)
+    mean, sigma = network(*inputs)
+    quantile = conformal_quantiles(mean - truth, sigma)
+    novelty_limit = float(np.quantile(network.novelty_mm(*inputs), 0.99))
+
+    clean, noised = rows_of(test_rows), rows_of(test_rows, noise_seed=args.seed + 200)
+    linear = linear_regression(drapes, train_rows, scaling, symmetries)
+    metrics = {
+        "test": evaluate(network, *clean, quantile, scaling),
+        "test_noisy": evaluate(network, *noised, quantile, scaling),
+        "test_four_views": evaluate(Network(model, symmetries[:4]), *clean, quantile, scaling),
+        "test_single_view": evaluate(Network(model, symmetries[:1]), *clean, quantile, scaling),
+        "train": evaluate(network, *rows_of(train_rows), quantile, scaling),
+        "linear_regression": scores(linear(*clean[0]), clean[1], scaling),
+        "linear_regression_noisy": scores(linear(*noised[0]), noised[1], scaling),
+    }
+    for name, value in metrics.items():
+        report(name, value)
+
+    sha256 = hashlib.sha256(model).hexdigest()
+    fake = drapes.manifest["simulator"] == "fake"
+    sidecar = {
+        "schema": MODEL_SCHEMA,
+        "id": f"{'fake-' if fake else ''}snn{args.divide_widths}-{drapes.manifest['prior']}-{sha256[:8]}",
+        "trained_on": "fake" if fake else "drapes",
+        "onnx_sha256": sha256,
+        "simulator_numerics": drapes.manifest["simulator_numerics"],
+        "simulator": drapes.manifest["simulator"],
+        "prior": drapes.manifest["prior"],
+        "prior_sha256": drapes.manifest["prior_sha256"],
+        "data_seed": drapes.manifest["seed"],
+        "rows": {
+            "read": drapes.rows_read, "left_out": drapes.left_out, "train": len(train_rows),
+            "calibration": len(calibration_rows), "test": len(test_rows),
+        },
+        "fabrics": int(len(np.unique(drapes.fabric))),
+        "train_seed": args.seed,
+        "train_seconds": round(seconds, 1),
+        "widths": widths,
+        "weights": "f16",
+        "noise": vars(noise),
+        "input": {"min": np.round(scaling.input_min, 3).tolist(), "max": np.round(scaling.input_max, 3).tolist(), "novelty_limit_mm": novelty_limit},
+        "output": {
+            "keys": drape_data.STIFFNESSES,
+            "ln_min": scaling.ln_min.tolist(),
+            "ln_max": scaling.ln_max.tolist(),
+        },
+        "interval": {"level": LEVEL, "quantile": quantile.tolist()},
+        "metrics": metrics,
+        "command": shlex.join(["python", *sys.argv]),
+    }
+    args.out.parent.mkdir(parents=True, exist_ok=True)
+    args.out.write_bytes(model)
+    args.out.with_suffix(".json").write_text(json.dumps(sidecar, indent=1) + "\n")
+    print(f"{args.out}: {len(model) / 2**20:.2f} MiB, sha256 {sha256}, trained in {seconds:.0f} s")
+    if args.cases:
+        (boundary, density), truth = clean
+        mean, sigma = network(boundary[:4], density[:4])
+        cases = {
+            "boundary_mm": np.round(boundary[:4].astype(float), 4).reshape(4, -1).tolist(),
+            "density_g_m2": density[:4].astype(float).tolist(),
+            "stiffness": drapes.stiffness[test_rows[:4]].tolist(),
+            "raw": network.raw(boundary[:4], density[:4]).tolist(),
+            "novelty_mm": network.novelty_mm(boundary[:4], density[:4]).tolist(),
+            "mean": mean.tolist(),
+            "sigma": sigma.tolist(),
+        }
+        args.cases.write_text(json.dumps(cases) + "\n")
+
+
+if __name__ == "__main__":
+    main()

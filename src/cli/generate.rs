@@ -1,0 +1,48 @@
+//! `generate`: a folder of simulated drapes.
+
+use std::io::IsTerminal as _;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use super::{Failure, Outcome, args};
+use crate::dataset::{GenerateOptions, Progress, drapes, generate};
+use crate::fabric::Mixture;
+
+pub(crate) fn run(given: &args::Generate) -> Outcome {
+    let simulator = drapes::dataset_options();
+    let mut options = GenerateOptions::new(&given.out, given.count);
+    options.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    options.seed = given.seed;
+    options.shard = given.shard;
+    options.drops_per_fabric = given.drops_per_fabric;
+    options.threads = given.threads;
+    options.simulator = serde_json::to_value(simulator)?;
+    let start = Instant::now();
+    let simulate = |index, fabric: &_, seed| drapes::simulate(index, fabric, seed, &simulator);
+    let report = |progress: Progress| {
+        report(progress, start);
+        ControlFlow::Continue(())
+    };
+    let summary = generate(&options, simulate, report)?;
+    eprintln!(
+        "{} drapes made in {:.0} s, {} files written, {} kept",
+        summary.made,
+        start.elapsed().as_secs_f64(),
+        summary.files_written,
+        summary.files_kept
+    );
+    for (stop, count) in &summary.not_at_rest {
+        eprintln!("not at rest: {count} ({stop})");
+    }
+    Ok(())
+}
+
+fn report(progress: Progress, start: Instant) {
+    let Progress { made, to_make, not_at_rest } = progress;
+    let every = if std::io::stderr().is_terminal() { 1 } else { 50 };
+    if made.is_multiple_of(every) || made == to_make {
+        let spent = start.elapsed().as_secs_f64();
+        let left = spent / made as f64 * (to_make - made) as f64;
+        eprintln!("{made}/{to_make} drapes, {not_at_rest} not at rest, {left:.0} s left");
+    }
+}

@@ -1,0 +1,31 @@
+//! One sample of a dataset: a fabric's perturbed drop, simulated.
+
+use super::SimulatedRow;
+use crate::fabric::Fabric;
+use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
+
+/// The options under which datasets are made: a coarser grid than a single drape's,
+/// and the descent ends when a cycle lowers the energy by less than 3e-4 of itself.
+/// How far such rims are from the default's is in `docs/validation.md`: less than
+/// two drops of one fabric are from each other.
+#[must_use]
+pub fn dataset_options() -> SimOptions {
+    SimOptions { vertices: 41, fall_vertices: 25, energy_drop: 3e-4, ..SimOptions::default() }
+}
+
+/// Simulates sample `index` of a run: its drop is drawn from the run's seed and
+/// the index.
+#[must_use]
+pub fn simulate(index: u64, fabric: &Fabric, run_seed: u64, options: &SimOptions) -> SimulatedRow {
+    let drop_seed = run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index;
+    let drape = drape(fabric, &Drop { start: DropStart::Perturbed(drop_seed) }, options);
+    SimulatedRow {
+        at_rest: matches!(drape.stop, Stop::AtRest | Stop::Slow) && drape.intersections == 0,
+        stop: if drape.intersections > 0 { "intersects".into() } else { drape.stop.name().into() },
+        stable: drape.stop == Stop::AtRest,
+        node_count: drape.nodes as u32,
+        energy_j: drape.energy_j,
+        residual_n: drape.residual_n,
+        boundary: drape.boundary,
+    }
+}

@@ -1,0 +1,176 @@
+use std::sync::atomic::AtomicU64;
+
+use super::*;
+use crate::base::{Boundary, Point3, boundary};
+use crate::dataset::{MANIFEST_FILE, read_file, read_folder};
+
+/// A cheap stand-in for the simulator: deterministic in its arguments, and it
+/// fails for every seventh sample.
+fn fake(index: u64, fabric: &Fabric, seed: u64) -> SimulatedRow {
+    let wave = (fabric.bending_weft_nm * 1e9 + seed as f64).sin();
+    let point = |i: usize| {
+        let [x, z] = Boundary::flat_xz_m(i, 0.3);
+        Point3::new(x, 0.01 * wave * (i as f64).cos(), z)
+    };
+    SimulatedRow {
+        boundary: Boundary::exact((0..boundary::POINTS).map(point)).unwrap(),
+        at_rest: index % 7 != 3,
+        stop: if index % 7 == 3 { "steps spent".into() } else { "at rest".into() },
+        stable: index % 2 == 0,
+        node_count: (index % 5) as u32,
+        energy_j: -wave,
+        residual_n: 1e-6 / (1.0 + index as f64),
+    }
+}
+
+fn options(out: &Path, count: u64) -> GenerateOptions {
+    GenerateOptions { chunk_rows: 8, threads: 2, ..GenerateOptions::new(out, count) }
+}
+
+fn go_on(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// Every file of a folder with its bytes.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            (name, std::fs::read(path).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn rows_come_back_as_they_were_made_and_failed_drapes_are_among_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = options(folder.path(), 20);
+    let summary = generate(&options, fake, go_on).unwrap();
+    assert_eq!((summary.made, summary.files_written, summary.interrupted), (20, 3, false));
+    assert_eq!(summary.not_at_rest, BTreeMap::from([("steps spent".to_owned(), 3)]));
+    let rows = read_folder(folder.path()).unwrap();
+    assert_eq!(rows.len(), 20);
+    for (k, row) in rows.iter().enumerate() {
+        let k = k as u64;
+        let fabric = options.prior.sample(options.seed, k).unwrap();
+        let expected = fake(k, &fabric, options.seed);
+        assert_eq!((row.index, row.fabric_index), (k, k));
+        for (a, b) in row.fabric.to_paper_units().into_iter().zip(fabric.to_paper_units()) {
+            assert!((a / b - 1.0).abs() < 1e-15);
+        }
+        // f32 millimetres of at most 150 round by at most 8e-6 mm per coordinate.
+        assert!(row.drape.boundary.mean_distance_m(&expected.boundary) < 1.5e-8);
+        assert_eq!(
+            SimulatedRow { boundary: expected.boundary.clone(), ..row.drape.clone() },
+            expected
+        );
+    }
+}
+
+#[test]
+fn shards_and_thread_counts_give_the_same_bytes_as_one_run() {
+    let whole = tempfile::tempdir().unwrap();
+    generate(&options(whole.path(), 61), fake, go_on).unwrap();
+    let sharded = tempfile::tempdir().unwrap();
+    for index in [2, 0, 1] {
+        let shard = Shard { index, of: 3 };
+        let options = GenerateOptions { shard, threads: 1, ..options(sharded.path(), 61) };
+        generate(&options, fake, go_on).unwrap();
+    }
+    let threaded = tempfile::tempdir().unwrap();
+    let options = GenerateOptions { threads: 5, ..options(threaded.path(), 61) };
+    generate(&options, fake, go_on).unwrap();
+    assert_eq!(contents(whole.path()).len(), 9, "8 files and the manifest");
+    assert_eq!(contents(whole.path()), contents(sharded.path()));
+    assert_eq!(contents(whole.path()), contents(threaded.path()));
+}
+
+#[test]
+fn a_run_that_was_stopped_goes_on_and_makes_only_what_is_missing() {
+    let whole = tempfile::tempdir().unwrap();
+    generate(&options(whole.path(), 60), fake, go_on).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let options = options(folder.path(), 60);
+    let stop_at_30 = |p: Progress| {
+        if p.made >= 30 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let first = generate(&options, fake, stop_at_30).unwrap();
+    assert!(first.interrupted && first.files_written >= 3, "{first:?}");
+    // What a kill leaves behind: half a chunk under its provisional name.
+    std::fs::write(folder.path().join("drapes-000007.parquet.part"), b"PAR1 half").unwrap();
+    let simulated = AtomicU64::new(0);
+    let counted = |index, fabric: &Fabric, seed| {
+        simulated.fetch_add(1, Ordering::Relaxed);
+        fake(index, fabric, seed)
+    };
+    let second = generate(&options, counted, go_on).unwrap();
+    assert_eq!(second.files_kept, first.files_written);
+    assert_eq!(simulated.into_inner(), 60 - 8 * first.files_written as u64);
+    assert_eq!(contents(folder.path()), contents(whole.path()));
+    let third = generate(&options, fake, go_on).unwrap();
+    assert_eq!((third.made, third.files_kept), (0, 8));
+}
+
+#[test]
+fn a_damaged_file_and_a_grown_count_are_made_again_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    generate(&options(folder.path(), 20), fake, go_on).unwrap();
+    let damaged = folder.path().join("drapes-000001.parquet");
+    let bytes = std::fs::read(&damaged).unwrap();
+    std::fs::write(&damaged, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(read_file(&damaged).unwrap_err().to_string().contains("drapes-000001"));
+    let summary = generate(&options(folder.path(), 24), fake, go_on).unwrap();
+    assert_eq!(
+        summary.files_remade,
+        [damaged.clone(), folder.path().join("drapes-000002.parquet")]
+    );
+    assert_eq!(std::fs::read(&damaged).unwrap(), bytes);
+    assert_eq!(read_folder(folder.path()).unwrap().len(), 24);
+    assert_eq!(crate::dataset::Manifest::read(folder.path()).unwrap().count, 24);
+}
+
+#[test]
+fn drops_of_one_fabric_share_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = GenerateOptions { drops_per_fabric: 4, ..options(folder.path(), 10) };
+    generate(&options, fake, go_on).unwrap();
+    let rows = read_folder(folder.path()).unwrap();
+    assert!(rows.iter().all(|row| row.fabric_index == row.index / 4));
+    assert_eq!(rows[0].fabric, rows[3].fabric);
+    assert_ne!(rows[3].fabric, rows[4].fabric);
+}
+
+#[test]
+fn a_folder_made_with_other_options_is_refused_and_the_options_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    generate(&options(folder.path(), 8), fake, go_on).unwrap();
+    let before = contents(folder.path());
+    let other = GenerateOptions {
+        seed: 2,
+        simulator: serde_json::json!({ "resolution": 31 }),
+        ..options(folder.path(), 8)
+    };
+    let error = generate(&other, fake, go_on).unwrap_err().to_string();
+    assert!(error.contains("seed: 1 there, 2 now") && error.contains("resolution"), "{error}");
+    std::fs::write(folder.path().join(MANIFEST_FILE), "{}").unwrap();
+    let error = generate(&other, fake, go_on).unwrap_err().to_string();
+    assert!(error.contains(MANIFEST_FILE), "{error}");
+    std::fs::write(folder.path().join(MANIFEST_FILE), &before[MANIFEST_FILE]).unwrap();
+    assert_eq!(contents(folder.path()), before);
+}
+
+#[test]
+fn impossible_options_are_refused_all_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = GenerateOptions {
+        chunk_rows: 0,
+        shard: Shard { index: 3, of: 3 },
+        ..options(folder.path(), 8)
+    };
+    let error = generate(&bad, fake, go_on).unwrap_err().to_string();
+    assert!(error.contains("chunk_rows") && error.contains("shard 3/3"), "{error}");
+    assert!("3/3".parse::<Shard>().is_err() && "1".parse::<Shard>().is_err());
+    assert_eq!("2/3".parse(), Ok(Shard { index: 2, of: 3 }));
+}

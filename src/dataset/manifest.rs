@@ -1,0 +1,115 @@
+//! What a folder of drapes was made with, so that nothing else is mixed into it.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{GenerateError, GenerateOptions};
+use crate::fabric::PARAMETERS;
+use crate::sim::NUMERICS_VERSION;
+
+/// Name of the manifest in its folder.
+pub const MANIFEST_FILE: &str = "manifest.json";
+const SCHEMA: &str = "scan2params/dataset/1";
+
+/// What decides the bytes of a dataset. Thread count and shard do not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// `scan2params/dataset/1`.
+    pub schema: String,
+    /// Version of the program that began the folder; not compared.
+    pub program: String,
+    /// [`NUMERICS_VERSION`] of the simulator.
+    pub simulator_numerics: u32,
+    /// The simulator's own options.
+    pub simulator: serde_json::Value,
+    /// Name of the prior.
+    pub prior: String,
+    /// SHA-256 of the prior's file.
+    pub prior_sha256: String,
+    /// Lower and upper ends of the prior's box, the paper's units and order.
+    pub prior_limits: [[f64; PARAMETERS]; 2],
+    /// Seed of the run.
+    pub seed: u64,
+    /// Drops of each fabric.
+    pub drops_per_fabric: u64,
+    /// Samples per file.
+    pub chunk_rows: u64,
+    /// Samples asked for, the largest of all runs on the folder; not compared.
+    pub count: u64,
+}
+
+impl Manifest {
+    pub(super) fn new(options: &GenerateOptions) -> Self {
+        Self {
+            schema: SCHEMA.into(),
+            program: concat!("scan2params ", env!("CARGO_PKG_VERSION")).into(),
+            simulator_numerics: NUMERICS_VERSION,
+            simulator: options.simulator.clone(),
+            prior: options.prior.name().into(),
+            prior_sha256: options.prior.sha256().into(),
+            prior_limits: options.prior.limits(),
+            seed: options.seed,
+            drops_per_fabric: options.drops_per_fabric,
+            chunk_rows: options.chunk_rows,
+            count: options.count,
+        }
+    }
+
+    /// Reads the manifest of a folder.
+    ///
+    /// # Errors
+    /// When there is none, or it is not one.
+    pub fn read(folder: &Path) -> Result<Self, GenerateError> {
+        let path = folder.join(MANIFEST_FILE);
+        let text = std::fs::read_to_string(&path).map_err(GenerateError::io(&path))?;
+        serde_json::from_str(&text)
+            .map_err(|error| GenerateError::Manifest { path, fault: error.to_string() })
+    }
+
+    /// Begins a folder, or makes sure that it was begun with the same options.
+    pub(super) fn settle(mut self, folder: &Path) -> Result<Self, GenerateError> {
+        std::fs::create_dir_all(folder).map_err(GenerateError::io(folder))?;
+        if folder.join(MANIFEST_FILE).exists() {
+            let found = Self::read(folder)?;
+            let differing = self.differences(&found);
+            if !differing.is_empty() {
+                return Err(GenerateError::OtherOptions { folder: folder.into(), differing });
+            }
+            self.count = self.count.max(found.count);
+            self.program.clone_from(&found.program);
+            if self == found {
+                return Ok(self);
+            }
+        }
+        self.write(folder)?;
+        Ok(self)
+    }
+
+    fn differences(&self, found: &Self) -> Vec<String> {
+        let value = |manifest: &Self| serde_json::to_value(manifest).unwrap_or_default();
+        let (mine, theirs) = (value(self), value(found));
+        let keys = mine.as_object().into_iter().flat_map(|object| object.keys());
+        keys.filter(|key| !matches!(key.as_str(), "count" | "program"))
+            .filter(|&key| mine[key] != theirs[key])
+            .map(|key| format!("{key}: {} there, {} now", theirs[key], mine[key]))
+            .collect()
+    }
+
+    fn write(&self, folder: &Path) -> Result<(), GenerateError> {
+        let path = folder.join(MANIFEST_FILE);
+        // Several shards may begin one folder at once: each writes its own file,
+        // all with the same text.
+        let part = folder.join(format!("{MANIFEST_FILE}.{}.part", std::process::id()));
+        let write = || -> std::io::Result<()> {
+            let mut file = std::fs::File::create(&part)?;
+            serde_json::to_writer_pretty(&mut file, self)?;
+            file.write_all(b"\n")?;
+            file.sync_all()?;
+            std::fs::rename(&part, &path)
+        };
+        write().map_err(GenerateError::io(&path))
+    }
+}

@@ -1,0 +1,150 @@
+//! What is known of a trained network besides its weights: the JSON that
+//! `scripts/train.py` writes beside the ONNX file (schema `scan2params/model/1`).
+
+use serde::Deserialize;
+
+use crate::base::boundary::POINTS;
+use crate::fabric::{STIFFNESSES, TABLE_2, sha256_hex};
+use crate::sim::NUMERICS_VERSION;
+
+const SCHEMA: &str = "scan2params/model/1";
+/// Inputs of the network: coordinates and the density.
+pub(super) const INPUTS: usize = 3 * POINTS + 1;
+/// The paper's order with weft and warp exchanged.
+pub(super) const SWAPPED: [usize; STIFFNESSES] = [1, 0, 2, 4, 3, 5];
+
+/// A model that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{name}: {fault}")]
+pub struct ModelError {
+    name: String,
+    fault: String,
+}
+
+impl ModelError {
+    pub(super) fn new(name: impl Into<String>, fault: impl Into<String>) -> Self {
+        Self { name: name.into(), fault: fault.into() }
+    }
+}
+
+/// What is known of a trained network. Fields of the file that are for people
+/// (metrics, command line, seeds) are in [`Self::record`].
+#[derive(Clone, Debug, Deserialize)]
+pub struct Model {
+    schema: String,
+    /// Name of the model.
+    pub id: String,
+    /// `drapes`, or `fake` for a model that only tests the way through.
+    pub trained_on: String,
+    /// SHA-256 of the ONNX file, hexadecimal.
+    pub onnx_sha256: String,
+    /// Numerics version of the simulator that made the drapes.
+    pub simulator_numerics: u32,
+    /// Prior of the fabrics.
+    pub prior: String,
+    pub(super) input: Input,
+    pub(super) output: Output,
+    pub(super) interval: Interval,
+    /// Everything else that the file says.
+    #[serde(flatten)]
+    pub record: serde_json::Map<String, serde_json::Value>,
+}
+
+/// Ranges of the 733 inputs in training \[mm, g/m^2\].
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Input {
+    pub min: Vec<f64>,
+    pub max: Vec<f64>,
+    pub novelty_limit_mm: f64,
+}
+
+/// Logarithms of the stiffnesses (the paper's units) at outputs 0 and 1.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Output {
+    keys: Vec<String>,
+    ln_min: [f64; STIFFNESSES],
+    ln_max: [f64; STIFFNESSES],
+}
+
+impl Output {
+    /// The stiffness of a normalised value, cut to the trained range (paper's
+    /// units).
+    pub fn stiffness(&self, parameter: usize, normalised: f64) -> f64 {
+        let (min, max) = (self.ln_min[parameter], self.ln_max[parameter]);
+        (min + normalised.clamp(0.0, 1.0) * (max - min)).exp()
+    }
+}
+
+/// Conformal calibration: the interval is mean -+ quantile * sigma.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Interval {
+    level: f64,
+    pub quantile: [f64; STIFFNESSES],
+}
+
+impl Model {
+    /// Reads `json` and makes sure that it belongs to `onnx` and to this
+    /// program. `name` is for messages.
+    pub(super) fn parse(name: &str, json: &str, onnx: &[u8]) -> Result<Self, ModelError> {
+        let model: Self =
+            serde_json::from_str(json).map_err(|e| ModelError::new(name, e.to_string()))?;
+        let faults = model.faults(&sha256_hex(onnx));
+        if faults.is_empty() { Ok(model) } else { Err(ModelError::new(name, faults.join("; "))) }
+    }
+
+    fn faults(&self, sha256: &str) -> Vec<String> {
+        let mut faults = Vec::new();
+        if self.schema != SCHEMA {
+            faults.push(format!("schema is `{}`, expected `{SCHEMA}`", self.schema));
+        }
+        if self.onnx_sha256 != sha256 {
+            let recorded = &self.onnx_sha256;
+            faults.push(format!("the ONNX file has SHA-256 {sha256}, recorded is {recorded}"));
+        }
+        if self.simulator_numerics != NUMERICS_VERSION {
+            let theirs = self.simulator_numerics;
+            faults.push(format!(
+                "trained on drapes of simulator numerics {theirs}, this is {NUMERICS_VERSION}: \
+                 train again (scripts/README.md)"
+            ));
+        }
+        let keys = TABLE_2.iter().take(STIFFNESSES).map(|range| range.key);
+        if !keys.eq(self.output.keys.iter().map(String::as_str)) {
+            faults.push(format!("outputs are {:?}", self.output.keys));
+        }
+        if [self.input.min.len(), self.input.max.len()] != [INPUTS; 2] {
+            let inputs = self.input.min.len();
+            faults.push(format!("has ranges of {inputs} inputs, expected {INPUTS}"));
+        }
+        let Output { ln_min, ln_max, .. } = &self.output;
+        if !ln_min.iter().zip(ln_max).all(|(min, max)| min < max && (max - min).is_finite()) {
+            faults.push(format!("output ranges are {ln_min:?} to {ln_max:?}"));
+        }
+        let Interval { level, quantile } = &self.interval;
+        if (level - 0.9).abs() > 1e-9 || !quantile.iter().all(|q| *q > 0.0 && q.is_finite()) {
+            faults.push(format!("interval has level {level} and quantiles {quantile:?}"));
+        }
+        faults
+    }
+
+    /// Refuses a model that was trained on made-up drapes.
+    pub(super) fn check_trained_on_drapes(&self) -> Result<(), ModelError> {
+        if self.trained_on == "drapes" {
+            return Ok(());
+        }
+        let fault = format!(
+            "was trained on `{}` data and estimates nothing: train it on drapes (scripts/README.md)",
+            self.trained_on
+        );
+        Err(ModelError::new(self.id.clone(), fault))
+    }
+
+    /// Range of the density in training \[g/m^2\].
+    #[must_use]
+    pub fn density_range_g_m2(&self) -> [f64; 2] {
+        [self.input.min[INPUTS - 1], self.input.max[INPUTS - 1]]
+    }
+}

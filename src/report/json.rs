@@ -1,0 +1,110 @@
+//! params.json: schema 1. Values in the paper's units, lengths in mm, each with its
+//! unit beside it.
+
+use serde_json::{Map, Value, json};
+
+use super::Outcome;
+use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
+use crate::scan::ScannedBoundary;
+use crate::sim::NUMERICS_VERSION;
+
+/// Version of the layout of params.json.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The result as JSON.
+#[must_use]
+pub fn params(outcome: &Outcome) -> Value {
+    let mut parameters = Map::new();
+    for p in outcome.estimate.parameters() {
+        parameters.insert(
+            p.key.to_owned(),
+            json!({
+                "symbol": p.symbol,
+                "value": p.value,
+                "unit": p.unit,
+                "interval90": p.interval90,
+                "in_range": p.in_range,
+            }),
+        );
+    }
+    let warnings: Vec<String> = outcome.estimate.warnings.iter().map(ToString::to_string).collect();
+    let candidates: Vec<[f64; 7]> =
+        outcome.estimate.candidates.iter().map(|c| c.fabric.to_paper_units()).collect();
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "input": outcome.job.input.display().to_string(),
+        "parameters": parameters,
+        "density": {
+            "value": outcome.job.density_kg_m2 / KG_M2_PER_G_M2,
+            "unit": DENSITY_UNIT,
+        },
+        "candidates": candidates,
+        "boundary": boundary(outcome),
+        "quality": quality(&outcome.scanned),
+        "orientation": outcome.scanned.orientation,
+        "novelty": {
+            "rms_mm": outcome.estimate.novelty.rms_m / M_PER_MM,
+            "limit_mm": outcome.estimate.novelty.limit_m / M_PER_MM,
+        },
+        "warnings": warnings,
+        "model": { "id": outcome.model[0], "sha256": outcome.model[1] },
+        "simulator": { "numerics_version": NUMERICS_VERSION },
+        "scan_options": outcome.job.scan,
+        "version": env!("CARGO_PKG_VERSION"),
+        "seed": outcome.job.scan.seed,
+        "note": "simulation parameters, not measured mechanical properties",
+    })
+}
+
+fn boundary(outcome: &Outcome) -> Value {
+    let points = outcome.scanned.boundary.points();
+    let mean_sigma = points.iter().map(|p| p.sigma_m).sum::<f64>() / points.len() as f64;
+    let mut value = json!({
+        "points": points.len(),
+        "observed_fraction": outcome.scanned.quality.observed_fraction,
+        "mean_sigma_mm": mean_sigma / M_PER_MM,
+    });
+    if let Some(again) = &outcome.resimulation {
+        let squares: f64 = outcome
+            .scanned
+            .boundary
+            .positions_m()
+            .zip(again.drape.boundary.positions_m())
+            .map(|(a, b)| (a - b).norm_squared())
+            .sum();
+        value["rms_mm"] = json!((squares / points.len() as f64).sqrt() / M_PER_MM);
+        value["mean_error_mm"] = json!(again.mean_distance_m / M_PER_MM);
+        value["largest_error_mm"] = json!(again.largest_distance_m / M_PER_MM);
+        value["resimulated"] = json!({
+            "stop": again.drape.stop.name(),
+            "nodes": again.drape.nodes,
+            "intersections": again.drape.intersections,
+        });
+    }
+    value
+}
+
+/// The quality figures of a scan, lengths in mm.
+#[must_use]
+pub fn quality(scanned: &ScannedBoundary) -> Value {
+    let q = &scanned.quality;
+    let mm = |metres: f64| metres / M_PER_MM;
+    json!({
+        "points": q.points,
+        "cloth_points": q.cloth_points,
+        "unit": scanned.unit,
+        "unit_guessed": q.unit_guessed,
+        "up": q.up,
+        "loop_length_mm": mm(q.loop_length_m),
+        "side_lengths_mm": q.side_lengths_m.map(mm),
+        "longest_gap_mm": mm(q.longest_gap_m),
+        "longest_gap_bearing_deg": q.longest_gap_bearing_deg,
+        "plate_radius_mm": mm(q.plate_radius_m),
+        "origin_sigma_mm": mm(q.origin_sigma_m),
+        "centre_offset_mm": mm(q.centre_offset_m),
+        "floor_height_mm": q.floor_height_m.map(mm),
+        "point_spacing_mm": mm(q.point_spacing_m),
+        "noise_mm": mm(q.noise_m),
+        "sheet_rms_mm": mm(q.sheet_rms_m),
+    })
+}

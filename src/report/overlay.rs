@@ -1,0 +1,142 @@
+//! boundary.png: the scanned rim on the re-simulated one, from above and from the
+//! side, over the scanned cloth.
+
+use font8x8::UnicodeFonts as _;
+use image::{Rgb, RgbImage};
+use imageproc::drawing::{draw_antialiased_line_segment_mut, draw_filled_circle_mut};
+use imageproc::pixelops::interpolate;
+
+use super::Outcome;
+use crate::base::units::M_PER_MM;
+use crate::base::{Boundary, Point3};
+
+const PANE: i32 = 720;
+const MARGIN: i32 = 46;
+/// Half the width of the view \[m\].
+const HALF_VIEW_M: f64 = 0.165;
+const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
+const CLOTH: Rgb<u8> = Rgb([205, 210, 216]);
+const SCANNED: Rgb<u8> = Rgb([200, 30, 30]);
+const BRIDGED: Rgb<u8> = Rgb([255, 150, 0]);
+const SIMULATED: Rgb<u8> = Rgb([20, 90, 200]);
+const TEXT: Rgb<u8> = Rgb([40, 40, 40]);
+const GRID: Rgb<u8> = Rgb([232, 232, 232]);
+
+/// A view: horizontal and downward coordinate \[m\] of a point.
+type View = fn(&Point3) -> [f64; 2];
+
+/// Draws both views with a legend and the mean error.
+#[must_use]
+pub fn draw(outcome: &Outcome) -> RgbImage {
+    let mut image = RgbImage::from_pixel((2 * PANE) as u32, (PANE + MARGIN) as u32, WHITE);
+    let views: [(View, &str); 2] = [
+        (|p| [p.x, p.z], "from above: warp right, weft down (mm)"),
+        (|p| [p.x, -p.y - 0.075], "from the side: warp right, up (mm)"),
+    ];
+    for (pane, (view, title)) in views.into_iter().enumerate() {
+        let left = pane as i32 * PANE;
+        grid(&mut image, left);
+        for p in &outcome.scanned.evidence.cloth {
+            dot(&mut image, left, view(p), CLOTH, 1);
+        }
+        if let Some(again) = &outcome.resimulation {
+            rim(&mut image, left, view, &again.drape.boundary, |_| SIMULATED);
+        }
+        let color = |observed| if observed { SCANNED } else { BRIDGED };
+        rim(&mut image, left, view, &outcome.scanned.boundary, color);
+        for corner in &outcome.scanned.evidence.corners {
+            dot(&mut image, left, view(corner), SCANNED, 4);
+        }
+        text(&mut image, left + 12, PANE - 20, title, TEXT);
+    }
+    legend(&mut image, outcome);
+    image
+}
+
+fn legend(image: &mut RgbImage, outcome: &Outcome) {
+    let y = PANE + 8;
+    text(image, 12, y, "scanned rim", SCANNED);
+    text(image, 130, y, "bridged", BRIDGED);
+    let line = match &outcome.resimulation {
+        Some(again) => format!(
+            "re-simulated rim: mean error {:.2} mm, largest {:.2} mm, {} folds",
+            again.mean_distance_m / M_PER_MM,
+            again.largest_distance_m / M_PER_MM,
+            again.drape.nodes
+        ),
+        None => "not re-simulated".to_owned(),
+    };
+    text(image, 220, y, &line, SIMULATED);
+    let name = outcome.job.input.file_name().unwrap_or_default().to_string_lossy();
+    text(image, 12, y + 18, &name, TEXT);
+}
+
+fn pixel(left: i32, [x, y]: [f64; 2]) -> [f32; 2] {
+    let scale = f64::from(PANE) / (2.0 * HALF_VIEW_M);
+    [(f64::from(left) + (x + HALF_VIEW_M) * scale) as f32, ((y + HALF_VIEW_M) * scale) as f32]
+}
+
+fn grid(image: &mut RgbImage, left: i32) {
+    for k in -3..=3 {
+        let at = f64::from(k) * 0.05;
+        line(image, pixel(left, [at, -HALF_VIEW_M]), pixel(left, [at, HALF_VIEW_M]), GRID);
+        line(image, pixel(left, [-HALF_VIEW_M, at]), pixel(left, [HALF_VIEW_M, at]), GRID);
+        let [x, _] = pixel(left, [at, 0.0]);
+        text(image, x as i32 - 12, 4, &format!("{}", k * 50), GRID.map_text());
+    }
+}
+
+/// The grid's labels are darker than its lines.
+trait Darker {
+    fn map_text(self) -> Self;
+}
+
+impl Darker for Rgb<u8> {
+    fn map_text(self) -> Self {
+        Self(self.0.map(|c| c / 2 + 30))
+    }
+}
+
+fn rim(
+    image: &mut RgbImage,
+    left: i32,
+    view: View,
+    rim: &Boundary,
+    color: impl Fn(bool) -> Rgb<u8>,
+) {
+    let points = rim.points();
+    for (k, point) in points.iter().enumerate() {
+        let next = &points[(k + 1) % points.len()];
+        let [a, b] = [point, next].map(|p| pixel(left, view(&p.position_m)));
+        let color = color(point.observed && next.observed);
+        line(image, a, b, color);
+        line(image, [a[0], a[1] + 1.0], [b[0], b[1] + 1.0], color);
+    }
+}
+
+fn line(image: &mut RgbImage, a: [f32; 2], b: [f32; 2], color: Rgb<u8>) {
+    let ends = |p: [f32; 2]| (p[0].round() as i32, p[1].round() as i32);
+    draw_antialiased_line_segment_mut(image, ends(a), ends(b), color, interpolate);
+}
+
+fn dot(image: &mut RgbImage, left: i32, at: [f64; 2], color: Rgb<u8>, radius: i32) {
+    let [x, y] = pixel(left, at).map(|v| v.round() as i32);
+    if (left..left + PANE).contains(&x) && (0..PANE).contains(&y) {
+        draw_filled_circle_mut(image, (x, y), radius, color);
+    }
+}
+
+fn text(image: &mut RgbImage, x: i32, y: i32, text: &str, color: Rgb<u8>) {
+    for (k, character) in text.chars().enumerate() {
+        let Some(glyph) = font8x8::BASIC_FONTS.get(character) else { continue };
+        for (row, bits) in glyph.iter().enumerate() {
+            for column in (0..8).filter(|column| bits >> column & 1 == 1) {
+                let (px, py) = (x + 9 * k as i32 + column, y + row as i32);
+                if px >= 0 && py >= 0 && (px as u32) < image.width() && (py as u32) < image.height()
+                {
+                    image.put_pixel(px as u32, py as u32, color);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The result as a table on a terminal.
+
+use std::fmt::Write as _;
+
+use super::Outcome;
+use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
+use crate::scan::{Orientation, ScannedBoundary};
+
+/// The whole result as text.
+#[must_use]
+pub fn text(outcome: &Outcome) -> String {
+    let mut out = String::new();
+    // writing to a string cannot fail
+    let _ = writeln!(out, "{}", outcome.job.input.display());
+    out += &scan(&outcome.scanned);
+    let density = outcome.job.density_kg_m2 / KG_M2_PER_G_M2;
+    let _ = writeln!(out, "density          {density:>12.1}  {DENSITY_UNIT} (given)\n");
+    let _ = writeln!(out, "parameter               value   90 % interval                    unit");
+    for p in outcome.estimate.parameters() {
+        let [low, high] = p.interval90.map(significant);
+        let interval = format!("{low} .. {high}");
+        let flag = if p.in_range { "" } else { "  (out of range)" };
+        let value = significant(p.value);
+        let _ = writeln!(
+            out,
+            "{:<14}{:>4} {value:>10}   {interval:<30}   {}{flag}",
+            p.key, p.symbol, p.unit
+        );
+    }
+    if let Some(again) = &outcome.resimulation {
+        let [mean, largest] =
+            [again.mean_distance_m, again.largest_distance_m].map(|m| m / M_PER_MM);
+        let _ = writeln!(
+            out,
+            "\nre-simulated rim {mean:>11.2} mm mean error, {largest:.2} mm largest, {} folds ({})",
+            again.drape.nodes,
+            again.drape.stop.name()
+        );
+    }
+    for warning in &outcome.estimate.warnings {
+        let _ = writeln!(out, "warning: {warning}");
+    }
+    let _ = writeln!(out, "model {} ({})", outcome.model[0], &outcome.model[1][..12]);
+    let _ = writeln!(out, "simulation parameters, not measured mechanical properties");
+    out
+}
+
+/// What was found in the scan, as text.
+#[must_use]
+pub fn scan(scanned: &ScannedBoundary) -> String {
+    let q = &scanned.quality;
+    let mm = |metres: f64| metres / M_PER_MM;
+    let mut out = String::new();
+    let guessed = if q.unit_guessed { "guessed" } else { "given" };
+    let _ = writeln!(out, "unit             {:>12}  ({guessed})", scanned.unit.name());
+    let [x, y, z] = q.up;
+    let _ = writeln!(out, "up               ({x:.3}, {y:.3}, {z:.3}) in the scan's frame");
+    let _ = writeln!(out, "points           {:>12}  of which cloth {}", q.points, q.cloth_points);
+    let _ = writeln!(
+        out,
+        "rim              {:>12.1}  mm long, {:.1} % observed, longest bridged arc {:.1} mm",
+        mm(q.loop_length_m),
+        100.0 * q.observed_fraction,
+        mm(q.longest_gap_m)
+    );
+    let _ = writeln!(
+        out,
+        "plate            {:>12.1}  mm radius found, centre known to {:.2} mm",
+        mm(q.plate_radius_m),
+        mm(q.origin_sigma_m)
+    );
+    let _ = writeln!(
+        out,
+        "noise            {:>12.2}  mm, points {:.2} mm apart",
+        mm(q.noise_m),
+        mm(q.point_spacing_m)
+    );
+    let orientation = match scanned.orientation {
+        Orientation::Given => "given",
+        Orientation::Ambiguous => "ambiguous (say --warp-toward)",
+    };
+    let _ = writeln!(out, "weft and warp    {orientation:>12}");
+    out
+}
+
+/// Four significant digits, without exponent.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn four_digits_at_least() {
+        assert_eq!(significant(131_010.96), "131011");
+        assert_eq!(significant(1119.74), "1120");
+        assert_eq!(significant(45.784_2), "45.78");
+        assert_eq!(significant(0.012_345), "0.01234");
+    }
+}

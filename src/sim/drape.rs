@@ -1,0 +1,444 @@
+//! From a fabric to its drape at rest: drop, fall, settle, equilibrium.
+//!
+//! In: a fabric (SI), a drop (how the flat specimen is let go), options. Out: the
+//! sheet at rest with its rim and a report: why it stopped, the force residual,
+//! whether the equilibrium is stable, which branch it is on (nodes, energy).
+//!
+//! The fall is integrated on a coarse grid with large implicit Euler steps, one
+//! Newton iteration each: it only has to choose a branch. The sheet is then
+//! carried to the fine grid, descends by quasi-Newton on one factor at a time, and
+//! comes to rest by Newton steps on the exact energy. Soft fabrics descend slowly
+//! (some hundred factors); what was tried and dropped is in
+//! `docs/design/simulator.md`.
+
+use std::sync::Arc;
+
+use crate::base::{Boundary, Vector3};
+use crate::fabric::Fabric;
+use crate::geom::Mesh;
+use crate::sim::drop::{Drop, DropStart, guide, start_positions};
+use crate::sim::energy::plate::Plate;
+use crate::sim::grid::Grid;
+use crate::sim::model::Model;
+use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::self_contact::count_intersections;
+
+/// How the specimen is simulated. Lengths in metres, times in seconds.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct SimOptions {
+    /// Side of the square specimen.
+    pub side_m: f64,
+    /// Vertices on a side of the grid that rests (61: 5 mm).
+    pub vertices: usize,
+    /// Vertices on a side of the grid that falls.
+    pub fall_vertices: usize,
+    /// The plate.
+    pub plate: Plate,
+    /// Time step of the fall.
+    pub fall_step_s: f64,
+    /// Longest fall, in steps.
+    pub fall_steps: usize,
+    /// Longest motion on the fine grid before Newton steps are tried, in steps.
+    pub settle_steps: usize,
+    /// At rest when no vertex feels more than this fraction of its cell's weight ...
+    pub residual: f64,
+    /// ... and the last Newton step moved no vertex more than this.
+    pub step_m: f64,
+    /// Ends as [`Stop::Slow`] when a cycle of the descent lowers the energy by less
+    /// than this fraction; 0 goes on to the residual's limit.
+    pub energy_drop: f64,
+    /// Factorisations on the fine grid before it is given up.
+    pub iterations: usize,
+}
+
+impl Default for SimOptions {
+    fn default() -> Self {
+        Self {
+            side_m: crate::base::frame::SPECIMEN_SIDE_M,
+            vertices: 61,
+            fall_vertices: 31,
+            plate: Plate::default(),
+            fall_step_s: 1.0 / 50.0,
+            fall_steps: 70,
+            settle_steps: 4,
+            residual: 1e-3,
+            step_m: 1e-6,
+            energy_drop: 0.0,
+            iterations: 200,
+        }
+    }
+}
+
+/// Why the search for rest ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// Residual and step are below their limits and the equilibrium is stable.
+    AtRest,
+    /// Residual and step are below their limits, but the tangent is not positive
+    /// definite.
+    Unstable,
+    /// The energy hardly falls any more, but a residual is left.
+    Slow,
+    /// The iterations ran out.
+    Iterations,
+}
+
+impl Stop {
+    /// The word used in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AtRest => "at_rest",
+            Self::Unstable => "unstable",
+            Self::Slow => "slow",
+            Self::Iterations => "iterations",
+        }
+    }
+}
+
+/// A drape with its report.
+#[derive(Clone, Debug)]
+pub struct Drape {
+    /// The grid it was simulated on.
+    pub grid: Arc<Grid>,
+    /// Vertex positions, simulation frame \[m\].
+    pub positions_m: Vec<Vector3>,
+    /// The rim.
+    pub boundary: Boundary,
+    /// Why it stopped.
+    pub stop: Stop,
+    /// Largest net force on a vertex \[N\].
+    pub residual_n: f64,
+    /// Elastic and gravitational energy, zero for the flat sheet at y = 0 \[J\].
+    pub energy_j: f64,
+    /// Folds: maxima of the rim's distance from the axis.
+    pub nodes: usize,
+    /// Pairs of triangles that intersect, by a test independent of the contact's.
+    pub intersections: usize,
+    /// Least distance of the sheet from the plate's surface \[m\].
+    pub plate_clearance_m: f64,
+    /// Newton iterations, coarse and fine together.
+    pub factorisations: usize,
+}
+
+impl Drape {
+    /// The sheet as triangles.
+    #[must_use]
+    pub fn mesh(&self) -> Mesh {
+        self.grid.mesh(&self.positions_m)
+    }
+}
+
+/// Drapes `fabric`.
+#[must_use]
+pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
+    let fine = Grid::shared(options.vertices, options.side_m);
+    let coarse = Grid::shared(options.fall_vertices.min(options.vertices), options.side_m);
+    let (fallen, spent) = fall(fabric, drop, &coarse, options);
+    let start = if coarse.n == fine.n { fallen } else { refine(&fine, &coarse, &fallen) };
+    rest(fabric, &fine, start, spent, options)
+}
+
+/// Reach of self-contact in cells: wide on the coarse grid, so that layers are
+/// still apart when carried to the fine one; at rest 1 mm on the 5 mm grid, two
+/// thicknesses of a knit.
+const FALL_GAP: f64 = 0.3;
+const REST_GAP: f64 = 0.2;
+
+/// Carries the sheet to the fine grid, as smoothly as its layers stay apart.
+fn refine(fine: &Grid, coarse: &Grid, x: &[Vector3]) -> Vec<Vector3> {
+    let triangles = fine.triangles();
+    let mut best: Option<(usize, Vec<Vector3>)> = None;
+    for smoothness in [1.0, 0.7, 0.4, 0.0] {
+        let y = fine.prolong(coarse, x, smoothness);
+        let crossings = count_intersections(&triangles, &y);
+        if best.as_ref().is_none_or(|(least, _)| crossings < *least) {
+            best = Some((crossings, y));
+        }
+        if crossings == 0 {
+            break;
+        }
+    }
+    best.map(|(_, y)| y).unwrap_or_default()
+}
+
+/// The fall on the coarse grid: implicit Euler, one Newton iteration a step.
+fn fall(
+    fabric: &Fabric,
+    drop: &Drop,
+    grid: &Arc<Grid>,
+    options: &SimOptions,
+) -> (Vec<Vector3>, usize) {
+    let mut model = Model::new(grid, fabric, options.plate, FALL_GAP);
+    let mut newton = Newton::new(&model);
+    let mut x = start_positions(drop, grid, options);
+    if let DropStart::Guided(rim) = &drop.start {
+        model.guide = guide(grid, rim, fabric);
+    }
+    let pace = Pace { first_s: options.fall_step_s, growth: 1.2, longest_s: options.fall_step_s };
+    evolve(&mut model, &mut newton, &mut x, pace, options.fall_steps);
+    (x, newton.factorisations)
+}
+
+/// How the time step of a motion grows.
+#[derive(Clone, Copy)]
+struct Pace {
+    first_s: f64,
+    growth: f64,
+    longest_s: f64,
+}
+
+/// Implicit Euler from rest, one Newton iteration with the projected Hessian a
+/// step, until the sheet is slow or the steps run out. Its numerical damping is
+/// what brings the sheet to rest.
+fn evolve(model: &mut Model, newton: &mut Newton, x: &mut [Vector3], pace: Pace, steps: usize) {
+    let grid = Arc::clone(&model.grid);
+    let mut velocity = vec![Vector3::zeros(); x.len()];
+    let mut free_flight = x.to_vec();
+    let mut before = x.to_vec();
+    let mut dt_s = pace.first_s;
+    for step in 0..steps {
+        for ((y, p), u) in free_flight.iter_mut().zip(x.iter()).zip(&velocity) {
+            *y = p + u * dt_s;
+        }
+        model.plate.renew(&grid, x);
+        model.self_contact.update(x, 0.0);
+        before.copy_from_slice(x);
+        let inertia = Inertia { dt_s, free_flight: Some(&free_flight) };
+        let mut done = newton.iterate(model, x, inertia, true);
+        for _ in 1..ITERATIONS_A_STEP {
+            // a pair in the way stops the whole sheet: go on until its barrier acts
+            if done.fraction > 0.5 || !done.definite {
+                break;
+            }
+            model.forget_foreseen();
+            done = newton.iterate(model, x, inertia, true);
+        }
+        let mut fastest = 0.0_f64;
+        for ((u, p), q) in velocity.iter_mut().zip(x.iter()).zip(&before) {
+            *u = (p - q) * (DAMPING / dt_s);
+            fastest = fastest.max(u.norm());
+        }
+        if step > 10 && done.fraction > 0.5 && fastest < SLOW_M_S {
+            break;
+        }
+        dt_s =
+            if done.fraction < 0.3 { dt_s * 0.5 } else { (dt_s * pace.growth).min(pace.longest_s) };
+    }
+}
+
+/// Newton iterations in a step that self-contact cuts short.
+const ITERATIONS_A_STEP: usize = 4;
+/// Fraction of the velocity that is left after a step.
+const DAMPING: f64 = 0.97;
+/// Speed below which a motion is over \[m/s\].
+const SLOW_M_S: f64 = 0.01;
+
+/// The search for equilibrium on the fine grid, and the report on it.
+fn rest(
+    fabric: &Fabric,
+    grid: &Arc<Grid>,
+    start: Vec<Vector3>,
+    spent: usize,
+    options: &SimOptions,
+) -> Drape {
+    let mut model = Model::new(grid, fabric, options.plate, REST_GAP);
+    let mut newton = Newton::new(&model);
+    let mut x = start;
+    lift_clear(&model, grid, &mut x);
+    let cell_weight_n =
+        fabric.density_kg_m2 * grid.spacing_m.powi(2) * crate::base::frame::GRAVITY_M_S2;
+    let limit_n = options.residual * cell_weight_n;
+    let (stop, residual_n) = settle(&mut model, &mut newton, &mut x, limit_n, options);
+    Drape {
+        boundary: grid.boundary(&x),
+        stop,
+        residual_n,
+        energy_j: model.body_energy_j(&x),
+        nodes: count_nodes(&grid.boundary(&x)),
+        intersections: count_intersections(&grid.triangles(), &x),
+        plate_clearance_m: model.plate.clearance_m(grid, &x),
+        factorisations: newton.factorisations + spent,
+        grid: Arc::clone(grid),
+        positions_m: x,
+    }
+}
+
+/// A short motion to smooth the carried-over sheet, then descents by quasi-Newton
+/// until the residual is small, then Newton steps; round again where the exact
+/// Hessian is indefinite, since the sheet is then not near a minimum.
+fn settle(
+    model: &mut Model,
+    newton: &mut Newton,
+    x: &mut [Vector3],
+    limit_n: f64,
+    options: &SimOptions,
+) -> (Stop, f64) {
+    let grid = Arc::clone(&model.grid);
+    let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: 0.05 };
+    let budget = newton.factorisations + options.iterations;
+    evolve(model, newton, x, pace, options.settle_steps);
+    let mut memory = Memory::default();
+    let mut last_j = model.energy_j(x);
+    while newton.factorisations < budget {
+        let mut wedged = false;
+        for _ in 0..DESCENTS {
+            model.plate.renew(&grid, x);
+            model.self_contact.update(x, 0.0);
+            model.forget_foreseen();
+            let done = newton.quasi_newton(model, x, &mut memory, QUASI_STEPS, limit_n);
+            let now_j = model.energy_j(x);
+            let drop = (last_j - now_j) / now_j.abs();
+            last_j = now_j;
+            wedged = done.fraction == 0.0 || !done.definite;
+            if !wedged && drop < options.energy_drop {
+                return (Stop::Slow, done.residual_n);
+            }
+            if wedged || done.residual_n < NEAR_REST * limit_n {
+                break;
+            }
+        }
+        if wedged {
+            // between layers: let the barrier push them apart
+            evolve(model, newton, x, Pace { first_s: 2e-3, ..pace }, UNWEDGE_STEPS);
+        }
+        memory.clear();
+        if let Some(rest) = finish(model, newton, x, limit_n, options.step_m) {
+            return rest;
+        }
+    }
+    let mut gradient = vec![Vector3::zeros(); x.len()];
+    model.gradient(x, &mut gradient);
+    (Stop::Iterations, gradient.iter().map(Vector3::norm).fold(0.0, f64::max))
+}
+
+/// Newton steps with the exact Hessian, friction following; `None` where they do not
+/// lead to rest.
+fn finish(
+    model: &mut Model,
+    newton: &mut Newton,
+    x: &mut [Vector3],
+    limit_n: f64,
+    limit_step_m: f64,
+) -> Option<(Stop, f64)> {
+    let grid = Arc::clone(&model.grid);
+    for _ in 0..NEWTON_STEPS {
+        let grip_change_n = model.plate.renew(&grid, x);
+        model.self_contact.update(x, 0.0);
+        let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
+        let done = newton.iterate(model, x, still, false);
+        if !done.definite || done.fraction < 0.05 {
+            return None;
+        }
+        if done.residual_n < limit_n && done.step_m < limit_step_m && grip_change_n < limit_n {
+            let stable = newton.is_stable(model, x);
+            return Some((if stable { Stop::AtRest } else { Stop::Unstable }, done.residual_n));
+        }
+    }
+    None
+}
+
+/// Descents, each on a fresh factor, before Newton steps are tried.
+const DESCENTS: usize = 20;
+/// Residual, in limits, from which Newton steps are tried.
+const NEAR_REST: f64 = 100.0;
+/// Steps of motion that free layers wedged against each other.
+const UNWEDGE_STEPS: usize = 5;
+/// Quasi-Newton iterations on one factor.
+const QUASI_STEPS: usize = 15;
+/// Newton steps in a row before the sheet is set in motion again.
+const NEWTON_STEPS: usize = 20;
+
+/// Raises the sheet until nothing lies inside the plate: the carried-over sheet
+/// may dip into it between the coarse grid's samples.
+fn lift_clear(model: &Model, grid: &Grid, x: &mut [Vector3]) {
+    for _ in 0..50 {
+        if model.plate.clearance_m(grid, x) > 0.05e-3 {
+            return;
+        }
+        x.iter_mut().for_each(|p| p.y += 0.1e-3);
+    }
+}
+
+/// Maxima of the rim's distance from the axis, after smoothing over 45 mm.
+fn count_nodes(rim: &Boundary) -> usize {
+    let rho: Vec<f64> = rim.positions_m().map(|p| p.x.hypot(p.z)).collect();
+    let n = rho.len();
+    let smooth: Vec<f64> =
+        (0..n).map(|i| (0..9).map(|k| rho[(i + n + k - 4) % n]).sum::<f64>() / 9.0).collect();
+    (0..n)
+        .filter(|&i| {
+            let window = (1..=6)
+                .all(|k| smooth[i] > smooth[(i + k) % n] && smooth[i] >= smooth[(i + n - k) % n]);
+            window && smooth[i] > smooth.iter().copied().fold(f64::INFINITY, f64::min) + 1e-3
+        })
+        .count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A stiff knit on a 41 x 41 grid: rests within a few seconds.
+    fn fabric() -> Fabric {
+        Fabric::from_paper_units([240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0])
+    }
+
+    fn options() -> SimOptions {
+        SimOptions { vertices: 41, fall_vertices: 25, ..SimOptions::default() }
+    }
+
+    #[test]
+    fn a_drape_rests_stably_clear_of_the_plate_and_of_itself() {
+        let d = drape(&fabric(), &Drop::canonical(), &options());
+        assert_eq!(d.stop, Stop::AtRest);
+        assert!(d.plate_clearance_m > 0.0, "{}", d.plate_clearance_m);
+        assert_eq!(d.intersections, 0);
+        assert!((2..=12).contains(&d.nodes), "{} nodes", d.nodes);
+        // the rim keeps its 1200 mm but for the stretch of a fabric that stretches
+        // 0.01 N / 240 N/m over its overhang, and the chords of its folds
+        let points: Vec<_> = d.boundary.positions_m().collect();
+        let length: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+        assert!((length - 1.2).abs() < 0.006, "{length}");
+        assert!(points.iter().all(|p| p.y < 0.01 && p.y > -0.17));
+    }
+
+    #[test]
+    fn the_same_drop_gives_the_same_bytes_on_any_thread() {
+        let drop = Drop { start: DropStart::Perturbed(5) };
+        let options = SimOptions { vertices: 31, fall_vertices: 21, ..options() };
+        let here = drape(&fabric(), &drop, &options);
+        let there = std::thread::scope(|scope| {
+            let runs: Vec<_> =
+                (0..2).map(|_| scope.spawn(|| drape(&fabric(), &drop, &options))).collect();
+            runs.into_iter().map(|run| run.join().unwrap()).collect::<Vec<_>>()
+        });
+        for other in there {
+            assert_eq!(here.positions_m, other.positions_m);
+        }
+    }
+
+    #[test]
+    fn a_drape_led_to_its_own_rim_stays_there() {
+        let d = drape(&fabric(), &Drop { start: DropStart::Perturbed(3) }, &options());
+        let start = DropStart::Guided(Box::new(d.boundary.clone()));
+        let again = drape(&fabric(), &Drop { start }, &options());
+        let distance = d.boundary.mean_distance_m(&again.boundary);
+        // friction keeps the two from agreeing exactly; another branch is 10 mm away
+        assert!(distance < 4e-3, "{distance}");
+        assert_eq!(d.nodes, again.nodes);
+    }
+
+    #[test]
+    fn a_stiffer_fabric_projects_farther() {
+        let reach = |factor: f64| {
+            let mut f = fabric();
+            for b in [&mut f.bending_weft_nm, &mut f.bending_warp_nm, &mut f.bending_bias_nm] {
+                *b *= factor;
+            }
+            let d = drape(&f, &Drop::canonical(), &options());
+            d.boundary.positions_m().map(|p| p.x.hypot(p.z)).sum::<f64>() / 244.0
+        };
+        assert!(reach(4.0) > reach(0.25) + 0.01);
+    }
+}

@@ -1,0 +1,101 @@
+//! How the flat specimen is let go.
+//!
+//! In: a [`Drop`] and a grid. Out: the positions from which the sheet falls, and the
+//! springs of a guided drop. A drape has several stable shapes; which one a drop
+//! ends in is decided here, by fractions of a millimetre, as it is in reality.
+
+use rand::RngExt as _;
+
+use crate::base::boundary::POINTS_PER_SIDE;
+use crate::base::frame::GRAVITY_M_S2;
+use crate::base::{Boundary, Vector3, seed};
+use crate::fabric::Fabric;
+use crate::sim::drape::SimOptions;
+use crate::sim::grid::Grid;
+use crate::sim::model::Guide;
+
+/// How the flat specimen is let go.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DropStart {
+    /// Level, with a fixed unevenness of 0.2 mm that breaks the symmetry.
+    Canonical,
+    /// Corners lifted, sheet tilted, uneven and a little off centre, all drawn
+    /// from this seed: samples the branches.
+    Perturbed(u64),
+    /// Led by springs to a scanned rim (simulation frame), then released: the
+    /// equilibrium nearest to what was scanned.
+    Guided(Box<Boundary>),
+}
+
+/// A drop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drop {
+    /// How the specimen is let go.
+    pub start: DropStart,
+}
+
+impl Drop {
+    /// The canonical drop.
+    #[must_use]
+    pub fn canonical() -> Self {
+        Self { start: DropStart::Canonical }
+    }
+}
+
+/// Springs from the border to a scanned rim, so soft that each cell's weight
+/// stretches its spring by 2 mm: they choose the branch, not the shape.
+pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
+    let points: Vec<_> = rim.positions_m().collect();
+    let border = grid.border();
+    let per_side = grid.n - 1;
+    let scale = (POINTS_PER_SIDE - 1) as f64 / per_side as f64;
+    let target = |k: usize| {
+        let along = (k % per_side) as f64 * scale;
+        let index = k / per_side * POINTS_PER_SIDE + along.floor() as usize;
+        let next = points[(index + 1) % points.len()];
+        (points[index] + (next - points[index]) * along.fract()).coords
+    };
+    let weight = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
+    Guide {
+        targets: border.iter().enumerate().map(|(k, &v)| (v, target(k))).collect(),
+        stiffness_n_m: weight * 500.0,
+    }
+}
+
+/// The sheet as it is let go, just above the plate.
+pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) -> Vec<Vector3> {
+    let half = 0.5 * options.side_m;
+    let mut waves = Vec::new();
+    let (mut tilt, mut offset) = ([0.0, 0.0, 0.0], Vector3::zeros());
+    match drop.start {
+        DropStart::Canonical | DropStart::Guided(_) => {
+            waves.extend([(0.2e-3, 1.3, 2.1, 0.4), (0.1e-3, 3.2, -1.7, 1.9)]);
+        }
+        DropStart::Perturbed(drop_seed) => {
+            let mut rng = seed::rng(drop_seed, "drop", 0);
+            let mut uniform = |limit: f64| rng.random_range(-limit..limit);
+            tilt = [uniform(0.02), uniform(0.02), uniform(0.03)];
+            offset = Vector3::new(uniform(1e-3), 0.0, uniform(1e-3));
+            for _ in 0..6 {
+                waves.push((uniform(1e-3), uniform(6.0), uniform(6.0), uniform(3.2)));
+            }
+        }
+    }
+    let shape = |p: Vector3| {
+        let (x, z) = (p.x / half, p.z / half);
+        // lifted by the square of the distance, so that the plate's part stays flat
+        let lift =
+            (x * tilt[0] + z * tilt[1] + x * z * tilt[2]) * p.norm_squared() / (2.0 * half * half);
+        let uneven: f64 =
+            waves.iter().map(|(a, kx, kz, phase)| a * (kx * x + kz * z + phase).sin()).sum();
+        p + offset + Vector3::new(0.0, lift + uneven, 0.0)
+    };
+    let mut x: Vec<_> = (0..grid.vertices()).map(|v| shape(grid.flat(v))).collect();
+    let reach = options.plate.radius_m + grid.spacing_m;
+    let lowest =
+        x.iter().filter(|p| p.x.hypot(p.z) < reach).map(|p| p.y).fold(f64::INFINITY, f64::min);
+    for p in &mut x {
+        p.y += options.plate.gap_m - lowest;
+    }
+    x
+}

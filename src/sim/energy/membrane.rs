@@ -1,0 +1,382 @@
+//! Weft and warp stretch and shear of one grid cell.
+//!
+//! The condition energies of Baraff and Witkin 1998 (section 4.2), per area:
+//!
+//! `E = A/2 [ S^u (|w_u| - 1)^2 + S^v (|w_v| - 1)^2 + H (w_u . w_v)^2 ]`  \[J\]
+//!
+//! with `w_u`, `w_v` the derivatives of position along weft and warp. They are
+//! taken once a cell, at its centre (one-point quadrature of the bilinear cell),
+//! not on triangles: two triangles a cell make the stiffness depend on the
+//! diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
+//! curvature k costs S (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm as
+//! much as bending the mean knit. `docs/design/simulator.md` has the figures.
+//!
+//! One point leaves the cell's in-plane twist `g = x_00 - x_10 - x_01 + x_11`
+//! free. Its in-plane part is held at the bilinear cell's own stiffness,
+//!
+//! `E_g = A/24 [ S^u (g . w_u)^2 + S^v (g . w_v)^2 ] / h^2`
+//!
+//! which is exactly the energy of the stretch's variation across the cell. The
+//! normal part of g is twist and belongs to bending.
+
+use nalgebra::Matrix3;
+
+use crate::base::Vector3;
+
+/// Stretch and shear of a cell of side `spacing_m`.
+#[derive(Clone, Copy, Debug)]
+pub struct Membrane {
+    /// Weft stretch stiffness \[N/m\].
+    pub stretch_weft_n_m: f64,
+    /// Warp stretch stiffness \[N/m\].
+    pub stretch_warp_n_m: f64,
+    /// Shear stiffness \[N/m\].
+    pub shear_n_m: f64,
+    /// Side of the cell \[m\].
+    pub spacing_m: f64,
+}
+
+/// A cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1).
+pub type Corners = [Vector3; 4];
+
+/// The cell's derivatives: weft, warp, and the twist g.
+struct Derivatives {
+    weft: Vector3,
+    warp: Vector3,
+    twist: Vector3,
+}
+
+/// The five conditions' forces in a cell: what multiplies their second
+/// derivatives in the Hessian. Weft and warp tension, shear, the two twists.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stress {
+    weft: f64,
+    warp: f64,
+    shear: f64,
+    twist_weft: f64,
+    twist_warp: f64,
+}
+
+/// Signs of the corners in 2h times weft, 2h times warp, and the twist.
+const SIGNS: [[f64; 4]; 3] =
+    [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];
+
+impl Membrane {
+    fn derivatives(&self, x: &Corners) -> Derivatives {
+        let scale = 0.5 / self.spacing_m;
+        Derivatives {
+            weft: (x[2] - x[0] + x[3] - x[1]) * scale,
+            warp: (x[1] - x[0] + x[3] - x[2]) * scale,
+            twist: x[0] - x[1] - x[2] + x[3],
+        }
+    }
+
+    fn area(&self) -> f64 {
+        self.spacing_m * self.spacing_m
+    }
+
+    /// Stiffness of the twist's in-plane part per S: A / (12 h^2) = 1/12.
+    const TWIST: f64 = 1.0 / 12.0;
+
+    /// Energy \[J\].
+    #[must_use]
+    pub fn energy_j(&self, x: &Corners) -> f64 {
+        let d = self.derivatives(x);
+        let weft = d.weft.norm() - 1.0;
+        let warp = d.warp.norm() - 1.0;
+        let shear = d.weft.dot(&d.warp);
+        let (gu, gv) = (d.twist.dot(&d.weft), d.twist.dot(&d.warp));
+        let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
+        0.5 * self.area() * (su * weft * weft + sv * warp * warp + self.shear_n_m * shear * shear)
+            + 0.5 * Self::TWIST * (su * gu * gu + sv * gv * gv)
+    }
+
+    /// Adds the gradient \[N\] at the four corners.
+    pub fn add_gradient(&self, x: &Corners, gradient: &mut [Vector3; 4]) {
+        let d = self.derivatives(x);
+        let area = self.area();
+        let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
+        let (lu, lv) = (d.weft.norm(), d.warp.norm());
+        let shear = area * self.shear_n_m * d.weft.dot(&d.warp);
+        let gu = Self::TWIST * su * d.twist.dot(&d.weft);
+        let gv = Self::TWIST * sv * d.twist.dot(&d.warp);
+        let scale = 0.5 / self.spacing_m;
+        let by_weft =
+            (d.weft * (area * su * (1.0 - 1.0 / lu)) + d.warp * shear + d.twist * gu) * scale;
+        let by_warp =
+            (d.warp * (area * sv * (1.0 - 1.0 / lv)) + d.weft * shear + d.twist * gv) * scale;
+        let by_twist = d.weft * gu + d.warp * gv;
+        for (k, g) in gradient.iter_mut().enumerate() {
+            *g += by_weft * SIGNS[0][k] + by_warp * SIGNS[1][k] + by_twist * SIGNS[2][k];
+        }
+    }
+
+    /// The conditions' forces at `x`.
+    #[must_use]
+    pub fn stress(&self, x: &Corners) -> Stress {
+        self.stress_of(&self.derivatives(x))
+    }
+
+    fn stress_of(&self, d: &Derivatives) -> Stress {
+        let area = self.area();
+        Stress {
+            weft: area * self.stretch_weft_n_m * (d.weft.norm() - 1.0),
+            warp: area * self.stretch_warp_n_m * (d.warp.norm() - 1.0),
+            shear: area * self.shear_n_m * d.weft.dot(&d.warp),
+            twist_weft: Self::TWIST * self.stretch_weft_n_m * d.twist.dot(&d.weft),
+            twist_warp: Self::TWIST * self.stretch_warp_n_m * d.twist.dot(&d.warp),
+        }
+    }
+
+    /// The conditions' forces that the linearisation at `x` foresees after the
+    /// move `dx`. A Newton step along a stiff sheet's tangent strains it to second
+    /// order; a Hessian with that strain's tension is far too stiff, one with the
+    /// foreseen tension (the multiplier of a constrained method) is not.
+    #[must_use]
+    pub fn foreseen_stress(&self, x: &Corners, dx: &Corners) -> Stress {
+        let (d, e) = (self.derivatives(x), self.derivatives(dx));
+        let area = self.area();
+        let now = self.stress_of(&d);
+        let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
+        let shear = d.weft.dot(&e.warp) + d.warp.dot(&e.weft);
+        let gu = d.twist.dot(&e.weft) + e.twist.dot(&d.weft);
+        let gv = d.twist.dot(&e.warp) + e.twist.dot(&d.warp);
+        Stress {
+            weft: now.weft + area * su * d.weft.dot(&e.weft) / d.weft.norm(),
+            warp: now.warp + area * sv * d.warp.dot(&e.warp) / d.warp.norm(),
+            shear: now.shear + area * self.shear_n_m * shear,
+            twist_weft: now.twist_weft + Self::TWIST * su * gu,
+            twist_warp: now.twist_warp + Self::TWIST * sv * gv,
+        }
+    }
+
+    /// Second derivatives by (weft, warp, twist), 3 x 3 blocks; with `project`
+    /// a positive semidefinite substitute (Gauss-Newton plus tension).
+    fn second(&self, d: &Derivatives, stress: &Stress, project: bool) -> [[Matrix3<f64>; 3]; 3] {
+        let area = self.area();
+        let (su, sv, h) =
+            (area * self.stretch_weft_n_m, area * self.stretch_warp_n_m, area * self.shear_n_m);
+        let (ku, kv) = (Self::TWIST * self.stretch_weft_n_m, Self::TWIST * self.stretch_warp_n_m);
+        let (weft, warp, twist) = (&d.weft, &d.warp, &d.twist);
+        let stretch = |w: &Vector3, s: f64, tension: f64| {
+            let length = w.norm();
+            let along = w * w.transpose() / (length * length);
+            let tension = if project { tension.max(0.0) } else { tension };
+            along * s + (Matrix3::identity() - along) * (tension / length)
+        };
+        let mut uu = stretch(weft, su, stress.weft)
+            + warp * warp.transpose() * h
+            + twist * twist.transpose() * ku;
+        let mut vv = stretch(warp, sv, stress.warp)
+            + weft * weft.transpose() * h
+            + twist * twist.transpose() * kv;
+        let mut uv = warp * weft.transpose() * h;
+        let mut ug = twist * weft.transpose() * ku;
+        let mut vg = twist * warp.transpose() * kv;
+        let gg = weft * weft.transpose() * ku + warp * warp.transpose() * kv;
+        if !project {
+            uv += Matrix3::identity() * stress.shear;
+            ug += Matrix3::identity() * stress.twist_weft;
+            vg += Matrix3::identity() * stress.twist_warp;
+        }
+        let scale = 0.5 / self.spacing_m;
+        uu *= scale * scale;
+        vv *= scale * scale;
+        uv *= scale * scale;
+        ug *= scale;
+        vg *= scale;
+        [[uu, uv, ug], [uv.transpose(), vv, vg], [ug.transpose(), vg.transpose(), gg]]
+    }
+
+    /// Hessian \[N/m\]: calls `put(row, column, block)` for the corners with
+    /// row >= column in `pairs` order: first the four diagonal blocks, then
+    /// those of `pairs`. Exact with the [`Self::stress`] of `x`.
+    pub fn hessian(
+        &self,
+        x: &Corners,
+        stress: &Stress,
+        project: bool,
+        pairs: &[(usize, usize)],
+        mut put: impl FnMut(usize, usize, &Matrix3<f64>),
+    ) {
+        let second = self.second(&self.derivatives(x), stress, project);
+        // right half of B^T H B: H B for each corner
+        let column = |c: usize, p: usize| {
+            second[p][0] * SIGNS[0][c] + second[p][1] * SIGNS[1][c] + second[p][2] * SIGNS[2][c]
+        };
+        let columns: [[Matrix3<f64>; 3]; 4] =
+            std::array::from_fn(|c| std::array::from_fn(|p| column(c, p)));
+        let block = |r: usize, c: usize| {
+            columns[c][0] * SIGNS[0][r] + columns[c][1] * SIGNS[1][r] + columns[c][2] * SIGNS[2][r]
+        };
+        for corner in 0..4 {
+            put(corner, corner, &block(corner, corner));
+        }
+        for &(r, c) in pairs {
+            put(r, c, &block(r, c));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::seed;
+    use rand::RngExt as _;
+
+    const MEMBRANE: Membrane = Membrane {
+        stretch_weft_n_m: 131.0,
+        stretch_warp_n_m: 164.0,
+        shear_n_m: 75.0,
+        spacing_m: 0.005,
+    };
+    const ALL: [(usize, usize); 12] = [
+        (1, 0),
+        (2, 0),
+        (3, 0),
+        (2, 1),
+        (3, 1),
+        (3, 2),
+        (0, 1),
+        (0, 2),
+        (0, 3),
+        (1, 2),
+        (1, 3),
+        (2, 3),
+    ];
+
+    fn cell(index: u64) -> Corners {
+        let mut rng = seed::rng(1, "cell", index);
+        let h = MEMBRANE.spacing_m;
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
+            let noise = Vector3::from_fn(|_, _| rng.random_range(-0.2..0.2));
+            turn * (Vector3::new(i, 0.0, j) + noise) * h
+        })
+    }
+
+    fn gradient(x: &Corners) -> [Vector3; 4] {
+        let mut g = [Vector3::zeros(); 4];
+        MEMBRANE.add_gradient(x, &mut g);
+        g
+    }
+
+    #[test]
+    fn gradient_is_the_difference_quotient_of_the_energy() {
+        for index in 0..20 {
+            let x = cell(index);
+            let g = gradient(&x);
+            let norm = g.iter().map(Vector3::norm).fold(0.0, f64::max);
+            for k in 0..12 {
+                let step = 1e-8;
+                let moved = |by: f64| {
+                    let mut y = x;
+                    y[k / 3][k % 3] += by;
+                    MEMBRANE.energy_j(&y)
+                };
+                let numeric = (moved(step) - moved(-step)) / (2.0 * step);
+                let error = (numeric - g[k / 3][k % 3]).abs() / norm;
+                // observed floor 5e-8; a wrong sign scores 1
+                assert!(error < 5e-7, "cell {index}, {k}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn hessian_is_the_difference_quotient_of_the_gradient() {
+        for index in 0..20 {
+            let x = cell(index);
+            let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
+            MEMBRANE.hessian(&x, &MEMBRANE.stress(&x), false, &ALL, |r, c, b| {
+                full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
+            });
+            for k in 0..12 {
+                let step = 1e-8;
+                let moved = |by: f64| {
+                    let mut y = x;
+                    y[k / 3][k % 3] += by;
+                    gradient(&y)
+                };
+                let (plus, minus) = (moved(step), moved(-step));
+                for m in 0..12 {
+                    let numeric = (plus[m / 3][m % 3] - minus[m / 3][m % 3]) / (2.0 * step);
+                    let error = (numeric - full[(m, k)]).abs() / full.amax();
+                    // observed floor 3e-8
+                    assert!(error < 3e-7, "cell {index}, {m}, {k}: {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn projected_hessian_has_no_negative_eigenvalue() {
+        for index in 0..50 {
+            let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
+            MEMBRANE.hessian(
+                &cell(index),
+                &MEMBRANE.stress(&cell(index)),
+                true,
+                &ALL,
+                |r, c, b| {
+                    full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
+                },
+            );
+            let eigen = full.symmetric_eigenvalues();
+            assert!(eigen.min() > -1e-12 * eigen.max(), "cell {index}: {}", eigen.min());
+        }
+    }
+
+    #[test]
+    fn rigid_motion_costs_nothing_and_changes_nothing() {
+        let motion =
+            nalgebra::Isometry3::new(Vector3::new(0.3, -0.2, 5.0), Vector3::new(1.0, 2.0, 0.5));
+        let x = cell(3);
+        let moved = x.map(|p| (motion * nalgebra::Point3::from(p)).coords);
+        let (before, after) = (MEMBRANE.energy_j(&x), MEMBRANE.energy_j(&moved));
+        assert!((before - after).abs() < 1e-10 * before);
+    }
+
+    /// A cell bent to a cylinder about a line at `degrees`, with the in-plane
+    /// strain (along, across, shear) added.
+    fn cylinder(degrees: f64, curvature: f64, strain: nalgebra::Vector3<f64>) -> Corners {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let h = MEMBRANE.spacing_m;
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
+            let (a, b) = (h * (i * cos + j * sin), h * (j * cos - i * sin));
+            let along = a * (1.0 + strain.x) + b * strain.z;
+            let across = b * (1.0 + strain.y) + a * strain.z;
+            let angle = curvature * along;
+            Vector3::new(angle.sin() / curvature, (1.0 - angle.cos()) / curvature, across)
+        })
+    }
+
+    #[test]
+    fn a_cylinder_does_not_lock_at_any_angle() {
+        // the sheet may choose a uniform strain; what is left is locking. On two
+        // triangles a cell with both diagonals averaged 0.4 of bending is left.
+        let curvature = 100.0;
+        let bending = 0.5 * 1.12e-6 * curvature * curvature * MEMBRANE.spacing_m.powi(2);
+        for degrees in [0.0, 30.0, 45.0, 60.0, 90.0] {
+            let energy = |s| MEMBRANE.energy_j(&cylinder(degrees, curvature, s));
+            let mut strain = nalgebra::Vector3::zeros();
+            for _ in 0..20 {
+                let step = 1e-4;
+                let unit = |k: usize| nalgebra::Vector3::ith(k, step);
+                let gradient = nalgebra::Vector3::from_fn(|k, _| {
+                    (energy(strain + unit(k)) - energy(strain - unit(k))) / (2.0 * step)
+                });
+                let hessian = nalgebra::Matrix3::from_fn(|r, c| {
+                    (energy(strain + unit(r) + unit(c))
+                        - energy(strain + unit(r) - unit(c))
+                        - energy(strain - unit(r) + unit(c))
+                        + energy(strain - unit(r) - unit(c)))
+                        / (4.0 * step * step)
+                });
+                strain -= hessian.lu().solve(&gradient).unwrap();
+            }
+            let left = energy(strain) / bending;
+            // observed: at most 7e-4 (30 and 60 degrees)
+            assert!(left < 5e-3, "{degrees} degrees: {left:e} of the bending energy");
+        }
+    }
+}

@@ -1,0 +1,426 @@
+//! Contact with the plate and Coulomb friction on it.
+//!
+//! The plate is a disc with a fully rounded edge (a torus rim), its top face at
+//! y = 0. Cloth is sampled at points inside the cells, each carrying the area
+//! around it, closely near the plate's edge, so that the edge bears on the cloth
+//! between the vertices too: contact at vertices alone chatters there.
+//!
+//! Potential per area at signed distance d < gap of a sample to the plate: the
+//! clamped logarithm `-k (gap - d)^2 ln(d / gap)` of Li et al. 2020 (eq. 6), C2 at
+//! the gap and infinite at d = 0, so that no step enters the plate. k is scaled
+//! by the fabric's weight, so that the depth is the same for all: some 0.03 mm on
+//! the flat, half the gap at the edge where the overhang bears. The gap of 0.5 mm
+//! stands for half the cloth's thickness.
+//!
+//! Friction: each sample in contact is tied to an anchor on the plate. The force
+//! grows with the tangential distance from the anchor to mu N at `slip_m` (the C1
+//! form of Li et al. 2020, "Incremental potential contact", eq. 22) and stays
+//! there; when a step ends farther away the anchor follows. Sticking cloth thus
+//! rests (viscous friction would let it creep). N and the normal are those of the
+//! step's start.
+
+use nalgebra::Matrix3;
+
+use crate::base::Vector3;
+use crate::base::frame::GRAVITY_M_S2;
+use crate::sim::grid::{CELL_PAIRS, Grid};
+
+/// The plate and its friction.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Plate {
+    /// Radius \[m\].
+    pub radius_m: f64,
+    /// Radius of the rounded edge, half the plate's thickness \[m\].
+    pub edge_radius_m: f64,
+    /// Distance from the plate at which contact begins \[m\].
+    pub gap_m: f64,
+    /// Coefficient of Coulomb friction between cloth and plate.
+    pub friction: f64,
+    /// Tangential distance from the anchor at which a sample slips \[m\].
+    pub slip_m: f64,
+}
+
+impl Default for Plate {
+    fn default() -> Self {
+        Self {
+            radius_m: crate::base::frame::PLATE_RADIUS_M,
+            edge_radius_m: 2.0e-3,
+            gap_m: 1.0e-3,
+            friction: 0.3,
+            slip_m: 0.1e-3,
+        }
+    }
+}
+
+/// Signed distance \[m\], its gradient and Hessian.
+struct Distance {
+    d: f64,
+    normal: Vector3,
+    curvature: Matrix3<f64>,
+}
+
+impl Plate {
+    /// Signed distance from the plate's surface; `None` beyond `limit_m`.
+    fn distance(&self, p: &Vector3, limit_m: f64) -> Option<Distance> {
+        let reach = self.edge_radius_m + limit_m;
+        let centre_y = -self.edge_radius_m;
+        let height = p.y - centre_y;
+        if height.abs() > reach {
+            return None;
+        }
+        let rho = p.x.hypot(p.z);
+        let flat_radius = self.radius_m - self.edge_radius_m;
+        let out = rho - flat_radius;
+        if out > reach {
+            return None;
+        }
+        if out <= 0.0 {
+            let normal = Vector3::new(0.0, height.signum(), 0.0);
+            let d = height.abs() - self.edge_radius_m;
+            return Some(Distance { d, normal, curvature: Matrix3::zeros() });
+        }
+        let length = out.hypot(height).max(1e-12);
+        let radial = Vector3::new(p.x / rho, 0.0, p.z / rho);
+        let normal = (radial * out + Vector3::new(0.0, height, 0.0)) / length;
+        let around = Vector3::new(-radial.z, 0.0, radial.x);
+        let tangent = normal.cross(&around);
+        // principal curvatures of the offset surface: 1/length along the round
+        // edge, normal.radial/rho around the axis
+        let curvature = tangent * tangent.transpose() / length
+            + around * around.transpose() * (normal.dot(&radial) / rho);
+        Some(Distance { d: length - self.edge_radius_m, normal, curvature })
+    }
+}
+
+/// A point of a cell that may touch the plate.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    cell: u32,
+    weights: [f64; 4],
+    area_m2: f64,
+}
+
+/// What friction remembers of a sample.
+#[derive(Clone, Copy, Debug)]
+struct Grip {
+    anchor: Option<Vector3>,
+    normal: Vector3,
+    force_n: f64,
+}
+
+/// All samples of a specimen with their anchors.
+#[derive(Clone, Debug)]
+pub struct PlateContact {
+    plate: Plate,
+    stiffness_pa_m: f64,
+    samples: Vec<Sample>,
+    grips: Vec<Grip>,
+}
+
+/// Pressure at the depth scale: the overhang's weight on a strip of the edge,
+/// measured in the sheet's own pressure rho g.
+const EDGE_PRESSURE_RATIO: f64 = 300.0;
+/// Depth at which the edge bears, as a fraction of the gap (empirical).
+const EDGE_DEPTH: f64 = 0.5;
+
+impl PlateContact {
+    /// Samples the cells of `grid` whose material lies within 1.5 plate radii
+    /// with 3 x 3 points, the others with one.
+    #[must_use]
+    pub fn new(grid: &Grid, plate: Plate, density_kg_m2: f64) -> Self {
+        let mut samples = Vec::new();
+        let cell_area = grid.spacing_m * grid.spacing_m;
+        for (k, corners) in grid.cells.iter().enumerate() {
+            let centre = (grid.flat(corners[0] as usize) + grid.flat(corners[3] as usize)) * 0.5;
+            let near = centre.norm() < 1.5 * plate.radius_m;
+            let m = if near { (600.0 * grid.spacing_m).round().max(1.0) as usize } else { 1 };
+            for s in 0..m * m {
+                let at = |t: usize| (t as f64 + 0.5) / m as f64;
+                let (a, b) = (at(s / m), at(s % m));
+                let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
+                let area_m2 = cell_area / (m * m) as f64;
+                samples.push(Sample { cell: k as u32, weights, area_m2 });
+            }
+        }
+        let pressure = EDGE_PRESSURE_RATIO * density_kg_m2 * GRAVITY_M_S2;
+        let stiffness_pa_m = pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1];
+        let none = Grip { anchor: None, normal: Vector3::zeros(), force_n: 0.0 };
+        Self { plate, stiffness_pa_m, grips: vec![none; samples.len()], samples }
+    }
+
+    fn position(grid: &Grid, x: &[Vector3], sample: &Sample) -> Vector3 {
+        let corners = &grid.cells[sample.cell as usize];
+        (0..4).map(|k| x[corners[k] as usize] * sample.weights[k]).sum()
+    }
+
+    /// Energy \[J\] of contact and, with the grips as they are, friction;
+    /// infinite if a sample lies inside the plate.
+    #[must_use]
+    pub fn energy_j(&self, grid: &Grid, x: &[Vector3]) -> f64 {
+        let mut energy = 0.0;
+        for (sample, grip) in self.samples.iter().zip(&self.grips) {
+            let p = Self::position(grid, x, sample);
+            if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
+                energy += sample.area_m2 * self.stiffness_pa_m * barrier(c.d, self.plate.gap_m)[0];
+            }
+            if let Some(anchor) = grip.anchor {
+                let u = tangential(&(p - anchor), &grip.normal).norm();
+                energy += self.plate.friction * grip.force_n * slip_potential(u, self.plate.slip_m);
+            }
+        }
+        energy
+    }
+
+    /// Adds the gradient \[N\].
+    pub fn add_gradient(&self, grid: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
+        for (sample, grip) in self.samples.iter().zip(&self.grips) {
+            let p = Self::position(grid, x, sample);
+            let mut force = Vector3::zeros();
+            if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
+                let slope = barrier(c.d, self.plate.gap_m)[1];
+                force += c.normal * (sample.area_m2 * self.stiffness_pa_m * slope);
+            }
+            if let Some(anchor) = grip.anchor {
+                let u = tangential(&(p - anchor), &grip.normal);
+                let slope = slip_slope(u.norm(), self.plate.slip_m);
+                force += u * (self.plate.friction * grip.force_n * slope);
+            }
+            if force != Vector3::zeros() {
+                let corners = &grid.cells[sample.cell as usize];
+                for (&v, w) in corners.iter().zip(sample.weights) {
+                    gradient[v as usize] += force * w;
+                }
+            }
+        }
+    }
+
+    /// Adds the Hessian \[N/m\] to the values of the grid's pattern.
+    pub fn add_hessian(&self, grid: &Grid, x: &[Vector3], project: bool, values: &mut [f64]) {
+        let pattern = grid.analysis.pattern();
+        for (sample, grip) in self.samples.iter().zip(&self.grips) {
+            let p = Self::position(grid, x, sample);
+            let mut second = Matrix3::zeros();
+            let mut any = false;
+            if let Some(c) = self.plate.distance(&p, self.plate.gap_m)
+                && c.d < self.plate.gap_m
+            {
+                any = true;
+                let [_, slope, rise] = barrier(c.d, self.plate.gap_m);
+                let k = sample.area_m2 * self.stiffness_pa_m;
+                second += c.normal * c.normal.transpose() * (k * rise);
+                if !project {
+                    second += c.curvature * (k * slope);
+                }
+            }
+            if let Some(anchor) = grip.anchor {
+                any = true;
+                second += self.grip_hessian(grip, &(p - anchor), project);
+            }
+            if !any {
+                continue;
+            }
+            let corners = &grid.cells[sample.cell as usize];
+            for (k, &v) in corners.iter().enumerate() {
+                let block = second * sample.weights[k].powi(2);
+                pattern.add_diagonal(values, v as usize, &block);
+            }
+            let slots = &grid.cell_slots[sample.cell as usize];
+            for (slot, (r, c)) in slots.iter().zip(CELL_PAIRS) {
+                let block = second * (sample.weights[r] * sample.weights[c]);
+                crate::numeric::sparse::BlockPattern::add_block(values, *slot, &block);
+            }
+        }
+    }
+
+    fn grip_hessian(&self, grip: &Grip, offset: &Vector3, project: bool) -> Matrix3<f64> {
+        let u = tangential(offset, &grip.normal);
+        let length = u.norm();
+        let scale = self.plate.friction * grip.force_n;
+        let across = Matrix3::identity() - grip.normal * grip.normal.transpose();
+        let slope = slip_slope(length, self.plate.slip_m);
+        let mut second = across * (scale * slope);
+        if length > 0.0 {
+            // d/du of slope(u) u: slope + slope' u along u; slope' < 0
+            let along = u * u.transpose() / (length * length);
+            let drop = slip_drop(length, self.plate.slip_m);
+            let drop = if project { drop.max(-slope) } else { drop };
+            second += along * (scale * drop);
+        }
+        second
+    }
+
+    /// Takes the state `x` as the start of the next step: normal forces and
+    /// normals are renewed, slipped anchors follow, lost contacts are forgotten.
+    /// Returns the largest change of a normal force times friction \[N\].
+    pub fn renew(&mut self, grid: &Grid, x: &[Vector3]) -> f64 {
+        let mut largest = 0.0_f64;
+        for (sample, grip) in self.samples.iter().zip(&mut self.grips) {
+            let p = Self::position(grid, x, sample);
+            let before = grip.force_n;
+            let contact =
+                self.plate.distance(&p, self.plate.gap_m).filter(|c| c.d < self.plate.gap_m);
+            let Some(c) = contact else {
+                largest = largest.max(before);
+                *grip = Grip { anchor: None, normal: Vector3::zeros(), force_n: 0.0 };
+                continue;
+            };
+            let slope = barrier(c.d, self.plate.gap_m)[1];
+            grip.force_n = -slope * sample.area_m2 * self.stiffness_pa_m;
+            grip.normal = c.normal;
+            largest = largest.max((grip.force_n - before).abs());
+            let anchor = grip.anchor.unwrap_or(p);
+            let u = tangential(&(p - anchor), &c.normal);
+            let excess = (u.norm() - self.plate.slip_m).max(0.0);
+            let kept = if excess > 0.0 { u * (self.plate.slip_m / u.norm()) } else { u };
+            grip.anchor = Some(p - kept);
+        }
+        largest * self.plate.friction
+    }
+
+    /// The least distance of a sample from the plate \[m\]; positive if nothing
+    /// is penetrated.
+    #[must_use]
+    pub fn clearance_m(&self, grid: &Grid, x: &[Vector3]) -> f64 {
+        self.samples
+            .iter()
+            .filter_map(|s| self.plate.distance(&Self::position(grid, x, s), 1e-2))
+            .map(|c| c.d)
+            .fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The clamped logarithm and its first and second derivative by d \[m^2, m, 1\].
+fn barrier(d: f64, gap: f64) -> [f64; 3] {
+    if d >= gap {
+        return [0.0; 3];
+    }
+    let depth = gap - d;
+    [depth.powi(3) / 3.0, -depth * depth, 2.0 * depth]
+}
+
+fn tangential(v: &Vector3, normal: &Vector3) -> Vector3 {
+    v - normal * normal.dot(v)
+}
+
+/// Potential per friction force \[m\]: rises to slope 1 at `slip`.
+fn slip_potential(u: f64, slip: f64) -> f64 {
+    if u < slip { u * u / slip - u.powi(3) / (3.0 * slip * slip) } else { u - slip / 3.0 }
+}
+
+/// Derivative of [`slip_potential`] divided by u \[1/m\].
+fn slip_slope(u: f64, slip: f64) -> f64 {
+    if u < slip { 2.0 / slip - u / (slip * slip) } else { 1.0 / u }
+}
+
+/// u times the derivative of [`slip_slope`] \[1/m\].
+fn slip_drop(u: f64, slip: f64) -> f64 {
+    if u < slip { -u / (slip * slip) } else { -1.0 / u }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::seed;
+    use rand::RngExt as _;
+    use std::sync::Arc;
+
+    /// A sheet over the plate with samples in contact on the flat and the edge,
+    /// grips under load and partly slipped.
+    fn scene() -> (Arc<Grid>, PlateContact, Vec<Vector3>) {
+        let grid = Grid::shared(25, 0.12);
+        let mut contact = PlateContact::new(&grid, Plate::default(), 0.2);
+        let mut rng = seed::rng(5, "plate", 0);
+        let mut x: Vec<_> = (0..grid.vertices())
+            .map(|v| {
+                let p = grid.flat(v);
+                let over = (p.norm() - 0.047).max(0.0);
+                p * 1.0 + Vector3::new(0.0, 0.45e-3 - 8.0 * over * over, 0.0)
+            })
+            .collect();
+        contact.renew(&grid, &x);
+        for p in &mut x {
+            *p += Vector3::from_fn(|_, _| rng.random_range(-0.08e-3..0.08e-3));
+        }
+        (grid, contact, x)
+    }
+
+    #[test]
+    fn gradient_is_the_difference_quotient_of_the_energy() {
+        let (grid, contact, x) = scene();
+        let mut g = vec![Vector3::zeros(); x.len()];
+        contact.add_gradient(&grid, &x, &mut g);
+        let norm = g.iter().map(Vector3::norm).fold(0.0, f64::max);
+        assert!(contact.energy_j(&grid, &x).is_finite() && norm > 0.0);
+        let mut touched = 0;
+        for v in (0..x.len()).step_by(7) {
+            for c in 0..3 {
+                let step = 2e-9;
+                let moved = |by: f64| {
+                    let mut y = x.clone();
+                    y[v][c] += by;
+                    contact.energy_j(&grid, &y)
+                };
+                let numeric = (moved(step) - moved(-step)) / (2.0 * step);
+                touched += usize::from(g[v][c] != 0.0);
+                // floor set by the energy's rounding
+                assert!(
+                    (numeric - g[v][c]).abs() < 2e-5 * norm,
+                    "{v} {c}: {numeric:e} {:e}",
+                    g[v][c]
+                );
+            }
+        }
+        assert!(touched > 30, "{touched}");
+    }
+
+    #[test]
+    fn hessian_is_the_difference_quotient_of_the_gradient() {
+        let (grid, contact, x) = scene();
+        let pattern = grid.analysis.pattern();
+        let mut values = vec![0.0; pattern.nonzeros()];
+        contact.add_hessian(&grid, &x, false, &mut values);
+        let mut rng = seed::rng(6, "plate", 0);
+        for _ in 0..5 {
+            let direction: Vec<_> =
+                x.iter().map(|_| Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
+            let step = 1e-9;
+            let at = |by: f64| {
+                let y: Vec<_> = x.iter().zip(&direction).map(|(p, d)| p + d * by).collect();
+                let mut g = vec![Vector3::zeros(); x.len()];
+                contact.add_gradient(&grid, &y, &mut g);
+                g
+            };
+            let (plus, minus) = (at(step), at(-step));
+            let mut product = vec![Vector3::zeros(); x.len()];
+            pattern.multiply(&values, &direction, &mut product);
+            let scale = product.iter().map(Vector3::norm).fold(0.0, f64::max);
+            let error = (0..x.len())
+                .map(|v| ((plus[v] - minus[v]) / (2.0 * step) - product[v]).norm())
+                .fold(0.0, f64::max);
+            // samples that enter contact within the step limit the floor
+            assert!(error < 1e-4 * scale, "{error:e} of {scale:e}");
+        }
+    }
+
+    #[test]
+    fn a_sample_inside_the_plate_costs_infinity() {
+        let (grid, contact, mut x) = scene();
+        for p in &mut x {
+            p.y -= 1e-3;
+        }
+        assert!(contact.energy_j(&grid, &x).is_infinite());
+        assert!(contact.clearance_m(&grid, &x) < 0.0);
+    }
+
+    #[test]
+    fn distance_is_to_the_rounded_disc() {
+        let plate = Plate::default();
+        let d = |x: f64, y: f64, z: f64| plate.distance(&Vector3::new(x, y, z), 1.0).unwrap().d;
+        assert!((d(0.0, 0.01, 0.02) - 0.01).abs() < 1e-15);
+        assert!((d(0.053, -0.002, 0.0) - 0.003).abs() < 1e-15);
+        assert!((d(0.0, -0.002, -0.053) - 0.003).abs() < 1e-15);
+        assert!((d(0.01, -0.007, 0.0) - 0.003).abs() < 1e-15);
+        let diagonal = 0.048 + 0.003 / 2.0_f64.sqrt();
+        assert!((d(diagonal, -0.002 + 0.003 / 2.0_f64.sqrt(), 0.0) - 0.001).abs() < 1e-12);
+    }
+}

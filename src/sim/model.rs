@@ -1,0 +1,207 @@
+//! The specimen's total energy: elastic, gravity, plate, self-contact, guide.
+//!
+//! In: vertex positions (simulation frame, m). Out: energy \[J\], gradient \[N\],
+//! Hessian \[N/m\] on the grid's fixed pattern plus the blocks of self-contact
+//! that fall outside it.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use crate::base::Vector3;
+use crate::base::frame::GRAVITY_M_S2;
+use crate::fabric::Fabric;
+use crate::numeric::sparse::BlockPattern;
+use crate::sim::energy::bending::{Bending, PlateRigidity};
+use crate::sim::energy::membrane::{Corners, Membrane, Stress};
+use crate::sim::energy::plate::{Plate, PlateContact};
+use crate::sim::grid::{CELL_PAIRS, Grid};
+use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
+
+/// Springs that pull some vertices to places in space, to lead the sheet to a
+/// branch; released before the equilibrium is sought.
+#[derive(Clone, Debug, Default)]
+pub struct Guide {
+    /// (vertex, target \[m\]).
+    pub targets: Vec<(usize, Vector3)>,
+    /// Stiffness of each spring \[N/m\].
+    pub stiffness_n_m: f64,
+}
+
+/// A matrix on the grid's pattern and the blocks outside it.
+#[derive(Clone, Debug, Default)]
+pub struct Tangent {
+    /// Values on the pattern, lower triangle.
+    pub values: Vec<f64>,
+    /// Blocks (row, column, block) outside the pattern, each standing for itself
+    /// and its transpose.
+    pub outside: Vec<(u32, u32, Matrix3<f64>)>,
+}
+
+/// The energy of one specimen of one fabric.
+pub struct Model {
+    /// The grid.
+    pub grid: Arc<Grid>,
+    /// Mass of each vertex \[kg\].
+    pub mass_kg: Vec<f64>,
+    /// Plate contact with its anchors.
+    pub plate: PlateContact,
+    /// Self-contact with its candidate pairs.
+    pub self_contact: SelfContact,
+    /// Springs, none by default.
+    pub guide: Guide,
+    membrane: Membrane,
+    bending: Bending,
+    constant: Vec<f64>,
+    foreseen: Vec<Stress>,
+    blocks: Vec<Block>,
+}
+
+impl Model {
+    /// The model of `fabric` on `grid`, at rest when flat and weightless; self-contact
+    /// reaches `self_gap_cells` cells.
+    #[must_use]
+    pub fn new(grid: &Arc<Grid>, fabric: &Fabric, plate: Plate, self_gap_cells: f64) -> Self {
+        let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m;
+        let mass_kg = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
+        let bending = Bending::new(grid, &PlateRigidity::new(fabric));
+        let pattern = grid.analysis.pattern();
+        let mut constant = vec![0.0; pattern.nonzeros()];
+        bending.add_hessian(pattern, &mut constant);
+        let rest: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
+        let gap_m = self_gap_cells * grid.spacing_m;
+        let params = SelfContactParams { gap_m, ..SelfContactParams::default() };
+        Self {
+            mass_kg,
+            plate: PlateContact::new(grid, plate, fabric.density_kg_m2),
+            self_contact: SelfContact::new(&grid.triangles(), &rest, params),
+            guide: Guide::default(),
+            membrane: Membrane {
+                stretch_weft_n_m: fabric.stretch_weft_n_m,
+                stretch_warp_n_m: fabric.stretch_warp_n_m,
+                shear_n_m: fabric.shear_n_m,
+                spacing_m: grid.spacing_m,
+            },
+            bending,
+            constant,
+            foreseen: Vec::new(),
+            blocks: Vec::new(),
+            grid: Arc::clone(grid),
+        }
+    }
+
+    fn corners(x: &[Vector3], cell: &[u32; 4]) -> Corners {
+        cell.map(|v| x[v as usize])
+    }
+
+    /// Elastic and gravitational energy \[J\], zero for the flat sheet at y = 0.
+    #[must_use]
+    pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
+        let membrane: f64 =
+            self.grid.cells.iter().map(|c| self.membrane.energy_j(&Self::corners(x, c))).sum();
+        let weight: f64 = x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y).sum();
+        membrane + self.bending.energy_j(x) + weight
+    }
+
+    /// Total energy \[J\]; infinite where the plate is penetrated.
+    #[must_use]
+    pub fn energy_j(&self, x: &[Vector3]) -> f64 {
+        let plate = self.plate.energy_j(&self.grid, x);
+        if plate.is_infinite() {
+            return plate;
+        }
+        let guide: f64 = self.guide.targets.iter().map(|(v, t)| (x[*v] - t).norm_squared()).sum();
+        plate
+            + self.body_energy_j(x)
+            + self.self_contact.energy_j(x)
+            + 0.5 * self.guide.stiffness_n_m * guide
+    }
+
+    /// Total gradient \[N\]: minus the net force on each vertex.
+    pub fn gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
+        gradient.fill(Vector3::zeros());
+        for cell in &self.grid.cells {
+            let mut local = [Vector3::zeros(); 4];
+            self.membrane.add_gradient(&Self::corners(x, cell), &mut local);
+            for (&v, g) in cell.iter().zip(local) {
+                gradient[v as usize] += g;
+            }
+        }
+        self.bending.add_gradient(x, gradient);
+        for (g, m) in gradient.iter_mut().zip(&self.mass_kg) {
+            g.y += m * GRAVITY_M_S2;
+        }
+        self.plate.add_gradient(&self.grid, x, gradient);
+        self.self_contact.add_gradient(x, gradient);
+        for (v, target) in &self.guide.targets {
+            gradient[*v] += (x[*v] - target) * self.guide.stiffness_n_m;
+        }
+    }
+
+    /// Foresees the membrane's tension after the move `dx` from `x`, for the next
+    /// Hessian's geometric part; see [`Membrane::foreseen_stress`].
+    pub fn foresee(&mut self, x: &[Vector3], dx: &[Vector3], fraction: f64) {
+        self.foreseen.clear();
+        for cell in &self.grid.cells {
+            let move_ = Self::corners(dx, cell).map(|d| d * fraction);
+            self.foreseen.push(self.membrane.foreseen_stress(&Self::corners(x, cell), &move_));
+        }
+    }
+
+    /// Goes back to the exact Hessian.
+    pub fn forget_foreseen(&mut self) {
+        self.foreseen.clear();
+    }
+
+    /// Total Hessian; with `project` a positive semidefinite substitute.
+    pub fn hessian(&mut self, x: &[Vector3], project: bool, tangent: &mut Tangent) {
+        let grid = Arc::clone(&self.grid);
+        let pattern = grid.analysis.pattern();
+        tangent.values.clear();
+        tangent.values.extend_from_slice(&self.constant);
+        tangent.outside.clear();
+        let values = &mut tangent.values;
+        for (index, (cell, slots)) in grid.cells.iter().zip(&grid.cell_slots).enumerate() {
+            let mut k = 0;
+            let corners = Self::corners(x, cell);
+            let stress =
+                self.foreseen.get(index).copied().unwrap_or_else(|| self.membrane.stress(&corners));
+            self.membrane.hessian(&corners, &stress, project, &CELL_PAIRS, |r, c, block| {
+                if r == c {
+                    pattern.add_diagonal(values, cell[r] as usize, block);
+                } else {
+                    BlockPattern::add_block(values, slots[k], block);
+                    k += 1;
+                }
+            });
+        }
+        self.plate.add_hessian(&grid, x, project, values);
+        for (v, _) in &self.guide.targets {
+            pattern.add_diagonal(values, *v, &(Matrix3::identity() * self.guide.stiffness_n_m));
+        }
+        self.blocks.clear();
+        self.self_contact.blocks(x, project, &mut self.blocks);
+        for block in &self.blocks {
+            add_contact_block(pattern, block, tangent);
+        }
+    }
+}
+
+/// Adds the 12 x 12 block of a contact pair: on the pattern where it falls there.
+fn add_contact_block(pattern: &BlockPattern, block: &Block, tangent: &mut Tangent) {
+    for a in 0..4 {
+        for b in 0..=a {
+            let part: Matrix3<f64> = block.hessian.fixed_view::<3, 3>(3 * a, 3 * b).into_owned();
+            let (r, c) = (block.vertices[a] as usize, block.vertices[b] as usize);
+            if a == b {
+                pattern.add_diagonal(&mut tangent.values, r, &part);
+                continue;
+            }
+            let (r, c, part) = if r > c { (r, c, part) } else { (c, r, part.transpose()) };
+            match pattern.slot(r, c) {
+                Some(slot) => BlockPattern::add_block(&mut tangent.values, slot, &part),
+                None => tangent.outside.push((r as u32, c as u32, part)),
+            }
+        }
+    }
+}
