@@ -45,8 +45,6 @@ pub(super) struct Floor {
     pub normal: Vector3,
     /// Root mean square of the points about it \[m\].
     pub rms_m: f64,
-    /// Points on it.
-    pub points: usize,
 }
 
 /// Depth under the plate's top within which nothing but the plate is expected
@@ -103,7 +101,6 @@ pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64)
         height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
         normal,
         rms_m,
-        points: support.len(),
     })
 }
 
@@ -133,7 +130,7 @@ pub(super) fn isolate(
             && !stand
     };
     let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
-    let raw_spacing_m = spacing(&raw);
+    let raw_spacing_m = spacing(&raw, options);
     let cell = CELL_M.max(1.1 * raw_spacing_m);
     let thinned = drop_strays(thin(&raw, None, cell), cell);
     let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
@@ -200,18 +197,12 @@ pub(super) fn pedestal_axis(
 }
 
 /// Typical distance between points: the side of the square that each point has
-/// to itself on a disc that holds 12, from a sample of the points.
-fn spacing(points: &[Point3]) -> f64 {
-    const COUNT: usize = 12;
-    let tree = Neighbours::new(points);
-    let stride = (points.len() / 2000).max(1);
-    let sides: Vec<f64> = points
-        .iter()
-        .step_by(stride)
-        .filter_map(|p| tree.nearest(p, COUNT + 1).last().map(|n| n.1))
-        .map(|squared| (std::f64::consts::PI * squared / COUNT as f64).sqrt())
-        .collect();
-    robust::median(sides).unwrap_or(CELL_M)
+/// to itself on the plate's disc.
+fn spacing(points: &[Point3], options: &ScanOptions) -> f64 {
+    let radius = 0.9 * options.plate_radius_m;
+    let flat = |p: &&Point3| p.x.hypot(p.z) < radius && p.y.abs() < 0.2 * radius;
+    let count = points.iter().filter(flat).count().max(1) as f64;
+    (std::f64::consts::PI / count).sqrt() * radius
 }
 
 /// Statistical outlier removal on thinned points: those whose neighbours are

@@ -29,15 +29,20 @@ const FALLING_LIMIT: f64 = 0.5;
 const PATCH_RADII: f64 = 0.6;
 /// Largest root mean square of a flat patch [m]: cloth wrinkles and thinned noise.
 const FLAT_RMS_M: f64 = 3e-3;
+/// Share of level points within 1.5 radii above which the patch is a larger plane;
+/// a plate of half the sphere's radius has 0.5 or less.
+const MOST_LEVEL: f64 = 0.85;
 /// Bearings at which the edge is looked at.
 const BEARINGS: usize = 36;
+/// Points that are used around the plate.
+const MOST_NEAR: usize = 100_000;
 /// Fewest bearings that make a circle.
 const LEAST_EDGES: usize = 18;
 /// Rings of the search for the edge: ten to a plate radius, out to 2.2 radii.
 const RINGS_PER_RADIUS: f64 = 10.0;
 const RINGS: usize = 22;
 /// Relative error of the radius beyond which it is not the plate.
-const RADIUS_TOLERANCE: f64 = 0.16;
+const RADIUS_TOLERANCE: f64 = 0.25;
 
 /// The plate as the cloth on it shows it.
 #[derive(Clone, Debug)]
@@ -87,7 +92,7 @@ struct Candidate {
 
 /// Finds the plate in a scene of points \[m\].
 pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result<Plate, ScanError> {
-    let coarse = thin(points, None, radius_m * 0.08).points;
+    let coarse = thin(points, None, radius_m * 0.1).points;
     let tree = Neighbours::new(&coarse);
     let seeds = thin(&coarse, None, radius_m * 0.4).points;
     let candidates: Vec<Candidate> =
@@ -137,6 +142,13 @@ fn candidate(
             break;
         }
         let wide = tree.within(&mean, radius_m * 1.5);
+        let level = wide
+            .iter()
+            .filter(|&&i| (points[i] - mean).dot(&axis).abs() < 1.5 * FLAT_RMS_M)
+            .count();
+        if level as f64 > MOST_LEVEL * wide.len() as f64 {
+            return None; // a table: as flat as wide
+        }
         let flat = wide
             .iter()
             .map(|&i| points[i])
@@ -226,8 +238,10 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
     let mut noise_m = FLAT_RMS_M;
     let mut circle = (0.0, 0.0);
     let mut inner = 0.0;
-    let near: Vec<Point3> =
+    let mut near: Vec<Point3> =
         points.iter().copied().filter(|p| (p - centre).norm() < radius_m * 2.2).collect();
+    let stride = near.len().div_ceil(MOST_NEAR);
+    near = near.into_iter().step_by(stride).collect();
     for _ in 0..6 {
         let disc = |p: &&Point3| {
             let d = **p - centre;

@@ -30,7 +30,7 @@ const MIN_SUPPORT: f64 = 0.3;
 /// docs/validation.md.
 const BRIDGED_SIGMA_M: f64 = 2.5e-3;
 /// Smallest standard deviation: what folds cost in smoothing and unrolling [m].
-const FLOOR_SIGMA_M: f64 = 0.15e-3;
+const FLOOR_SIGMA_M: f64 = 0.25e-3;
 /// The smoothed points' errors are not independent: neighbours share raw points.
 const CORRELATION: f64 = 2.5;
 
