@@ -95,6 +95,7 @@ pub fn quality(scanned: &ScannedBoundary) -> Value {
         "unit": scanned.unit,
         "unit_guessed": q.unit_guessed,
         "up": q.up,
+        "seen_share": q.seen_share,
         "loop_length_mm": mm(q.loop_length_m),
         "side_lengths_mm": q.side_lengths_m.map(mm),
         "longest_gap_mm": mm(q.longest_gap_m),

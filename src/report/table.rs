@@ -55,7 +55,13 @@ pub fn scan(scanned: &ScannedBoundary) -> String {
     let _ = writeln!(out, "unit             {:>12}  ({guessed})", scanned.unit.name());
     let [x, y, z] = q.up;
     let _ = writeln!(out, "up               ({x:.3}, {y:.3}, {z:.3}) in the scan's frame");
-    let _ = writeln!(out, "points           {:>12}  of which cloth {}", q.points, q.cloth_points);
+    let _ = writeln!(
+        out,
+        "points           {:>12}  of which cloth {}, {:.1} % of its area seen",
+        q.points,
+        q.cloth_points,
+        100.0 * q.seen_share
+    );
     let _ = writeln!(
         out,
         "rim              {:>12.1}  mm long, {:.1} % observed, longest bridged arc {:.1} mm",

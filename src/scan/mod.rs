@@ -17,6 +17,7 @@
 //! occlusion looks like a rim.
 
 mod cloth;
+mod coverage;
 mod edge;
 pub mod error;
 pub mod neighbours;
@@ -56,6 +57,8 @@ const MIN_POINTS: usize = 3000;
 const FLOOR_SIGMA_RAD: f64 = 2e-3;
 /// Raw points that are tried for the edge: every 0.7 mm of a cloth's surface.
 const MOST_EDGE_CANDIDATES: usize = 200_000;
+/// Points farther apart than this many spacings have unseen cloth between them.
+const LONGEST_EDGE: f64 = 4.0;
 /// Share of the deficit that is put down to erosion. Empirical.
 const EROSION_SHARE: f64 = 0.6;
 /// Edges eroded by more are not what they seem \[m\].
@@ -105,6 +108,8 @@ pub struct Quality {
     pub up: [f64; 3],
     /// Share of the 244 points that were observed.
     pub observed_fraction: f64,
+    /// Share of the specimen's area that scanned points cover.
+    pub seen_share: f64,
     /// Length of the rim \[m\].
     pub loop_length_m: f64,
     /// Lengths of the four sides along the cloth \[m\].
@@ -203,6 +208,11 @@ pub fn boundary_from_scan(
         unit_guessed: options.unit.is_none(),
         up: local_from_scan.inverse_transform_vector(&Vector3::y()).into(),
         observed_fraction: share(&traced.points),
+        seen_share: coverage::seen_share(
+            &material,
+            options.specimen_side_m,
+            LONGEST_EDGE * cloth.spacing_m,
+        ),
         loop_length_m: traced.side_lengths_m.iter().sum(),
         side_lengths_m: traced.side_lengths_m,
         widths_m,
