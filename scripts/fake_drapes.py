@@ -3,7 +3,7 @@
 estimator without a simulator. Not physics: a smooth map from parameters to a folded rim that
 respects the symmetries. A model trained on it is marked, and the estimator will not ship it.
 
-    python scripts/fake_drapes.py --out /tmp/fake --count 2000
+    python scripts/fake_drapes.py --out data/fake --count 2000
 """
 
 import argparse

@@ -28,6 +28,9 @@ pub(crate) enum Command {
     Boundary(Boundary),
     /// Scan a drape with a virtual depth camera.
     Augment(Augment),
+    /// Measure what this program promises, and print the tables.
+    #[command(subcommand)]
+    Evaluate(Evaluate),
     /// Drape one fabric and write the sheet as OBJ.
     Simulate(Simulate),
     /// Fill a folder with simulated drapes of fabrics drawn from a prior.
@@ -35,8 +38,8 @@ pub(crate) enum Command {
 }
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 7] =
-    ["estimate", "inspect", "boundary", "simulate", "generate", "augment", "help"];
+const VERBS: [&str; 8] =
+    ["estimate", "inspect", "boundary", "simulate", "generate", "augment", "evaluate", "help"];
 
 /// Puts the verb `estimate` in front of an input file given without a verb.
 pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
@@ -197,6 +200,34 @@ pub(crate) struct FabricFlags {
     /// Take them from a params.json that `estimate` wrote; flags override
     #[arg(long, value_name = "FILE")]
     pub(crate) params: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Evaluate {
+    /// Rim error against the truth: drapes x sensor profiles x seeds.
+    Scan {
+        /// Drapes as `simulate` writes them
+        #[arg(required = true, value_name = "DRAPE.obj")]
+        drapes: Vec<PathBuf>,
+        /// Sensor profiles
+        #[arg(long, value_delimiter = ',', default_value = "structured-light,truedepth,consumer")]
+        profiles: Vec<String>,
+        /// Scans of each drape with each profile
+        #[arg(long, default_value_t = 2)]
+        seeds: u64,
+    },
+    /// Processor time and end of drapes over fabrics of the prior.
+    Speed {
+        /// Fabrics
+        #[arg(long, default_value_t = 20)]
+        count: u64,
+        /// Seed of fabrics and drops
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Simulate as `generate` does: coarser, and not to full rest
+        #[arg(long)]
+        dataset: bool,
+    },
 }
 
 #[derive(Debug, Args)]

@@ -6,6 +6,7 @@
 mod args;
 mod augment;
 mod estimate;
+mod evaluate;
 mod generate;
 mod inspect;
 mod simulate;
@@ -33,6 +34,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Inspect(given) => inspect::inspect(&given),
         args::Command::Boundary(given) => inspect::boundary(&given),
         args::Command::Augment(given) => augment::run(&given),
+        args::Command::Evaluate(given) => evaluate::run(&given),
         args::Command::Simulate(given) => simulate::run(&given),
         args::Command::Generate(given) => generate::run(&given),
     };

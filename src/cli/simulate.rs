@@ -4,6 +4,7 @@ use anyhow::Context as _;
 
 use super::{Failure, Outcome, args};
 use crate::fabric::Fabric;
+use crate::report::evaluate::thread_cpu_s;
 use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
@@ -78,10 +79,4 @@ fn fabric(flags: &args::FabricFlags) -> Result<Fabric, Failure> {
         value(flags.bending_bias, "/parameters/bending_bias/value")?,
         value(flags.density, "/density/value")?,
     ]))
-}
-
-/// Processor time of this thread so far \[s\], where the system tells it (Linux).
-fn thread_cpu_s() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
 }

@@ -1,6 +1,6 @@
 //! The network behind `ort`: by default the embedded `tract` (pure Rust, nothing
 //! to install); with `ORT_DYLIB_PATH` set, the native ONNX Runtime found there.
-//! Both give the same numbers (tests/estimate_runtime.rs).
+//! Both give the same numbers (tests/estimate_network.rs).
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 

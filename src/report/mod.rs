@@ -1,5 +1,6 @@
 //! Results for people and programs: the table, params.json, the overlay.
 
+pub mod evaluate;
 pub mod job;
 pub mod json;
 pub mod overlay;

@@ -103,15 +103,11 @@ impl Model {
         membrane + self.bending.energy_j(x) + weight
     }
 
-    /// Total energy \[J\]; infinite where the plate is penetrated.
+    /// Total energy \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        let plate = self.plate.energy_j(&self.grid, x);
-        if plate.is_infinite() {
-            return plate;
-        }
         let guide: f64 = self.guide.targets.iter().map(|(v, t)| (x[*v] - t).norm_squared()).sum();
-        plate
+        self.plate.energy_j(&self.grid, x)
             + self.body_energy_j(x)
             + self.self_contact.energy_j(x)
             + 0.5 * self.guide.stiffness_n_m * guide

@@ -8,8 +8,8 @@
 //! taken once a cell, at its centre (one-point quadrature of the bilinear cell),
 //! not on triangles: two triangles a cell make the stiffness depend on the
 //! diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
-//! curvature k costs S (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm as
-//! much as bending the mean knit. `docs/design/simulator.md` has the figures.
+//! curvature k costs H (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm more
+//! than bending the mean knit (`docs/design/simulator.md`).
 //!
 //! One point leaves the cell's in-plane twist `g = x_00 - x_10 - x_01 + x_11`
 //! free. Its in-plane part is held at the bilinear cell's own stiffness,
@@ -352,8 +352,7 @@ mod tests {
 
     #[test]
     fn a_cylinder_does_not_lock_at_any_angle() {
-        // the sheet may choose a uniform strain; what is left is locking. On two
-        // triangles a cell with both diagonals averaged 0.4 of bending is left.
+        // the sheet may choose a uniform strain; what is left is locking
         let curvature = 100.0;
         let bending = 0.5 * 1.12e-6 * curvature * curvature * MEMBRANE.spacing_m.powi(2);
         for degrees in [0.0, 30.0, 45.0, 60.0, 90.0] {

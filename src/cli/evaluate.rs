@@ -1,0 +1,83 @@
+//! `evaluate`: the tables of docs/validation.md.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+
+use super::{Outcome, args, augment};
+use crate::base::frame::GRAVITY_M_S2;
+use crate::dataset::drapes::dataset_options;
+use crate::report::evaluate::{read_drape, rim_error, rim_of, timed_drape};
+use crate::sim::SimOptions;
+
+pub(crate) fn run(given: &args::Evaluate) -> Outcome {
+    match given {
+        args::Evaluate::Scan { drapes, profiles, seeds } => scan(drapes, profiles, *seeds),
+        args::Evaluate::Speed { count, seed, dataset } => speed(*count, *seed, *dataset),
+    }
+}
+
+fn scan(drapes: &[PathBuf], profiles: &[String], seeds: u64) -> Outcome {
+    println!("drape, profile, seed, mean_mm, largest_mm, within_2_sigma, observed");
+    for path in drapes {
+        let mesh = read_drape(path)?;
+        let truth =
+            rim_of(&mesh).with_context(|| format!("{}: not a square grid", path.display()))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        for profile_name in profiles {
+            let profile = augment::profile(profile_name)?;
+            for seed in 1..=seeds {
+                print!("{name}, {profile_name}, {seed}, ");
+                match rim_error(&mesh, &truth, &profile, seed)? {
+                    Ok(e) => println!(
+                        "{:.2}, {:.2}, {:.2}, {:.2}",
+                        e.mean_m * 1e3,
+                        e.largest_m * 1e3,
+                        e.within_two_sigma,
+                        e.observed
+                    ),
+                    Err(refusal) => println!("refused: {refusal}"),
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn speed(count: u64, seed: u64, dataset: bool) -> Outcome {
+    let options = if dataset { dataset_options() } else { SimOptions::default() };
+    println!(
+        "fabric, bending_length_mm, cpu_s, factorisations, nodes, stop, residual_n, intersections"
+    );
+    let (mut seconds, mut stops) = (Vec::new(), BTreeMap::<&str, u64>::new());
+    for index in 0..count {
+        let timed = timed_drape(seed, index, &options)?;
+        let (f, d) = (&timed.fabric, &timed.drape);
+        let rigidity = (f.bending_weft_nm * f.bending_warp_nm).sqrt();
+        let length_m = (rigidity / (f.density_kg_m2 * GRAVITY_M_S2)).cbrt();
+        let cpu = timed.cpu_s.map_or("unknown".to_owned(), |s| format!("{s:.2}"));
+        println!(
+            "{index}, {:.1}, {cpu}, {}, {}, {}, {:.1e}, {}",
+            length_m * 1e3,
+            d.factorisations,
+            d.nodes,
+            d.stop.name(),
+            d.residual_n,
+            d.intersections
+        );
+        seconds.extend(timed.cpu_s);
+        *stops.entry(d.stop.name()).or_default() += 1;
+    }
+    seconds.sort_by(f64::total_cmp);
+    if let (Some(least), Some(most)) = (seconds.first(), seconds.last()) {
+        let at = |share: f64| seconds[((seconds.len() - 1) as f64 * share).round() as usize];
+        println!(
+            "cpu_s a drape: least {least:.2}, median {:.2}, 95th percentile {:.2}, most {most:.2}",
+            at(0.5),
+            at(0.95)
+        );
+    }
+    println!("stops: {stops:?}");
+    Ok(())
+}
