@@ -216,6 +216,16 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 2)]
         seeds: u64,
     },
+    /// How far the rims of `generate` are from those of full rest on the default grid,
+    /// and how far two drops of one fabric are from each other.
+    Dataset {
+        /// Fabrics
+        #[arg(long, default_value_t = 8)]
+        count: u64,
+        /// Seed of fabrics and drops
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics

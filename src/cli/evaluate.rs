@@ -8,12 +8,13 @@ use anyhow::Context as _;
 use super::{Outcome, args, augment};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::dataset::drapes::dataset_options;
-use crate::report::evaluate::{read_drape, rim_error, rim_of, timed_drape};
+use crate::report::evaluate::{another_drop, read_drape, rim_error, rim_of, timed_drape};
 use crate::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds } => scan(drapes, profiles, *seeds),
+        args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
         args::Evaluate::Speed { count, seed, dataset } => speed(*count, *seed, *dataset),
     }
 }
@@ -42,6 +43,29 @@ fn scan(drapes: &[PathBuf], profiles: &[String], seeds: u64) -> Outcome {
             }
         }
     }
+    Ok(())
+}
+
+fn dataset(count: u64, seed: u64) -> Outcome {
+    println!("fabric, dataset_to_default_mm, drop_to_drop_mm, dataset_stop, default_stop");
+    let mut sums = [0.0; 2];
+    for index in 0..count {
+        let quick = timed_drape(seed, index, &dataset_options())?;
+        let full = timed_drape(seed, index, &SimOptions::default())?;
+        let other = another_drop(seed, index, &SimOptions::default())?;
+        let mm =
+            [&quick.drape, &other].map(|d| 1e3 * full.drape.boundary.mean_distance_m(&d.boundary));
+        println!(
+            "{index}, {:.2}, {:.2}, {}, {}",
+            mm[0],
+            mm[1],
+            quick.drape.stop.name(),
+            full.drape.stop.name()
+        );
+        sums = [sums[0] + mm[0], sums[1] + mm[1]];
+    }
+    let [quick, other] = sums.map(|sum| sum / count as f64);
+    println!("means: {quick:.2} and {other:.2} mm");
     Ok(())
 }
 

@@ -135,6 +135,19 @@ pub fn timed_drape(
     Ok(TimedDrape { fabric, drape, cpu_s })
 }
 
+/// The fabric of [`timed_drape`] with another drop.
+///
+/// # Errors
+/// As there.
+pub fn another_drop(
+    run_seed: u64,
+    index: u64,
+    options: &SimOptions,
+) -> Result<Drape, MixtureError> {
+    let fabric = Mixture::knit_2020().sample(run_seed, index)?;
+    Ok(drape(&fabric, &Drop { start: DropStart::Perturbed(!(run_seed ^ index)) }, options))
+}
+
 /// Processor time of this thread so far \[s\], where the system tells it (Linux).
 #[must_use]
 pub fn thread_cpu_s() -> Option<f64> {
