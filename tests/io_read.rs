@@ -386,7 +386,7 @@ fn wavy_boundary() -> Boundary {
     let point = |i: usize| BoundaryPoint {
         position_m: Point3::new(0.15 * (i as f64).sin(), -0.1, 0.15 * (i as f64).cos()),
         sigma_m: 1e-4 * i as f64,
-        observed: i % 3 > 0,
+        observed: !i.is_multiple_of(3),
     };
     Boundary::new((0..POINTS).map(point).collect()).unwrap()
 }

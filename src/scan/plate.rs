@@ -210,8 +210,7 @@ fn falling_edge(
             rings[(sector as usize).min(BEARINGS - 1)][ring][0] += 1;
         }
     }
-    let edges: Vec<f64> =
-        rings.iter().filter_map(|sector| sector_edge(sector)).map(|r| r * radius_m).collect();
+    let edges: Vec<f64> = rings.iter().filter_map(sector_edge).map(|r| r * radius_m).collect();
     let radius = robust::median(edges.clone()).unwrap_or(0.0);
     (edges.len() as f64 / BEARINGS as f64, radius)
 }

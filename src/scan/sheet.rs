@@ -2,8 +2,9 @@
 //! fitted to the scanned surface.
 //!
 //! A uniform bicubic B-spline x(m) over the material square minimises
-//!   sum |x(m_i) - p_i|^2 / s_i^2  +  sum |second differences|^2 / d^2
-//!   +  sum |dx/dm - R|^2 / e^2,
+//!
+//! `sum |x(m_i) - p_i|^2 / s_i^2 + sum |second differences|^2 / d^2 + sum |dx/dm - R|^2 / e^2`
+//!
 //! with R the rotation nearest to dx/dm of the round before: data, bending and
 //! inextensibility (local/global as in `unroll`). After each fit the points slide
 //! to their nearest places m on the sheet. Where points are missing the last two

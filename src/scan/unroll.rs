@@ -110,18 +110,22 @@ fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
 pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolled {
     let graph = Graph::new(cloth);
     let count = cloth.surface.len();
-    let mut normals = cloth.normals.clone();
-    let mut axis = vec![Vector3::zeros(); count];
-    let mut flat = vec![[0.0_f64; 2]; count];
+    let mut front = Front {
+        graph: &graph,
+        cloth,
+        done: vec![false; count],
+        normals: cloth.normals.clone(),
+        axis: vec![Vector3::zeros(); count],
+        flat: vec![[0.0; 2]; count],
+    };
     let mut distance = vec![f64::INFINITY; count];
-    let mut done = vec![false; count];
     let mut parent = vec![u32::MAX; count];
     let mut fixed = vec![false; count];
     let mut heap: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
     for (i, p) in cloth.surface.iter().enumerate() {
         if p.x.hypot(p.z) < seed_radius_m
             && p.y.abs() < 0.1 * seed_radius_m
-            && normals[i].y.abs() > 0.8
+            && front.normals[i].y.abs() > 0.8
         {
             fixed[i] = true;
             distance[i] = 0.0;
@@ -129,34 +133,25 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
         }
     }
     while let Some(Reverse((_, j))) = heap.pop() {
-        if done[j] {
+        if front.done[j] {
             continue;
         }
         if fixed[j] {
-            let upward = normals[j].y.signum();
-            normals[j] *= upward;
-            axis[j] = tangent(&Vector3::x(), &normals[j]);
-            flat[j] = [cloth.surface[j].x, cloth.surface[j].z];
+            let upward = front.normals[j].y.signum();
+            front.normals[j] *= upward;
+            front.axis[j] = tangent(&Vector3::x(), &front.normals[j]);
+            front.flat[j] = [cloth.surface[j].x, cloth.surface[j].z];
         } else {
-            advance(
-                j,
-                parent[j] as usize,
-                &graph,
-                cloth,
-                &done,
-                &mut normals,
-                &mut axis,
-                &mut flat,
-            );
+            front.advance(j, parent[j] as usize);
         }
-        done[j] = true;
-        if flat[j][0].hypot(flat[j][1]) > reach_m {
+        front.done[j] = true;
+        if front.flat[j][0].hypot(front.flat[j][1]) > reach_m {
             continue;
         }
         for k in graph.of(j) {
             let through = distance[j]
                 + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
-            if !done[k] && through < distance[k] {
+            if !front.done[k] && through < distance[k] {
                 distance[k] = through;
                 parent[k] = j as u32;
                 // Non-negative floats order like their bits.
@@ -164,12 +159,14 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
             }
         }
     }
-    let reached = |i: &usize| done[*i] && flat[*i][0].hypot(flat[*i][1]) < reach_m;
+    let reached =
+        |i: &usize| front.done[*i] && front.flat[*i][0].hypot(front.flat[*i][1]) < reach_m;
     let kept: Vec<usize> = (0..count).filter(reached).collect();
     let mut number = vec![u32::MAX; count];
     for (k, &i) in kept.iter().enumerate() {
         number[i] = k as u32;
     }
+    let Front { normals, flat, .. } = front;
     let lists = kept.iter().map(|&i| {
         let a = tangent(&any_across(&normals[i]), &normals[i]);
         let near: Vec<(u32, [f64; 2])> = graph
@@ -207,55 +204,64 @@ fn in_plane(step: &Vector3, a: &Vector3, normal: &Vector3) -> [f64; 2] {
     [step.dot(a), step.dot(&a.cross(normal))]
 }
 
-/// Places point j from the neighbour that the front came from and the other
-/// placed neighbours that agree with it.
-fn advance(
-    j: usize,
-    parent: usize,
-    graph: &Graph,
-    cloth: &Cloth,
-    done: &[bool],
-    normals: &mut [Vector3],
-    axis: &mut [Vector3],
-    flat: &mut [[f64; 2]],
-) {
-    if normals[parent].dot(&normals[j]) < 0.0 {
-        normals[j] = -normals[j];
+/// The front that spreads over the points, and what it has placed.
+struct Front<'a> {
+    graph: &'a Graph,
+    cloth: &'a Cloth,
+    done: Vec<bool>,
+    normals: Vec<Vector3>,
+    axis: Vec<Vector3>,
+    flat: Vec<[f64; 2]>,
+}
+
+impl Front<'_> {
+    /// Places point j from the neighbour that the front came from and the other
+    /// placed neighbours that agree with it.
+    fn advance(&mut self, j: usize, parent: usize) {
+        if self.normals[parent].dot(&self.normals[j]) < 0.0 {
+            self.normals[j] = -self.normals[j];
+        }
+        let through = |i: usize| {
+            let d = self.cloth.surface[j] - self.cloth.surface[i];
+            let chord = d.norm();
+            let step = in_plane(
+                &surface_step(&d, &self.normals[i], &self.normals[j]),
+                &self.axis[i],
+                &self.normals[i],
+            );
+            ([self.flat[i][0] + step[0], self.flat[i][1] + step[1]], 1.0 / chord)
+        };
+        // The largest group of neighbours that say the same: two layers that touch
+        // put the point into two places.
+        let said: Vec<(usize, [f64; 2], f64)> = self
+            .graph
+            .of(j)
+            .filter(|&i| self.done[i] && self.normals[i].dot(&self.normals[j]) > 0.0)
+            .map(|i| {
+                let (at, weight) = through(i);
+                (i, at, weight)
+            })
+            .collect();
+        let agree =
+            |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < self.cloth.spacing_m;
+        let support =
+            |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
+        let Some(best) = said.iter().max_by(|a, b| support(&a.1).total_cmp(&support(&b.1))) else {
+            self.flat[j] = [f64::NAN; 2];
+            return;
+        };
+        let mut along = Vector3::zeros();
+        let mut sum = [0.0; 2];
+        let mut weights = 0.0;
+        for (i, at, weight) in said.iter().filter(|s| agree(&best.1, &s.1)) {
+            along += transport(&self.axis[*i], &self.normals[*i], &self.normals[j]) * *weight;
+            sum[0] += weight * at[0];
+            sum[1] += weight * at[1];
+            weights += weight;
+        }
+        self.flat[j] = [sum[0] / weights, sum[1] / weights];
+        self.axis[j] = tangent(&along, &self.normals[j]);
     }
-    let through = |i: usize| {
-        let d = cloth.surface[j] - cloth.surface[i];
-        let chord = d.norm();
-        let step = in_plane(&surface_step(&d, &normals[i], &normals[j]), &axis[i], &normals[i]);
-        ([flat[i][0] + step[0], flat[i][1] + step[1]], 1.0 / chord)
-    };
-    // The largest group of neighbours that say the same: two layers that touch
-    // put the point into two places.
-    let said: Vec<(usize, [f64; 2], f64)> = graph
-        .of(j)
-        .filter(|&i| done[i] && normals[i].dot(&normals[j]) > 0.0)
-        .map(|i| {
-            let (at, weight) = through(i);
-            (i, at, weight)
-        })
-        .collect();
-    let agree = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < cloth.spacing_m;
-    let support =
-        |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
-    let Some(best) = said.iter().max_by(|a, b| support(&a.1).total_cmp(&support(&b.1))) else {
-        flat[j] = [f64::NAN; 2];
-        return;
-    };
-    let mut along = Vector3::zeros();
-    let mut sum = [0.0; 2];
-    let mut weights = 0.0;
-    for (i, at, weight) in said.iter().filter(|s| agree(&best.1, &s.1)) {
-        along += transport(&axis[*i], &normals[*i], &normals[j]) * *weight;
-        sum[0] += weight * at[0];
-        sum[1] += weight * at[1];
-        weights += weight;
-    }
-    flat[j] = [sum[0] / weights, sum[1] / weights];
-    axis[j] = tangent(&along, &normals[j]);
 }
 
 /// Parallel transport: the smallest rotation that takes normal `from` to `to`.

@@ -16,7 +16,7 @@ fn fake(index: u64, fabric: &Fabric, seed: u64) -> SimulatedRow {
         boundary: Boundary::exact((0..boundary::POINTS).map(point)).unwrap(),
         at_rest: index % 7 != 3,
         stop: if index % 7 == 3 { "steps spent".into() } else { "at rest".into() },
-        stable: index % 2 == 0,
+        stable: index.is_multiple_of(2),
         node_count: (index % 5) as u32,
         energy_j: -wave,
         residual_n: 1e-6 / (1.0 + index as f64),
