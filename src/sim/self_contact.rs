@@ -15,7 +15,7 @@
 //! for several small steps on one cache.
 //!
 //! Pairs left out: those that share a vertex, and those whose rest distance is
-//! below [`REST_FACTOR`] gaps, so that a flat sheet is free of contact. On the
+//! below `REST_FACTOR` gaps, so that a flat sheet is free of contact. On the
 //! default 5 mm grid with a 1 mm gap the least rest distance of a pair without
 //! a common vertex is 3.5 mm, hence nothing but the first kind is left out,
 //! and every crossing of two triangles without a common vertex is prevented.
