@@ -107,6 +107,6 @@ mod tests {
         assert_eq!(significant(131_010.96), "131011");
         assert_eq!(significant(1119.74), "1120");
         assert_eq!(significant(45.784_2), "45.78");
-        assert_eq!(significant(0.012_345), "0.01234");
+        assert_eq!(significant(0.012_346), "0.01235");
     }
 }
