@@ -6,8 +6,8 @@ use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
 /// The options under which datasets are made: a coarser grid than a single drape's,
 /// and the descent ends when a cycle lowers the energy by less than 3e-4 of itself.
-/// How far such rims are from the default's is in `docs/validation.md`: less than
-/// two drops of one fabric are from each other.
+/// How far such rims are from the default's is in `docs/validation.md`: nearly as
+/// far as two drops of one fabric are from each other.
 #[must_use]
 pub fn dataset_options() -> SimOptions {
     SimOptions { vertices: 41, fall_vertices: 25, energy_drop: 3e-4, ..SimOptions::default() }
