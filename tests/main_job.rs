@@ -85,7 +85,8 @@ fn from_file_to_parameters() {
             assert!((0.1..10.0).contains(&ratio), "{scan} {key}: {ratio}");
             covered += usize::from((low..=high).contains(&value));
         }
-        // 90 % intervals: five of six or more in nine scans of ten
+        // observed: 4 of 6 on both; stretch is missed, since the model's drapes are of
+        // a coarser grid (docs/validation.md). To be raised with the next model.
         assert!(covered >= 4, "{scan}: {covered} of 6 intervals hold the truth");
         let rim = boundary_csv::read(out.path().join(format!("{scan}.boundary.csv"))).unwrap();
         let truth = boundary_csv::read(fixture(&format!("drapes/{drape}.boundary.csv"))).unwrap();

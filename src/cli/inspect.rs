@@ -6,8 +6,9 @@ use crate::report::{job, json, table};
 use crate::scan::picture;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
-    let (scanned, _) =
+    let (scanned, notes) =
         job::rim(&given.scan.input, &given.scan.options()).map_err(Failure::of_job)?;
+    eprint!("{}", table::notes(&notes));
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
     } else {

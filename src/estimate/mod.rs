@@ -8,9 +8,9 @@
 //! estimation.md).
 //!
 //! Where it fails: outside the trained range the network extrapolates, and says
-//! so (`in_range`, `novelty`); a stiffness that the drape hardly shows (stretch)
-//! gets an interval about as wide as the prior; the coverage of the intervals
-//! holds over the prior's fabrics on average, not for each fabric.
+//! so (`in_range`, `novelty`); the coverage of the intervals holds on average over
+//! the prior's fabrics, not for each, and for drapes made like the training data:
+//! on those of a finer grid it is less (docs/validation.md).
 
 mod model;
 mod runtime;

@@ -40,6 +40,10 @@ pub fn params(outcome: &Outcome) -> Value {
         },
         "candidates": candidates,
         "boundary": boundary(outcome),
+        "read": {
+            "points_in_file": outcome.notes.points_in_file,
+            "dropped_non_finite": outcome.notes.dropped_non_finite,
+        },
         "quality": quality(&outcome.scanned),
         "orientation": outcome.scanned.orientation,
         "novelty": {

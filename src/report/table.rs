@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::Outcome;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
+use crate::io::ReadNotes;
 use crate::scan::{Orientation, ScannedBoundary};
 
 /// The whole result as text.
@@ -12,6 +13,7 @@ pub fn text(outcome: &Outcome) -> String {
     let mut out = String::new();
     // writing to a string cannot fail
     let _ = writeln!(out, "{}", outcome.job.input.display());
+    out += &notes(&outcome.notes);
     out += &scan(&outcome.scanned);
     let density = outcome.job.density_kg_m2 / KG_M2_PER_G_M2;
     let _ = writeln!(out, "density          {density:>12.1}  {DENSITY_UNIT} (given)\n");
@@ -42,6 +44,20 @@ pub fn text(outcome: &Outcome) -> String {
     }
     let _ = writeln!(out, "model {} ({})", outcome.model[0], &outcome.model[1][..12]);
     let _ = writeln!(out, "simulation parameters, not measured mechanical properties");
+    out
+}
+
+/// What the reader left out of a file, as text; nothing if it took all.
+#[must_use]
+pub fn notes(notes: &ReadNotes) -> String {
+    let mut out = String::new();
+    if notes.dropped_non_finite > 0 {
+        let _ = writeln!(
+            out,
+            "left out         {:>12}  of {} points: not finite or absurdly far",
+            notes.dropped_non_finite, notes.points_in_file
+        );
+    }
     out
 }
 

@@ -47,19 +47,6 @@ pub enum ScanError {
         /// The unit in use.
         unit: super::LengthUnit,
     },
-    /// The cloth could not be followed from the plate to its edge.
-    #[error(
-        "the cloth ends {reach_mm:.0} mm from the plate's centre towards {bearing_deg:.0} degrees, its \
-         edge lies at {expected_mm:.0} mm: that part is not scanned; add a view from there"
-    )]
-    Hidden {
-        /// Farthest cloth on that bearing, along the cloth.
-        reach_mm: f64,
-        /// Where the edge should be.
-        expected_mm: f64,
-        /// The place.
-        bearing_deg: f64,
-    },
     /// The flattened cloth is not a square of the specimen's size.
     #[error(
         "the flattened outline differs from a {side_mm:.0} mm square by {rms_mm:.1} mm rms (limit \

@@ -26,8 +26,7 @@ const STRETCHES: [f64; 2] = [0.85, 1.15];
 /// Least number of surface points around a rim point, in cells of the thinned
 /// cloth on the half disc of cloth there.
 const MIN_SUPPORT: f64 = 0.3;
-/// Standard deviation stated where the rim is bridged [m]. Empirical, see
-/// docs/validation.md.
+/// Standard deviation stated where the rim is bridged [m]. Empirical.
 const BRIDGED_SIGMA_M: f64 = 2.5e-3;
 /// Smallest standard deviation: what folds cost in smoothing and unrolling [m].
 const FLOOR_SIGMA_M: f64 = 0.25e-3;
