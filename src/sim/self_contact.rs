@@ -32,9 +32,12 @@
 //! contract: energies may be infinite or NaN. Elements with very unequal sizes
 //! make the broad phase slow.
 //!
+//! Pairs are cached in an order that depends on the mesh and on the positions alone,
+//! not on the thread or on what was cached before (`collect.rs`).
+//!
 //! Dropped: the 2-ring left out ("bending prevents a fold within two cells"):
-//! soft knits do fold within 10 mm, and the rejection of near pairs costs less
-//! than feared (see `separated_by_axis`). A barrier on the squared distance
+//! soft knits do fold within 10 mm, and neighbours are told apart many at once
+//! (`patches.rs`). A barrier on the squared distance
 //! (as in the IPC code): stiffness in N/m^3, same shape. Caching by vertex
 //! ball only: a falling sheet has large `dx` and small relative motion, and
 //! the ball then holds every pair of the sheet.
@@ -42,8 +45,10 @@
 mod barrier;
 mod broad;
 mod ccd;
+mod collect;
 mod distance;
 mod intersections;
+mod patches;
 #[cfg(test)]
 mod tests;
 
@@ -52,9 +57,11 @@ pub use intersections::count_intersections;
 
 use crate::base::Vector3;
 use barrier::Pair;
-use broad::{Bounds, BoxGrid};
-use distance::{PairKind, closest};
+use collect::Work;
+use distance::closest;
+use patches::Patches;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Pairs nearer than this many gaps at rest are left out. 1 would do for an
 /// unstrained sheet; 2 leaves room for compression and shear. Empirical.
@@ -109,13 +116,6 @@ enum Coverage {
     Line(Vec<Vector3>),
 }
 
-/// The motion for which pairs are to be collected.
-#[derive(Clone, Copy)]
-enum Motion<'a> {
-    Reach(f64),
-    Along(&'a [Vector3], Vector3),
-}
-
 #[derive(Clone, Debug)]
 pub struct SelfContact {
     params: SelfContactParams,
@@ -124,11 +124,13 @@ pub struct SelfContact {
     rest: Vec<Vector3>,
     point_weight: Vec<f64>,
     pairs: Vec<Pair>,
+    /// Distance of each pair at the update, metres.
+    cached_distances_m: Vec<f64>,
     /// Positions at the update.
     reference: Vec<Vector3>,
     coverage: Coverage,
-    grid: BoxGrid,
-    boxes: Vec<Bounds>,
+    patches: Arc<Patches>,
+    work: Work,
 }
 
 impl SelfContact {
@@ -150,7 +152,11 @@ impl SelfContact {
         let edges = edge_weight
             .into_iter()
             .map(|(ends, weight)| Edge { ends, rest_length_m: length_m(ends), weight })
-            .collect();
+            .collect::<Vec<_>>();
+        let ends: Vec<_> = edges.iter().map(|e| e.ends).collect();
+        let has_area: Vec<_> = point_weight.iter().map(|w| *w > 0.0).collect();
+        let patches =
+            Patches::shared(triangles, &ends, &has_area, rest, REST_FACTOR * params.gap_m);
         SelfContact {
             params,
             triangles: triangles.to_vec(),
@@ -158,10 +164,11 @@ impl SelfContact {
             rest: rest.to_vec(),
             point_weight,
             pairs: Vec::new(),
+            cached_distances_m: Vec::new(),
             reference: Vec::new(),
             coverage: Coverage::Ball(0.0),
-            grid: BoxGrid::default(),
-            boxes: Vec::new(),
+            patches,
+            work: Work::default(),
         }
     }
 
@@ -184,7 +191,7 @@ impl SelfContact {
     /// long as no vertex is farther than `reach_m / 2` from `x`; `max_step`
     /// keeps to that. Cost grows with `reach_m` beyond the edge length.
     pub fn update(&mut self, x: &[Vector3], reach_m: f64) {
-        self.collect(x, Motion::Reach(reach_m));
+        self.collect(x, None, self.params.gap_m + reach_m);
         self.coverage = Coverage::Ball(0.5 * reach_m);
     }
 
@@ -193,7 +200,11 @@ impl SelfContact {
     /// translation costs nothing.
     pub fn update_along(&mut self, x: &[Vector3], dx: &[Vector3]) {
         let mean = dx.iter().sum::<Vector3>() / dx.len().max(1) as f64;
-        self.collect(x, Motion::Along(dx, mean));
+        let mut end = std::mem::take(&mut self.work.end);
+        end.clear();
+        end.extend(x.iter().zip(dx).map(|(p, d)| p + d - mean));
+        self.collect(x, Some(&end), self.params.gap_m);
+        self.work.end = end;
         let mut line = match std::mem::replace(&mut self.coverage, Coverage::Ball(0.0)) {
             Coverage::Line(buffer) => buffer,
             Coverage::Ball(_) => Vec::new(),
@@ -203,110 +214,24 @@ impl SelfContact {
         self.coverage = Coverage::Line(line);
     }
 
-    fn collect(&mut self, x: &[Vector3], motion: Motion) {
-        self.reference.clear();
-        self.reference.extend_from_slice(x);
-        let mut pairs = std::mem::take(&mut self.pairs);
-        let mut boxes = std::mem::take(&mut self.boxes);
-        let mut grid = std::mem::take(&mut self.grid);
-        pairs.clear();
-
-        boxes.clear();
-        boxes.extend(self.edges.iter().map(|e| bounds(&e.ends, x, motion, self.params.gap_m)));
-        grid.build(&boxes, 0.0);
-        grid.overlapping_pairs(|a, b| pairs.extend(self.edge_pair(a.min(b), a.max(b), x, motion)));
-
-        boxes.clear();
-        boxes.extend(self.triangles.iter().map(|t| bounds(t, x, motion, self.params.gap_m)));
-        let point_box = |p: usize| bounds(&[p as u32], x, motion, self.params.gap_m);
-        let width = |b: Bounds| (b.max - b.min).max();
-        let widest_m = (0..x.len()).map(|p| width(point_box(p))).fold(0.0, f64::max);
-        grid.build(&boxes, widest_m);
-        for p in 0..x.len() {
-            if self.point_weight[p] > 0.0 {
-                grid.overlapping(&point_box(p), |t| pairs.extend(self.point_pair(p, t, x, motion)));
-            }
-        }
-        (self.pairs, self.boxes, self.grid) = (pairs, boxes, grid);
-    }
-
-    #[inline]
-    fn edge_pair(&self, a: u32, b: u32, x: &[Vector3], motion: Motion) -> Option<Pair> {
-        let (first, second) = (&self.edges[a as usize], &self.edges[b as usize]);
-        let ([i, j], [k, l]) = (first.ends, second.ends);
-        if i == k || i == l || j == k || j == l {
-            return None;
-        }
-        let length_sq = first.rest_length_m.powi(2) * second.rest_length_m.powi(2);
-        let pair = Pair {
-            kind: PairKind::EdgeEdge,
-            vertices: [i, j, k, l],
-            stiffness_n_m: self.params.stiffness_n_m * 0.5 * (first.weight + second.weight),
-            mollify_below_m4: MOLLIFIER_SIN_SQ * length_sq,
-            cached_distance_m: 0.0,
-        };
-        self.if_near(pair, x, motion)
-    }
-
-    #[inline]
-    fn point_pair(&self, p: usize, t: u32, x: &[Vector3], motion: Motion) -> Option<Pair> {
-        let [a, b, c] = self.triangles[t as usize];
-        let point = p as u32;
-        if point == a || point == b || point == c {
-            return None;
-        }
-        let pair = Pair {
-            kind: PairKind::PointTriangle,
-            vertices: [point, a, b, c],
-            stiffness_n_m: self.params.stiffness_n_m * self.point_weight[p],
-            mollify_below_m4: 0.0,
-            cached_distance_m: 0.0,
-        };
-        self.if_near(pair, x, motion)
-    }
-
-    /// The pair with its distance, if it can come within the gap and is not
-    /// too near at rest.
-    fn if_near(&self, mut pair: Pair, x: &[Vector3], motion: Motion) -> Option<Pair> {
-        let corners = pair.corners(x);
-        let within_m = self.params.gap_m
-            + match motion {
-                Motion::Reach(reach_m) => reach_m,
-                Motion::Along(dx, _) => ccd::relative_motion_m(pair.kind, &pair.corners(dx)),
-            };
-        if separated_by_axis(pair.kind, &corners, within_m) {
-            return None;
-        }
-        let distance_sq = closest(pair.kind, &corners).distance_sq;
-        if distance_sq >= within_m * within_m {
-            return None;
-        }
-        let rest_sq = closest(pair.kind, &pair.corners(&self.rest)).distance_sq;
-        if rest_sq < (REST_FACTOR * self.params.gap_m).powi(2) {
-            return None;
-        }
-        pair.cached_distance_m = distance_sq.sqrt();
-        Some(pair)
-    }
-
     /// Cached pairs that may be within the gap at `x`, with their corners: the
     /// motion since the update must make up for the distance then.
     fn near_pairs<'a>(
         &'a self,
         x: &'a [Vector3],
     ) -> impl Iterator<Item = (&'a Pair, [Vector3; 4])> {
-        self.pairs.iter().filter_map(move |pair| {
-            let corners = pair.corners(x);
-            let spare_m = pair.cached_distance_m - self.params.gap_m;
-            if spare_m > 0.0 {
+        let moved_m = largest_relative_m(x.iter().zip(&self.reference).map(|(p, q)| p - q));
+        let gap_m = self.params.gap_m;
+        let cached = self.pairs.iter().zip(&self.cached_distances_m);
+        cached.filter(move |(_, distance_m)| **distance_m - gap_m <= moved_m).filter_map(
+            move |(pair, distance_m)| {
+                let corners = pair.corners(x);
                 let before = pair.corners(&self.reference);
-                let moved = [0, 1, 2, 3].map(|i| corners[i] - before[i]);
-                if ccd::relative_motion_m(pair.kind, &moved) < spare_m {
-                    return None;
-                }
-            }
-            Some((pair, corners))
-        })
+                let moved = difference(&corners, &before);
+                let apart = ccd::relative_motion_m(pair.kind, &moved) < distance_m - gap_m;
+                (!apart).then_some((pair, corners))
+            },
+        )
     }
 
     /// Contact energy, J.
@@ -347,15 +272,20 @@ impl SelfContact {
         if limit <= 0.0 {
             return 0.0;
         }
-        for pair in &self.pairs {
+        // 1e-9: rounding of the cached distance.
+        let kept = 1.0 - ccd::KEEP - 1e-9;
+        let moved_m = largest_relative_m(x.iter().zip(&self.reference).map(|(p, q)| p - q));
+        let step_m = largest_relative_m(dx.iter().copied());
+        for (pair, distance_m) in self.pairs.iter().zip(&self.cached_distances_m) {
+            if limit * step_m < kept * (distance_m - moved_m) {
+                continue;
+            }
             let step = pair.corners(dx);
             let motion_m = ccd::relative_motion_m(pair.kind, &step);
             let corners = pair.corners(x);
-            let before = pair.corners(&self.reference);
-            let moved = [0, 1, 2, 3].map(|i| corners[i] - before[i]);
-            let at_least_m = pair.cached_distance_m - ccd::relative_motion_m(pair.kind, &moved);
-            // 1e-9: rounding of the cached distance.
-            if limit * motion_m >= (1.0 - ccd::KEEP - 1e-9) * at_least_m {
+            let moved = difference(&corners, &pair.corners(&self.reference));
+            let at_least_m = distance_m - ccd::relative_motion_m(pair.kind, &moved);
+            if limit * motion_m >= kept * at_least_m {
                 limit = ccd::safe_fraction(pair.kind, &corners, &step, motion_m, limit);
             }
         }
@@ -393,38 +323,23 @@ impl SelfContact {
     }
 }
 
-/// Box of an element over the motion, wide enough that the boxes of two
-/// elements overlap if these can come within the gap.
-fn bounds(vertices: &[u32], x: &[Vector3], motion: Motion, gap_m: f64) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    for &v in vertices {
-        let at = &x[v as usize];
-        bounds.include(at);
-        if let Motion::Along(dx, mean) = motion {
-            bounds.include(&(at + dx[v as usize] - mean));
-        }
-    }
-    match motion {
-        Motion::Reach(reach_m) => bounds.inflated(0.5 * (gap_m + reach_m)),
-        Motion::Along(..) => bounds.inflated(0.5 * gap_m),
-    }
+fn difference(a: &[Vector3; 4], b: &[Vector3; 4]) -> [Vector3; 4] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
 }
 
-/// Cheap and sufficient: are the elements apart by more than `within_m` along
-/// the line of their centres? True for most neighbours on the sheet.
-#[inline]
-fn separated_by_axis(kind: PairKind, x: &[Vector3; 4], within_m: f64) -> bool {
-    let (axis, gap) = match kind {
-        PairKind::EdgeEdge => {
-            let axis = x[2] + x[3] - x[0] - x[1];
-            let low = axis.dot(&x[2]).min(axis.dot(&x[3]));
-            (axis, low - axis.dot(&x[0]).max(axis.dot(&x[1])))
+/// Bound on the relative motion of any two vertices, metres: the diagonal of the
+/// box of all motions.
+fn largest_relative_m(motions: impl Iterator<Item = Vector3>) -> f64 {
+    let (mut low, mut high) = (Vector3::zeros(), Vector3::zeros());
+    for (i, motion) in motions.enumerate() {
+        if i == 0 {
+            (low, high) = (motion, motion);
         }
-        PairKind::PointTriangle => {
-            let axis = x[1] + x[2] + x[3] - x[0] * 3.0;
-            let low = axis.dot(&x[1]).min(axis.dot(&x[2])).min(axis.dot(&x[3]));
-            (axis, low - axis.dot(&x[0]))
+        // plain comparisons: `f64::min` pays for NaN
+        for k in 0..3 {
+            low[k] = if motion[k] < low[k] { motion[k] } else { low[k] };
+            high[k] = if motion[k] > high[k] { motion[k] } else { high[k] };
         }
-    };
-    gap > 0.0 && gap * gap > within_m * within_m * axis.norm_squared()
+    }
+    (high - low).norm()
 }

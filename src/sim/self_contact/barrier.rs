@@ -40,13 +40,13 @@ pub struct Pair {
     pub stiffness_n_m: f64,
     /// `c` below which the mollifier acts, m^4; 0 for point-triangle.
     pub mollify_below_m4: f64,
-    /// Distance when the pair was cached, metres.
-    pub cached_distance_m: f64,
 }
 
 impl Pair {
+    #[inline]
     pub fn corners(&self, x: &[Vector3]) -> [Vector3; 4] {
-        self.vertices.map(|v| x[v as usize])
+        let [a, b, c, d] = self.vertices;
+        [x[a as usize], x[b as usize], x[c as usize], x[d as usize]]
     }
 }
 

@@ -14,8 +14,9 @@
 //! that box sets the cell. Boxes with non-finite bounds are reported or not.
 //!
 //! Dropped: filing a box under every cell that it touches: needs a duplicate
-//! check per hit; a bounding volume tree: the neighbours on the sheet dominate
-//! and a tree visits them no faster.
+//! check per hit; a bounding volume tree over the bins of a drape, refitted and
+//! descended against itself: up to 0.3 ms dearer per update than the
+//! grid, of 1.0 ms.
 
 use crate::base::Vector3;
 
@@ -38,15 +39,30 @@ impl Bounds {
         max: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
+    #[inline(always)]
     pub fn include(&mut self, p: &Vector3) {
-        self.min = self.min.inf(p);
-        self.max = self.max.sup(p);
+        // plain comparisons: `f64::min` pays for NaN
+        for k in 0..3 {
+            self.min[k] = if p[k] < self.min[k] { p[k] } else { self.min[k] };
+            self.max[k] = if p[k] > self.max[k] { p[k] } else { self.max[k] };
+        }
     }
 
     pub fn inflated(mut self, by_m: f64) -> Self {
         self.min.add_scalar_mut(-by_m);
         self.max.add_scalar_mut(by_m);
         self
+    }
+
+    #[inline(always)]
+    pub fn overlaps(&self, other: &Bounds) -> bool {
+        // `&`, not `&&`: six compares cost less than one mispredicted branch.
+        (self.min.x <= other.max.x)
+            & (other.min.x <= self.max.x)
+            & (self.min.y <= other.max.y)
+            & (other.min.y <= self.max.y)
+            & (self.min.z <= other.max.z)
+            & (other.min.z <= self.max.z)
     }
 }
 
@@ -59,7 +75,6 @@ struct Bounds32 {
 impl Bounds32 {
     #[inline(always)]
     fn overlaps(&self, other: &Bounds32) -> bool {
-        // `&`, not `&&`: six compares cost less than one mispredicted branch.
         (self.min[0] <= other.max[0])
             & (other.min[0] <= self.max[0])
             & (self.min[1] <= other.max[1])
@@ -85,10 +100,9 @@ pub struct BoxGrid {
 }
 
 impl BoxGrid {
-    /// Files `boxes`. `query_width_m`: width of the widest box that
-    /// [`BoxGrid::overlapping`] will be asked for, 0 if none.
-    pub fn build(&mut self, boxes: &[Bounds], query_width_m: f64) {
-        self.lay_out(boxes, query_width_m);
+    /// Files `boxes`.
+    pub fn build(&mut self, boxes: &[Bounds]) {
+        self.lay_out(boxes);
         let cells = self.dims[0] * self.dims[1] * self.dims[2];
         self.starts.clear();
         self.starts.resize(cells + 1, 0);
@@ -120,9 +134,9 @@ impl BoxGrid {
         self.starts[cells] = boxes.len() as u32;
     }
 
-    fn lay_out(&mut self, boxes: &[Bounds], query_width_m: f64) {
+    fn lay_out(&mut self, boxes: &[Bounds]) {
         let mut hull = Bounds::EMPTY;
-        let mut widest_m = query_width_m;
+        let mut widest_m = 0.0_f64;
         for b in boxes {
             hull.min = hull.min.inf(&b.min);
             hull.max = hull.max.sup(&b.max);
@@ -187,25 +201,6 @@ impl BoxGrid {
                 for (other, index) in self.bounds[run.clone()].iter().zip(&self.index[run]) {
                     if bounds.overlaps(other) {
                         hit(mine, *index);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Every filed box that overlaps `query`, which is at most `query_width_m`
-    /// wide.
-    pub fn overlapping(&self, query: &Bounds, mut hit: impl FnMut(u32)) {
-        let bounds = self.rounded(query);
-        // The query may lie outside the hull; clamping its cell keeps every
-        // overlapping box within one cell of it.
-        let [i, j, k] = self.cell_at(query);
-        for dk in [k.wrapping_sub(1), k, k + 1] {
-            for dj in [j.wrapping_sub(1), j, j + 1] {
-                let run = self.row(i, dj, dk);
-                for (other, index) in self.bounds[run.clone()].iter().zip(&self.index[run]) {
-                    if bounds.overlaps(other) {
-                        hit(*index);
                     }
                 }
             }

@@ -51,12 +51,21 @@ impl Closest {
     fn new(weights: [f64; 4], separation: Vector3) -> Self {
         Closest { weights, separation, distance_sq: separation.norm_squared() }
     }
-
-    fn nearer(self, other: Closest) -> Closest {
-        if other.distance_sq < self.distance_sq { other } else { self }
-    }
 }
 
+/// Index of the least; the first of equals.
+#[inline(always)]
+fn least<const N: usize>(values: [f64; N]) -> usize {
+    let mut at = 0;
+    for i in 1..N {
+        if values[i] < values[at] {
+            at = i;
+        }
+    }
+    at
+}
+
+#[inline]
 pub fn closest(kind: PairKind, x: &[Vector3; 4]) -> Closest {
     match kind {
         PairKind::PointTriangle => point_triangle(x),
@@ -65,6 +74,7 @@ pub fn closest(kind: PairKind, x: &[Vector3; 4]) -> Closest {
 }
 
 /// Fraction along `a -> b` nearest to `p`, clamped, and `p` minus that point.
+#[inline(always)]
 fn point_segment(p: &Vector3, a: &Vector3, b: &Vector3) -> (f64, Vector3) {
     let along = b - a;
     let from_a = p - a;
@@ -97,9 +107,11 @@ fn point_triangle(x: &[Vector3; 4]) -> Closest {
     let (s_bc, r_bc) = point_segment(p, b, c);
     let (s_ca, r_ca) = point_segment(p, c, a);
     // `s - 1.0` and `-0.0 + 0.0` keep clamped weights exactly zero.
-    Closest::new([1.0, s_ab - 1.0, -s_ab, 0.0], r_ab)
-        .nearer(Closest::new([1.0, 0.0, s_bc - 1.0, -s_bc], r_bc))
-        .nearer(Closest::new([1.0, -s_ca, 0.0, s_ca - 1.0], r_ca))
+    match least([r_ab, r_bc, r_ca].map(|r| r.norm_squared())) {
+        0 => Closest::new([1.0, s_ab - 1.0, -s_ab, 0.0], r_ab),
+        1 => Closest::new([1.0, 0.0, s_bc - 1.0, -s_bc], r_bc),
+        _ => Closest::new([1.0, -s_ca, 0.0, s_ca - 1.0], r_ca),
+    }
 }
 
 fn edge_edge(x: &[Vector3; 4]) -> Closest {
@@ -119,10 +131,12 @@ fn edge_edge(x: &[Vector3; 4]) -> Closest {
     let (t1, r_a1) = point_segment(a1, b0, b1);
     let (s0, r_b0) = point_segment(b0, a0, a1);
     let (s1, r_b1) = point_segment(b1, a0, a1);
-    Closest::new([1.0, 0.0, t0 - 1.0, -t0], r_a0)
-        .nearer(Closest::new([0.0, 1.0, t1 - 1.0, -t1], r_a1))
-        .nearer(Closest::new([1.0 - s0, s0, -1.0, 0.0], -r_b0))
-        .nearer(Closest::new([1.0 - s1, s1, 0.0, -1.0], -r_b1))
+    match least([r_a0, r_a1, r_b0, r_b1].map(|r| r.norm_squared())) {
+        0 => Closest::new([1.0, 0.0, t0 - 1.0, -t0], r_a0),
+        1 => Closest::new([0.0, 1.0, t1 - 1.0, -t1], r_a1),
+        2 => Closest::new([1.0 - s0, s0, -1.0, 0.0], -r_b0),
+        _ => Closest::new([1.0 - s1, s1, 0.0, -1.0], -r_b1),
+    }
 }
 
 /// Directions in weight space along which the closest points are free to
