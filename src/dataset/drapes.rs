@@ -4,13 +4,12 @@ use super::SimulatedRow;
 use crate::fabric::Fabric;
 use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
-/// The options under which datasets are made: a coarser grid than a single drape's,
-/// and the descent ends when a cycle lowers the energy by less than 3e-4 of itself.
-/// How far such rims are from the default's is in `docs/validation.md`: nearly as
-/// far as two drops of one fabric are from each other.
+/// The options under which datasets are made: the default's, but the descent ends
+/// when a cycle lowers the energy by less than 5e-5 of itself. How far such rims
+/// are from full rest is in `docs/validation.md`.
 #[must_use]
 pub fn dataset_options() -> SimOptions {
-    SimOptions { vertices: 41, fall_vertices: 25, energy_drop: 3e-4, ..SimOptions::default() }
+    SimOptions { energy_drop: 5e-5, ..SimOptions::default() }
 }
 
 /// Simulates sample `index` of a run: its drop is drawn from the run's seed and

@@ -60,9 +60,9 @@ impl Default for SimOptions {
             plate: Plate::default(),
             fall_step_s: 1.0 / 50.0,
             fall_steps: 70,
-            settle_steps: 4,
+            settle_steps: 60,
             residual: 1e-3,
-            step_m: 1e-6,
+            step_m: 1e-5,
             energy_drop: 0.0,
             iterations: 200,
         }
@@ -176,7 +176,7 @@ fn fall(
         model.guide = guide(grid, rim, fabric);
     }
     let pace = Pace { first_s: options.fall_step_s, growth: 1.2, longest_s: options.fall_step_s };
-    evolve(&mut model, &mut newton, &mut x, pace, options.fall_steps);
+    evolve(&mut model, &mut newton, &mut x, pace, options.fall_steps, SLOW_M_S);
     (x, newton.factorisations)
 }
 
@@ -191,7 +191,14 @@ struct Pace {
 /// Implicit Euler from rest, one Newton iteration with the projected Hessian a
 /// step, until the sheet is slow or the steps run out. Its numerical damping is
 /// what brings the sheet to rest.
-fn evolve(model: &mut Model, newton: &mut Newton, x: &mut [Vector3], pace: Pace, steps: usize) {
+fn evolve(
+    model: &mut Model,
+    newton: &mut Newton,
+    x: &mut [Vector3],
+    pace: Pace,
+    steps: usize,
+    slow_m_s: f64,
+) {
     let grid = Arc::clone(&model.grid);
     let mut velocity = vec![Vector3::zeros(); x.len()];
     let mut free_flight = x.to_vec();
@@ -219,7 +226,7 @@ fn evolve(model: &mut Model, newton: &mut Newton, x: &mut [Vector3], pace: Pace,
             *u = (p - q) * (DAMPING / dt_s);
             fastest = fastest.max(u.norm());
         }
-        if step > 10 && done.fraction > 0.5 && fastest < SLOW_M_S {
+        if step > 10 && done.fraction > 0.5 && fastest < slow_m_s {
             break;
         }
         dt_s =
@@ -231,8 +238,10 @@ fn evolve(model: &mut Model, newton: &mut Newton, x: &mut [Vector3], pace: Pace,
 const ITERATIONS_A_STEP: usize = 4;
 /// Fraction of the velocity that is left after a step.
 const DAMPING: f64 = 0.97;
-/// Speed below which a motion is over \[m/s\].
+/// Speed below which a fall is over \[m/s\].
 const SLOW_M_S: f64 = 0.01;
+/// Speed below which the settling on the fine grid is over \[m/s\].
+const SETTLED_M_S: f64 = 0.003;
 
 /// The search for equilibrium on the fine grid, and the report on it.
 fn rest(
@@ -250,7 +259,7 @@ fn rest(
     if let DropStart::Guided(rim) = &drop.start {
         model.guide = guide(grid, rim, fabric);
         let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
-        evolve(&mut model, &mut newton, &mut x, pace, GUIDED_STEPS);
+        evolve(&mut model, &mut newton, &mut x, pace, GUIDED_STEPS, SLOW_M_S);
         model.guide = Guide::default();
     }
     let cell_weight_n =
@@ -274,9 +283,9 @@ fn rest(
 /// Steps of motion on the fine grid while springs still lead the rim.
 const GUIDED_STEPS: usize = 25;
 
-/// A short motion to smooth the carried-over sheet, then descents by quasi-Newton
-/// until the residual is small, then Newton steps; round again where the exact
-/// Hessian is indefinite, since the sheet is then not near a minimum.
+/// A motion, in which the folds find their places, then descents by quasi-Newton until the
+/// residual is small, then Newton steps; round again where they do not lead to rest.
+/// At a saddle the sheet is nudged off along its direction of lowest curvature.
 fn settle(
     model: &mut Model,
     newton: &mut Newton,
@@ -284,37 +293,33 @@ fn settle(
     limit_n: f64,
     options: &SimOptions,
 ) -> (Stop, f64) {
-    let grid = Arc::clone(&model.grid);
-    let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: 0.05 };
+    let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
+    evolve(model, newton, x, pace, options.settle_steps, SETTLED_M_S);
     let budget = newton.factorisations + options.iterations;
-    evolve(model, newton, x, pace, options.settle_steps);
     let mut memory = Memory::default();
-    let mut last_j = model.energy_j(x);
+    let mut nudges = 0;
     while newton.factorisations < budget {
-        let mut wedged = false;
-        for _ in 0..DESCENTS {
-            model.plate.renew(&grid, x);
-            model.self_contact.update(x, 0.0);
-            model.forget_foreseen();
-            let done = newton.quasi_newton(model, x, &mut memory, QUASI_STEPS, limit_n);
-            let now_j = model.energy_j(x);
-            let drop = (last_j - now_j) / now_j.abs();
-            last_j = now_j;
-            wedged = done.fraction == 0.0 || !done.definite;
-            if !wedged && drop < options.energy_drop {
-                return (Stop::Slow, done.residual_n);
-            }
-            if wedged || done.residual_n < NEAR_REST * limit_n {
-                break;
-            }
-        }
-        if wedged {
-            // between layers: let the barrier push them apart
-            evolve(model, newton, x, Pace { first_s: 2e-3, ..pace }, UNWEDGE_STEPS);
-        }
+        let end = descend(model, newton, x, &mut memory, limit_n, options.energy_drop);
         memory.clear();
-        if let Some(rest) = finish(model, newton, x, limit_n, options.step_m) {
-            return rest;
+        match end {
+            Descent::Slow(residual_n) => return (Stop::Slow, residual_n),
+            // between layers: let the barrier push them apart
+            Descent::Wedged => {
+                let pace = Pace { first_s: 2e-3, ..pace };
+                evolve(model, newton, x, pace, UNWEDGE_STEPS, 0.0);
+            }
+            Descent::NearRest | Descent::Paused => {}
+        }
+        match finish(model, newton, x, limit_n, options.step_m) {
+            Finish::Rest(residual_n) => return (Stop::AtRest, residual_n),
+            Finish::Saddle(residual_n) if nudges == NUDGES => {
+                return (Stop::Unstable, residual_n);
+            }
+            Finish::Saddle(_) => {
+                nudges += 1;
+                newton.nudge(model, x, NUDGE_M);
+            }
+            Finish::Far => {}
         }
     }
     let mut gradient = vec![Vector3::zeros(); x.len()];
@@ -322,32 +327,99 @@ fn settle(
     (Stop::Iterations, gradient.iter().map(Vector3::norm).fold(0.0, f64::max))
 }
 
-/// Newton steps with the exact Hessian, friction following; `None` where they do not
-/// lead to rest.
+/// How a descent ended.
+enum Descent {
+    /// The residual \[N\] is within reach of Newton steps.
+    NearRest,
+    /// The energy hardly falls any more; the residual \[N\].
+    Slow(f64),
+    /// No fraction of a step lowers the energy.
+    Wedged,
+    /// It has gone on for long enough to try Newton steps.
+    Paused,
+}
+
+/// Quasi-Newton descents, each on a fresh factor, friction and contact following.
+fn descend(
+    model: &mut Model,
+    newton: &mut Newton,
+    x: &mut [Vector3],
+    memory: &mut Memory,
+    limit_n: f64,
+    energy_drop: f64,
+) -> Descent {
+    let grid = Arc::clone(&model.grid);
+    let mut last_j = model.energy_j(x);
+    for _ in 0..DESCENTS {
+        model.plate.renew(&grid, x);
+        model.self_contact.update(x, 0.0);
+        let done = newton.quasi_newton(model, x, memory, QUASI_STEPS, limit_n);
+        let now_j = model.energy_j(x);
+        let drop = (last_j - now_j) / now_j.abs();
+        last_j = now_j;
+        if done.fraction == 0.0 || !done.definite {
+            return Descent::Wedged;
+        }
+        if energy_drop > 0.0 && drop < energy_drop {
+            return Descent::Slow(done.residual_n);
+        }
+        if done.residual_n < NEAR_REST * limit_n {
+            return Descent::NearRest;
+        }
+    }
+    Descent::Paused
+}
+
+/// What Newton steps led to.
+enum Finish {
+    /// A stable equilibrium; residual \[N\].
+    Rest(f64),
+    /// An equilibrium that some small move leaves downhill; that move is the solver's
+    /// direction. Residual \[N\].
+    Saddle(f64),
+    /// Nothing: not near enough.
+    Far,
+}
+
+/// Newton steps with the exact Hessian, friction following.
 fn finish(
     model: &mut Model,
     newton: &mut Newton,
     x: &mut [Vector3],
     limit_n: f64,
     limit_step_m: f64,
-) -> Option<(Stop, f64)> {
+) -> Finish {
     let grid = Arc::clone(&model.grid);
     for _ in 0..NEWTON_STEPS {
         let grip_change_n = model.plate.renew(&grid, x);
         model.self_contact.update(x, 0.0);
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         let done = newton.iterate(model, x, still, false);
-        if !done.definite || done.fraction < 0.05 {
-            return None;
+        let settled = done.residual_n < limit_n && grip_change_n < limit_n;
+        if settled && done.definite && done.step_m < limit_step_m {
+            if newton.is_stable(model, x) {
+                return Finish::Rest(done.residual_n);
+            }
+        } else if done.definite && done.fraction >= 0.05 {
+            continue;
+        } else if !settled {
+            return Finish::Far;
         }
-        if done.residual_n < limit_n && done.step_m < limit_step_m && grip_change_n < limit_n {
-            let stable = newton.is_stable(model, x);
-            return Some((if stable { Stop::AtRest } else { Stop::Unstable }, done.residual_n));
-        }
+        // at rest as far as forces tell, but the factor, blind to contact outside its
+        // pattern, calls the Hessian indefinite: ask the whole of it
+        return match newton.lowest_curvature(model, x) {
+            Some(curvature) if curvature > 0.0 => Finish::Rest(done.residual_n),
+            Some(_) => Finish::Saddle(done.residual_n),
+            None => Finish::Far,
+        };
     }
-    None
+    Finish::Far
 }
 
+/// Moves off a saddle before it is reported as the end.
+const NUDGES: usize = 5;
+/// Largest move of a vertex in one \[m\].
+const NUDGE_M: f64 = 0.5e-3;
 /// Descents, each on a fresh factor, before Newton steps are tried.
 const DESCENTS: usize = 20;
 /// Residual, in limits, from which Newton steps are tried.

@@ -14,4 +14,4 @@ pub use drop::{Drop, DropStart};
 /// Version of the numbers that this simulator gives: raised whenever a change
 /// moves the rim of a drape by more than the solver's tolerance. The shipped
 /// model's metadata carries the version it was trained on.
-pub const NUMERICS_VERSION: u32 = 1;
+pub const NUMERICS_VERSION: u32 = 2;

@@ -144,6 +144,17 @@ impl Model {
         }
     }
 
+    /// Adds to the tension at `x`, for the next projected Hessian, `weight` times the
+    /// tension that the strain of second order of the move `dx` would add; see
+    /// [`Membrane::foreboded_stress`].
+    pub fn forebode(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
+        self.foreseen.clear();
+        for cell in &self.grid.cells {
+            let (corners, move_) = (Self::corners(x, cell), Self::corners(dx, cell));
+            self.foreseen.push(self.membrane.foreboded_stress(&corners, &move_, weight));
+        }
+    }
+
     /// Goes back to the exact Hessian.
     pub fn forget_foreseen(&mut self) {
         self.foreseen.clear();

@@ -128,6 +128,21 @@ impl Membrane {
         }
     }
 
+    /// The stress at `x` with `weight` times the tension along weft and warp that the
+    /// move `dx` would cause beyond what the linearisation foresees: where a cell
+    /// turns, a straight move stretches it.
+    #[must_use]
+    pub fn foreboded_stress(&self, x: &Corners, dx: &Corners, weight: f64) -> Stress {
+        let now = self.stress(x);
+        let after = self.stress(&std::array::from_fn(|k| x[k] + dx[k]));
+        let foreseen = self.foreseen_stress(x, dx);
+        Stress {
+            weft: now.weft.max(0.0) + weight * (after.weft - foreseen.weft).max(0.0),
+            warp: now.warp.max(0.0) + weight * (after.warp - foreseen.warp).max(0.0),
+            ..now
+        }
+    }
+
     /// The conditions' forces that the linearisation at `x` foresees after the
     /// move `dx`. A Newton step along a stiff sheet's tangent strains it to second
     /// order; a Hessian with that strain's tension is far too stiff, one with the
