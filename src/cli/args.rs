@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::fabric::Fabric;
+use crate::report::rim::parse_warp_toward;
 use crate::scan::{LengthUnit, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
@@ -26,6 +27,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Write the rim of a scan as 244 points.
     Boundary(Boundary),
+    /// Estimate every scan of a folder; taken up again where it was interrupted.
+    Batch(Batch),
     /// Scan a drape with a virtual depth camera.
     Augment(Augment),
     /// Measure what this program promises, and print the tables.
@@ -38,8 +41,10 @@ pub(crate) enum Command {
 }
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 8] =
-    ["estimate", "inspect", "boundary", "simulate", "generate", "augment", "evaluate", "help"];
+const VERBS: [&str; 9] = [
+    "estimate", "inspect", "boundary", "batch", "simulate", "generate", "augment", "evaluate",
+    "help",
+];
 
 /// Puts the verb `estimate` in front of an input file given without a verb.
 pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
@@ -54,15 +59,22 @@ pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -
     arguments
 }
 
-/// How a scan is read.
+/// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
     /// The scan: PLY, OBJ, PCD, STL, XYZ
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) read: ReadFlags,
+}
+
+/// How scans are read.
+#[derive(Debug, Args)]
+pub(crate) struct ReadFlags {
     /// Where the warp points in the scan's frame: +x, -y, ..., three numbers x,y,z,
     /// or a bearing in degrees (counter-clockwise from above, from the scan's x axis)
-    #[arg(long, value_name = "DIRECTION", value_parser = warp_toward, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DIRECTION", value_parser = parse_warp_toward, allow_hyphen_values = true)]
     pub(crate) warp_toward: Option<WarpToward>,
     /// Unit of the file's coordinates; guessed from the scene if not given
     #[arg(long, value_parser = unit, value_name = "m|mm")]
@@ -72,7 +84,7 @@ pub(crate) struct ScanFlags {
     pub(crate) seed: u64,
 }
 
-impl ScanFlags {
+impl ReadFlags {
     pub(crate) fn options(&self) -> ScanOptions {
         ScanOptions {
             unit: self.unit,
@@ -88,32 +100,6 @@ fn unit(text: &str) -> Result<LengthUnit, String> {
         "m" => Ok(LengthUnit::Metre),
         "mm" => Ok(LengthUnit::Millimetre),
         _ => Err("give m or mm".into()),
-    }
-}
-
-fn warp_toward(text: &str) -> Result<WarpToward, String> {
-    let axis = |sign: f64, name: &str| match name {
-        "x" => Some([sign, 0.0, 0.0]),
-        "y" => Some([0.0, sign, 0.0]),
-        "z" => Some([0.0, 0.0, sign]),
-        _ => None,
-    };
-    let named = match text.split_at_checked(1) {
-        Some(("+", name)) => axis(1.0, name),
-        Some(("-", name)) => axis(-1.0, name),
-        _ => axis(1.0, text),
-    };
-    if let Some(direction) = named {
-        return Ok(WarpToward::Direction(direction));
-    }
-    let numbers: Option<Vec<f64>> = text
-        .split(',')
-        .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-        .collect();
-    match numbers.as_deref() {
-        Some([degrees]) => Ok(WarpToward::BearingDeg(*degrees)),
-        Some(&[x, y, z]) if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
-        _ => Err("give +x, -x, +y, ..., x,y,z or a bearing in degrees".into()),
     }
 }
 
@@ -155,6 +141,36 @@ pub(crate) struct Boundary {
     /// The rim: index, side, x, y, z, sigma [mm], observed
     #[arg(long, short, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Batch {
+    /// Folder of scans; folders in it are looked into
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    /// Table `file,density_g_m2[,warp_toward]` with a row per scan
+    #[arg(long, value_name = "FILE.csv", required_unless_present = "density")]
+    pub(crate) density_csv: Option<PathBuf>,
+    /// Areal density of the scans that the table does not name [g/m^2], 1 to 2000
+    #[arg(long, value_name = "G_PER_M2")]
+    pub(crate) density: Option<f64>,
+    /// Folder of results; `FOLDER-results` in the current folder if not given
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) read: ReadFlags,
+    /// Drape each estimate again
+    #[arg(long)]
+    pub(crate) resimulate: bool,
+    /// Scans at once; 0: one per core
+    #[arg(long, default_value_t = 0)]
+    pub(crate) threads: usize,
+    /// Print JSON lines instead of CSV
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print what would be done, and do nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
 }
 
 #[derive(Debug, Args)]
@@ -330,16 +346,5 @@ mod tests {
             assert!(VERBS.contains(&verb.get_name()), "{}", verb.get_name());
         }
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn directions_and_bearings() {
-        assert_eq!(warp_toward("+x"), Ok(WarpToward::Direction([1.0, 0.0, 0.0])));
-        assert_eq!(warp_toward("-z"), Ok(WarpToward::Direction([0.0, 0.0, -1.0])));
-        assert_eq!(warp_toward("0.5,0,-2"), Ok(WarpToward::Direction([0.5, 0.0, -2.0])));
-        assert_eq!(warp_toward("-35"), Ok(WarpToward::BearingDeg(-35.0)));
-        for wrong in ["", "+w", "1,2", "0,0,0", "nan"] {
-            assert!(warp_toward(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -2,12 +2,12 @@
 
 use super::{Failure, Outcome, args};
 use crate::io::boundary_csv;
-use crate::report::{job, json, table};
+use crate::report::{json, rim, table};
 use crate::scan::picture;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     let (scanned, notes) =
-        job::rim(&given.scan.input, &given.scan.options()).map_err(Failure::of_job)?;
+        rim::of_scan(&given.scan.input, &given.scan.read.options()).map_err(Failure::of_job)?;
     eprint!("{}", table::notes(&notes));
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
@@ -23,7 +23,7 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
     let (scanned, _) =
-        job::rim(&given.scan.input, &given.scan.options()).map_err(Failure::of_job)?;
+        rim::of_scan(&given.scan.input, &given.scan.read.options()).map_err(Failure::of_job)?;
     boundary_csv::write(&given.out, &scanned.boundary)?;
     eprint!("{}", table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());

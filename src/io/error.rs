@@ -16,6 +16,14 @@ pub struct ReadError {
     pub fault: Fault,
 }
 
+impl ReadError {
+    /// Whether what the file says is at fault, not the way to it.
+    #[must_use]
+    pub fn is_content(&self) -> bool {
+        !matches!(self.fault, Fault::Missing | Fault::NotAFile | Fault::Io(_))
+    }
+}
+
 /// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {

@@ -14,6 +14,7 @@
 
 mod assemble;
 pub mod boundary_csv;
+pub mod density_csv;
 mod error;
 mod lzf;
 mod obj;
@@ -116,16 +117,31 @@ pub fn read_scan(path: impl AsRef<Path>) -> Result<(Cloud, ReadNotes), ReadError
 }
 
 fn read_unnamed(path: &Path) -> Result<(Cloud, ReadNotes), At> {
-    let meta = std::fs::metadata(path).map_err(At::opening)?;
-    if !meta.is_file() {
-        return Err(Fault::NotAFile.anywhere());
-    }
-    let named = Format::of_extension(path);
-    let Some(named) = named else {
+    let Some(named) = Format::of_extension(path) else {
+        // A missing file is that, whatever its name.
+        is_regular(path)?;
         return Err(unsupported(path).anywhere());
     };
-    let bytes = std::fs::read(path).map_err(At::opening)?;
-    read_bytes(&bytes, named)
+    read_bytes(&regular_file(path)?, named)
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// When it is missing, no regular file, or the system refuses.
+pub fn bytes_of(path: impl AsRef<Path>) -> Result<Vec<u8>, ReadError> {
+    let path = path.as_ref();
+    regular_file(path).map_err(|at| at.in_file(path))
+}
+
+fn is_regular(path: &Path) -> Result<(), At> {
+    let meta = std::fs::metadata(path).map_err(At::opening)?;
+    if meta.is_file() { Ok(()) } else { Err(Fault::NotAFile.anywhere()) }
+}
+
+fn regular_file(path: &Path) -> Result<Vec<u8>, At> {
+    is_regular(path)?;
+    std::fs::read(path).map_err(At::opening)
 }
 
 fn unsupported(path: &Path) -> Fault {
