@@ -4,9 +4,13 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use anyhow::anyhow;
 use clap::{Args, Parser, Subcommand};
 
+use super::Failure;
+use crate::base::units::M_PER_MM;
 use crate::fabric::Fabric;
+use crate::io::{Intrinsics, ReadOptions, intrinsics};
 use crate::report::rim::parse_warp_toward;
 use crate::scan::{LengthUnit, ScanOptions, WarpToward};
 
@@ -62,7 +66,8 @@ pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -
 /// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
-    /// The scan: PLY, OBJ, PCD, STL, XYZ
+    /// The scan: PLY, OBJ, PCD, STL, GLB, XYZ, 16-bit depth PNG, views.json or its folder;
+    /// `estimate` also takes a rim that `boundary` wrote
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
     #[command(flatten)]
@@ -82,9 +87,55 @@ pub(crate) struct ReadFlags {
     /// Seed of the plane search
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
+    /// Camera of depth images: Open3D JSON, ROS camera_info YAML, or nine numbers
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["fx", "fy", "cx", "cy"])]
+    pub(crate) intrinsics: Option<PathBuf>,
+    /// Focal length of depth images in x [pixels]
+    #[arg(long, value_name = "PIXELS", requires_all = ["fy", "cx", "cy"])]
+    pub(crate) fx: Option<f64>,
+    /// Focal length in y [pixels]
+    #[arg(long, value_name = "PIXELS", requires = "fx")]
+    pub(crate) fy: Option<f64>,
+    /// Principal point in x [pixels]
+    #[arg(long, value_name = "PIXELS", requires = "fx", allow_negative_numbers = true)]
+    pub(crate) cx: Option<f64>,
+    /// Principal point in y [pixels]
+    #[arg(long, value_name = "PIXELS", requires = "fx", allow_negative_numbers = true)]
+    pub(crate) cy: Option<f64>,
+    /// Units of depth in a metre, in depth images
+    #[arg(long, value_name = "UNITS_PER_METRE", default_value_t = 1000.0)]
+    pub(crate) depth_scale: f64,
+    /// Drop pixels of depth images that fewer than three of their eight neighbours
+    /// follow within this depth [mm]
+    #[arg(long, value_name = "MM")]
+    pub(crate) drop_jumps: Option<f64>,
 }
 
 impl ReadFlags {
+    /// What the flags say of depth images.
+    pub(crate) fn read(&self) -> Result<ReadOptions, Failure> {
+        let positive = |flag: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(value);
+            }
+            Err(Failure::usage(anyhow!("--{flag} is {value}; give a positive number")))
+        };
+        let of_flags = match (self.fx, self.fy, self.cx, self.cy) {
+            (Some(fx), Some(fy), Some(cx), Some(cy)) => {
+                let pinhole = Intrinsics::pinhole([fx, fy], [cx, cy]);
+                Some(pinhole.map_err(|fault| Failure::usage(anyhow!("--fx ...: {fault}")))?)
+            }
+            _ => None,
+        };
+        let of_file = self.intrinsics.as_ref().map(intrinsics::read).transpose()?;
+        let max_jump_m = self.drop_jumps.map(|mm| positive("drop-jumps", mm)).transpose()?;
+        Ok(ReadOptions {
+            intrinsics: of_file.or(of_flags),
+            depth_scale: positive("depth-scale", self.depth_scale)?,
+            max_jump_m: max_jump_m.map(|mm| mm * M_PER_MM),
+        })
+    }
+
     pub(crate) fn options(&self) -> ScanOptions {
         ScanOptions {
             unit: self.unit,

@@ -14,6 +14,7 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         out: given.out.clone().map_or_else(|| default_out(&given.folder), Ok)?,
         density_csv: given.density_csv.clone(),
         density_kg_m2: given.density.map(|d| d * KG_M2_PER_G_M2),
+        read: given.read.read()?,
         scan: given.read.options(),
         resimulate: given.resimulate,
         threads: given.threads,

@@ -7,7 +7,8 @@ use crate::scan::picture;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     let (scanned, notes) =
-        rim::of_scan(&given.scan.input, &given.scan.read.options()).map_err(Failure::of_job)?;
+        rim::of_scan(&given.scan.input, &given.scan.read.read()?, &given.scan.read.options())
+            .map_err(Failure::of_job)?;
     eprint!("{}", table::notes(&notes));
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
@@ -23,7 +24,8 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
     let (scanned, _) =
-        rim::of_scan(&given.scan.input, &given.scan.read.options()).map_err(Failure::of_job)?;
+        rim::of_scan(&given.scan.input, &given.scan.read.read()?, &given.scan.read.options())
+            .map_err(Failure::of_job)?;
     boundary_csv::write(&given.out, &scanned.boundary)?;
     eprint!("{}", table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());

@@ -52,7 +52,10 @@ pub enum Fault {
     #[error("no such file; check the path")]
     Missing,
     /// A folder, a pipe, a device.
-    #[error("not a regular file; give the path of a scan file")]
+    #[error(
+        "not a regular file; give the path of a scan file, or of a folder of views (with a \
+         views.json, or with camera-intrinsics.txt, *.depth.png and *.pose.txt)"
+    )]
     NotAFile,
     /// The system refused.
     #[error("cannot be read ({0}); check its permissions and the disk")]
@@ -66,6 +69,12 @@ pub enum Fault {
         /// The extension found.
         found: String,
     },
+    /// A depth image without its camera.
+    #[error(
+        "a depth image needs its camera: give --intrinsics FILE, or --fx, --fy, --cx and --cy, and \
+         --depth-scale if its unit is not 1 mm"
+    )]
+    NoIntrinsics,
     /// The content is something else altogether.
     #[error("the content is {what}")]
     Foreign {

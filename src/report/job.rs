@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::rim::{self, Rim, RimError};
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fault, check_density};
-use crate::io::{self, ReadError, WriteError};
+use crate::io::{self, ReadError, ReadOptions, WriteError};
 use crate::refine::{Resimulation, resimulate};
 use crate::scan::{Orientation, ScanError, ScanOptions};
 use crate::sim::SimOptions;
@@ -22,7 +22,9 @@ pub struct Job {
     pub input: PathBuf,
     /// Areal density of the fabric \[kg/m^2\].
     pub density_kg_m2: f64,
-    /// How the scan is read.
+    /// What a depth image does not say itself.
+    pub read: ReadOptions,
+    /// How the scan is taken.
     pub scan: ScanOptions,
     /// Whether the estimate is draped again and held against the scan.
     pub resimulate: bool,
@@ -114,6 +116,9 @@ impl JobError {
     pub fn kind(&self) -> FailureKind {
         match self {
             Self::Density(_) => FailureKind::Usage,
+            Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
+                FailureKind::Usage
+            }
             Self::Refused { .. } | Self::RimRefused { .. } => FailureKind::Refused,
             _ => FailureKind::Failed,
         }
@@ -137,7 +142,7 @@ impl Job {
     /// As [`Self::run`].
     pub fn run_with(self, estimator: &Estimator) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
-        let rim = rim::of_input(&self.input, &self.scan)?;
+        let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
         let known = rim.orientation() == Orientation::Given;
         let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
         let resimulation = self

@@ -44,6 +44,7 @@ pub fn params(outcome: &Outcome) -> Value {
         "read": outcome.rim.notes().map(|notes| json!({
             "points_in_file": notes.points_in_file,
             "dropped_non_finite": notes.dropped_non_finite,
+            "dropped_jumps": notes.dropped_jumps,
         })),
         "quality": outcome.rim.scanned().map(quality),
         "orientation": outcome.rim.orientation(),
@@ -54,6 +55,7 @@ pub fn params(outcome: &Outcome) -> Value {
         "warnings": warnings,
         "model": { "id": outcome.model[0], "sha256": outcome.model[1] },
         "simulator": { "numerics_version": NUMERICS_VERSION },
+        "read_options": outcome.job.read,
         "scan_options": outcome.job.scan,
         "version": env!("CARGO_PKG_VERSION"),
         "seed": outcome.job.scan.seed,

@@ -15,7 +15,7 @@ use super::JobError;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
-use crate::io::{ReadNotes, boundary_csv, read_scan};
+use crate::io::{ReadNotes, ReadOptions, boundary_csv, read_scan_with};
 use crate::scan::{Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan};
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
@@ -149,14 +149,14 @@ pub enum RimError {
 ///
 /// # Errors
 /// When the file cannot be read, the scan is refused, or the file's rim is none.
-pub fn of_input(path: &Path, options: &ScanOptions) -> Result<Rim, JobError> {
+pub fn of_input(path: &Path, read: &ReadOptions, options: &ScanOptions) -> Result<Rim, JobError> {
     if boundary_csv::is_one(path) {
         let boundary = boundary_csv::read(path)?;
         check(&boundary, options)
             .map_err(|source| JobError::RimRefused { path: path.to_owned(), source })?;
         return Ok(oriented(&boundary, options.warp_toward));
     }
-    let (scanned, notes) = of_scan(path, options)?;
+    let (scanned, notes) = of_scan(path, read, options)?;
     Ok(Rim::Scanned { scanned: Box::new(scanned), notes })
 }
 
@@ -166,9 +166,10 @@ pub fn of_input(path: &Path, options: &ScanOptions) -> Result<Rim, JobError> {
 /// When the file cannot be read or the scan is refused.
 pub fn of_scan(
     path: &Path,
+    read: &ReadOptions,
     options: &ScanOptions,
 ) -> Result<(ScannedBoundary, ReadNotes), JobError> {
-    let (cloud, notes) = read_scan(path)?;
+    let (cloud, notes) = read_scan_with(path, read)?;
     let scanned = boundary_from_scan(&cloud, options)
         .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
     Ok((scanned, notes))

@@ -71,6 +71,13 @@ pub fn notes(notes: &ReadNotes) -> String {
             notes.dropped_non_finite, notes.points_in_file
         );
     }
+    if notes.dropped_jumps > 0 {
+        let _ = writeln!(
+            out,
+            "left out         {:>12}  pixels beside jumps of the depth",
+            notes.dropped_jumps
+        );
+    }
     out
 }
 

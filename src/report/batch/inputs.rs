@@ -8,11 +8,13 @@ use super::{BatchError, BatchOptions};
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::check_density;
 use crate::io::density_csv::{self, DensityRow};
+use crate::io::{VIEWS_FILE, is_views_folder};
 use crate::report::rim::parse_warp_toward;
 use crate::scan::WarpToward;
 
-/// Files that are scans by their name alone. Tables (`.csv`, `.txt`) and images are
-/// taken only if the density table names them: folders are full of others.
+/// Files that are scans by their name alone, besides folders of views. Tables
+/// (`.csv`, `.txt`), images and lists of views are taken only if the density table
+/// names them: folders are full of others.
 const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
 
 /// One scan of a batch.
@@ -98,7 +100,10 @@ fn list(
             continue;
         }
         let (path, file) = (entry.path(), format!("{prefix}{name}"));
-        if entry.file_type()?.is_dir() {
+        if is_views_folder(&path) {
+            // The files in and below it are its views.
+            found.push(Input::new(file, path));
+        } else if entry.file_type()?.is_dir() {
             // One folder that cannot be listed does not stop the others.
             if let Err(error) = list(&path, &format!("{file}/"), out, found) {
                 let fault = format!("{}: cannot be listed ({error})", path.display());
@@ -143,7 +148,7 @@ fn apply(
         None => {
             let file = normal(&row.file, &options.folder);
             let path = options.folder.join(&file);
-            let missing = (!path.is_file()).then(|| {
+            let missing = (!path.is_file() && !is_views_folder(&path)).then(|| {
                 let (line, table) = (row.line, table.display());
                 format!("{}: no such file; line {line} of {table} names it", path.display())
             });
@@ -160,7 +165,9 @@ fn apply(
 fn normal(cell: &str, folder: &Path) -> String {
     let inside = Path::new(cell).strip_prefix(folder).ok().and_then(Path::to_str);
     let cell = inside.unwrap_or(cell).replace('\\', "/");
-    cell.strip_prefix("./").unwrap_or(&cell).trim_end_matches('/').to_owned()
+    let cell = cell.strip_prefix("./").unwrap_or(&cell).trim_end_matches('/');
+    // A folder of views goes by its own name.
+    cell.strip_suffix(&format!("/{VIEWS_FILE}")).unwrap_or(cell).to_owned()
 }
 
 /// The scan that a cell names: by its path in the folder, or by its name alone if

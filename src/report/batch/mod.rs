@@ -34,7 +34,7 @@ use super::{FailureKind, Job, JobError, json};
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fault, sha256_hex};
-use crate::io::{self, ReadError, WriteError};
+use crate::io::{self, ReadError, ReadOptions, WriteError};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
 use journal::Journal;
@@ -53,7 +53,9 @@ pub struct BatchOptions {
     pub density_csv: Option<PathBuf>,
     /// Areal density of the scans that the table does not name \[kg/m^2\].
     pub density_kg_m2: Option<f64>,
-    /// How the scans are read; the table's warp directions go before this one.
+    /// What depth images do not say themselves.
+    pub read: ReadOptions,
+    /// How the scans are taken; the table's warp directions go before this one.
     pub scan: ScanOptions,
     /// Whether each estimate is draped again.
     pub resimulate: bool,
@@ -349,6 +351,7 @@ impl Batch<'_> {
             "numerics": NUMERICS_VERSION,
             "model": self.estimator.model().onnx_sha256,
             "density_kg_m2": input.density_kg_m2,
+            "read": self.options.read,
             "scan": self.scan_options(input),
             "resimulate": self.options.resimulate,
         });
@@ -407,6 +410,7 @@ impl Batch<'_> {
         let job = Job {
             input: input.path.clone(),
             density_kg_m2,
+            read: self.options.read.clone(),
             scan: self.scan_options(input),
             resimulate: self.options.resimulate,
         };
@@ -420,7 +424,11 @@ impl Batch<'_> {
     }
 }
 
-/// SHA-256 of a scan's bytes.
+/// SHA-256 of a scan's bytes; of a set of views, over those of its files in order.
 fn sha256_of(path: &Path) -> Result<String, ReadError> {
-    Ok(sha256_hex(&io::bytes_of(path)?))
+    let files = io::files_of(path)?;
+    let each: Result<Vec<String>, ReadError> =
+        files.iter().map(|file| Ok(sha256_hex(&io::bytes_of(file)?))).collect();
+    let each = each?;
+    Ok(if let [one] = each.as_slice() { one.clone() } else { sha256_hex(each.concat().as_bytes()) })
 }
