@@ -328,7 +328,8 @@ fn lists_of_views_that_cannot_be_meant_are_refused() {
     };
     let pose =
         |pose: Value| move |list: &mut Value| list["views"][1]["world_from_camera"] = pose.clone();
-    let cases: [(&dyn Fn(&mut Value), &str); 9] = [
+    type Change<'a> = &'a dyn Fn(&mut Value);
+    let cases: [(Change<'_>, &str); 9] = [
         (&|list| list["schema"] = json!("other"), "schema is `other`"),
         (&|list| list["views"] = json!([]), "names no views"),
         (&|list| list["veiws"] = json!([]), "`veiws`"),

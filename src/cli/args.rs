@@ -5,12 +5,13 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::Failure;
 use crate::base::units::M_PER_MM;
 use crate::fabric::Fabric;
 use crate::io::{Intrinsics, ReadOptions, intrinsics};
+use crate::report::augment::{Form, Unit};
 use crate::report::rim::parse_warp_toward;
 use crate::scan::{LengthUnit, ScanOptions, WarpToward};
 
@@ -33,7 +34,7 @@ pub(crate) enum Command {
     Boundary(Boundary),
     /// Estimate every scan of a folder; taken up again where it was interrupted.
     Batch(Batch),
-    /// Scan a drape with a virtual depth camera.
+    /// Scan drapes with a virtual depth camera.
     Augment(Augment),
     /// Measure what this program promises, and print the tables.
     #[command(subcommand)]
@@ -226,18 +227,67 @@ pub(crate) struct Batch {
 
 #[derive(Debug, Args)]
 pub(crate) struct Augment {
-    /// A drape as `simulate` writes it: OBJ, mm, simulation frame
-    #[arg(value_name = "DRAPE.obj")]
+    /// A drape as `simulate` writes it (OBJ, mm, simulation frame), a params.json that
+    /// is simulated first, or a folder of *.obj and *.params.json
+    #[arg(value_name = "DRAPE.obj|FOLDER")]
     pub(crate) input: PathBuf,
-    /// The scan; its true frame and unit go to <stem>.truth.json beside it
-    #[arg(long, short, value_name = "FILE.ply")]
+    /// One scan, or a folder for any number; the truth is written beside each
+    #[arg(long, short, value_name = "FILE.ply|DIR")]
     pub(crate) out: PathBuf,
+    /// What is written: fused clouds, 16-bit depth images with poses, or the rims that
+    /// `boundary` finds
+    #[arg(long = "as", value_name = "FORM", value_enum, default_value = "ply")]
+    pub(crate) form: AugmentForm,
     /// Kind of sensor: ideal, structured-light, truedepth, consumer
     #[arg(long, default_value = "structured-light")]
     pub(crate) profile: String,
-    /// Seed of noise and of the scanner's frame
+    /// Unit of the clouds; `either` draws one for each
+    #[arg(long, value_enum, default_value = "profile")]
+    pub(crate) unit: AugmentUnit,
+    /// Seed of noise, of the scanner's frame and of where the cameras stand
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Variants of each drape
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+}
+
+/// [`Form`] as a flag.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AugmentForm {
+    Ply,
+    Depth,
+    Boundary,
+}
+
+impl From<AugmentForm> for Form {
+    fn from(form: AugmentForm) -> Self {
+        match form {
+            AugmentForm::Ply => Self::Ply,
+            AugmentForm::Depth => Self::Depth,
+            AugmentForm::Boundary => Self::Boundary,
+        }
+    }
+}
+
+/// [`Unit`] as a flag.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AugmentUnit {
+    Profile,
+    M,
+    Mm,
+    Either,
+}
+
+impl From<AugmentUnit> for Unit {
+    fn from(unit: AugmentUnit) -> Self {
+        match unit {
+            AugmentUnit::Profile => Self::OfProfile,
+            AugmentUnit::M => Self::Metre,
+            AugmentUnit::Mm => Self::Millimetre,
+            AugmentUnit::Either => Self::Either,
+        }
+    }
 }
 
 /// The seven parameters of a fabric, in the paper's units.

@@ -40,7 +40,7 @@ pub use assemble::{LARGEST_COORDINATE, ReadNotes};
 pub use error::{Fault, Place, ReadError, WriteError};
 pub use intrinsics::Intrinsics;
 pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
-pub use write::{atomically, write_obj, write_ply};
+pub use write::{atomically, write_depth_png, write_obj, write_ply};
 
 use crate::geom::Cloud;
 use assemble::finish;

@@ -117,8 +117,11 @@ fn list(
 }
 
 fn is_scan(path: &Path) -> bool {
+    // What `augment` writes beside its scans.
+    let truth =
+        path.file_stem().and_then(|stem| stem.to_str()).is_some_and(|s| s.ends_with(".truth"));
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    SCANS.contains(&extension.to_ascii_lowercase().as_str())
+    !truth && SCANS.contains(&extension.to_ascii_lowercase().as_str())
 }
 
 impl Input {
