@@ -201,6 +201,21 @@ fn what_cannot_be_meant_is_said_before_anything_is_done() {
     let (code, said) =
         refused("file,density_g_m2\na.xyz,200\nb.xyz,200\n", &["--dry-run", "--density", "1"]);
     assert_eq!(code, Some(0), "{said}");
+    // A folder of views is one scan, and what `augment` writes beside scans is none.
+    let views = scans.join("set");
+    std::fs::create_dir(&views).unwrap();
+    for file in ["views.json", "a.png", "b.ply"] {
+        std::fs::write(views.join(file), "").unwrap();
+    }
+    std::fs::write(scans.join("drape.truth.obj"), "").unwrap();
+    std::fs::write(&table, "set/views.json;200\na.xyz;201,5\n").unwrap();
+    let flags = ["--density-csv", table.to_str().unwrap(), "--dry-run"];
+    let run = batch(&scans, &folder.path().join("out"), &flags);
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 4, "{said}");
+    assert_eq!((lines[0], lines[2]), ("a.xyz: 201.5 g/m^2", "set: 200 g/m^2"));
+    assert!(lines[1].starts_with("b.xyz: no density: "), "{said}");
     let run = batch(&folder.path().join("none"), &folder.path().join("out"), &["--density", "200"]);
     assert_eq!(run.status.code(), Some(1));
     let run = program().arg("batch").arg(&scans).output().unwrap();

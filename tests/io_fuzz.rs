@@ -4,7 +4,8 @@
 use rand::RngExt as _;
 use scan2params::base::seed;
 use scan2params::io::{
-    Intrinsics, ReadError, density_csv, intrinsics, read_scan_bytes, read_views_bytes, write_ply,
+    Intrinsics, ReadError, boundary_csv, density_csv, intrinsics, read_scan_bytes,
+    read_views_bytes, write_ply,
 };
 
 /// Small valid files, by extension.
@@ -97,7 +98,7 @@ fn damage(bytes: &mut Vec<u8>, rng: &mut seed::Rng) {
 
 #[test]
 fn damaged_files_neither_panic_nor_grow() {
-    const CASES: u64 = 3_000;
+    const CASES: u64 = 10_000;
     let (mut read, mut refused) = (0, 0);
     for (kind, (extension, seed_bytes)) in seeds().into_iter().enumerate() {
         for case in 0..CASES {
@@ -130,16 +131,22 @@ fn damaged_files_neither_panic_nor_grow() {
 /// The tables and descriptions beside scans: whatever is damaged, a reader returns.
 #[test]
 fn damaged_tables_neither_panic_nor_lie() {
-    const CASES: u64 = 2_000;
+    const CASES: u64 = 5_000;
     let yaml = "width: 640\nheight: 480\ndistortion_model: plumb_bob\nD: [0.1, 0, 0, 0, 0]\nK: [585, 0,\n 320, 0, 585, 240, 0, 0, 1]\n";
     let json = r#"{"width":640,"height":480,"intrinsic_matrix":[585,0,0,0,585,0,320,240,1]}"#;
     let views = r#"{"schema":"scan2params/views/1","intrinsics":{"fx":585,"fy":585,"cx":320,"cy":240},"views":[{"file":"a.png","world_from_camera":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}]}"#;
     let table = "file,density_g_m2,warp_toward\n\"a, b.ply\",214.5,+x\nc.ply,180,\n";
     type Reader = fn(&[u8]) -> Result<(), ReadError>;
-    let readers: [(&str, Reader); 4] = [
+    let boundary = boundary_text();
+    let readers: [(&str, Reader); 5] = [
         (yaml, |bytes| intrinsics::read_bytes(bytes).map(check_camera)),
         (json, |bytes| intrinsics::read_bytes(bytes).map(check_camera)),
         (views, |bytes| read_views_bytes(bytes).map(|files| assert!(files >= 2))),
+        (&boundary, |bytes| {
+            let rim = boundary_csv::read_bytes(bytes)?;
+            assert!(rim.positions_m().all(|p| p.iter().all(|c| c.is_finite())));
+            Ok(())
+        }),
         (table, |bytes| {
             let rows = density_csv::read_bytes(bytes)?;
             assert!(!rows.is_empty() && rows.iter().all(|row| row.density_g_m2.is_finite()));
@@ -157,6 +164,11 @@ fn damaged_tables_neither_panic_nor_lie() {
             }
         }
     }
+}
+
+fn boundary_text() -> String {
+    let rows = (0..244).map(|k| format!("{k},{},{}.5,-20,3e1,0.25,1\n", k / 61, k));
+    format!("{}\n{}", boundary_csv::HEADER, rows.collect::<String>())
 }
 
 fn check_camera(camera: Intrinsics) {

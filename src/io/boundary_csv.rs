@@ -50,6 +50,15 @@ pub fn read(path: impl AsRef<Path>) -> Result<Boundary, ReadError> {
     text.and_then(|text| parse(&text)).map_err(|at| at.in_file(path))
 }
 
+/// Reads the table from bytes; for fuzzing.
+///
+/// # Errors
+/// As [`read`]; the path in the error is `bytes.csv`.
+#[doc(hidden)]
+pub fn read_bytes(bytes: &[u8]) -> Result<Boundary, ReadError> {
+    parse(bytes).map_err(|at| at.in_file(Path::new("bytes.csv")))
+}
+
 /// Whether a file is meant as such a table: a `.csv` that starts with `index`.
 /// One that cannot be read is none here; who reads it next says why.
 #[must_use]

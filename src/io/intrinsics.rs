@@ -117,7 +117,9 @@ impl Intrinsics {
 /// A file that cannot be read, none of the forms above, an unknown distortion.
 pub fn read(path: impl AsRef<Path>) -> Result<Intrinsics, ReadError> {
     let path = path.as_ref();
-    regular_file(path).and_then(|bytes| parse(&bytes)).map_err(|at| at.in_file(path))
+    let length = std::fs::metadata(path).map_or(0, |meta| meta.len());
+    let bytes = if length > MOST_BYTES as u64 { Err(too_long()) } else { regular_file(path) };
+    bytes.and_then(|bytes| parse(&bytes)).map_err(|at| at.in_file(path))
 }
 
 /// Reads a camera's file from its bytes; for fuzzing.
@@ -132,10 +134,12 @@ pub fn read_bytes(bytes: &[u8]) -> Result<Intrinsics, ReadError> {
 fn parse(bytes: &[u8]) -> Result<Intrinsics, At> {
     let layout = |fault: String| Fault::Layout(fault).anywhere();
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text = std::str::from_utf8(text).ok().filter(|text| text.len() <= MOST_BYTES);
-    let Some(text) = text else {
+    let Ok(text) = std::str::from_utf8(text) else {
         return Err(layout("no text; give intrinsics as JSON, YAML or nine numbers".to_owned()));
     };
+    if text.len() > MOST_BYTES {
+        return Err(too_long());
+    }
     let found = if text.trim_start().starts_with('{') {
         of_json(text)
     } else if let Some(nine) = nine_numbers(text) {
@@ -145,6 +149,11 @@ fn parse(bytes: &[u8]) -> Result<Intrinsics, At> {
     };
     let found = found.map_err(layout)?;
     found.fault().map_or(Ok(found), |fault| Err(layout(fault)))
+}
+
+fn too_long() -> At {
+    let fault = "too long for a camera's file; give intrinsics as JSON, YAML or nine numbers";
+    Fault::Layout(fault.to_owned()).anywhere()
 }
 
 /// Reads intrinsics from a JSON value of either form.

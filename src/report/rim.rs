@@ -15,8 +15,10 @@ use super::JobError;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
-use crate::io::{ReadNotes, ReadOptions, boundary_csv, read_scan_with};
-use crate::scan::{Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan};
+use crate::io::{Format, ReadNotes, ReadOptions, boundary_csv, read_scan_with};
+use crate::scan::{
+    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan,
+};
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
 /// their distance on the flat specimen, which no knit stretches to.
@@ -170,7 +172,11 @@ pub fn of_scan(
     options: &ScanOptions,
 ) -> Result<(ScannedBoundary, ReadNotes), JobError> {
     let (cloud, notes) = read_scan_with(path, read)?;
-    let scanned = boundary_from_scan(&cloud, options)
+    // Their reader has made metres of them.
+    let known = matches!(notes.format, Format::DepthPng | Format::Views);
+    let unit = options.unit.or(known.then_some(LengthUnit::Metre));
+    let options = ScanOptions { unit, ..options.clone() };
+    let scanned = boundary_from_scan(&cloud, &options)
         .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
     Ok((scanned, notes))
 }
