@@ -70,9 +70,17 @@ fn parse(bytes: &[u8]) -> Result<Vec<DensityRow>, At> {
         .from_reader(bytes);
     let (mut rows, mut columns) = (Vec::new(), None);
     let mut seen: HashMap<String, usize> = HashMap::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| Fault::Layout(error.to_string()).anywhere())?;
-        let line = record.position().map_or(0, |position| position.line() as usize);
+    let mut record = csv::StringRecord::new();
+    let (mut line, mut counted) = (1, 0);
+    loop {
+        let more = reader.read_record(&mut record);
+        if !more.map_err(|error| Fault::Layout(error.to_string()).anywhere())? {
+            break;
+        }
+        // The crate's own number is that of the blank lines before a record.
+        let end = bytes[..reader.position().byte() as usize].trim_ascii_end().len().max(counted);
+        line += bytes[counted..end].iter().filter(|&&byte| byte == b'\n').count();
+        counted = end;
         if record.iter().all(str::is_empty) {
             continue;
         }

@@ -233,7 +233,9 @@ fn of_matrix(nine: &[f64], size_px: Option<[usize; 2]>) -> Result<Intrinsics, St
 /// ROS `camera_info`, as camera_calibration saves it and `topic echo` prints it.
 fn of_yaml(text: &str) -> Result<Intrinsics, String> {
     let entries = yaml_entries(text);
-    let value = |paths: &[&str]| entries.iter().find(|(path, _)| paths.contains(&path.as_str()));
+    let value = |paths: &[&str]| {
+        entries.iter().find(|(path, text)| paths.contains(&path.as_str()) && !text.is_empty())
+    };
     let numbers = |paths: &[&str]| -> Option<Vec<f64>> {
         let (_, text) = value(paths)?;
         let parts = text.split([',', '[', ']', ' ', '\n']).filter(|part| !part.is_empty());
@@ -245,7 +247,7 @@ fn of_yaml(text: &str) -> Result<Intrinsics, String> {
         _ => None,
     };
     let Some(matrix) = numbers(&["camera_matrix.data", "camera_matrix", "K", "k"]) else {
-        let head = shown(text.trim_start().as_bytes());
+        let head = shown(text.trim().as_bytes());
         return Err(format!(
             "no intrinsics found in `{head}`; give Open3D's JSON, ROS camera_info YAML with \
              `camera_matrix` or `K`, or nine numbers"

@@ -20,6 +20,7 @@ pub mod density_csv;
 mod depth;
 mod error;
 mod glb;
+mod glb_data;
 pub mod intrinsics;
 mod lzf;
 mod obj;
