@@ -55,6 +55,7 @@ fn depth_views_read_back_to_the_rim() {
     let out = tempfile::tempdir().unwrap();
     let drape = drapes().join("stiff.obj");
     let (drape, folder) = (drape.to_str().unwrap(), out.path().to_str().unwrap());
+    // observed: 0.96 and 1.43 mm
     for (profile, limit_mm) in [("structured-light", 1.5), ("truedepth", 3.0)] {
         done(&["augment", drape, "--as", "depth", "--profile", profile, "--out", folder]);
         let scan = out.path().join("stiff-0");

@@ -63,7 +63,10 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
         assert!(String::from_utf8_lossy(&run.stdout).contains("as the boundary file gives it"));
         assert!(folder.join(format!("{drape}.boundary.boundary.png")).is_file());
     }
-    let text = std::fs::read_to_string(fixture("drapes/mean.boundary.csv")).unwrap();
+    let rim = fixture("drapes/mean.boundary.csv");
+    let run = scan2params(&["inspect", rim.to_str().unwrap()]);
+    assert_eq!(run.status.code(), Some(2), "a rim is no scan");
+    let text = std::fs::read_to_string(rim).unwrap();
     let path = out.path().join("typed.csv");
     let refused = |text: String, code| {
         std::fs::write(&path, text).unwrap();
@@ -86,6 +89,7 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
     };
     let said = refused(with(40, &moved), 4);
     assert!(said.contains("typed.csv: rim refused: the points of lines 39 and 40"), "{said}");
+    assert_eq!(said.matches("lie").count(), 1, "said once: {said}");
     let said = refused(with(1, &|row| row.replace("x_mm", "x_m")), 1);
     assert!(said.contains("typed.csv:1:") && said.contains("x_mm"), "{said}");
     let said = refused(with(40, &|row| row.replace('.', ",")), 1);

@@ -9,6 +9,7 @@ use scan2params::io::{
     Fault, Format, Intrinsics, ReadError, ReadOptions, files_of, is_views_folder, read_scan,
     read_scan_bytes, read_scan_with,
 };
+use scan2params::scan::{LengthUnit, ScanOptions, WarpToward, boundary_from_scan};
 use serde_json::{Value, json};
 
 fn fail(bytes: &[u8], extension: &str) -> ReadError {
@@ -92,6 +93,33 @@ fn glb_positions_faces_and_colours() {
     assert_eq!(cloud.triangles, [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(cloud.colors, [[255, 0, 0], [0, 255, 0], [0, 0, 255], [9, 9, 9]]);
     assert_eq!((notes.format, notes.points_in_file), (Format::Glb, 4));
+}
+
+/// The fixture's points as a GLB whose node undoes what was done to them.
+#[test]
+fn a_glb_of_a_scan_gives_the_rim_of_the_scan() {
+    let scan =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans/stiff_structured-light.ply");
+    let (cloud, _) = read_scan(&scan).unwrap();
+    let data: Vec<u8> = floats(
+        &cloud.points.iter().flat_map(|p| [p.x as f32, p.y as f32, p.z as f32]).collect::<Vec<_>>(),
+    );
+    let document = json!({
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0, "scale": [0.001, 0.001, 0.001], "translation": [0.5, 0.25, -1.0] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "mode": 0 }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": cloud.points.len(), "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": data.len() }],
+        "buffers": [{ "byteLength": data.len() }]
+    });
+    let (moved, _) = read_scan_bytes(&glb(&document, &data), "glb").unwrap();
+    let warp_toward = Some(WarpToward::Direction([1.0, 0.0, 0.0]));
+    let options = ScanOptions { warp_toward, ..ScanOptions::default() };
+    let rims = [&cloud, &moved].map(|cloud| boundary_from_scan(cloud, &options).unwrap());
+    assert_eq!(rims.each_ref().map(|rim| rim.unit), [LengthUnit::Millimetre, LengthUnit::Metre]);
+    // Rounding alone.
+    let apart_m = rims[0].boundary.mean_distance_m(&rims[1].boundary);
+    assert!(apart_m < 1e-4, "{apart_m}");
 }
 
 #[test]

@@ -43,10 +43,23 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("scan2params: {:#}", failure.error);
+            eprintln!("scan2params: {}", message(&failure.error));
             ExitCode::from(failure.code)
         }
     }
+}
+
+/// An error with its causes, each once: most errors of the library name theirs.
+fn message(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+        if text.is_empty() {
+            cause
+        } else if text.contains(&cause) {
+            text
+        } else {
+            format!("{text}: {cause}")
+        }
+    })
 }
 
 /// What went wrong, with the exit code that says which kind it is.
