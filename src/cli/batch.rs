@@ -1,5 +1,6 @@
 //! `batch`: every scan of a folder.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -28,13 +29,15 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         return Ok(());
     }
     let summary = batch::run(&options, report).map_err(of_batch)?;
-    if given.json {
-        for row in &summary.rows {
-            println!("{}", serde_json::to_string(row)?);
-        }
+    let text = if given.json {
+        let lines: Result<Vec<String>, _> =
+            summary.rows.iter().map(serde_json::to_string).collect();
+        lines?.iter().map(|line| format!("{line}\n")).collect()
     } else {
-        print!("{}", batch::csv(&summary.rows));
-    }
+        batch::csv(&summary.rows)
+    };
+    // A reader like `head` may have gone; the files are written.
+    let _ = std::io::stdout().write_all(text.as_bytes());
     conclude(&summary)
 }
 

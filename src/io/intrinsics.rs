@@ -260,9 +260,12 @@ fn of_yaml(text: &str) -> Result<Intrinsics, String> {
     if distortion.iter().any(|&d| d != 0.0) {
         let model = value(&["distortion_model"]).map_or("", |(_, text)| text.as_str());
         let model = model.trim_matches(['"', '\'', ' ']);
-        found.distortion = match (model, distortion.as_slice()) {
-            ("plumb_bob" | "brown_conrady" | "", &[k1, k2, p1, p2]) => [k1, k2, p1, p2, 0.0],
-            ("plumb_bob" | "brown_conrady" | "", &[k1, k2, p1, p2, k3]) => [k1, k2, p1, p2, k3],
+        // The rational model is this one where its further coefficients are 0.
+        let used = distortion.iter().rposition(|&d| d != 0.0).map_or(0, |last| last + 1);
+        let known = matches!(model, "plumb_bob" | "brown_conrady" | "rational_polynomial" | "");
+        found.distortion = match distortion.get(..used.max(5).min(distortion.len())) {
+            Some(&[k1, k2, p1, p2]) if known => [k1, k2, p1, p2, 0.0],
+            Some(&[k1, k2, p1, p2, k3]) if known => [k1, k2, p1, p2, k3],
             _ => {
                 return Err(format!(
                     "distortion `{}` with {} coefficients is not known, only plumb_bob with five; \
@@ -364,6 +367,19 @@ mod tests {
         ] {
             let said = fault(text);
             assert!(said.contains(part), "{said:?} lacks {part:?}");
+        }
+    }
+
+    #[test]
+    fn distortion_of_five_coefficients_is_read_whatever_the_model_is_called() {
+        let head = "K: [585, 0, 320, 0, 585, 240, 0, 0, 1]\ndistortion_model: ";
+        for tail in [
+            "plumb_bob\nD: [0.1, -0.2, 0.01, 0.02, 0.3]\n",
+            "rational_polynomial\nD: [0.1, -0.2, 0.01, 0.02, 0.3, 0.0, 0.0, 0.0]\n",
+            "plumb_bob\nd:\n- 0.1\n- -0.2\n- 0.01\n- 0.02\n- 0.3\n",
+        ] {
+            let camera = read_bytes(format!("{head}{tail}").as_bytes()).unwrap();
+            assert_eq!(camera.distortion, [0.1, -0.2, 0.01, 0.02, 0.3], "{tail}");
         }
     }
 
