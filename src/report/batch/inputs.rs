@@ -15,7 +15,7 @@ use crate::scan::WarpToward;
 /// Files that are scans by their name alone, besides folders of views. Tables
 /// (`.csv`, `.txt`), images and lists of views are taken only if the density table
 /// names them: folders are full of others.
-const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
+pub(super) const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
 
 /// One scan of a batch.
 #[derive(Clone, Debug, PartialEq)]

@@ -118,7 +118,11 @@ pub enum BatchError {
         source: std::io::Error,
     },
     /// Nothing to do.
-    #[error("{}: no scans in it; scans end in one of {}", folder.display(), crate::io::SUPPORTED)]
+    #[error(
+        "{}: no scans in it, neither files that end in one of .{} nor folders of views; tables and \
+         images count if --density-csv names them",
+        folder.display(), inputs::SCANS.join(", .")
+    )]
     NoScans {
         /// The folder.
         folder: PathBuf,
