@@ -307,6 +307,24 @@ fn pcd_in_three_encodings() {
     }
 }
 
+/// Found by damaging files: a colour without values, an axis without values before
+/// one with, and columns that no point bounds.
+#[test]
+fn pcd_fields_without_values_are_none() {
+    let head = |fields: &str, count: &str, points: usize| {
+        format!(
+            "VERSION .7\nFIELDS {fields}\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT {count}\n\
+             WIDTH {points}\nHEIGHT 1\nPOINTS {points}\nDATA ascii\n1 2 3 4\n"
+        )
+    };
+    let cloud = read(head("x y z rgb", "1 1 1 0", 1), "pcd");
+    assert_eq!(cloud.points, points(&[[1., 2., 3.]]));
+    assert!(cloud.colors.is_empty());
+    assert_eq!(read(head("x x y z", "0 1 1 1", 1), "pcd").points, points(&[[1., 2., 3.]]));
+    let huge = head("x y z rgb", "1048576 1048576 1048576 1048576", 0);
+    assert!(matches!(fail(huge, "pcd").fault, Fault::NoPoints));
+}
+
 #[test]
 fn xyz_rows_with_titles_separators_and_colors() {
     let cloud = read("2\nX;Y;Z;R;G;B\n# note\n1;2;3;255;0;1\n4;5;6;1;2;3\n", "xyz");

@@ -4,9 +4,15 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use anyhow::anyhow;
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::Failure;
+use crate::base::units::M_PER_MM;
 use crate::fabric::Fabric;
+use crate::io::{Intrinsics, ReadOptions, intrinsics};
+use crate::report::augment::{Form, Unit};
+use crate::report::rim::parse_warp_toward;
 use crate::scan::{LengthUnit, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
@@ -26,7 +32,9 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Write the rim of a scan as 244 points.
     Boundary(Boundary),
-    /// Scan a drape with a virtual depth camera.
+    /// Estimate every scan of a folder; taken up again where it was interrupted.
+    Batch(Batch),
+    /// Scan drapes with a virtual depth camera.
     Augment(Augment),
     /// Measure what this program promises, and print the tables.
     #[command(subcommand)]
@@ -38,8 +46,10 @@ pub(crate) enum Command {
 }
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 8] =
-    ["estimate", "inspect", "boundary", "simulate", "generate", "augment", "evaluate", "help"];
+const VERBS: [&str; 9] = [
+    "estimate", "inspect", "boundary", "batch", "simulate", "generate", "augment", "evaluate",
+    "help",
+];
 
 /// Puts the verb `estimate` in front of an input file given without a verb.
 pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
@@ -54,15 +64,23 @@ pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -
     arguments
 }
 
-/// How a scan is read.
+/// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
-    /// The scan: PLY, OBJ, PCD, STL, XYZ
+    /// The scan: PLY, OBJ, PCD, STL, GLB, XYZ, 16-bit depth PNG, views.json or its folder;
+    /// `estimate` also takes a rim that `boundary` wrote
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) read: ReadFlags,
+}
+
+/// How scans are read.
+#[derive(Debug, Args)]
+pub(crate) struct ReadFlags {
     /// Where the warp points in the scan's frame: +x, -y, ..., three numbers x,y,z,
     /// or a bearing in degrees (counter-clockwise from above, from the scan's x axis)
-    #[arg(long, value_name = "DIRECTION", value_parser = warp_toward, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DIRECTION", value_parser = parse_warp_toward, allow_hyphen_values = true)]
     pub(crate) warp_toward: Option<WarpToward>,
     /// Unit of the file's coordinates; guessed from the scene if not given
     #[arg(long, value_parser = unit, value_name = "m|mm")]
@@ -70,9 +88,55 @@ pub(crate) struct ScanFlags {
     /// Seed of the plane search
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
+    /// Camera of depth images: Open3D JSON, ROS camera_info YAML, or nine numbers
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["fx", "fy", "cx", "cy"])]
+    pub(crate) intrinsics: Option<PathBuf>,
+    /// Focal length of depth images in x [pixels]
+    #[arg(long, value_name = "PIXELS", requires_all = ["fy", "cx", "cy"])]
+    pub(crate) fx: Option<f64>,
+    /// Focal length in y [pixels]
+    #[arg(long, value_name = "PIXELS", requires = "fx")]
+    pub(crate) fy: Option<f64>,
+    /// Principal point in x [pixels]
+    #[arg(long, value_name = "PIXELS", requires = "fx", allow_negative_numbers = true)]
+    pub(crate) cx: Option<f64>,
+    /// Principal point in y [pixels]
+    #[arg(long, value_name = "PIXELS", requires = "fx", allow_negative_numbers = true)]
+    pub(crate) cy: Option<f64>,
+    /// Units of depth in a metre, in depth images
+    #[arg(long, value_name = "UNITS_PER_METRE", default_value_t = 1000.0)]
+    pub(crate) depth_scale: f64,
+    /// Drop pixels of depth images that fewer than three of their eight neighbours
+    /// follow within this depth [mm]
+    #[arg(long, value_name = "MM")]
+    pub(crate) drop_jumps: Option<f64>,
 }
 
-impl ScanFlags {
+impl ReadFlags {
+    /// What the flags say of depth images.
+    pub(crate) fn read(&self) -> Result<ReadOptions, Failure> {
+        let positive = |flag: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(value);
+            }
+            Err(Failure::usage(anyhow!("--{flag} is {value}; give a positive number")))
+        };
+        let of_flags = match (self.fx, self.fy, self.cx, self.cy) {
+            (Some(fx), Some(fy), Some(cx), Some(cy)) => {
+                let pinhole = Intrinsics::pinhole([fx, fy], [cx, cy]);
+                Some(pinhole.map_err(|fault| Failure::usage(anyhow!("--fx ...: {fault}")))?)
+            }
+            _ => None,
+        };
+        let of_file = self.intrinsics.as_ref().map(intrinsics::read).transpose()?;
+        let max_jump_m = self.drop_jumps.map(|mm| positive("drop-jumps", mm)).transpose()?;
+        Ok(ReadOptions {
+            intrinsics: of_file.or(of_flags),
+            depth_scale: positive("depth-scale", self.depth_scale)?,
+            max_jump_m: max_jump_m.map(|mm| mm * M_PER_MM),
+        })
+    }
+
     pub(crate) fn options(&self) -> ScanOptions {
         ScanOptions {
             unit: self.unit,
@@ -88,32 +152,6 @@ fn unit(text: &str) -> Result<LengthUnit, String> {
         "m" => Ok(LengthUnit::Metre),
         "mm" => Ok(LengthUnit::Millimetre),
         _ => Err("give m or mm".into()),
-    }
-}
-
-fn warp_toward(text: &str) -> Result<WarpToward, String> {
-    let axis = |sign: f64, name: &str| match name {
-        "x" => Some([sign, 0.0, 0.0]),
-        "y" => Some([0.0, sign, 0.0]),
-        "z" => Some([0.0, 0.0, sign]),
-        _ => None,
-    };
-    let named = match text.split_at_checked(1) {
-        Some(("+", name)) => axis(1.0, name),
-        Some(("-", name)) => axis(-1.0, name),
-        _ => axis(1.0, text),
-    };
-    if let Some(direction) = named {
-        return Ok(WarpToward::Direction(direction));
-    }
-    let numbers: Option<Vec<f64>> = text
-        .split(',')
-        .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-        .collect();
-    match numbers.as_deref() {
-        Some([degrees]) => Ok(WarpToward::BearingDeg(*degrees)),
-        Some(&[x, y, z]) if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
-        _ => Err("give +x, -x, +y, ..., x,y,z or a bearing in degrees".into()),
     }
 }
 
@@ -158,19 +196,98 @@ pub(crate) struct Boundary {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Batch {
+    /// Folder of scans; folders in it are looked into
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    /// Table `file,density_g_m2[,warp_toward]` with a row per scan
+    #[arg(long, value_name = "FILE.csv", required_unless_present = "density")]
+    pub(crate) density_csv: Option<PathBuf>,
+    /// Areal density of the scans that the table does not name [g/m^2], 1 to 2000
+    #[arg(long, value_name = "G_PER_M2")]
+    pub(crate) density: Option<f64>,
+    /// Folder of results; `FOLDER-results` in the current folder if not given
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) read: ReadFlags,
+    /// Drape each estimate again
+    #[arg(long)]
+    pub(crate) resimulate: bool,
+    /// Scans at once; 0: one per core
+    #[arg(long, default_value_t = 0)]
+    pub(crate) threads: usize,
+    /// Print JSON lines instead of CSV
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print what would be done, and do nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Augment {
-    /// A drape as `simulate` writes it: OBJ, mm, simulation frame
-    #[arg(value_name = "DRAPE.obj")]
+    /// A drape as `simulate` writes it (OBJ, mm, simulation frame), a params.json that
+    /// is simulated first, or a folder of *.obj and *.params.json
+    #[arg(value_name = "DRAPE.obj|FOLDER")]
     pub(crate) input: PathBuf,
-    /// The scan; its true frame and unit go to <stem>.truth.json beside it
-    #[arg(long, short, value_name = "FILE.ply")]
+    /// One scan, or a folder for any number; the truth is written beside each
+    #[arg(long, short, value_name = "FILE.ply|DIR")]
     pub(crate) out: PathBuf,
+    /// What is written: fused clouds, 16-bit depth images with poses, or the rims that
+    /// `boundary` finds
+    #[arg(long = "as", value_name = "FORM", value_enum, default_value = "ply")]
+    pub(crate) form: AugmentForm,
     /// Kind of sensor: ideal, structured-light, truedepth, consumer
     #[arg(long, default_value = "structured-light")]
     pub(crate) profile: String,
-    /// Seed of noise and of the scanner's frame
+    /// Unit of the clouds; `either` draws one for each
+    #[arg(long, value_enum, default_value = "profile")]
+    pub(crate) unit: AugmentUnit,
+    /// Seed of noise, of the scanner's frame and of where the cameras stand
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Variants of each drape
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+}
+
+/// [`Form`] as a flag.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AugmentForm {
+    Ply,
+    Depth,
+    Boundary,
+}
+
+impl From<AugmentForm> for Form {
+    fn from(form: AugmentForm) -> Self {
+        match form {
+            AugmentForm::Ply => Self::Ply,
+            AugmentForm::Depth => Self::Depth,
+            AugmentForm::Boundary => Self::Boundary,
+        }
+    }
+}
+
+/// [`Unit`] as a flag.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AugmentUnit {
+    Profile,
+    M,
+    Mm,
+    Either,
+}
+
+impl From<AugmentUnit> for Unit {
+    fn from(unit: AugmentUnit) -> Self {
+        match unit {
+            AugmentUnit::Profile => Self::OfProfile,
+            AugmentUnit::M => Self::Metre,
+            AugmentUnit::Mm => Self::Millimetre,
+            AugmentUnit::Either => Self::Either,
+        }
+    }
 }
 
 /// The seven parameters of a fabric, in the paper's units.
@@ -330,16 +447,5 @@ mod tests {
             assert!(VERBS.contains(&verb.get_name()), "{}", verb.get_name());
         }
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn directions_and_bearings() {
-        assert_eq!(warp_toward("+x"), Ok(WarpToward::Direction([1.0, 0.0, 0.0])));
-        assert_eq!(warp_toward("-z"), Ok(WarpToward::Direction([0.0, 0.0, -1.0])));
-        assert_eq!(warp_toward("0.5,0,-2"), Ok(WarpToward::Direction([0.5, 0.0, -2.0])));
-        assert_eq!(warp_toward("-35"), Ok(WarpToward::BearingDeg(-35.0)));
-        for wrong in ["", "+w", "1,2", "0,0,0", "nan"] {
-            assert!(warp_toward(wrong).is_err(), "{wrong}");
-        }
     }
 }

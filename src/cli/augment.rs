@@ -1,25 +1,64 @@
-//! `augment`: a virtual scan of a drape.
+//! `augment`: virtual scans of drapes.
+
+use std::path::Path;
 
 use anyhow::anyhow;
 
 use super::{Failure, Outcome, args};
-use crate::report::evaluate::read_drape;
-use crate::sensor::{Profile, Scene, default_ring, scan};
+use crate::report::augment::{self, AugmentError, AugmentOptions, Made};
+use crate::sensor::Profile;
+use crate::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Augment) -> Outcome {
-    let profile = profile(&given.profile)?;
-    let scene = Scene::modified_cusick(read_drape(&given.input)?);
-    let made = scan(&scene, &default_ring(), &profile, given.seed)?;
-    made.write(&given.out)?;
-    eprintln!("wrote {} ({} points)", given.out.display(), made.cloud.points.len());
+    let options = AugmentOptions {
+        input: given.input.clone(),
+        out: given.out.clone(),
+        form: given.form.into(),
+        profile: profile(&given.profile)?,
+        unit: given.unit.into(),
+        seed: given.seed,
+        count: given.count,
+        simulator: SimOptions::default(),
+    };
+    if is_ply(&given.out) {
+        if given.count != 1 || !matches!(given.form, args::AugmentForm::Ply) {
+            let why = "--out names one .ply; for other forms or more variants give a folder";
+            return Err(Failure::usage(anyhow!("{}: {why}", given.out.display())));
+        }
+        let points = augment::one_ply(&options, &given.out).map_err(failure)?;
+        eprintln!("wrote {} ({points} points)", given.out.display());
+        return Ok(());
+    }
+    let all = augment::run(&options, report).map_err(failure)?;
+    let failed = all.iter().filter(|made| made.outcome.is_err()).count();
+    if failed > 0 {
+        return Err(Failure::partial(anyhow!("{failed} of {} were not made", all.len())));
+    }
     Ok(())
+}
+
+fn is_ply(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
+}
+
+fn report(made: &Made) {
+    match &made.outcome {
+        Ok(path) => println!("{}", path.display()),
+        Err(error) => eprintln!("{}: {error}", made.name),
+    }
+}
+
+fn failure(error: AugmentError) -> Failure {
+    match error {
+        AugmentError::Input { .. } => Failure::usage(error),
+        other => Failure::from(other),
+    }
 }
 
 /// The sensor profile of this name.
 pub(super) fn profile(name: &str) -> Result<Profile, Failure> {
     Profile::named(name).ok_or_else(|| {
-        Failure::usage(anyhow!(
-            "no sensor profile `{name}`: give ideal, structured-light, truedepth or consumer"
-        ))
+        let names = Profile::ALL.map(|profile| profile.name).join(", ");
+        Failure::usage(anyhow!("no sensor profile `{name}`: give one of {names}"))
     })
 }

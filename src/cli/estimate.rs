@@ -8,7 +8,8 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
     let job = Job {
         input: given.scan.input.clone(),
         density_kg_m2: given.density * KG_M2_PER_G_M2,
-        scan: given.scan.options(),
+        read: given.scan.read.read()?,
+        scan: given.scan.read.options(),
         resimulate: given.resimulate || given.out.is_some(),
     };
     let outcome = job.run().map_err(Failure::of_job)?;

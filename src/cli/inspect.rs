@@ -1,13 +1,14 @@
 //! `inspect` and `boundary`: what is found in a scan.
 
+use anyhow::anyhow;
+
 use super::{Failure, Outcome, args};
-use crate::io::boundary_csv;
-use crate::report::{job, json, table};
-use crate::scan::picture;
+use crate::io::{ReadNotes, boundary_csv};
+use crate::report::{json, rim, table};
+use crate::scan::{ScannedBoundary, picture};
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
-    let (scanned, notes) =
-        job::rim(&given.scan.input, &given.scan.options()).map_err(Failure::of_job)?;
+    let (scanned, notes) = rim_of(&given.scan)?;
     eprint!("{}", table::notes(&notes));
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
@@ -22,10 +23,19 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
 }
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
-    let (scanned, _) =
-        job::rim(&given.scan.input, &given.scan.options()).map_err(Failure::of_job)?;
+    let (scanned, _) = rim_of(&given.scan)?;
     boundary_csv::write(&given.out, &scanned.boundary)?;
     eprint!("{}", table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());
     Ok(())
+}
+
+/// The rim of a scan; a file that holds a rim already is no scan.
+fn rim_of(scan: &args::ScanFlags) -> Result<(ScannedBoundary, ReadNotes), Failure> {
+    let path = &scan.input;
+    if boundary_csv::is_one(path) {
+        let why = "holds a rim already; `estimate` takes it as it is";
+        return Err(Failure::usage(anyhow!("{}: {why}", path.display())));
+    }
+    rim::of_scan(path, &scan.read.read()?, &scan.read.options()).map_err(Failure::of_job)
 }

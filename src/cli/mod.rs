@@ -1,10 +1,11 @@
 //! The command line: parses, resolves, calls the library, prints.
 //!
 //! stdout is for data, stderr for people. Exit codes: 0 ok, 1 failure, 2 usage,
-//! 4 scan refused.
+//! 3 some of a batch failed, 4 scan refused.
 
 mod args;
 mod augment;
+mod batch;
 mod estimate;
 mod evaluate;
 mod generate;
@@ -16,7 +17,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use crate::report::JobError;
+use crate::report::{FailureKind, JobError};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -33,6 +34,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Estimate(given) => estimate::run(&given),
         args::Command::Inspect(given) => inspect::inspect(&given),
         args::Command::Boundary(given) => inspect::boundary(&given),
+        args::Command::Batch(given) => batch::run(&given),
         args::Command::Augment(given) => augment::run(&given),
         args::Command::Evaluate(given) => evaluate::run(&given),
         args::Command::Simulate(given) => simulate::run(&given),
@@ -41,10 +43,23 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("scan2params: {:#}", failure.error);
+            eprintln!("scan2params: {}", message(&failure.error));
             ExitCode::from(failure.code)
         }
     }
+}
+
+/// An error with its causes, each once: most errors of the library name theirs.
+fn message(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
+        if text.is_empty() {
+            cause
+        } else if text.contains(&cause) {
+            text
+        } else {
+            format!("{text}: {cause}")
+        }
+    })
 }
 
 /// What went wrong, with the exit code that says which kind it is.
@@ -59,20 +74,19 @@ impl Failure {
         Self { code: 2, error: error.into() }
     }
 
-    /// A scan that cannot be trusted: exit code 4.
-    pub(crate) fn refused(error: impl Into<anyhow::Error>) -> Self {
-        Self { code: 4, error: error.into() }
+    /// A batch of which some failed: exit code 3.
+    pub(crate) fn partial(error: impl Into<anyhow::Error>) -> Self {
+        Self { code: 3, error: error.into() }
     }
-}
 
-impl Failure {
+    /// A failure of this kind.
+    pub(crate) fn of_kind(kind: FailureKind, error: impl Into<anyhow::Error>) -> Self {
+        Self { code: kind.exit_code(), error: error.into() }
+    }
+
     /// The exit code that a job's error stands for.
     pub(crate) fn of_job(error: JobError) -> Self {
-        match error {
-            JobError::Density(_) => Self::usage(error),
-            JobError::Refused { .. } => Self::refused(error),
-            other => Self::from(other),
-        }
+        Self::of_kind(error.kind(), error)
     }
 }
 

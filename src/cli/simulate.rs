@@ -1,10 +1,9 @@
 //! `simulate`: one drape.
 
-use anyhow::Context as _;
-
 use super::{Failure, Outcome, args};
 use crate::fabric::Fabric;
 use crate::report::evaluate::thread_cpu_s;
+use crate::report::params;
 use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
@@ -63,20 +62,14 @@ fn fabric(flags: &args::FabricFlags) -> Result<Fabric, Failure> {
     let Some(path) = &flags.params else {
         return Err(Failure::usage(anyhow::anyhow!("give all seven parameters, or --params FILE")));
     };
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    let file: serde_json::Value =
-        serde_json::from_str(&text).with_context(|| path.display().to_string())?;
-    let value = |flag: Option<f64>, pointer: &str| {
-        flag.or_else(|| file.pointer(pointer).and_then(serde_json::Value::as_f64))
-            .with_context(|| format!("{}: no number at {pointer}", path.display()))
-    };
-    Ok(Fabric::from_paper_units([
-        value(flags.stretch_weft, "/parameters/stretch_weft/value")?,
-        value(flags.stretch_warp, "/parameters/stretch_warp/value")?,
-        value(flags.shear, "/parameters/shear/value")?,
-        value(flags.bending_weft, "/parameters/bending_weft/value")?,
-        value(flags.bending_warp, "/parameters/bending_warp/value")?,
-        value(flags.bending_bias, "/parameters/bending_bias/value")?,
-        value(flags.density, "/density/value")?,
-    ]))
+    let given = [
+        flags.stretch_weft,
+        flags.stretch_warp,
+        flags.shear,
+        flags.bending_weft,
+        flags.bending_warp,
+        flags.bending_bias,
+        flags.density,
+    ];
+    Ok(params::fabric(path, given)?)
 }

@@ -18,6 +18,8 @@ pub struct ReadNotes {
     pub points_in_file: usize,
     /// Points dropped: NaN, infinite, or beyond [`LARGEST_COORDINATE`].
     pub dropped_non_finite: usize,
+    /// Pixels of depth images dropped beside depth jumps, if that was asked for.
+    pub dropped_jumps: usize,
     /// Triangles dropped because they touch a dropped point.
     pub dropped_triangles: usize,
     /// Triangles dropped because they name a vertex twice.
@@ -34,6 +36,8 @@ pub(super) struct Raw {
     pub(super) colors: Vec<[u8; 3]>,
     pub(super) faces: Faces,
     pub(super) ignored: Vec<String>,
+    /// Pixels of a depth image that were left out beside depth jumps.
+    pub(super) dropped_jumps: usize,
 }
 
 /// Polygons, cut into fans of triangles.
@@ -56,6 +60,11 @@ impl Faces {
                 self.face_of.push(self.count);
             }
         }
+    }
+
+    /// Triangles so far.
+    pub(super) fn triangles(&self) -> usize {
+        self.triangles.len()
     }
 
     /// The number of the next face, counted from 1.
@@ -90,6 +99,7 @@ pub(super) fn finish(raw: Raw, format: Format) -> Result<(Cloud, ReadNotes), At>
         format,
         points_in_file,
         dropped_non_finite: points_in_file - kept as usize,
+        dropped_jumps: raw.dropped_jumps,
         dropped_triangles: 0,
         degenerate_triangles: 0,
         ignored: raw.ignored,

@@ -5,6 +5,7 @@
 //! takes blanks, and `true` and `false`, but no other order and no other unit.
 
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::Path;
 
 use super::error::shown;
@@ -47,6 +48,31 @@ pub fn read(path: impl AsRef<Path>) -> Result<Boundary, ReadError> {
     let path = path.as_ref();
     let text = std::fs::read(path).map_err(At::opening);
     text.and_then(|text| parse(&text)).map_err(|at| at.in_file(path))
+}
+
+/// Reads the table from bytes; for fuzzing.
+///
+/// # Errors
+/// As [`read`]; the path in the error is `bytes.csv`.
+#[doc(hidden)]
+pub fn read_bytes(bytes: &[u8]) -> Result<Boundary, ReadError> {
+    parse(bytes).map_err(|at| at.in_file(Path::new("bytes.csv")))
+}
+
+/// Whether a file is meant as such a table: a `.csv` that starts with `index`.
+/// One that cannot be read is none here; who reads it next says why.
+#[must_use]
+pub fn is_one(path: &Path) -> bool {
+    let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    let mut head = [0; 16];
+    let mut read = || std::fs::File::open(path)?.read(&mut head);
+    named && read().is_ok_and(|length| starts_like_one(&head[..length]))
+}
+
+fn starts_like_one(head: &[u8]) -> bool {
+    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    let head = head.strip_prefix(b"\"").unwrap_or(head);
+    head.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"index"))
 }
 
 fn parse(text: &[u8]) -> Result<Boundary, At> {

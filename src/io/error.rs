@@ -16,6 +16,14 @@ pub struct ReadError {
     pub fault: Fault,
 }
 
+impl ReadError {
+    /// Whether what the file says is at fault, not the way to it.
+    #[must_use]
+    pub fn is_content(&self) -> bool {
+        !matches!(self.fault, Fault::Missing | Fault::NotAFile | Fault::Io(_))
+    }
+}
+
 /// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -44,7 +52,10 @@ pub enum Fault {
     #[error("no such file; check the path")]
     Missing,
     /// A folder, a pipe, a device.
-    #[error("not a regular file; give the path of a scan file")]
+    #[error(
+        "not a regular file; give the path of a scan file, or of a folder of views (with a \
+         views.json, or with camera-intrinsics.txt, *.depth.png and *.pose.txt)"
+    )]
     NotAFile,
     /// The system refused.
     #[error("cannot be read ({0}); check its permissions and the disk")]
@@ -58,6 +69,12 @@ pub enum Fault {
         /// The extension found.
         found: String,
     },
+    /// A depth image without its camera.
+    #[error(
+        "a depth image needs its camera: give --intrinsics FILE, or --fx, --fy, --cx and --cy, and \
+         --depth-scale if its unit is not 1 mm"
+    )]
+    NoIntrinsics,
     /// The content is something else altogether.
     #[error("the content is {what}")]
     Foreign {

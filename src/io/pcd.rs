@@ -149,8 +149,9 @@ impl Header {
         Ok(self.fields.last().map_or(0, |field| field.offset + field.bytes()))
     }
 
+    /// The first field of one of these names; one without values is none.
     fn field(&self, names: &[&str]) -> Option<&Field> {
-        self.fields.iter().find(|field| names.contains(&field.name.as_str()))
+        self.fields.iter().find(|field| field.count > 0 && names.contains(&field.name.as_str()))
     }
 
     fn color(&self) -> Option<&Field> {
@@ -263,6 +264,10 @@ fn read_ascii(header: &Header, bytes: &[u8], raw: &mut Raw) -> Result<(), At> {
     let columns = header.fields.last().map_or(0, |field| field.column + field.count);
     // A token takes two bytes, save for the last one.
     header.check(bytes.len() - header.payload + 1, 2 * columns, header.payload)?;
+    if header.points == 0 {
+        // Nothing bounds the columns then.
+        return Ok(());
+    }
     let positions = header.positions();
     let color = header.color();
     let mut tokens = Tokens::new(bytes, header.payload, header.line);

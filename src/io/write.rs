@@ -4,6 +4,9 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
+
 use super::WriteError;
 use crate::base::units::M_PER_MM;
 use crate::geom::{Cloud, Mesh};
@@ -67,6 +70,36 @@ pub fn write_ply(path: impl AsRef<Path>, cloud: &Cloud, scale: f64) -> Result<()
             }
         }
         Ok(())
+    })
+}
+
+/// Writes depths \[m\], row by row, as a 16-bit grey PNG of `scale` units to a metre;
+/// 0 where a depth is not finite or does not fit.
+///
+/// # Errors
+/// When the system refuses, or the depths do not fill rows of `width`.
+pub fn write_depth_png(
+    path: impl AsRef<Path>,
+    width: usize,
+    depth_m: &[f64],
+    scale: f64,
+) -> Result<(), WriteError> {
+    let unit = |depth: &f64| {
+        let value = (depth * scale).round();
+        if (1.0..f64::from(u16::MAX)).contains(&value) { value as u16 } else { 0 }
+    };
+    let samples: Vec<u8> = depth_m.iter().flat_map(|d| unit(d).to_ne_bytes()).collect();
+    atomically(path, |out| {
+        let wrong = || io::Error::new(io::ErrorKind::InvalidInput, "depths do not fill the rows");
+        let size = depth_m.len().checked_div(width).filter(|rows| rows * width == depth_m.len());
+        let (columns, rows) =
+            (u32::try_from(width), size.and_then(|rows| u32::try_from(rows).ok()));
+        let (Ok(columns), Some(rows)) = (columns, rows) else {
+            return Err(wrong());
+        };
+        PngEncoder::new(out)
+            .write_image(&samples, columns, rows, ExtendedColorType::L16)
+            .map_err(io::Error::other)
     })
 }
 

@@ -6,21 +6,25 @@
 
 use std::path::{Path, PathBuf};
 
+use super::rim::{self, Rim, RimError};
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fault, check_density};
-use crate::io::{self, ReadError, ReadNotes, WriteError};
+use crate::io::{self, ReadError, ReadOptions, WriteError};
 use crate::refine::{Resimulation, resimulate};
-use crate::scan::{ScanError, ScanOptions, ScannedBoundary, boundary_from_scan};
+use crate::scan::{Orientation, ScanError, ScanOptions};
 use crate::sim::SimOptions;
+use serde::{Deserialize, Serialize};
 
 /// What to do with one scan.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// The scan.
+    /// The scan, or a rim as `boundary` writes it.
     pub input: PathBuf,
     /// Areal density of the fabric \[kg/m^2\].
     pub density_kg_m2: f64,
-    /// How the scan is read.
+    /// What a depth image does not say itself.
+    pub read: ReadOptions,
+    /// How the scan is taken.
     pub scan: ScanOptions,
     /// Whether the estimate is draped again and held against the scan.
     pub resimulate: bool,
@@ -31,10 +35,8 @@ pub struct Job {
 pub struct Outcome {
     /// What was asked.
     pub job: Job,
-    /// What the reader left out.
-    pub notes: ReadNotes,
     /// The rim.
-    pub scanned: ScannedBoundary,
+    pub rim: Rim,
     /// The stiffnesses.
     pub estimate: Estimate,
     /// The drape of the estimate, if asked for.
@@ -60,6 +62,14 @@ pub enum JobError {
         /// What was measured, the limit, the remedy.
         source: ScanError,
     },
+    /// A rim read from a boundary CSV cannot be one.
+    #[error("{}: rim refused: {source}", path.display())]
+    RimRefused {
+        /// The boundary CSV.
+        path: PathBuf,
+        /// What was measured, the limit, the remedy.
+        source: RimError,
+    },
     /// The model cannot be used.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
@@ -76,35 +86,71 @@ pub enum JobError {
     },
 }
 
+/// The kinds of failure that a program can act on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FailureKind {
+    /// A file cannot be read or written.
+    Failed,
+    /// What was asked cannot be meant.
+    Usage,
+    /// The scan cannot be trusted.
+    Refused,
+}
+
+impl FailureKind {
+    /// The exit code that stands for it.
+    #[must_use]
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Failed => 1,
+            Self::Usage => 2,
+            Self::Refused => 4,
+        }
+    }
+}
+
+impl JobError {
+    /// What kind of failure it is.
+    #[must_use]
+    pub fn kind(&self) -> FailureKind {
+        match self {
+            Self::Density(_) => FailureKind::Usage,
+            Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
+                FailureKind::Usage
+            }
+            Self::Refused { .. } | Self::RimRefused { .. } => FailureKind::Refused,
+            _ => FailureKind::Failed,
+        }
+    }
+}
+
 impl Job {
-    /// Runs the job.
+    /// Runs the job with the model that ships with the package.
     ///
     /// # Errors
     /// When the density is none, the file cannot be read, the scan is refused, or
     /// the model does not load.
     pub fn run(self) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
-        let (scanned, notes) = rim(&self.input, &self.scan)?;
-        let estimator = Estimator::shipped()?;
-        let known = scanned.orientation == crate::scan::Orientation::Given;
-        let estimate = estimator.estimate(&scanned.boundary, self.density_kg_m2, known)?;
+        self.run_with(&Estimator::shipped()?)
+    }
+
+    /// Runs the job with a model that is loaded already.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_with(self, estimator: &Estimator) -> Result<Outcome, JobError> {
+        check_density(self.density_kg_m2)?;
+        let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
+        let known = rim.orientation() == Orientation::Given;
+        let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
         let resimulation = self
             .resimulate
-            .then(|| resimulate(&scanned.boundary, &estimate.fabric, &SimOptions::default()));
+            .then(|| resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default()));
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
-        Ok(Outcome { job: self, notes, scanned, estimate, resimulation, model })
+        Ok(Outcome { job: self, rim, estimate, resimulation, model })
     }
-}
-
-/// Reads a scan and finds its rim.
-///
-/// # Errors
-/// When the file cannot be read or the scan is refused.
-pub fn rim(path: &Path, options: &ScanOptions) -> Result<(ScannedBoundary, ReadNotes), JobError> {
-    let (cloud, notes) = io::read_scan(path)?;
-    let scanned = boundary_from_scan(&cloud, options)
-        .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
-    Ok((scanned, notes))
 }
 
 impl Outcome {
@@ -114,7 +160,15 @@ impl Outcome {
     /// # Errors
     /// When the system refuses.
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, JobError> {
-        let stem = self.job.input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let stem = self.job.input.file_stem().unwrap_or_default().to_string_lossy();
+        self.write_as(folder, &stem)
+    }
+
+    /// [`Self::write`] with a stem of the caller's.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn write_as(&self, folder: &Path, stem: &str) -> Result<Vec<PathBuf>, JobError> {
         let path = |ending: &str| folder.join(format!("{stem}.{ending}"));
         let [json, csv, png] = ["params.json", "boundary.csv", "boundary.png"].map(path);
         std::fs::create_dir_all(folder)
@@ -124,7 +178,7 @@ impl Outcome {
             serde_json::to_writer_pretty(&mut *out, &text)?;
             writeln!(out)
         })?;
-        io::boundary_csv::write(&csv, &self.scanned.boundary)?;
+        io::boundary_csv::write(&csv, self.rim.boundary())?;
         super::overlay::draw(self)
             .save(&png)
             .map_err(|source| JobError::Picture { path: png.clone(), source })?;

@@ -1,5 +1,6 @@
 //! params.json: schema 1. Values in the paper's units, lengths in mm, each with its
-//! unit beside it.
+//! unit beside it. `read` and `quality` are null for a rim that was read from a
+//! boundary CSV.
 
 use serde_json::{Map, Value, json};
 
@@ -40,12 +41,13 @@ pub fn params(outcome: &Outcome) -> Value {
         },
         "candidates": candidates,
         "boundary": boundary(outcome),
-        "read": {
-            "points_in_file": outcome.notes.points_in_file,
-            "dropped_non_finite": outcome.notes.dropped_non_finite,
-        },
-        "quality": quality(&outcome.scanned),
-        "orientation": outcome.scanned.orientation,
+        "read": outcome.rim.notes().map(|notes| json!({
+            "points_in_file": notes.points_in_file,
+            "dropped_non_finite": notes.dropped_non_finite,
+            "dropped_jumps": notes.dropped_jumps,
+        })),
+        "quality": outcome.rim.scanned().map(quality),
+        "orientation": outcome.rim.orientation(),
         "novelty": {
             "rms_mm": outcome.estimate.novelty.rms_m / M_PER_MM,
             "limit_mm": outcome.estimate.novelty.limit_m / M_PER_MM,
@@ -53,6 +55,7 @@ pub fn params(outcome: &Outcome) -> Value {
         "warnings": warnings,
         "model": { "id": outcome.model[0], "sha256": outcome.model[1] },
         "simulator": { "numerics_version": NUMERICS_VERSION },
+        "read_options": outcome.job.read,
         "scan_options": outcome.job.scan,
         "version": env!("CARGO_PKG_VERSION"),
         "seed": outcome.job.scan.seed,
@@ -61,17 +64,17 @@ pub fn params(outcome: &Outcome) -> Value {
 }
 
 fn boundary(outcome: &Outcome) -> Value {
-    let points = outcome.scanned.boundary.points();
+    let points = outcome.rim.boundary().points();
     let mean_sigma = points.iter().map(|p| p.sigma_m).sum::<f64>() / points.len() as f64;
     let mut value = json!({
         "points": points.len(),
-        "observed_fraction": outcome.scanned.quality.observed_fraction,
+        "observed_fraction": outcome.rim.observed_fraction(),
         "mean_sigma_mm": mean_sigma / M_PER_MM,
     });
     if let Some(again) = &outcome.resimulation {
         let squares: f64 = outcome
-            .scanned
-            .boundary
+            .rim
+            .boundary()
             .positions_m()
             .zip(again.drape.boundary.positions_m())
             .map(|(a, b)| (a - b).norm_squared())

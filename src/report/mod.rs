@@ -1,9 +1,14 @@
 //! Results for people and programs: the table, params.json, the overlay.
 
+pub mod augment;
+pub mod batch;
 pub mod evaluate;
 pub mod job;
 pub mod json;
 pub mod overlay;
+pub mod params;
+pub mod rim;
 pub mod table;
 
-pub use job::{Job, JobError, Outcome};
+pub use job::{FailureKind, Job, JobError, Outcome};
+pub use rim::Rim;

@@ -36,15 +36,16 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
     for (pane, (view, title)) in views.into_iter().enumerate() {
         let left = pane as i32 * PANE;
         grid(&mut image, left);
-        for p in &outcome.scanned.evidence.cloth {
+        let evidence = outcome.rim.scanned().map(|scanned| &scanned.evidence);
+        for p in evidence.iter().flat_map(|e| &e.cloth) {
             dot(&mut image, left, view(p), CLOTH, 1);
         }
         if let Some(again) = &outcome.resimulation {
             rim(&mut image, left, view, &again.drape.boundary, |_| SIMULATED);
         }
         let color = |observed| if observed { SCANNED } else { BRIDGED };
-        rim(&mut image, left, view, &outcome.scanned.boundary, color);
-        for corner in &outcome.scanned.evidence.corners {
+        rim(&mut image, left, view, outcome.rim.boundary(), color);
+        for corner in evidence.iter().flat_map(|e| &e.corners) {
             dot(&mut image, left, view(corner), SCANNED, 4);
         }
         text(&mut image, left + 12, PANE - 20, title, TEXT);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::Outcome;
+use super::{Outcome, Rim};
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::io::ReadNotes;
 use crate::scan::{Orientation, ScannedBoundary};
@@ -13,8 +13,7 @@ pub fn text(outcome: &Outcome) -> String {
     let mut out = String::new();
     // writing to a string cannot fail
     let _ = writeln!(out, "{}", outcome.job.input.display());
-    out += &notes(&outcome.notes);
-    out += &scan(&outcome.scanned);
+    out += &rim(&outcome.rim);
     let density = outcome.job.density_kg_m2 / KG_M2_PER_G_M2;
     let _ = writeln!(out, "density          {density:>12.1}  {DENSITY_UNIT} (given)\n");
     let _ = writeln!(out, "parameter               value   90 % interval                    unit");
@@ -47,6 +46,20 @@ pub fn text(outcome: &Outcome) -> String {
     out
 }
 
+/// What the rim is, as text.
+#[must_use]
+pub fn rim(rim: &Rim) -> String {
+    match rim {
+        Rim::Scanned { scanned, notes: left_out } => notes(left_out) + &scan(scanned),
+        Rim::Given { orientation, .. } => format!(
+            "rim              {:>12}  as the boundary file gives it, {:.1} % observed\n{}",
+            "given",
+            100.0 * rim.observed_fraction(),
+            weft_and_warp(*orientation)
+        ),
+    }
+}
+
 /// What the reader left out of a file, as text; nothing if it took all.
 #[must_use]
 pub fn notes(notes: &ReadNotes) -> String {
@@ -56,6 +69,13 @@ pub fn notes(notes: &ReadNotes) -> String {
             out,
             "left out         {:>12}  of {} points: not finite or absurdly far",
             notes.dropped_non_finite, notes.points_in_file
+        );
+    }
+    if notes.dropped_jumps > 0 {
+        let _ = writeln!(
+            out,
+            "left out         {:>12}  pixels beside jumps of the depth",
+            notes.dropped_jumps
         );
     }
     out
@@ -97,12 +117,15 @@ pub fn scan(scanned: &ScannedBoundary) -> String {
         mm(q.noise_m),
         mm(q.point_spacing_m)
     );
-    let orientation = match scanned.orientation {
+    out + &weft_and_warp(scanned.orientation)
+}
+
+fn weft_and_warp(orientation: Orientation) -> String {
+    let text = match orientation {
         Orientation::Given => "given",
         Orientation::Ambiguous => "ambiguous (say --warp-toward)",
     };
-    let _ = writeln!(out, "weft and warp    {orientation:>12}");
-    out
+    format!("weft and warp    {text:>12}\n")
 }
 
 /// Four significant digits, without exponent.

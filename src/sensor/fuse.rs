@@ -32,10 +32,7 @@ impl VirtualScan {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
         let path = path.as_ref();
         io::write_ply(path, &self.cloud, 1.0)?;
-        io::atomically(path.with_extension("truth.json"), |out| {
-            serde_json::to_writer_pretty(&mut *out, &self.truth)?;
-            writeln!(out)
-        })
+        self.truth.write(&path.with_extension("truth.json"))
     }
 }
 
@@ -91,6 +88,17 @@ impl Truth {
         let shift = Vector3::from_fn(|_, _| rng.random_range(-0.5..=0.5));
         let simulation_from_scanner = Isometry3::from_parts(Translation3::from(shift), turn);
         Self { unit_m, simulation_from_scanner }
+    }
+
+    /// Writes the truth as JSON.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+        io::atomically(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, self)?;
+            writeln!(out)
+        })
     }
 
     /// A point of the cloud in the simulation frame \[m\].

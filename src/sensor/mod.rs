@@ -11,7 +11,8 @@
 //! (3DIMPVT 2012); the step of the depth after Khoshelham and Elberink,
 //! "Accuracy and Resolution of Kinect Depth Data" (Sensors 12, 2012). The
 //! other forms (flying pixels, grazing drop-out, holes, outliers, the shift of
-//! edges, pose errors) are empirical, and so are their sizes.
+//! edges, pose errors) are empirical. `profile.rs` says of each size where it is
+//! from.
 //!
 //! Limits: noise is independent from pixel to pixel (that of real consumer
 //! cameras is smooth over a few pixels); no interreflection, no lens distortion,
@@ -23,6 +24,7 @@ mod noise;
 mod profile;
 mod render;
 mod scene;
+mod views;
 
 pub use camera::{Camera, CameraPose, Ring, default_ring};
 pub use fuse::{Truth, VirtualScan};

@@ -1,11 +1,25 @@
-//! Named sets of a depth camera's errors.
+//! Named sets of a depth camera's errors, each number with where it is from.
+//!
+//! Sources, by the letter behind each number:
+//!
+//! - N: Nguyen, Izadi, Lovell, "Modeling Kinect Sensor Noise for Improved 3D
+//!   Reconstruction and Tracking", 3DIMPVT 2012, their fits for the first Kinect.
+//! - K: Khoshelham, Elberink, "Accuracy and Resolution of Kinect Depth Data",
+//!   Sensors 12, 2012: 1/8 pixel of disparity, base 75 mm.
+//! - B: Breitbarth et al., "Measurement accuracy and dependence on external
+//!   influences of the iPhone X TrueDepth sensor", SPIE 11144, 2019, which finds
+//!   errors "in the millimetre range": the size is of that order, the number a guess.
+//! - D: order of magnitude of data sheets of desktop structured-light scanners
+//!   (0.05 to 0.2 mm single-shot).
+//! - F: what such files hold (unit, step of the stored depth, pixels).
+//! - g: a guess, made to look like scans seen. Most are: nobody has published the
+//!   flying pixels, holes and edge shifts of these cameras on cloth.
+//!
+//! The form of the axial and lateral noise is N's for every profile.
 
 use super::Camera;
 
-/// The errors of a camera and of the program that fuses its views.
-///
-/// All lengths in metres; "empirical" means chosen to look like scans seen, not
-/// measured.
+/// The errors of a camera and of the program that fuses its views. Lengths in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     /// Name, as the command line takes it.
@@ -63,143 +77,121 @@ pub struct Profile {
     pub unit_m: f64,
 }
 
+/// No errors at all: for tests, and to see what visibility alone does.
+pub(super) const IDEAL: Profile = Profile {
+    name: "ideal",
+    camera: Camera { width: 640, height: 480, focal_px: 600.0 },
+    range_m: [0.1, 2.0],
+    axial_m: 0.0,
+    axial_growth_per_m: 0.0,
+    axial_best_m: 0.0,
+    axial_incidence_m15: 0.0,
+    lateral_px: 0.0,
+    lateral_incidence_px: 0.0,
+    disparity_step_per_m: 0.0,
+    depth_unit_m: 0.0,
+    flying_fraction: 0.0,
+    edge_step_m: 0.01, // g, in all profiles
+    edge_erosion_px: 0,
+    grazing_rad: [std::f64::consts::FRAC_PI_2; 2],
+    holes_per_view: 0,
+    hole_radius_px: [1.0, 1.0],
+    outlier_fraction: 0.0,
+    outlier_reach_m: 0.0,
+    pose_shift_m: 0.0,
+    pose_turn_rad: 0.0,
+    spacing_m: 0.0015,
+    samples_per_point: 1.0,
+    unit_m: 1.0,
+};
+
+/// A stationary structured-light scanner: 0.15 mm axial noise, edges that recede
+/// by a pixel, millimetres.
+pub(super) const STRUCTURED_LIGHT: Profile = Profile {
+    name: "structured-light",
+    camera: Camera { width: 960, height: 720, focal_px: 900.0 }, // g
+    axial_m: 0.15e-3,                                            // D
+    axial_incidence_m15: 0.0125e-3,                              // N, scaled as axial_m is
+    lateral_px: 0.2,                                             // g
+    depth_unit_m: 1e-5,                                          // F
+    flying_fraction: 0.05,                                       // g
+    edge_erosion_px: 1,                                          // g
+    grazing_rad: [70_f64.to_radians(), 85_f64.to_radians()],     // g
+    holes_per_view: 2,                                           // g
+    hole_radius_px: [2.0, 6.0],                                  // g
+    outlier_fraction: 1e-4,                                      // g
+    outlier_reach_m: 0.02,                                       // g
+    pose_shift_m: 0.05e-3,                                       // D
+    pose_turn_rad: 0.01_f64.to_radians(),                        // g
+    spacing_m: 0.0018,                                           // g
+    samples_per_point: 8.0,                                      // g
+    unit_m: 1e-3,                                                // F
+    ..IDEAL
+};
+
+/// A tablet's front camera (structured infrared dots, TrueDepth-like) led around
+/// the drape: 0.5 mm at 0.25 m, 1.5 mm at 0.7 m, and views that miss each other by
+/// 0.5 mm.
+pub(super) const TRUEDEPTH: Profile = Profile {
+    name: "truedepth",
+    camera: Camera { width: 640, height: 480, focal_px: 590.0 }, // F
+    range_m: [0.2, 1.0],                                         // g
+    axial_m: 0.5e-3,                                             // B
+    axial_growth_per_m: 5e-3,                                    // B
+    axial_best_m: 0.25,                                          // g
+    axial_incidence_m15: 0.04e-3,                                // N, scaled as axial_m is
+    lateral_px: 0.5,                                             // g
+    lateral_incidence_px: 0.02,                                  // g
+    depth_unit_m: 1e-4,                                          // F
+    flying_fraction: 0.3,                                        // g
+    grazing_rad: [65_f64.to_radians(), 82_f64.to_radians()],     // g
+    holes_per_view: 3,                                           // g
+    hole_radius_px: [2.0, 8.0],                                  // g
+    outlier_fraction: 1e-3,                                      // g
+    outlier_reach_m: 0.03,                                       // g
+    pose_shift_m: 0.5e-3,                                        // g
+    pose_turn_rad: 0.15_f64.to_radians(),                        // g
+    spacing_m: 0.0025,                                           // g
+    samples_per_point: 12.0,                                     // g
+    ..IDEAL
+};
+
+/// A first-generation consumer depth camera: 1.2 mm at 0.4 m, 1 % outliers, holes,
+/// edges that spread by a pixel, 1 mm pose errors.
+pub(super) const CONSUMER: Profile = Profile {
+    name: "consumer",
+    camera: Camera { width: 640, height: 480, focal_px: 580.0 }, // K
+    range_m: [0.35, 3.0],                                        // K, nearest: g
+    axial_m: 1.2e-3,                                             // N
+    axial_growth_per_m: 1.9e-3,                                  // N
+    axial_best_m: 0.4,                                           // N
+    axial_incidence_m15: 0.1e-3,                                 // N
+    lateral_px: 0.8,                                             // N
+    lateral_incidence_px: 0.035,                                 // N
+    disparity_step_per_m: 1.0 / (8.0 * 580.0 * 0.075),           // K
+    depth_unit_m: 1e-3,                                          // F
+    flying_fraction: 0.5,                                        // g
+    edge_erosion_px: -1,                                         // g
+    grazing_rad: [60_f64.to_radians(), 80_f64.to_radians()],     // N fits up to 60 degrees; end: g
+    holes_per_view: 8,                                           // g
+    hole_radius_px: [3.0, 10.0],                                 // g
+    outlier_fraction: 0.01,                                      // g
+    outlier_reach_m: 0.05,                                       // g
+    pose_shift_m: 1e-3,                                          // g
+    pose_turn_rad: 0.3_f64.to_radians(),                         // g
+    spacing_m: 0.003,                                            // g
+    samples_per_point: 12.0,                                     // g
+    ..IDEAL
+};
+
 impl Profile {
-    /// The names of [`Profile::named`].
-    pub const NAMES: [&'static str; 4] = ["ideal", "structured-light", "truedepth", "consumer"];
+    /// Every named profile.
+    pub const ALL: [Self; 4] = [IDEAL, STRUCTURED_LIGHT, TRUEDEPTH, CONSUMER];
 
     /// The profile of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "ideal" => Some(Self::ideal()),
-            "structured-light" => Some(Self::structured_light()),
-            "truedepth" => Some(Self::truedepth()),
-            "consumer" => Some(Self::consumer()),
-            _ => None,
-        }
-    }
-
-    /// No errors at all: for tests, and to see what visibility alone does.
-    #[must_use]
-    pub fn ideal() -> Self {
-        Self {
-            name: "ideal",
-            camera: Camera { width: 640, height: 480, focal_px: 600.0 },
-            range_m: [0.1, 2.0],
-            axial_m: 0.0,
-            axial_growth_per_m: 0.0,
-            axial_best_m: 0.0,
-            axial_incidence_m15: 0.0,
-            lateral_px: 0.0,
-            lateral_incidence_px: 0.0,
-            disparity_step_per_m: 0.0,
-            depth_unit_m: 0.0,
-            flying_fraction: 0.0,
-            edge_step_m: 0.01,
-            edge_erosion_px: 0,
-            grazing_rad: [std::f64::consts::FRAC_PI_2; 2],
-            holes_per_view: 0,
-            hole_radius_px: [1.0, 1.0],
-            outlier_fraction: 0.0,
-            outlier_reach_m: 0.0,
-            pose_shift_m: 0.0,
-            pose_turn_rad: 0.0,
-            spacing_m: 0.0015,
-            samples_per_point: 1.0,
-            unit_m: 1.0,
-        }
-    }
-
-    /// A stationary structured-light scanner: 0.15 mm axial noise, edges that
-    /// recede by a pixel, millimetres. Sizes empirical, after data sheets of
-    /// desktop scanners.
-    #[must_use]
-    pub fn structured_light() -> Self {
-        Self {
-            name: "structured-light",
-            camera: Camera { width: 960, height: 720, focal_px: 900.0 },
-            axial_m: 0.15e-3,
-            axial_incidence_m15: 0.0125e-3,
-            lateral_px: 0.2,
-            depth_unit_m: 1e-5,
-            flying_fraction: 0.05,
-            edge_erosion_px: 1,
-            grazing_rad: [70_f64.to_radians(), 85_f64.to_radians()],
-            holes_per_view: 2,
-            hole_radius_px: [2.0, 6.0],
-            outlier_fraction: 1e-4,
-            outlier_reach_m: 0.02,
-            pose_shift_m: 0.05e-3,
-            pose_turn_rad: 0.01_f64.to_radians(),
-            spacing_m: 0.0018,
-            samples_per_point: 8.0,
-            unit_m: 1e-3,
-            ..Self::ideal()
-        }
-    }
-
-    /// A tablet's front camera (structured infrared dots, TrueDepth-like) led
-    /// around the drape: 0.5 mm at 0.25 m, 1.5 mm at 0.7 m, and views that
-    /// miss each other by 0.5 mm. Sizes empirical.
-    #[must_use]
-    pub fn truedepth() -> Self {
-        Self {
-            name: "truedepth",
-            camera: Camera { width: 640, height: 480, focal_px: 590.0 },
-            range_m: [0.2, 1.0],
-            axial_m: 0.5e-3,
-            axial_growth_per_m: 5e-3,
-            axial_best_m: 0.25,
-            axial_incidence_m15: 0.04e-3,
-            lateral_px: 0.5,
-            lateral_incidence_px: 0.02,
-            depth_unit_m: 1e-4,
-            flying_fraction: 0.3,
-            grazing_rad: [65_f64.to_radians(), 82_f64.to_radians()],
-            holes_per_view: 3,
-            hole_radius_px: [2.0, 8.0],
-            outlier_fraction: 1e-3,
-            outlier_reach_m: 0.03,
-            pose_shift_m: 0.5e-3,
-            pose_turn_rad: 0.15_f64.to_radians(),
-            spacing_m: 0.0025,
-            samples_per_point: 12.0,
-            ..Self::ideal()
-        }
-    }
-
-    /// A first-generation consumer depth camera. Axial and lateral noise: the
-    /// Kinect of Nguyen et al. 2012 (1.2 mm at 0.4 m). Depth step: 1/8 pixel of
-    /// disparity at 580 pixels and a base of 75 mm, as Khoshelham and Elberink
-    /// 2012. The rest is empirical: 1 % outliers, holes, edges that spread by a
-    /// pixel, 1 mm pose errors.
-    #[must_use]
-    pub fn consumer() -> Self {
-        Self {
-            name: "consumer",
-            camera: Camera { width: 640, height: 480, focal_px: 580.0 },
-            range_m: [0.35, 3.0],
-            axial_m: 1.2e-3,
-            axial_growth_per_m: 1.9e-3,
-            axial_best_m: 0.4,
-            axial_incidence_m15: 0.1e-3,
-            lateral_px: 0.8,
-            lateral_incidence_px: 0.035,
-            disparity_step_per_m: 1.0 / (8.0 * 580.0 * 0.075),
-            depth_unit_m: 1e-3,
-            flying_fraction: 0.5,
-            edge_erosion_px: -1,
-            grazing_rad: [60_f64.to_radians(), 80_f64.to_radians()],
-            holes_per_view: 8,
-            hole_radius_px: [3.0, 10.0],
-            outlier_fraction: 0.01,
-            outlier_reach_m: 0.05,
-            pose_shift_m: 1e-3,
-            pose_turn_rad: 0.3_f64.to_radians(),
-            spacing_m: 0.003,
-            samples_per_point: 12.0,
-            ..Self::ideal()
-        }
+        Self::ALL.into_iter().find(|profile| profile.name == name)
     }
 
     /// Standard deviation of a depth at depth `z_m` and incidence `t_rad` \[m\].

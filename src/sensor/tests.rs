@@ -1,3 +1,4 @@
+use super::profile::{CONSUMER, IDEAL, STRUCTURED_LIGHT, TRUEDEPTH};
 use super::*;
 use crate::base::{Isometry3, Point3, Vector3};
 use crate::geom::{Mesh, MeshIndex};
@@ -66,7 +67,7 @@ fn points_without_noise_lie_on_the_surfaces() {
     let scene = scene();
     let cloth = MeshIndex::new(&scene.drape).unwrap();
     for unit_m in [1.0, 1e-3] {
-        let profile = Profile { unit_m, ..small(Profile::ideal()) };
+        let profile = Profile { unit_m, ..small(IDEAL) };
         let scan = scan(&scene, &default_ring(), &profile, 5).unwrap();
         assert!(scan.cloud.points.len() > 5_000, "{}", scan.cloud.points.len());
         let worst = scan
@@ -83,13 +84,13 @@ fn points_without_noise_lie_on_the_surfaces() {
 fn hidden_surfaces_are_not_seen() {
     let scene = scene();
     let top = [*Ring::default().poses().last().unwrap()];
-    let scan = scan(&scene, &top, &small(Profile::ideal()), 5).unwrap();
+    let scan = scan(&scene, &top, &small(IDEAL), 5).unwrap();
     // From the top, cloth hides the plate, the pedestal and the floor below it.
     let points = scan.cloud.points.iter().map(|p| scan.truth.to_simulation_m(p));
     let below_the_cloth = points.filter(|p| p.x.hypot(p.z) < 0.05 && p.y < -1e-9);
     assert_eq!(below_the_cloth.count(), 0);
     let side = CameraPose::look_at(Point3::new(0.5, -0.08, 0.0), Point3::new(0.0, -0.08, 0.0));
-    let scan = super::scan(&scene, &[side], &small(Profile::ideal()), 5).unwrap();
+    let scan = super::scan(&scene, &[side], &small(IDEAL), 5).unwrap();
     let points = scan.cloud.points.iter().map(|p| scan.truth.to_simulation_m(p));
     let behind = points.filter(|p| p.x < -0.03 && p.y > -0.04 && p.y < -0.01);
     assert_eq!(behind.count(), 0, "the far side of the drape shows from the near side");
@@ -98,7 +99,7 @@ fn hidden_surfaces_are_not_seen() {
 #[test]
 fn the_rim_is_seen_all_round_by_the_default_ring() {
     let scene = scene();
-    let profile = Profile { spacing_m: 0.002, ..Profile::ideal() };
+    let profile = Profile { spacing_m: 0.002, ..IDEAL };
     let scan = scan(&scene, &default_ring(), &profile, 5).unwrap();
     let points: Vec<Point3> =
         scan.cloud.points.iter().map(|p| scan.truth.to_simulation_m(p)).collect();
@@ -116,7 +117,7 @@ fn the_rim_is_seen_all_round_by_the_default_ring() {
 fn same_seed_same_bytes_whatever_the_threads() {
     let scene = scene();
     let poses = &default_ring()[..3];
-    let profile = small(Profile::consumer());
+    let profile = small(CONSUMER);
     let with_threads = |threads, seed| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| scan(&scene, poses, &profile, seed).unwrap())
@@ -147,7 +148,7 @@ fn errors_on_a_sheet_m(profile: &Profile, distance_m: f64, tilt_rad: f64) -> Vec
     let scene = Scene::modified_cusick(drape);
     let center = place * Point3::origin();
     let pose = [CameraPose::look_at(center + Vector3::y() * distance_m, center)];
-    let ideal = Profile { camera: profile.camera, ..Profile::ideal() };
+    let ideal = Profile { camera: profile.camera, ..IDEAL };
     let measured = scan(&scene, &pose, profile, 3).unwrap();
     let exact = scan(&scene, &pose, &ideal, 3).unwrap();
     let pairs = measured.views[0].depth_m.iter().zip(&exact.views[0].depth_m);
@@ -163,13 +164,13 @@ fn axial_only(profile: &Profile) -> Profile {
         axial_growth_per_m: profile.axial_growth_per_m,
         axial_best_m: profile.axial_best_m,
         axial_incidence_m15: profile.axial_incidence_m15,
-        ..Profile::ideal()
+        ..IDEAL
     }
 }
 
 #[test]
 fn measured_noise_is_the_stated_noise() {
-    for profile in [Profile::structured_light(), Profile::truedepth(), Profile::consumer()] {
+    for profile in [STRUCTURED_LIGHT, TRUEDEPTH, CONSUMER] {
         for (distance_m, tilt_deg) in [(0.4, 0.0), (0.6, 0.0), (0.8, 0.0), (0.5, 40.0), (0.5, 70.0)]
         {
             let tilt_rad = f64::to_radians(tilt_deg);
@@ -194,7 +195,7 @@ fn lateral_noise_moves_rays_by_the_stated_pixels() {
     // On a sheet tilted by t, a ray moved by s pixels across the tilt's axis
     // changes the depth by about z^2 tan(t) / (z focal) s.
     let (z, tilt_rad) = (0.5, 45_f64.to_radians());
-    let profile = Profile { lateral_px: 0.8, ..axial_only(&Profile::ideal()) };
+    let profile = Profile { lateral_px: 0.8, ..axial_only(&IDEAL) };
     let errors = errors_on_a_sheet_m(&profile, z, tilt_rad);
     let n = errors.len() as f64;
     let sigma = (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
@@ -204,7 +205,7 @@ fn lateral_noise_moves_rays_by_the_stated_pixels() {
 
 #[test]
 fn outliers_drop_out_and_steps_come_as_often_as_stated() {
-    let base = axial_only(&Profile::ideal());
+    let base = axial_only(&IDEAL);
     let outliers = Profile { outlier_fraction: 0.01, outlier_reach_m: 0.05, ..base.clone() };
     let errors = errors_on_a_sheet_m(&outliers, 0.5, 0.0);
     let hit = errors.iter().filter(|e| e.abs() > 1e-9).count() as f64 / errors.len() as f64;
@@ -240,7 +241,7 @@ fn two_sheets(profile: &Profile) -> DepthImage {
 #[test]
 fn flying_pixels_lie_between_the_two_surfaces_at_the_edge() {
     let camera = Camera { width: 100, height: 80, focal_px: 400.0 };
-    let profile = Profile { camera, flying_fraction: 0.5, ..Profile::ideal() };
+    let profile = Profile { camera, flying_fraction: 0.5, ..IDEAL };
     let view = two_sheets(&profile);
     let flying = |d: &f64| (*d - 0.4).abs() > 1e-9 && (*d - 0.45).abs() > 1e-9;
     let fliers: Vec<(usize, f64)> =
@@ -256,7 +257,7 @@ fn flying_pixels_lie_between_the_two_surfaces_at_the_edge() {
 fn edges_recede_and_spread_by_the_stated_pixels() {
     let camera = Camera { width: 100, height: 80, focal_px: 400.0 };
     let near_columns = |edge_erosion_px| {
-        let profile = Profile { camera, edge_erosion_px, ..Profile::ideal() };
+        let profile = Profile { camera, edge_erosion_px, ..IDEAL };
         let view = two_sheets(&profile);
         view.depth_m[4000..4100].iter().filter(|d| (*d - 0.4).abs() < 1e-9).count()
     };
@@ -270,7 +271,7 @@ fn the_truth_reads_back_from_its_file() {
     let poses = &default_ring()[..2];
     let mut scene = scene();
     scene.mark(|vertex| vertex >= 58 * 61);
-    let scan = scan(&scene, poses, &small(Profile::structured_light()), 4).unwrap();
+    let scan = scan(&scene, poses, &small(STRUCTURED_LIGHT), 4).unwrap();
     assert!(scan.cloud.colors.iter().any(|c| c[0] > 80 && c[1] < c[0] / 2), "the mark is seen");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ply");
@@ -288,7 +289,7 @@ fn the_truth_reads_back_from_its_file() {
 
 #[test]
 fn a_scene_that_is_none_is_refused() {
-    let profile = small(Profile::ideal());
+    let profile = small(IDEAL);
     let refused = |scene: &Scene| scan(scene, &[], &profile, 1).unwrap_err();
     let empty = Scene::modified_cusick(Mesh::default());
     assert_eq!(refused(&empty), SceneError::NoMesh(0, 0));

@@ -1,0 +1,336 @@
+//! From drapes to scans with known truth: the augmentation of training and test data.
+//!
+//! In: a drape (OBJ), the parameters of one (`*.params.json`, simulated first), or a
+//! folder of both; a sensor profile, a seed, a number of variants. Out, per variant:
+//! a fused cloud (PLY), depth images with poses (`views.json`), or the rim that
+//! `boundary` finds in the cloud (CSV); and beside it the truth:
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `NAME.truth.json` | unit and frame of the scan, see [`crate::sensor::Truth`] |
+//! | `NAME.truth.boundary.csv` | the true rim, if the drape is a square grid of vertices |
+//! | `NAME.truth.params.json` | the true parameters, if they are known |
+//! | `DRAPE.truth.obj` | the drape, if it was simulated here |
+//!
+//! Variant k of a drape is the same bytes whatever else is in the folder: its seed
+//! comes from the run's, the drape's name and k. It sets the noise, the scanner's
+//! frame, and where the ring of cameras starts.
+//!
+//! The noise of a rim is that of the whole way through camera and `scan`. Tried and
+//! dropped: white noise on the true rim; real errors are smooth along the rim, grow
+//! where it is bridged, and are not zero on average where edges erode.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rand::RngExt as _;
+
+use super::evaluate::{DrapeFileError, read_drape, rim_of};
+use super::params::{self, ParamsError};
+use crate::base::{Boundary, seed};
+use crate::geom::Mesh;
+use crate::io::{self, WriteError, boundary_csv};
+use crate::scan::{ScanError, ScanOptions, WarpToward, boundary_from_scan};
+use crate::sensor::{CameraPose, Profile, Scene, SceneError, VirtualScan, default_ring, scan};
+use crate::sim::{Drop, DropStart, SimOptions, drape};
+
+/// What is written of each variant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The fused cloud as PLY.
+    Ply,
+    /// A folder of 16-bit depth images with a `views.json`.
+    Depth,
+    /// The rim found in the fused cloud, as a boundary CSV.
+    Boundary,
+}
+
+/// Unit of the clouds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// The profile's own.
+    OfProfile,
+    /// Metres.
+    Metre,
+    /// Millimetres.
+    Millimetre,
+    /// Metres or millimetres, each variant by lot.
+    Either,
+}
+
+/// What to make, and where.
+#[derive(Clone, Debug)]
+pub struct AugmentOptions {
+    /// A drape, its parameters, or a folder of both.
+    pub input: PathBuf,
+    /// Folder of results; made if it is not there.
+    pub out: PathBuf,
+    /// What is written.
+    pub form: Form,
+    /// The sensor.
+    pub profile: Profile,
+    /// Unit of clouds.
+    pub unit: Unit,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Variants of each drape.
+    pub count: u64,
+    /// How drapes are simulated whose parameters are given.
+    pub simulator: SimOptions,
+}
+
+/// What became of one variant, or of a drape that makes none.
+#[derive(Debug)]
+pub struct Made {
+    /// `DRAPE-K`, or `DRAPE`.
+    pub name: String,
+    /// What was written for the reader of scans, or why nothing was.
+    pub outcome: Result<PathBuf, AugmentError>,
+}
+
+/// Why nothing was made.
+#[derive(Debug, thiserror::Error)]
+pub enum AugmentError {
+    /// The input cannot be listed.
+    #[error("{}: {fault}; give a drape (.obj), its parameters (.params.json), or a folder of them", path.display())]
+    Input {
+        /// The input.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A drape cannot be read.
+    #[error(transparent)]
+    Drape(#[from] DrapeFileError),
+    /// Parameters cannot be read.
+    #[error(transparent)]
+    Params(#[from] ParamsError),
+    /// Parameters that cannot be simulated.
+    #[error("{}: {fault}", path.display())]
+    Fabric {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        fault: String,
+    },
+    /// The drape makes no scene.
+    #[error("{}: {source}", path.display())]
+    Scene {
+        /// The drape.
+        path: PathBuf,
+        /// Why.
+        source: SceneError,
+    },
+    /// `scan` finds no rim in the virtual scan.
+    #[error("scan refused: {0}")]
+    Refused(#[from] ScanError),
+    /// A result cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// A drape to be scanned.
+struct Source {
+    name: String,
+    path: PathBuf,
+    /// The true parameters, if a file holds them.
+    params: Option<PathBuf>,
+}
+
+/// Makes the variants of every drape; `tell` hears of each. One drape that fails
+/// does not stop the others.
+///
+/// # Errors
+/// When the input is none, or the folder of results cannot be made.
+pub fn run(
+    options: &AugmentOptions,
+    mut tell: impl FnMut(&Made),
+) -> Result<Vec<Made>, AugmentError> {
+    let sources = sources(&options.input)?;
+    let out = &options.out;
+    std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
+    let mut all = Vec::new();
+    let mut took = |made: Made| {
+        tell(&made);
+        all.push(made);
+    };
+    for source in &sources {
+        match mesh(source, options) {
+            Ok(mesh) => {
+                for index in 0..options.count {
+                    let name = format!("{}-{index}", source.name);
+                    let outcome = variant(source, &mesh, &name, index, options);
+                    took(Made { name, outcome });
+                }
+            }
+            Err(error) => took(Made { name: source.name.clone(), outcome: Err(error) }),
+        }
+    }
+    Ok(all)
+}
+
+/// Makes the PLY of one drape at `path`, with the seed as it is; see [`run`] for
+/// variants. Returns the number of its points.
+///
+/// # Errors
+/// When the drape cannot be read, makes no scene, or the file cannot be written.
+pub fn one_ply(options: &AugmentOptions, path: &Path) -> Result<usize, AugmentError> {
+    let input = &options.input;
+    let [source] = sources(input)?.try_into().map_err(|_| AugmentError::Input {
+        path: input.clone(),
+        fault: "holds other than one drape, and one PLY is to be written".to_owned(),
+    })?;
+    let mesh = mesh(&source, options)?;
+    let profile = with_unit(options, options.seed);
+    let scene = Scene::modified_cusick(mesh.clone());
+    let made = scan(&scene, &default_ring(), &profile, options.seed)
+        .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
+    made.write(path)?;
+    truth_beside(&path.with_extension(""), &source, &mesh)?;
+    Ok(made.cloud.points.len())
+}
+
+fn sources(input: &Path) -> Result<Vec<Source>, AugmentError> {
+    let fault = |fault: String| AugmentError::Input { path: input.to_owned(), fault };
+    let mut paths = if input.is_dir() {
+        let entries =
+            std::fs::read_dir(input).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+        entries
+            .map_err(|e| fault(format!("cannot be listed ({e})")))?
+            .iter()
+            .map(|e| e.path())
+            .collect()
+    } else {
+        vec![input.to_owned()]
+    };
+    paths.sort();
+    let single = !input.is_dir();
+    let mut sources: Vec<Source> = Vec::new();
+    for path in &paths {
+        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if let Some(name) = file.strip_suffix(".obj") {
+            let params = path.with_file_name(format!("{name}.params.json"));
+            let params = params.is_file().then_some(params);
+            sources.push(Source { name: name.to_owned(), path: path.clone(), params });
+        } else if let Some(name) = file.strip_suffix(".params.json") {
+            if single || !paths.contains(&path.with_file_name(format!("{name}.obj"))) {
+                let params = Some(path.clone());
+                sources.push(Source { name: name.to_owned(), path: path.clone(), params });
+            }
+        } else if single {
+            // Other drape files by their content.
+            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            sources.push(Source { name, path: path.clone(), params: None });
+        }
+    }
+    if sources.is_empty() {
+        return Err(fault("no drapes in it".to_owned()));
+    }
+    Ok(sources)
+}
+
+/// Reads the drape, or simulates it from its parameters with a drop of its own, and
+/// writes it then.
+fn mesh(source: &Source, options: &AugmentOptions) -> Result<Mesh, AugmentError> {
+    if source.params.as_ref() != Some(&source.path) {
+        return Ok(read_drape(&source.path)?);
+    }
+    let fault = |fault: String| AugmentError::Fabric { path: source.path.clone(), fault };
+    let fabric = params::fabric(&source.path, [None; 7])?;
+    fabric.check().map_err(|error| fault(error.to_string()))?;
+    let start = DropStart::Perturbed(seed_of(options.seed, &source.name, u64::MAX));
+    let mesh = drape(&fabric, &Drop { start }, &options.simulator).mesh();
+    if options.out.is_dir() {
+        io::write_obj(options.out.join(format!("{}.truth.obj", source.name)), &mesh)?;
+    }
+    Ok(mesh)
+}
+
+/// The seed of variant `index` of a drape.
+fn seed_of(run_seed: u64, name: &str, index: u64) -> u64 {
+    seed::rng(run_seed, &format!("augment {name}"), index).random()
+}
+
+fn with_unit(options: &AugmentOptions, seed: u64) -> Profile {
+    let either = || if seed::rng(seed, "augment-unit", 0).random() { 1.0 } else { 1e-3 };
+    let unit_m = match options.unit {
+        Unit::OfProfile => options.profile.unit_m,
+        Unit::Metre => 1.0,
+        Unit::Millimetre => 1e-3,
+        Unit::Either => either(),
+    };
+    Profile { unit_m, ..options.profile.clone() }
+}
+
+/// The ring of cameras, started at a random bearing.
+fn turned_ring(seed: u64) -> Vec<CameraPose> {
+    let angle = seed::rng(seed, "augment-ring", 0).random_range(0.0..std::f64::consts::TAU);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    let turned = |pose: CameraPose| CameraPose {
+        simulation_from_camera: turn * pose.simulation_from_camera,
+    };
+    default_ring().into_iter().map(turned).collect()
+}
+
+fn variant(
+    source: &Source,
+    mesh: &Mesh,
+    name: &str,
+    index: u64,
+    options: &AugmentOptions,
+) -> Result<PathBuf, AugmentError> {
+    let seed = seed_of(options.seed, &source.name, index);
+    let profile = with_unit(options, seed);
+    let made = scan(&Scene::modified_cusick(mesh.clone()), &turned_ring(seed), &profile, seed)
+        .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
+    let stem = options.out.join(name);
+    let path = match options.form {
+        Form::Ply => {
+            let path = with_ending(&stem, "ply");
+            made.write(&path)?;
+            path
+        }
+        Form::Depth => {
+            let (path, truth) = made.write_views(&stem)?;
+            truth.write(&with_ending(&stem, "truth.json"))?;
+            path
+        }
+        Form::Boundary => {
+            let path = with_ending(&stem, "boundary.csv");
+            boundary_csv::write(&path, &rim_in(&made)?)?;
+            made.truth.write(&with_ending(&stem, "truth.json"))?;
+            path
+        }
+    };
+    truth_beside(&stem, source, mesh)?;
+    Ok(path)
+}
+
+/// The rim that `scan` finds, its warp as in truth.
+fn rim_in(made: &VirtualScan) -> Result<Boundary, ScanError> {
+    let warp = made.truth.simulation_from_scanner.inverse() * Vector3::x();
+    let warp_toward = Some(WarpToward::Direction(warp.into()));
+    let options = ScanOptions { warp_toward, ..ScanOptions::default() };
+    Ok(boundary_from_scan(&made.cloud, &options)?.boundary)
+}
+
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(".");
+    name.push(ending);
+    name.into()
+}
+
+/// The true rim and the true parameters, as far as they are known.
+fn truth_beside(stem: &Path, source: &Source, mesh: &Mesh) -> Result<(), AugmentError> {
+    if let Some(rim) = rim_of(mesh) {
+        boundary_csv::write(with_ending(stem, "truth.boundary.csv"), &rim)?;
+    }
+    if let Some(params) = &source.params {
+        let path = with_ending(stem, "truth.params.json");
+        let bytes =
+            std::fs::read(params).map_err(|source| WriteError { path: params.clone(), source })?;
+        io::atomically(path, |out| out.write_all(&bytes))?;
+    }
+    Ok(())
+}

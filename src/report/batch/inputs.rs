@@ -1,0 +1,192 @@
+//! What a batch has to do: the scans of a folder, each with its density.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::{BatchError, BatchOptions};
+use crate::base::units::KG_M2_PER_G_M2;
+use crate::fabric::check_density;
+use crate::io::density_csv::{self, DensityRow};
+use crate::io::{VIEWS_FILE, is_views_folder};
+use crate::report::rim::parse_warp_toward;
+use crate::scan::WarpToward;
+
+/// Files that are scans by their name alone, besides folders of views. Tables
+/// (`.csv`, `.txt`), images and lists of views are taken only if the density table
+/// names them: folders are full of others.
+pub(super) const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
+
+/// One scan of a batch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// Path in the folder, with slashes: the scan's name in every result.
+    pub file: String,
+    /// Where it is.
+    pub path: PathBuf,
+    /// Areal density \[kg/m^2\], from the table or for all.
+    pub density_kg_m2: Option<f64>,
+    /// Where its warp points, if the table says so.
+    pub warp_toward: Option<WarpToward>,
+    /// Why it cannot be done, if that is known already.
+    pub fault: Option<String>,
+}
+
+/// The scans of `options.folder` in the order of their paths.
+///
+/// # Errors
+/// When the folder cannot be listed, the density table is damaged, or nothing is
+/// to be done.
+pub fn inputs(options: &BatchOptions) -> Result<Vec<Input>, BatchError> {
+    if let Some(density_kg_m2) = options.density_kg_m2 {
+        check_density(density_kg_m2)?;
+    }
+    let rows = match &options.density_csv {
+        Some(path) => density_csv::read(path)?,
+        None => Vec::new(),
+    };
+    let listed = |source| BatchError::Folder { path: options.folder.clone(), source };
+    let out = fs::canonicalize(&options.out).ok();
+    let mut found = Vec::new();
+    list(&options.folder, "", out.as_deref(), &mut found).map_err(listed)?;
+    for input in &mut found {
+        input.density_kg_m2 = options.density_kg_m2;
+    }
+    let table = options.density_csv.as_deref().unwrap_or(Path::new(""));
+    let mut lines = HashMap::new();
+    for row in &rows {
+        let at = apply(row, table, options, &mut found)?;
+        if let Some(first) = lines.insert(at, row.line) {
+            let fault = format!(
+                "`{}` is the scan that line {first} names already; keep one of both",
+                row.file
+            );
+            return Err(BatchError::Table { path: table.to_owned(), line: row.line, fault });
+        }
+    }
+    for input in found.iter_mut().filter(|input| input.density_kg_m2.is_none()) {
+        let fault = match &options.density_csv {
+            Some(table) => format!(
+                "no density: {} has no row for `{}`; add one, or give --density for all others",
+                table.display(),
+                input.file
+            ),
+            None => "no density: give --density or --density-csv".to_owned(),
+        };
+        input.fault.get_or_insert(fault);
+    }
+    if found.is_empty() {
+        return Err(BatchError::NoScans { folder: options.folder.clone() });
+    }
+    found.sort_by(|a, b| a.file.cmp(&b.file));
+    Ok(found)
+}
+
+/// Adds the scans of `folder`, whose path in the batch's folder is `prefix`. Hidden
+/// entries, links to folders and the folder of results are passed over.
+fn list(
+    folder: &Path,
+    prefix: &str,
+    out: Option<&Path>,
+    found: &mut Vec<Input>,
+) -> std::io::Result<()> {
+    if out.is_some() && fs::canonicalize(folder).ok().as_deref() == out {
+        return Ok(());
+    }
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with('.') {
+            continue;
+        }
+        let (path, file) = (entry.path(), format!("{prefix}{name}"));
+        if is_views_folder(&path) {
+            // The files in and below it are its views.
+            found.push(Input::new(file, path));
+        } else if entry.file_type()?.is_dir() {
+            // One folder that cannot be listed does not stop the others.
+            if let Err(error) = list(&path, &format!("{file}/"), out, found) {
+                let fault = format!("{}: cannot be listed ({error})", path.display());
+                found.push(Input { fault: Some(fault), ..Input::new(file, path) });
+            }
+        } else if is_scan(&path) {
+            found.push(Input::new(file, path));
+        }
+    }
+    Ok(())
+}
+
+fn is_scan(path: &Path) -> bool {
+    // What `augment` writes beside its scans.
+    let truth =
+        path.file_stem().and_then(|stem| stem.to_str()).is_some_and(|s| s.ends_with(".truth"));
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    !truth && SCANS.contains(&extension.to_ascii_lowercase().as_str())
+}
+
+impl Input {
+    fn new(file: String, path: PathBuf) -> Self {
+        Self { file, path, density_kg_m2: None, warp_toward: None, fault: None }
+    }
+}
+
+/// Gives the scan that a row of the table names its density; a scan that is not
+/// there becomes an input with a fault. Returns the scan's place in `found`.
+fn apply(
+    row: &DensityRow,
+    table: &Path,
+    options: &BatchOptions,
+    found: &mut Vec<Input>,
+) -> Result<usize, BatchError> {
+    let fault = |fault: String| {
+        let (path, line) = (table.to_owned(), row.line);
+        BatchError::Table { path, line, fault }
+    };
+    let density_kg_m2 = row.density_g_m2 * KG_M2_PER_G_M2;
+    check_density(density_kg_m2).map_err(|error| fault(error.to_string()))?;
+    let warp = row.warp_toward.as_deref().map(parse_warp_toward).transpose();
+    let warp_toward = warp.map_err(|error| fault(format!("warp_toward: {error}")))?;
+    let at = match find(&row.file, options, found).map_err(fault)? {
+        Some(at) => at,
+        None => {
+            let file = normal(&row.file, &options.folder);
+            let path = options.folder.join(&file);
+            let missing = (!path.is_file() && !is_views_folder(&path)).then(|| {
+                let (line, table) = (row.line, table.display());
+                format!("{}: no such file; line {line} of {table} names it", path.display())
+            });
+            found.push(Input { fault: missing, ..Input::new(file, path) });
+            found.len() - 1
+        }
+    };
+    let input = &mut found[at];
+    (input.density_kg_m2, input.warp_toward) = (Some(density_kg_m2), warp_toward);
+    Ok(at)
+}
+
+/// A cell as a path in the folder.
+fn normal(cell: &str, folder: &Path) -> String {
+    let inside = Path::new(cell).strip_prefix(folder).ok().and_then(Path::to_str);
+    let cell = inside.unwrap_or(cell).replace('\\', "/");
+    let cell = cell.strip_prefix("./").unwrap_or(&cell).trim_end_matches('/');
+    // A folder of views goes by its own name.
+    cell.strip_suffix(&format!("/{VIEWS_FILE}")).unwrap_or(cell).to_owned()
+}
+
+/// The scan that a cell names: by its path in the folder, or by its name alone if
+/// only one scan has it.
+fn find(cell: &str, options: &BatchOptions, found: &[Input]) -> Result<Option<usize>, String> {
+    let cell = normal(cell, &options.folder);
+    if let Some(at) = found.iter().position(|input| input.file == cell) {
+        return Ok(Some(at));
+    }
+    let same_name = |input: &Input| input.file.rsplit('/').next() == Some(&cell);
+    let mut at = (0..found.len()).filter(|&i| same_name(&found[i]));
+    match (at.next(), at.next()) {
+        (Some(one), Some(other)) => Err(format!(
+            "`{cell}` may be `{}` or `{}`; write the path in the folder",
+            found[one].file, found[other].file
+        )),
+        (one, _) => Ok(one),
+    }
+}

@@ -1,0 +1,340 @@
+//! A folder of scans: every one estimated, whatever happens to the others.
+//!
+//! In: a folder, densities, one set of options. Out: one [`Row`] per scan, its
+//! refusal or failure included, in the order of the scans' paths; in the folder of
+//! results `results.csv`, `results.jsonl`, `journal.jsonl`, and below `files` what
+//! `estimate --out` writes of each scan.
+//!
+//! Each finished scan is a line of the journal, so that a run
+//! can be killed at any time. The next run keeps a row if the scan's bytes, the
+//! options, the program and the model are those that the row was made with, and its
+//! files are there; scans that failed (as opposed to refused) are tried again.
+//!
+//! Scans run on threads of their own and meet on rayon's pool inside the scan
+//! path. Tried and dropped: the scans themselves as rayon tasks; a task that waits
+//! takes up another scan, and the memory of many scans is held at once.
+//!
+//! Limit: two runs must not fill one folder of results at the same time.
+
+mod inputs;
+mod journal;
+mod row;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+pub use inputs::{Input, inputs};
+pub use row::{Row, SCHEMA_VERSION, Status};
+pub use table::csv;
+
+use super::{FailureKind, Job, JobError, json};
+use crate::base::units::KG_M2_PER_G_M2;
+use crate::estimate::{EstimateError, Estimator};
+use crate::fabric::{Fault, sha256_hex};
+use crate::io::{self, ReadError, ReadOptions, WriteError};
+use crate::scan::ScanOptions;
+use crate::sim::NUMERICS_VERSION;
+use journal::Journal;
+
+/// What to do, and where.
+#[derive(Clone, Debug)]
+pub struct BatchOptions {
+    /// The folder; folders in it are looked into.
+    pub folder: PathBuf,
+    /// Folder of results; made if it is not there.
+    pub out: PathBuf,
+    /// Table of densities, see [`crate::io::density_csv`].
+    pub density_csv: Option<PathBuf>,
+    /// Areal density of the scans that the table does not name \[kg/m^2\].
+    pub density_kg_m2: Option<f64>,
+    /// What depth images do not say themselves.
+    pub read: ReadOptions,
+    /// How the scans are taken; the table's warp directions go before this one.
+    pub scan: ScanOptions,
+    /// Whether each estimate is draped again.
+    pub resimulate: bool,
+    /// Scans at once; 0 for one per core.
+    pub threads: usize,
+}
+
+/// How far a run is; given after every scan.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// The scan that ended.
+    pub row: &'a Row,
+    /// Scans ended by this run.
+    pub done: usize,
+    /// Scans that this run has to do: what was kept is not in it.
+    pub to_do: usize,
+    /// Of those ended, the ones without an estimate.
+    pub failed: usize,
+    /// Estimated time left \[s\].
+    pub left_s: f64,
+}
+
+/// What a run did.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// One row per scan, in order of their paths.
+    pub rows: Vec<Row>,
+    /// Rows kept from an earlier run.
+    pub kept: usize,
+    /// Lines of the journal that were no rows and were passed over.
+    pub unreadable_lines: usize,
+    /// Bytes of a torn line at the journal's end that were cut off.
+    pub torn_bytes: usize,
+    /// The files of the whole batch.
+    pub written: [PathBuf; 2],
+}
+
+/// Why a batch cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum BatchError {
+    /// The density for all is not one of a textile.
+    #[error(transparent)]
+    Density(#[from] Fault),
+    /// The table of densities cannot be read.
+    #[error(transparent)]
+    ReadTable(#[from] ReadError),
+    /// A row of that table cannot be meant.
+    #[error("{}:{line}: {fault}", path.display())]
+    Table {
+        /// The table.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        fault: String,
+    },
+    /// The folder cannot be listed.
+    #[error("{}: cannot be listed ({source}); give a folder of scans", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing to do.
+    #[error(
+        "{}: no scans in it, neither files that end in one of .{} nor folders of views; tables and \
+         images count if --density-csv names them",
+        folder.display(), inputs::SCANS.join(", .")
+    )]
+    NoScans {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The model cannot be used.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// A result cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+impl BatchError {
+    /// What kind of failure it is.
+    #[must_use]
+    pub fn kind(&self) -> FailureKind {
+        match self {
+            Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
+            Self::ReadTable(error) if error.is_content() => FailureKind::Usage,
+            _ => FailureKind::Failed,
+        }
+    }
+}
+
+/// Estimates every scan of a folder.
+///
+/// # Errors
+/// When there is nothing to do, the density table is damaged, the model does not
+/// load, or the results cannot be written. A scan that fails is a row.
+pub fn run(
+    options: &BatchOptions,
+    progress: impl Fn(Progress<'_>) + Sync,
+) -> Result<Summary, BatchError> {
+    let inputs = inputs(options)?;
+    let estimator = Estimator::shipped()?;
+    let out = &options.out;
+    std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
+    let (journal, held) = Journal::open(&out.join("journal.jsonl"))?;
+    let batch = Batch { options, estimator: &estimator };
+    let mut rows: Vec<Option<Row>> = parallel(options.threads, inputs.len(), |i| {
+        held.rows.get(&inputs[i].file).filter(|row| batch.still_holds(&inputs[i], row)).cloned()
+    });
+    let to_do: Vec<usize> = (0..inputs.len()).filter(|&i| rows[i].is_none()).collect();
+    let kept = inputs.len() - to_do.len();
+
+    let start = Instant::now();
+    let state = Mutex::new((journal, 0, 0, None::<WriteError>));
+    let locked = || state.lock().unwrap_or_else(PoisonError::into_inner);
+    let made = parallel(options.threads, to_do.len(), |k| {
+        if locked().3.is_some() {
+            return None;
+        }
+        let row = batch.row(&inputs[to_do[k]]);
+        let (journal, done, failed, fault) = &mut *locked();
+        if let Err(error) = journal.append(&row) {
+            fault.get_or_insert(error);
+            return None;
+        }
+        (*done, *failed) = (*done + 1, *failed + usize::from(row.status != Status::Ok));
+        let each_s = start.elapsed().as_secs_f64() / *done as f64;
+        let left_s = each_s * (to_do.len() - *done) as f64;
+        let (done, failed, to_do) = (*done, *failed, to_do.len());
+        progress(Progress { row: &row, done, to_do, failed, left_s });
+        Some(row)
+    });
+    if let Some(error) = locked().3.take() {
+        return Err(error.into());
+    }
+    for (&at, row) in to_do.iter().zip(made) {
+        rows[at] = row;
+    }
+    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    let written = write(out, &rows)?;
+    let (unreadable_lines, torn_bytes) = (held.unreadable_lines, held.torn_bytes);
+    Ok(Summary { rows, kept, unreadable_lines, torn_bytes, written })
+}
+
+/// Writes `results.csv` and `results.jsonl`.
+fn write(out: &Path, rows: &[Row]) -> Result<[PathBuf; 2], WriteError> {
+    let paths = ["results.csv", "results.jsonl"].map(|name| out.join(name));
+    io::atomically(&paths[0], |file| file.write_all(csv(rows).as_bytes()))?;
+    io::atomically(&paths[1], |file| {
+        for row in rows {
+            serde_json::to_writer(&mut *file, row)?;
+            writeln!(file)?;
+        }
+        Ok(())
+    })?;
+    Ok(paths)
+}
+
+/// `count` results in order, made by `threads` threads (0: one per core).
+fn parallel<T: Send>(threads: usize, count: usize, make: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = if threads == 0 { cores } else { threads }.min(count);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut made = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count {
+                return made;
+            }
+            made.push((index, make(index)));
+        }
+    };
+    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let joined = workers.into_iter().map(std::thread::ScopedJoinHandle::join);
+        joined.flat_map(|made| made.unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
+    });
+    all.sort_unstable_by_key(|(index, _)| *index);
+    all.into_iter().map(|(_, value)| value).collect()
+}
+
+/// What every scan of a run shares.
+struct Batch<'a> {
+    options: &'a BatchOptions,
+    estimator: &'a Estimator,
+}
+
+impl Batch<'_> {
+    fn scan_options(&self, input: &Input) -> ScanOptions {
+        let warp_toward = input.warp_toward.or(self.options.scan.warp_toward);
+        ScanOptions { warp_toward, ..self.options.scan.clone() }
+    }
+
+    /// SHA-256 over everything but the scan that a row depends on.
+    fn settings_sha256(&self, input: &Input) -> String {
+        let settings = serde_json::json!({
+            "program": env!("CARGO_PKG_VERSION"),
+            "numerics": NUMERICS_VERSION,
+            "model": self.estimator.model().onnx_sha256,
+            "density_kg_m2": input.density_kg_m2,
+            "read": self.options.read,
+            "scan": self.scan_options(input),
+            "resimulate": self.options.resimulate,
+        });
+        sha256_hex(settings.to_string().as_bytes())
+    }
+
+    /// Whether a row of an earlier run is what this run would make.
+    fn still_holds(&self, input: &Input, row: &Row) -> bool {
+        let has = |ending| self.files().join(format!("{}.{ending}", row.file)).is_file();
+        input.fault.is_none()
+            && row.status.is_final()
+            && row.settings_sha256.as_ref() == Some(&self.settings_sha256(input))
+            && (row.status != Status::Ok || has("params.json") && has("boundary.csv"))
+            && row.input_sha256.is_some()
+            && sha256_of(&input.path).ok() == row.input_sha256
+    }
+
+    /// Where the files of the scans go.
+    fn files(&self) -> PathBuf {
+        self.options.out.join("files")
+    }
+
+    /// Does one scan. A panic is a defect of this program, and still not the end
+    /// of the batch.
+    fn row(&self, input: &Input) -> Row {
+        let start = Instant::now();
+        let density_g_m2 = input.density_kg_m2.map(|d| d / KG_M2_PER_G_M2);
+        let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.try_row(input)));
+        let row = made.unwrap_or_else(|_| {
+            let reason =
+                Some(format!("{}: internal error; please report it", input.path.display()));
+            Row { reason, ..Row::new(&input.file, Status::Failed) }
+        });
+        Row { density_g_m2, seconds: start.elapsed().as_secs_f64(), ..row }
+    }
+
+    fn try_row(&self, input: &Input) -> Row {
+        let ended =
+            |status, reason: String| Row { reason: Some(reason), ..Row::new(&input.file, status) };
+        let density_kg_m2 = match (&input.fault, input.density_kg_m2) {
+            (Some(fault), Some(_)) => return ended(Status::Failed, fault.clone()),
+            (Some(fault), None) => return ended(Status::Usage, fault.clone()),
+            (None, density) => density.unwrap_or(f64::NAN),
+        };
+        let input_sha256 = match sha256_of(&input.path) {
+            Ok(sha256) => Some(sha256),
+            Err(error) => return ended(Status::Failed, error.to_string()),
+        };
+        let row = self
+            .estimate(input, density_kg_m2)
+            .unwrap_or_else(|error| ended(error.kind().into(), error.to_string()));
+        Row { input_sha256, settings_sha256: Some(self.settings_sha256(input)), ..row }
+    }
+
+    fn estimate(&self, input: &Input, density_kg_m2: f64) -> Result<Row, JobError> {
+        let job = Job {
+            input: input.path.clone(),
+            density_kg_m2,
+            read: self.options.read.clone(),
+            scan: self.scan_options(input),
+            resimulate: self.options.resimulate,
+        };
+        let outcome = job.run_with(self.estimator)?;
+        let (folder, name) = match input.file.rsplit_once('/') {
+            Some((folder, name)) => (self.files().join(folder), name),
+            None => (self.files(), input.file.as_str()),
+        };
+        outcome.write_as(&folder, name)?;
+        Ok(Row { result: Some(json::params(&outcome)), ..Row::new(&input.file, Status::Ok) })
+    }
+}
+
+/// SHA-256 of a scan's bytes; of a set of views, over those of its files in order.
+fn sha256_of(path: &Path) -> Result<String, ReadError> {
+    let files = io::files_of(path)?;
+    let each: Result<Vec<String>, ReadError> =
+        files.iter().map(|file| Ok(sha256_hex(&io::bytes_of(file)?))).collect();
+    let each = each?;
+    Ok(if let [one] = each.as_slice() { one.clone() } else { sha256_hex(each.concat().as_bytes()) })
+}
