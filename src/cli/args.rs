@@ -226,6 +226,18 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// The simulator against known answers: strips, friction, meshes, Cusick drapes.
+    Physics {
+        /// What to run, all if not given
+        #[arg(value_enum)]
+        parts: Vec<PhysicsPart>,
+        /// Folder for charts and pictures
+        #[arg(long, short, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Folder of measured data; what needs it is left out without it
+        #[arg(long, value_name = "DIR")]
+        data: Option<PathBuf>,
+    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics
@@ -238,6 +250,17 @@ pub(crate) enum Evaluate {
         #[arg(long)]
         dataset: bool,
     },
+}
+
+/// Parts of `evaluate physics`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum PhysicsPart {
+    /// Cantilever strips against the heavy elastica.
+    Cantilever,
+    /// Hanging strips against their extension.
+    Hanging,
+    /// A piece of cloth on a tilted plate.
+    Friction,
 }
 
 #[derive(Debug, Args)]

@@ -1,20 +1,25 @@
 //! `evaluate`: the tables of docs/validation.md.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
+use clap::ValueEnum as _;
 
 use super::{Outcome, args, augment};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::dataset::drapes::dataset_options;
 use crate::report::evaluate::{another_drop, read_drape, rim_error, rim_of, timed_drape};
+use crate::report::physics;
 use crate::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds } => scan(drapes, profiles, *seeds),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
+        args::Evaluate::Physics { parts, out, data } => {
+            run_physics(parts, out.as_deref(), data.as_deref())
+        }
         args::Evaluate::Speed { count, seed, dataset } => speed(*count, *seed, *dataset),
     }
 }
@@ -103,5 +108,47 @@ fn speed(count: u64, seed: u64, dataset: bool) -> Outcome {
         );
     }
     println!("stops: {stops:?}");
+    Ok(())
+}
+
+fn run_physics(parts: &[args::PhysicsPart], out: Option<&Path>, data: Option<&Path>) -> Outcome {
+    use args::PhysicsPart as Part;
+    let parts = if parts.is_empty() { Part::value_variants() } else { parts };
+    if let Some(out) = out {
+        std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    }
+    let save = |name: &str, image: image::RgbImage| -> Outcome {
+        if let Some(out) = out {
+            let path = out.join(name);
+            image.save(&path).with_context(|| path.display().to_string())?;
+        }
+        Ok(())
+    };
+    for part in parts {
+        match part {
+            Part::Cantilever => {
+                let (table, chart) = physics::master_curve();
+                println!("{table}");
+                save("cantilever.png", chart.draw())?;
+                if let Some(data) = data {
+                    let path = data.join("cantilever_master_curve.csv");
+                    for most_gamma in [1e3, 1e4] {
+                        let error = physics::elastica_against(&path, most_gamma)
+                            .with_context(|| path.display().to_string())?;
+                        println!("elastica against {}: {error}", path.display());
+                    }
+                } else {
+                    eprintln!("without --data the elastica is not held against a file");
+                }
+                println!("{}", physics::resolution());
+                let (table, chart) = physics::refinement();
+                println!("{table}");
+                save("cantilever_cells.png", chart.draw())?;
+                println!("{}", physics::bias_alone());
+            }
+            Part::Hanging => println!("{}", physics::hanging_strips()),
+            Part::Friction => println!("{}", physics::friction()),
+        }
+    }
     Ok(())
 }

@@ -1,9 +1,11 @@
 //! Results for people and programs: the table, params.json, the overlay.
 
+pub mod chart;
 pub mod evaluate;
 pub mod job;
 pub mod json;
 pub mod overlay;
+pub mod physics;
 pub mod table;
 
 pub use job::{Job, JobError, Outcome};
