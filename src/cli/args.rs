@@ -237,6 +237,12 @@ pub(crate) enum Evaluate {
         /// Folder of measured data; what needs it is left out without it
         #[arg(long, value_name = "DIR")]
         data: Option<PathBuf>,
+        /// Fabrics of `meshes`, 1 to 3
+        #[arg(long, default_value_t = 3)]
+        mesh_fabrics: usize,
+        /// Measured fabrics of `cusick`, each also with its softening
+        #[arg(long, default_value_t = 12)]
+        cusick_fabrics: usize,
     },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
@@ -261,6 +267,10 @@ pub(crate) enum PhysicsPart {
     Hanging,
     /// A piece of cloth on a tilted plate.
     Friction,
+    /// Square drapes on cells of 10, 5 and 2.5 mm (minutes).
+    Meshes,
+    /// Standard Cusick drapes of measured fabrics (minutes; needs --data).
+    Cusick,
 }
 
 #[derive(Debug, Args)]

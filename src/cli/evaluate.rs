@@ -10,15 +10,16 @@ use super::{Outcome, args, augment};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::dataset::drapes::dataset_options;
 use crate::report::evaluate::{another_drop, read_drape, rim_error, rim_of, timed_drape};
-use crate::report::physics;
+use crate::report::{physics, physics_drapes};
 use crate::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds } => scan(drapes, profiles, *seeds),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
-        args::Evaluate::Physics { parts, out, data } => {
-            run_physics(parts, out.as_deref(), data.as_deref())
+        args::Evaluate::Physics { parts, out, data, mesh_fabrics, cusick_fabrics } => {
+            let counts = [*mesh_fabrics, *cusick_fabrics];
+            run_physics(parts, out.as_deref(), data.as_deref(), counts)
         }
         args::Evaluate::Speed { count, seed, dataset } => speed(*count, *seed, *dataset),
     }
@@ -111,7 +112,12 @@ fn speed(count: u64, seed: u64, dataset: bool) -> Outcome {
     Ok(())
 }
 
-fn run_physics(parts: &[args::PhysicsPart], out: Option<&Path>, data: Option<&Path>) -> Outcome {
+fn run_physics(
+    parts: &[args::PhysicsPart],
+    out: Option<&Path>,
+    data: Option<&Path>,
+    [mesh_fabrics, cusick_fabrics]: [usize; 2],
+) -> Outcome {
     use args::PhysicsPart as Part;
     let parts = if parts.is_empty() { Part::value_variants() } else { parts };
     if let Some(out) = out {
@@ -148,6 +154,31 @@ fn run_physics(parts: &[args::PhysicsPart], out: Option<&Path>, data: Option<&Pa
             }
             Part::Hanging => println!("{}", physics::hanging_strips()),
             Part::Friction => println!("{}", physics::friction()),
+            Part::Meshes => {
+                let mut pictures = Vec::new();
+                let keep = |name: &str, image| pictures.push((name.to_owned(), image));
+                println!("{}", physics_drapes::meshes(mesh_fabrics, keep));
+                for (name, image) in pictures {
+                    save(&format!("{}.png", name.replace(' ', "_")), image)?;
+                }
+            }
+            Part::Cusick => {
+                let Some(data) = data else {
+                    eprintln!("without --data there are no measured fabrics to drape");
+                    continue;
+                };
+                let mut pictures = Vec::new();
+                let keep = |name: &str, image| pictures.push((name.to_owned(), image));
+                let (tables, chart) = physics_drapes::cusick(data, cusick_fabrics, keep)
+                    .with_context(|| data.display().to_string())?;
+                for table in tables {
+                    println!("{table}");
+                }
+                save("cusick.png", chart.draw())?;
+                for (name, image) in pictures {
+                    save(&format!("{}.png", name.replace(' ', "_")), image)?;
+                }
+            }
         }
     }
     Ok(())

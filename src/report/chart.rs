@@ -213,7 +213,7 @@ pub fn picture(mesh: &Mesh, azimuth_rad: f64, elevation_rad: f64) -> RgbImage {
         .vertices
         .iter()
         .map(|p| {
-            let (right, toward) = (p.z * cos_a - p.x * sin_a, p.x * cos_a + p.z * sin_a);
+            let (right, toward) = (p.x * sin_a - p.z * cos_a, p.x * cos_a + p.z * sin_a);
             [right, p.y * cos_e - toward * sin_e, p.y * sin_e + toward * cos_e]
         })
         .collect();

@@ -6,6 +6,7 @@ pub mod job;
 pub mod json;
 pub mod overlay;
 pub mod physics;
+pub mod physics_drapes;
 pub mod table;
 
 pub use job::{Job, JobError, Outcome};

@@ -147,18 +147,38 @@ pub enum DataError {
     },
 }
 
-/// Numbers of a comma-separated file below one line of heads.
-fn numbers(path: &Path) -> Result<Vec<Vec<f64>>, DataError> {
+/// A line of a comma-separated file.
+pub(super) struct TextRow {
+    line: usize,
+    cells: Vec<String>,
+}
+
+impl TextRow {
+    pub(super) fn fault(&self, fault: String) -> DataError {
+        DataError::Line { line: self.line, fault }
+    }
+
+    pub(super) fn cell(&self, column: usize) -> Result<&str, DataError> {
+        let missing = || self.fault(format!("no column {}", column + 1));
+        self.cells.get(column).map(String::as_str).ok_or_else(missing)
+    }
+
+    pub(super) fn number(&self, column: usize) -> Result<f64, DataError> {
+        let cell = self.cell(column)?;
+        cell.trim().parse().map_err(|_| self.fault(format!("{cell} is no number")))
+    }
+
+    pub(super) fn numbers(&self) -> Result<Vec<f64>, DataError> {
+        (0..self.cells.len()).map(|column| self.number(column)).collect()
+    }
+}
+
+/// The lines below one line of heads.
+pub(super) fn text_rows(path: &Path) -> Result<Vec<TextRow>, DataError> {
     let text = std::fs::read_to_string(path)?;
-    let row = |(k, line): (usize, &str)| {
-        line.split(',')
-            .map(|cell| {
-                let fault = format!("{cell} is no number");
-                cell.trim().parse().map_err(|_| DataError::Line { line: k + 1, fault })
-            })
-            .collect()
-    };
-    text.lines().enumerate().skip(1).filter(|(_, line)| !line.is_empty()).map(row).collect()
+    let lines = text.lines().enumerate().skip(1).filter(|(_, line)| !line.is_empty());
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+    Ok(lines.map(|(k, line)| TextRow { line: k + 1, cells: cells(line) }).collect())
 }
 
 /// Holds the elastica against a file of gamma and droop over width (Romero et al. 2021), up
@@ -168,11 +188,8 @@ fn numbers(path: &Path) -> Result<Vec<Vec<f64>>, DataError> {
 /// When the file cannot be read as two columns of numbers.
 pub fn elastica_against(path: &Path, most_gamma: f64) -> Result<CurveError, DataError> {
     let mut error = CurveError { points: 0, largest: 0.0, at_gamma: 0.0 };
-    for (k, row) in numbers(path)?.into_iter().enumerate() {
-        let &[gamma, slope] = &row[..] else {
-            let fault = format!("{} columns instead of 2", row.len());
-            return Err(DataError::Line { line: k + 2, fault });
-        };
+    for row in text_rows(path)? {
+        let (gamma, slope) = (row.number(0)?, row.number(1)?);
         let end = Some(gamma).filter(|g| *g <= most_gamma);
         if let Some(end) = end.and_then(|gamma| Elastica::linear(gamma).end()) {
             error.points += 1;

@@ -34,7 +34,7 @@ pub struct End {
 }
 
 /// Integration steps; doubling them moves no result by 1e-8 up to gamma = 1e4 (tested).
-const STEPS: usize = 2000;
+const STEPS: usize = 4000;
 /// Scale below which the end's angle from the vertical is resolved linearly.
 const LEAST_ANGLE: f64 = 1e-40;
 
@@ -55,7 +55,7 @@ impl Elastica {
         let angle = |z: f64| LEAST_ANGLE * z.sinh();
         let wide = (3.0 / LEAST_ANGLE).asinh();
         let (mut low, mut high) = (-wide, wide);
-        for _ in 0..200 {
+        for _ in 0..70 {
             let middle = 0.5 * (low + high);
             let too_far = match self.integrate(angle(middle), steps) {
                 Ok([upright, ..]) => upright >= std::f64::consts::FRAC_PI_2,
