@@ -155,9 +155,12 @@ fn run_physics(
             Part::Hanging => println!("{}", physics::hanging_strips()),
             Part::Friction => println!("{}", physics::friction()),
             Part::Meshes => {
+                println!("# square drapes on one branch\n{}", physics_drapes::MESH_COLUMNS);
                 let mut pictures = Vec::new();
-                let keep = |name: &str, image| pictures.push((name.to_owned(), image));
-                println!("{}", physics_drapes::meshes(mesh_fabrics, keep));
+                physics_drapes::meshes(mesh_fabrics, |name, row, image| {
+                    println!("{}", row.join(", "));
+                    pictures.push((name.to_owned(), image));
+                });
                 for (name, image) in pictures {
                     save(&format!("{}.png", name.replace(' ', "_")), image)?;
                 }

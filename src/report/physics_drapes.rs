@@ -14,7 +14,7 @@ use crate::report::chart::{Axis, COLOURS, Chart, Mark, Series, picture};
 use crate::report::evaluate::thread_cpu_s;
 use crate::report::physics::{DataError, Table, text_rows};
 use crate::sim::experiment::{Softening, bending_length_m};
-use crate::sim::{Drape, Drop, Experiment, SimOptions, drape, drape_on_finer};
+use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on_finer};
 
 /// Fabrics of the mesh study: name and the paper's units. Bending lengths of 19, 12 and
 /// 8 mm: the median of 618 measured fabrics, a stiff and the mean knit.
@@ -59,12 +59,16 @@ fn rim_mm(a: &Boundary, b: &Boundary) -> [f64; 2] {
     [1e3 * a.mean_distance_m(b), 1e3 * largest]
 }
 
+/// Columns of [`meshes`].
+pub const MESH_COLUMNS: &str = "fabric, bending_length_mm, cell_mm, stop, folds, energy_mj, \
+    moved_mean_mm, moved_largest_mm, again_mean_mm, again_largest_mm, stretch_mean_mm, \
+    stretch_largest_mm, stretch_stop, cpu_s";
+
 /// Cells of 10, 5 and 2.5 mm on one branch, for the first `fabrics` of three fabrics: how
-/// far the rim moves, how far it moves when the same drape is only started again, and when
-/// stretch and shear are three times as stiff. `shown` gets each drape's picture.
-#[must_use]
-pub fn meshes(fabrics: usize, mut shown: impl FnMut(&str, RgbImage)) -> Table {
-    let mut rows = Vec::new();
+/// far the rim moves from the coarser mesh's, how far it moves when the same drape is only
+/// started again, and when stretch and shear are three times as stiff. Each drape's name,
+/// row and picture go to `done` as it comes to rest: a drape on 2.5 mm takes minutes.
+pub fn meshes(fabrics: usize, mut done: impl FnMut(&str, &[String], RgbImage)) {
     for (name, values) in MESH_FABRICS.into_iter().take(fabrics) {
         let fabric = Fabric::from_paper_units(values);
         let stiffer = Fabric {
@@ -82,48 +86,28 @@ pub fn meshes(fabrics: usize, mut shown: impl FnMut(&str, RgbImage)) -> Table {
                     drape(&fabric, &Drop::canonical(), &options)
                 }),
             };
-            let moved = coarser.as_ref().map(|c| rim_mm(&c.boundary, &d.boundary));
-            let floor = rim_mm(&again(&fabric, &d, vertices).drape.boundary, &d.boundary);
+            let same = again(&fabric, &d, vertices).drape;
             let stiff = again(&stiffer, &d, vertices).drape;
-            let stretch = rim_mm(&stiff.boundary, &d.boundary);
-            let two = |v: Option<[f64; 2]>| {
-                v.map_or("-, -".to_owned(), |[mean, most]| format!("{mean:.2}, {most:.2}"))
+            let against = |other: Option<&Drape>| {
+                let two = |[mean, most]: [f64; 2]| format!("{mean:.2}, {most:.2}");
+                other.map_or("-, -".to_owned(), |o| two(rim_mm(&o.boundary, &d.boundary)))
             };
-            rows.push(vec![
+            let row = [
                 name.to_owned(),
                 format!("{:.1}", 1e3 * bending_length_m(&fabric)),
                 format!("{:.1}", 1e3 * d.grid.spacing_m),
                 d.stop.name().to_owned(),
                 d.nodes.to_string(),
                 format!("{:.4}", 1e3 * d.energy_j),
-                two(moved),
-                two(Some(floor)),
-                two(Some(stretch)),
+                against(coarser.as_ref()),
+                against(Some(&same)),
+                against(Some(&stiff)),
                 stiff.stop.name().to_owned(),
                 format!("{cpu_s:.1}"),
-            ]);
-            shown(&format!("{} {vertices}", name), picture(&d.mesh(), 0.6, 0.6));
+            ];
+            done(&format!("{name} {vertices}"), &row, picture(&d.mesh(), 0.6, 0.6));
             coarser = Some(d);
         }
-    }
-    Table {
-        title: "square drapes on one branch: the rim against the coarser mesh's, against the same \
-                drape started again, and with S^u, S^v and H x 3"
-            .into(),
-        columns: vec![
-            "fabric",
-            "bending_length_mm",
-            "cell_mm",
-            "stop",
-            "folds",
-            "energy_mj",
-            "moved_mean_mm, moved_largest_mm",
-            "again_mean_mm, again_largest_mm",
-            "stretch_mean_mm, stretch_largest_mm",
-            "stretch_stop",
-            "cpu_s",
-        ],
-        rows,
     }
 }
 
@@ -281,10 +265,11 @@ pub fn cusick(
     mut shown: impl FnMut(&str, RgbImage),
 ) -> Result<(Vec<Table>, Chart), DataError> {
     let mut rows = Vec::new();
-    let mut points: [Vec<[f64; 2]>; 4] = Default::default();
+    let (mut points, mut bars): ([Vec<[f64; 2]>; 4], _) = (Default::default(), Vec::new());
     for measured in bending_618(data, count)?.into_iter().chain(kes_drape(data)?) {
         let length_mm = 1e3 * mean_length_m(&measured.fabric);
         let mut row = vec![measured.name.clone(), format!("{length_mm:.1}")];
+        let mut spread = Spread::default();
         let laws = [Softening::default(), measured.softening];
         let laws = if laws[1].is_off() { &laws[..1] } else { &laws[..] };
         for (law, &softening) in laws.iter().enumerate() {
@@ -294,6 +279,9 @@ pub fn cusick(
             let coefficient = drape_coefficient(&d, &experiment);
             let nodes = d.nodes;
             row.push(format!("{coefficient:.1}, {nodes}, {}, {cpu_s:.1}", d.stop.name()));
+            if law == 0 {
+                spread = drops(&measured.fabric, &experiment, &d);
+            }
             points[if measured.drape.is_some() { 2 } else { law }].push([length_mm, coefficient]);
             let softened = if law == 1 { " softening" } else { "" };
             let name = measured.name.replace(['/', ' '], "_");
@@ -302,6 +290,8 @@ pub fn cusick(
         if laws.len() == 1 {
             row.push("-, -, -, -".into());
         }
+        row.push(spread.to_string());
+        bars.extend(spread.coefficients.map(|dc| [length_mm, dc]));
         row.push(match measured.drape {
             Some([coefficient, nodes]) => {
                 points[3].push([length_mm, coefficient]);
@@ -312,48 +302,87 @@ pub fn cusick(
         rows.push(row);
     }
     let drapes = Table {
-        title: "standard Cusick drapes, 5 mm cells, canonical drop: with linear bending and with \
-                the measured softening"
-            .into(),
+        title:
+            "standard Cusick drapes, 5 mm cells: canonical drop with linear bending and with the \
+                measured softening; canonical and three perturbed drops"
+                .into(),
         columns: vec![
             "fabric",
             "bending_length_mm",
             "dc_percent, nodes, stop, cpu_s",
             "soft_dc_percent, soft_nodes, soft_stop, soft_cpu_s",
+            "drops_dc_least, drops_dc_most, drops_nodes",
             "measured_dc_percent, measured_nodes",
         ],
         rows,
     };
     let (bands, band_bars) = published_bands(data)?;
     let (silhouettes, silhouette_bars) = silhouettes(data)?;
+    let chart = cusick_chart(points, [bars, band_bars, silhouette_bars]);
+    Ok((vec![drapes, bands, silhouettes], chart))
+}
+
+/// The chart of [`cusick`]: drapes by kind, and the bars of drops, bands and silhouettes.
+fn cusick_chart(points: [Vec<[f64; 2]>; 4], bars: [Vec<[f64; 2]>; 3]) -> Chart {
     let names = ["simulated", "simulated, softening", "KES four, simulated", "KES four, measured"];
-    let mut series: Vec<_> = points
-        .into_iter()
-        .zip(names)
-        .enumerate()
-        .map(|(k, (points, name))| Series {
-            name: name.into(),
-            points,
-            mark: Mark::Cross,
-            colour: COLOURS[k],
-        })
-        .collect();
-    let bars = [
-        ("published bands (no bending length)", band_bars, 4),
-        ("measured silhouettes, 5 to 95 % (no bending length)", silhouette_bars, 5),
+    let bar_names = [
+        "simulated, four drops",
+        "published bands (no bending length)",
+        "measured silhouettes, 5 to 95 % (no bending length)",
     ];
-    for (name, points, colour) in bars {
-        let colour = COLOURS[colour];
-        series.push(Series { name: name.into(), points, mark: Mark::Bar, colour });
-    }
+    let of = |mark: Mark, colour: image::Rgb<u8>| {
+        move |(name, points): (&str, Vec<[f64; 2]>)| Series {
+            name: name.to_owned(),
+            points,
+            mark,
+            colour,
+        }
+    };
+    let colours = [FAINT_BAR, COLOURS[4], COLOURS[5]];
+    let bars = bar_names.into_iter().zip(bars).zip(colours);
+    let mut series: Vec<_> = bars.map(|(named, colour)| of(Mark::Bar, colour)(named)).collect();
+    let crosses = names.into_iter().zip(points).zip(COLOURS);
+    series.extend(crosses.map(|(named, colour)| of(Mark::Cross, colour)(named)));
     let axis = |label: &str| Axis { label: label.into(), log: false };
-    let chart = Chart {
+    Chart {
         title: "Standard Cusick drape".into(),
         x: axis("bending length [mm]; bars beyond 44 have none"),
         y: axis("drape coefficient [%]"),
         series,
-    };
-    Ok((vec![drapes, bands, silhouettes], chart))
+    }
+}
+
+const FAINT_BAR: image::Rgb<u8> = image::Rgb([160, 185, 225]);
+
+/// What different drops of one fabric give.
+#[derive(Default)]
+struct Spread {
+    /// Least and largest drape coefficient \[%\].
+    coefficients: [f64; 2],
+    /// Fewest and most folds.
+    nodes: [usize; 2],
+}
+
+impl std::fmt::Display for Spread {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ([low, high], [few, many]) = (self.coefficients, self.nodes);
+        write!(f, "{low:.1}, {high:.1}, {few} to {many}")
+    }
+}
+
+/// Three perturbed drops beside the canonical one `d`.
+fn drops(fabric: &Fabric, experiment: &Experiment, d: &Drape) -> Spread {
+    let first = drape_coefficient(d, experiment);
+    let mut spread = Spread { coefficients: [first; 2], nodes: [d.nodes; 2] };
+    for seed in 1..=3 {
+        let drop = Drop { start: DropStart::Perturbed(seed) };
+        let other = drape(fabric, &drop, &options(*experiment));
+        let coefficient = drape_coefficient(&other, experiment);
+        let ([low, high], [few, many]) = (spread.coefficients, spread.nodes);
+        spread.coefficients = [low.min(coefficient), high.max(coefficient)];
+        spread.nodes = [few.min(other.nodes), many.max(other.nodes)];
+    }
+    spread
 }
 
 type TableAndBars = (Table, Vec<[f64; 2]>);

@@ -22,6 +22,7 @@ pub struct Experiment {
     /// y is its normal, and gravity tilts.
     pub tilt: Tilt,
     /// Natural curvature; zero for a fabric that is flat when weightless.
+    #[serde(skip_serializing_if = "Curl::is_off")]
     pub curl: Curl,
     /// Bending that softens with curvature; zero for linear bending.
     pub softening: Softening,

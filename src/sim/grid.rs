@@ -311,10 +311,21 @@ impl Grid {
         triangles
     }
 
-    /// The mesh at vertex positions `x` \[m\].
+    /// The mesh at vertex positions `x` \[m\]. A disc's outermost vertices are drawn in to
+    /// its rim.
     #[must_use]
     pub fn mesh(&self, x: &[Vector3]) -> Mesh {
-        let vertices = x.iter().map(|&v| Point3::from(v)).collect();
+        let mut vertices: Vec<_> = x.iter().map(|&v| Point3::from(v)).collect();
+        if let Some(radius_m) = self.plan.disc_radius_m {
+            let x = self.continued(x);
+            for (v, p) in vertices.iter_mut().enumerate() {
+                let flat = self.flat(v);
+                if self.shares[v] > 0.0 && flat.norm() > radius_m {
+                    let rim = flat * (radius_m / flat.norm());
+                    *p = Point3::from(self.between(&x, [rim.x, rim.z]));
+                }
+            }
+        }
         Mesh { vertices, triangles: self.triangles() }
     }
 
@@ -360,19 +371,24 @@ impl Grid {
         let x = self.continued(x);
         let at = |index: usize| {
             let angle = std::f64::consts::TAU * (index as f64 / POINTS as f64 - 0.125);
-            let along = |part: f64| (part + 1.0) * radius_m / self.spacing_m;
-            let (i, j) = (along(angle.cos()), along(angle.sin()));
-            let whole = |t: f64| (t.floor() as usize).min(self.n - 2);
-            let (a, b) = (i - whole(i) as f64, j - whole(j) as f64);
-            let first = whole(i) * self.n + whole(j);
-            let near = x[first] * (1.0 - b) + x[first + 1] * b;
-            let far = x[first + self.n] * (1.0 - b) + x[first + self.n + 1] * b;
-            Point3::from(near * (1.0 - a) + far * a)
+            Point3::from(self.between(&x, [angle.cos() * radius_m, angle.sin() * radius_m]))
         };
         match Boundary::exact((0..POINTS).map(at)) {
             Some(boundary) => boundary,
             None => unreachable!("{POINTS} points were made"),
         }
+    }
+
+    /// The place of a flat point (x, z) of a disc: bilinear in its cell.
+    fn between(&self, positions: &[Vector3], flat_xz: [f64; 2]) -> Vector3 {
+        let along = |c: usize| (flat_xz[c] + self.plan.half_m[c]) / self.spacing_m;
+        let (i, j) = (along(0), along(1));
+        let whole = |t: f64| (t.max(0.0).floor() as usize).min(self.n - 2);
+        let (a, b) = (i - whole(i) as f64, j - whole(j) as f64);
+        let first = whole(i) * self.n + whole(j);
+        let near = positions[first] * (1.0 - b) + positions[first + 1] * b;
+        let far = positions[first + self.n] * (1.0 - b) + positions[first + self.n + 1] * b;
+        near * (1.0 - a) + far * a
     }
 
     /// Positions on this grid from positions `x` on `coarse`: `smoothness` 1 is
@@ -580,6 +596,13 @@ mod tests {
                     assert!(p.y > 0.9);
                 }
             }
+            let mesh = grid.mesh(&carried);
+            let seen = |v: usize| grid.share(v) > 0.0;
+            let reach = (0..grid.vertices()).filter(|v| seen(*v)).map(|v| {
+                let p = mesh.vertices[v];
+                p.x.hypot(p.z)
+            });
+            assert!((reach.fold(0.0, f64::max) - 0.15).abs() < 1e-12);
             for p in grid.boundary(&carried).positions_m() {
                 assert!((p.x.hypot(p.z) - 0.15).abs() < 1e-12);
                 assert!((p.y - shape(p.coords).y).abs() < 1e-12);
