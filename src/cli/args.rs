@@ -343,6 +343,24 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// The simulator against known answers: strips, friction, meshes, Cusick drapes.
+    Physics {
+        /// What to run, all if not given
+        #[arg(value_enum)]
+        parts: Vec<PhysicsPart>,
+        /// Folder for charts and pictures
+        #[arg(long, short, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Folder of measured data; what needs it is left out without it
+        #[arg(long, value_name = "DIR")]
+        data: Option<PathBuf>,
+        /// Fabrics of `meshes`, 1 to 3
+        #[arg(long, default_value_t = 3)]
+        mesh_fabrics: usize,
+        /// Measured fabrics of `cusick`, each also with its softening
+        #[arg(long, default_value_t = 12)]
+        cusick_fabrics: usize,
+    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics
@@ -355,6 +373,21 @@ pub(crate) enum Evaluate {
         #[arg(long)]
         dataset: bool,
     },
+}
+
+/// Parts of `evaluate physics`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum PhysicsPart {
+    /// Cantilever strips against the heavy elastica.
+    Cantilever,
+    /// Hanging strips against their extension.
+    Hanging,
+    /// A piece of cloth on a tilted plate.
+    Friction,
+    /// Square drapes on cells of 10, 5 and 2.5 mm (minutes).
+    Meshes,
+    /// Standard Cusick drapes of measured fabrics (minutes; needs --data).
+    Cusick,
 }
 
 #[derive(Debug, Args)]

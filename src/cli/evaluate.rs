@@ -1,20 +1,26 @@
 //! `evaluate`: the tables of docs/validation.md.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
+use clap::ValueEnum as _;
 
 use super::{Outcome, args, augment};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::dataset::drapes::dataset_options;
 use crate::report::evaluate::{another_drop, read_drape, rim_error, rim_of, timed_drape};
+use crate::report::{physics, physics_drapes};
 use crate::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds } => scan(drapes, profiles, *seeds),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
+        args::Evaluate::Physics { parts, out, data, mesh_fabrics, cusick_fabrics } => {
+            let counts = [*mesh_fabrics, *cusick_fabrics];
+            run_physics(parts, out.as_deref(), data.as_deref(), counts)
+        }
         args::Evaluate::Speed { count, seed, dataset } => speed(*count, *seed, *dataset),
     }
 }
@@ -103,5 +109,80 @@ fn speed(count: u64, seed: u64, dataset: bool) -> Outcome {
         );
     }
     println!("stops: {stops:?}");
+    Ok(())
+}
+
+fn run_physics(
+    parts: &[args::PhysicsPart],
+    out: Option<&Path>,
+    data: Option<&Path>,
+    [mesh_fabrics, cusick_fabrics]: [usize; 2],
+) -> Outcome {
+    use args::PhysicsPart as Part;
+    let parts = if parts.is_empty() { Part::value_variants() } else { parts };
+    if let Some(out) = out {
+        std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    }
+    let save = |name: &str, image: image::RgbImage| -> Outcome {
+        if let Some(out) = out {
+            let path = out.join(name);
+            image.save(&path).with_context(|| path.display().to_string())?;
+        }
+        Ok(())
+    };
+    for part in parts {
+        match part {
+            Part::Cantilever => {
+                let (table, chart) = physics::master_curve();
+                println!("{table}");
+                save("cantilever.png", chart.draw())?;
+                if let Some(data) = data {
+                    let path = data.join("cantilever_master_curve.csv");
+                    for most_gamma in [1e3, 1e4] {
+                        let error = physics::elastica_against(&path, most_gamma)
+                            .with_context(|| path.display().to_string())?;
+                        println!("elastica against {}: {error}", path.display());
+                    }
+                } else {
+                    eprintln!("without --data the elastica is not held against a file");
+                }
+                println!("{}", physics::resolution());
+                let (table, chart) = physics::refinement();
+                println!("{table}");
+                save("cantilever_cells.png", chart.draw())?;
+                println!("{}", physics::bias_alone());
+            }
+            Part::Hanging => println!("{}", physics::hanging_strips()),
+            Part::Friction => println!("{}", physics::friction()),
+            Part::Meshes => {
+                println!("# square drapes on one branch\n{}", physics_drapes::MESH_COLUMNS);
+                let mut pictures = Vec::new();
+                physics_drapes::meshes(mesh_fabrics, |name, row, image| {
+                    println!("{}", row.join(", "));
+                    pictures.push((name.to_owned(), image));
+                });
+                for (name, image) in pictures {
+                    save(&format!("{}.png", name.replace(' ', "_")), image)?;
+                }
+            }
+            Part::Cusick => {
+                let Some(data) = data else {
+                    eprintln!("without --data there are no measured fabrics to drape");
+                    continue;
+                };
+                let mut pictures = Vec::new();
+                let keep = |name: &str, image| pictures.push((name.to_owned(), image));
+                let (tables, chart) = physics_drapes::cusick(data, cusick_fabrics, keep)
+                    .with_context(|| data.display().to_string())?;
+                for table in tables {
+                    println!("{table}");
+                }
+                save("cusick.png", chart.draw())?;
+                for (name, image) in pictures {
+                    save(&format!("{}.png", name.replace(' ', "_")), image)?;
+                }
+            }
+        }
+    }
     Ok(())
 }

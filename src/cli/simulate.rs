@@ -25,6 +25,9 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     if let Some(path) = &given.boundary {
         crate::io::boundary_csv::write(path, &drape.boundary)?;
     }
+    for warning in &drape.warnings {
+        eprintln!("warning: {warning}");
+    }
     if drape.stop != Stop::AtRest {
         eprintln!("warning: the drape is not at rest ({})", drape.stop.name());
     }

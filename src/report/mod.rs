@@ -2,12 +2,15 @@
 
 pub mod augment;
 pub mod batch;
+pub mod chart;
 pub mod evaluate;
 pub mod job;
 pub mod json;
 pub mod overlay;
 pub mod params;
 pub mod rim;
+pub mod physics;
+pub mod physics_drapes;
 pub mod table;
 
 pub use job::{FailureKind, Job, JobError, Outcome};

@@ -115,7 +115,7 @@ fn rim(
     }
 }
 
-fn line(image: &mut RgbImage, a: [f32; 2], b: [f32; 2], color: Rgb<u8>) {
+pub(super) fn line(image: &mut RgbImage, a: [f32; 2], b: [f32; 2], color: Rgb<u8>) {
     let ends = |p: [f32; 2]| (p[0].round() as i32, p[1].round() as i32);
     draw_antialiased_line_segment_mut(image, ends(a), ends(b), color, interpolate);
 }
@@ -127,7 +127,7 @@ fn dot(image: &mut RgbImage, left: i32, at: [f64; 2], color: Rgb<u8>, radius: i3
     }
 }
 
-fn text(image: &mut RgbImage, x: i32, y: i32, text: &str, color: Rgb<u8>) {
+pub(super) fn text(image: &mut RgbImage, x: i32, y: i32, text: &str, color: Rgb<u8>) {
     for (k, character) in text.chars().enumerate() {
         let Some(glyph) = font8x8::BASIC_FONTS.get(character) else { continue };
         for (row, bits) in glyph.iter().enumerate() {

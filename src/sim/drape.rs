@@ -17,7 +17,7 @@ use crate::base::{Boundary, Vector3};
 use crate::fabric::Fabric;
 use crate::geom::Mesh;
 use crate::sim::drop::{Drop, DropStart, guide, start_positions};
-use crate::sim::energy::plate::Plate;
+use crate::sim::experiment::{Experiment, MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Model};
 use crate::sim::newton::{Inertia, Memory, Newton};
@@ -26,14 +26,12 @@ use crate::sim::self_contact::count_intersections;
 /// How the specimen is simulated. Lengths in metres, times in seconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SimOptions {
-    /// Side of the square specimen.
-    pub side_m: f64,
+    /// Specimen, plate and effects.
+    pub experiment: Experiment,
     /// Vertices on a side of the grid that rests (61: 5 mm).
     pub vertices: usize,
     /// Vertices on a side of the grid that falls.
     pub fall_vertices: usize,
-    /// The plate.
-    pub plate: Plate,
     /// Time step of the fall.
     pub fall_step_s: f64,
     /// Longest fall, in steps.
@@ -54,10 +52,9 @@ pub struct SimOptions {
 impl Default for SimOptions {
     fn default() -> Self {
         Self {
-            side_m: crate::base::frame::SPECIMEN_SIDE_M,
+            experiment: Experiment::default(),
             vertices: 61,
             fall_vertices: 31,
-            plate: Plate::default(),
             fall_step_s: 1.0 / 50.0,
             fall_steps: 70,
             settle_steps: 60,
@@ -119,6 +116,8 @@ pub struct Drape {
     pub plate_clearance_m: f64,
     /// Newton iterations, coarse and fine together.
     pub factorisations: usize,
+    /// What its reader should know: a mesh too coarse for the fabric.
+    pub warnings: Vec<MeshWarning>,
 }
 
 impl Drape {
@@ -132,11 +131,21 @@ impl Drape {
 /// Drapes `fabric`.
 #[must_use]
 pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
-    let fine = Grid::shared(options.vertices, options.side_m);
-    let coarse = Grid::shared(options.fall_vertices.min(options.vertices), options.side_m);
+    let specimen = &options.experiment.specimen;
+    let fine = Grid::of(specimen, options.vertices);
+    let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));
     let (fallen, spent) = fall(fabric, drop, &coarse, options);
     let start = if coarse.n == fine.n { fallen } else { refine(&fine, &coarse, &fallen) };
     rest(fabric, drop, &fine, start, spent, options)
+}
+
+/// Drapes on a finer grid from the drape `from` of the same specimen: its branch, if
+/// the finer grid has that.
+#[must_use]
+pub fn drape_on_finer(fabric: &Fabric, from: &Drape, options: &SimOptions) -> Drape {
+    let fine = Grid::of(&options.experiment.specimen, options.vertices);
+    let start = refine(&fine, &from.grid, &from.positions_m);
+    rest(fabric, &Drop::canonical(), &fine, start, 0, options)
 }
 
 /// Reach of self-contact in cells: wide on the coarse grid, so that layers are
@@ -169,7 +178,7 @@ fn fall(
     grid: &Arc<Grid>,
     options: &SimOptions,
 ) -> (Vec<Vector3>, usize) {
-    let mut model = Model::new(grid, fabric, options.plate, FALL_GAP);
+    let mut model = Model::new(grid, fabric, &options.experiment, FALL_GAP);
     let mut newton = Newton::new(&model);
     let mut x = start_positions(drop, grid, options);
     if let DropStart::Guided(rim) = &drop.start {
@@ -252,7 +261,7 @@ fn rest(
     spent: usize,
     options: &SimOptions,
 ) -> Drape {
-    let mut model = Model::new(grid, fabric, options.plate, REST_GAP);
+    let mut model = Model::new(grid, fabric, &options.experiment, REST_GAP);
     let mut newton = Newton::new(&model);
     let mut x = start;
     lift_clear(&model, grid, &mut x);
@@ -275,6 +284,7 @@ fn rest(
         intersections: count_intersections(&grid.triangles(), &x),
         plate_clearance_m: model.plate.clearance_m(grid, &x),
         factorisations: newton.factorisations + spent,
+        warnings: mesh_warnings(fabric, grid.spacing_m, grid.n),
         grid: Arc::clone(grid),
         positions_m: x,
     }

@@ -68,7 +68,8 @@ const SPRING_SAG_M: f64 = 8e-3;
 
 /// The sheet as it is let go, just above the plate.
 pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) -> Vec<Vector3> {
-    let half = 0.5 * options.side_m;
+    let specimen = &options.experiment.specimen;
+    let half = 0.5 * specimen.weft_m;
     let mut waves = Vec::new();
     let (mut tilt, mut offset) = ([0.0, 0.0, 0.0], Vector3::zeros());
     match drop.start {
@@ -92,14 +93,15 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
             (x * tilt[0] + z * tilt[1] + x * z * tilt[2]) * p.norm_squared() / (2.0 * half * half);
         let uneven: f64 =
             waves.iter().map(|(a, kx, kz, phase)| a * (kx * x + kz * z + phase).sin()).sum();
-        p + offset + Vector3::new(0.0, lift + uneven, 0.0)
+        specimen.place(p) + offset + Vector3::new(0.0, lift + uneven, 0.0)
     };
     let mut x: Vec<_> = (0..grid.vertices()).map(|v| shape(grid.flat(v))).collect();
-    let reach = options.plate.radius_m + grid.spacing_m;
+    let reach = options.experiment.plate.radius_m + grid.spacing_m;
     let lowest =
         x.iter().filter(|p| p.x.hypot(p.z) < reach).map(|p| p.y).fold(f64::INFINITY, f64::min);
     for p in &mut x {
-        p.y += options.plate.gap_m - lowest;
+        p.y += options.experiment.plate.gap_m - lowest;
     }
+    grid.park_outside(&mut x);
     x
 }

@@ -2,14 +2,18 @@
 
 pub mod drape;
 pub mod drop;
+pub mod elastica;
 pub mod energy;
+pub mod experiment;
 pub mod grid;
 pub mod model;
 pub mod newton;
 pub mod self_contact;
+pub mod strip;
 
-pub use drape::{Drape, SimOptions, Stop, drape};
+pub use drape::{Drape, SimOptions, Stop, drape, drape_on_finer};
 pub use drop::{Drop, DropStart};
+pub use experiment::{Experiment, MeshWarning};
 
 /// Version of the numbers that this simulator gives: raised whenever a change
 /// moves the rim of a drape by more than the solver's tolerance. The shipped

@@ -13,8 +13,11 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
 use crate::sim::energy::bending::{Bending, PlateRigidity};
+use crate::sim::energy::curl::CurlEnergy;
 use crate::sim::energy::membrane::{Corners, Membrane, Stress};
-use crate::sim::energy::plate::{Plate, PlateContact};
+use crate::sim::energy::plate::PlateContact;
+use crate::sim::energy::softening::SofteningEnergy;
+use crate::sim::experiment::Experiment;
 use crate::sim::grid::{CELL_PAIRS, Grid};
 use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
 
@@ -50,21 +53,33 @@ pub struct Model {
     pub self_contact: SelfContact,
     /// Springs, none by default.
     pub guide: Guide,
+    /// Vertices that stay where they are: a clamp, or those outside a disc.
+    pub held: Vec<usize>,
+    /// Against gravity; a unit vector, not y if the plate is tilted.
+    pub up: Vector3,
     membrane: Membrane,
     bending: Bending,
+    curl: Option<CurlEnergy>,
+    softening: Option<SofteningEnergy>,
     constant: Vec<f64>,
     foreseen: Vec<Stress>,
     blocks: Vec<Block>,
 }
 
 impl Model {
-    /// The model of `fabric` on `grid`, at rest when flat and weightless; self-contact
-    /// reaches `self_gap_cells` cells.
+    /// The model of `fabric` on `grid` in `experiment`; without natural curvature at
+    /// rest when flat and weightless. Self-contact reaches `self_gap_cells` cells.
     #[must_use]
-    pub fn new(grid: &Arc<Grid>, fabric: &Fabric, plate: Plate, self_gap_cells: f64) -> Self {
-        let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m;
+    pub fn new(
+        grid: &Arc<Grid>,
+        fabric: &Fabric,
+        experiment: &Experiment,
+        self_gap_cells: f64,
+    ) -> Self {
+        let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m * grid.lay.area();
         let mass_kg = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
-        let bending = Bending::new(grid, &PlateRigidity::new(fabric));
+        let rigidity = PlateRigidity::new(fabric);
+        let bending = Bending::new(grid, &rigidity);
         let pattern = grid.analysis.pattern();
         let mut constant = vec![0.0; pattern.nonzeros()];
         bending.add_hessian(pattern, &mut constant);
@@ -73,15 +88,14 @@ impl Model {
         let params = SelfContactParams { gap_m, ..SelfContactParams::default() };
         Self {
             mass_kg,
-            plate: PlateContact::new(grid, plate, fabric.density_kg_m2),
+            plate: PlateContact::new(grid, experiment.plate, fabric.density_kg_m2),
             self_contact: SelfContact::new(&grid.triangles(), &rest, params),
             guide: Guide::default(),
-            membrane: Membrane {
-                stretch_weft_n_m: fabric.stretch_weft_n_m,
-                stretch_warp_n_m: fabric.stretch_warp_n_m,
-                shear_n_m: fabric.shear_n_m,
-                spacing_m: grid.spacing_m,
-            },
+            held: grid.outside(),
+            up: experiment.tilt.up(),
+            membrane: Membrane::new(grid, fabric),
+            curl: CurlEnergy::new(grid, &rigidity, &experiment.curl),
+            softening: SofteningEnergy::new(grid, fabric, &rigidity, &experiment.softening),
             bending,
             constant,
             foreseen: Vec::new(),
@@ -97,10 +111,14 @@ impl Model {
     /// Elastic and gravitational energy \[J\], zero for the flat sheet at y = 0.
     #[must_use]
     pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
+        let cells = self.grid.cells.iter().zip(&self.grid.fill);
         let membrane: f64 =
-            self.grid.cells.iter().map(|c| self.membrane.energy_j(&Self::corners(x, c))).sum();
-        let weight: f64 = x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y).sum();
-        membrane + self.bending.energy_j(x) + weight
+            cells.map(|(c, fill)| self.membrane.energy_j(&Self::corners(x, c)) * fill).sum();
+        let weight: f64 =
+            x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * self.up.dot(p)).sum();
+        let effects = self.curl.as_ref().map_or(0.0, |curl| curl.energy_j(x))
+            + self.softening.as_ref().map_or(0.0, |softening| softening.energy_j(x));
+        membrane + self.bending.energy_j(x) + weight + effects
     }
 
     /// Total energy \[J\].
@@ -116,21 +134,30 @@ impl Model {
     /// Total gradient \[N\]: minus the net force on each vertex.
     pub fn gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         gradient.fill(Vector3::zeros());
-        for cell in &self.grid.cells {
+        for (cell, fill) in self.grid.cells.iter().zip(&self.grid.fill) {
             let mut local = [Vector3::zeros(); 4];
             self.membrane.add_gradient(&Self::corners(x, cell), &mut local);
             for (&v, g) in cell.iter().zip(local) {
-                gradient[v as usize] += g;
+                gradient[v as usize] += g * *fill;
             }
         }
         self.bending.add_gradient(x, gradient);
+        if let Some(curl) = &self.curl {
+            curl.add_gradient(x, gradient);
+        }
+        if let Some(softening) = &self.softening {
+            softening.add_gradient(x, gradient);
+        }
         for (g, m) in gradient.iter_mut().zip(&self.mass_kg) {
-            g.y += m * GRAVITY_M_S2;
+            *g += self.up * (m * GRAVITY_M_S2);
         }
         self.plate.add_gradient(&self.grid, x, gradient);
         self.self_contact.add_gradient(x, gradient);
         for (v, target) in &self.guide.targets {
             gradient[*v] += (x[*v] - target) * self.guide.stiffness_n_m;
+        }
+        for &v in &self.held {
+            gradient[v] = Vector3::zeros();
         }
     }
 
@@ -173,7 +200,9 @@ impl Model {
             let corners = Self::corners(x, cell);
             let stress =
                 self.foreseen.get(index).copied().unwrap_or_else(|| self.membrane.stress(&corners));
+            let fill = grid.fill[index];
             self.membrane.hessian(&corners, &stress, project, &CELL_PAIRS, |r, c, block| {
+                let block = &(block * fill);
                 if r == c {
                     pattern.add_diagonal(values, cell[r] as usize, block);
                 } else {
@@ -182,9 +211,18 @@ impl Model {
                 }
             });
         }
+        if let Some(curl) = self.curl.as_ref().filter(|_| !project) {
+            curl.add_hessian(pattern, x, values);
+        }
+        if let Some(softening) = &self.softening {
+            softening.add_hessian(pattern, x, project, values);
+        }
         self.plate.add_hessian(&grid, x, project, values);
         for (v, _) in &self.guide.targets {
             pattern.add_diagonal(values, *v, &(Matrix3::identity() * self.guide.stiffness_n_m));
+        }
+        for &v in &self.held {
+            pattern.add_diagonal(values, v, &(Matrix3::identity() * HELD_N_M));
         }
         self.blocks.clear();
         self.self_contact.blocks(x, project, &mut self.blocks);
@@ -193,6 +231,10 @@ impl Model {
         }
     }
 }
+
+/// Stiffness that holds a vertex \[N/m\]. A solve then moves it by its neighbours'
+/// moves times their stiffness over this: 1e-12 of them.
+const HELD_N_M: f64 = 1e14;
 
 /// Adds the 12 x 12 block of a contact pair: on the pattern where it falls there.
 fn add_contact_block(pattern: &BlockPattern, block: &Block, tangent: &mut Tangent) {

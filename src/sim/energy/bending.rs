@@ -18,6 +18,12 @@
 //! costs its nominal energy to second order at every angle (tested below), where
 //! the hinge weight 3 B/A costs 3 to 9 times too much.
 //!
+//! On a grid turned against the yarns the same energy in the grid's own second
+//! differences has all six coefficients ([`PlateRigidity::on`]), D16 and D26 among
+//! them. Those couple the differences along one side, at a vertex, with the mean twist
+//! of the cells around it; the twist's square stays with the cells, whose mean square
+//! is never below the square of their mean, so that the whole stays positive.
+//!
 //! Stretch adds |d strain/du|^2 to |x_uu|^2: at 5 mm and Table 2's mean this is
 //! 3e-4 of the membrane's own stiffness. Only D3 acts on developable shapes; the
 //! split into D12 and D66 is a choice (see [`PlateRigidity::new`]).
@@ -25,7 +31,7 @@
 use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::{BlockPattern, BlockSlot};
-use crate::sim::grid::Grid;
+use crate::sim::grid::{Grid, Lay};
 
 /// The four constants of the orthotropic plate energy \[N m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +64,44 @@ impl PlateRigidity {
     }
 }
 
+/// The coefficients of `1/2 sum` over the grid's second differences, along i (`ii`),
+/// along j (`jj`) and mixed (`ij`), times the spacing to the fourth over the area of
+/// a cell \[N m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct GridRigidity {
+    ii: f64,
+    jj: f64,
+    ij: f64,
+    ii_jj: f64,
+    ii_ij: f64,
+    jj_ij: f64,
+}
+
+impl PlateRigidity {
+    /// The same energy in second differences along the grid's own directions.
+    fn on(&self, lay: &Lay) -> GridRigidity {
+        let [[ui, uj], [vi, vj]] = lay.derivatives();
+        // x_uu, x_vv, x_uv by (ii, jj, ij)
+        let weft = [ui * ui, uj * uj, 2.0 * ui * uj];
+        let warp = [vi * vi, vj * vj, 2.0 * vi * vj];
+        let twist = [ui * vi, uj * vj, ui * vj + uj * vi];
+        let form = |a: usize, b: usize| {
+            self.weft_nm * (weft[a] * weft[b])
+                + self.warp_nm * (warp[a] * warp[b])
+                + self.coupling_nm * (weft[a] * warp[b] + weft[b] * warp[a])
+                + 4.0 * self.twist_nm * (twist[a] * twist[b])
+        };
+        GridRigidity {
+            ii: form(0, 0),
+            jj: form(1, 1),
+            ij: form(2, 2),
+            ii_jj: form(0, 1),
+            ii_ij: form(0, 2),
+            jj_ij: form(1, 2),
+        }
+    }
+}
+
 /// The constant bending matrix of a grid: one scalar for each pair of vertices,
 /// times the identity in x, y, z.
 #[derive(Clone, Debug)]
@@ -72,6 +116,19 @@ struct Pair {
     column: u32,
     slot: BlockSlot,
     value: f64,
+}
+
+/// A cell's mixed difference as weights of its corners.
+pub(super) fn twist_of(cell: &[u32; 4]) -> [(usize, f64); 4] {
+    let [a, b, c, d] = cell.map(|v| v as usize);
+    [(a, 1.0), (b, -1.0), (c, -1.0), (d, 1.0)]
+}
+
+/// The mean of the twists of the cells around a vertex.
+pub(super) fn mean_twist(grid: &Grid, around: &[u32]) -> Vec<(usize, f64)> {
+    let part = 1.0 / around.len() as f64;
+    let twists = around.iter().flat_map(|&c| twist_of(&grid.cells[c as usize]));
+    twists.map(|(v, weight)| (v, weight * part)).collect()
 }
 
 impl Bending {
@@ -89,27 +146,33 @@ impl Bending {
             }
         };
         let n = grid.n;
+        let rigidity = rigidity.on(&grid.lay);
         // area / h^4 for a whole cell
-        let unit = grid.spacing_m.powi(-2);
+        let unit = grid.spacing_m.powi(-2) * grid.lay.area();
+        let around = grid.cells_around();
         for vertex in 0..grid.vertices() {
-            let (i, j) = (vertex / n, vertex % n);
-            let inside = |k: usize| k > 0 && k < n - 1;
             let share = grid.share(vertex);
             let second = |step: usize| [(vertex - step, 1.0), (vertex, -2.0), (vertex + step, 1.0)];
-            if inside(j) {
-                add(&second(1), &second(1), rigidity.weft_nm * unit * share);
+            let (along_i, along_j) = (grid.has_second(vertex, n), grid.has_second(vertex, 1));
+            if along_j {
+                add(&second(1), &second(1), rigidity.jj * unit * share);
             }
-            if inside(i) {
-                add(&second(n), &second(n), rigidity.warp_nm * unit * share);
+            if along_i {
+                add(&second(n), &second(n), rigidity.ii * unit * share);
             }
-            if inside(i) && inside(j) && rigidity.coupling_nm != 0.0 {
-                add(&second(1), &second(n), 2.0 * rigidity.coupling_nm * unit);
+            if along_i && along_j && rigidity.ii_jj != 0.0 {
+                add(&second(1), &second(n), 2.0 * rigidity.ii_jj * unit * share);
+            }
+            for (along, step, value) in [(along_i, n, rigidity.ii_ij), (along_j, 1, rigidity.jj_ij)]
+            {
+                if along && value != 0.0 {
+                    let twist = mean_twist(grid, &around[vertex]);
+                    add(&second(step), &twist, 2.0 * value * unit * share);
+                }
             }
         }
-        for cell in &grid.cells {
-            let twist: Vec<_> =
-                cell.iter().zip([1.0, -1.0, -1.0, 1.0]).map(|(&v, s)| (v as usize, s)).collect();
-            add(&twist, &twist, 4.0 * rigidity.twist_nm * unit);
+        for (cell, fill) in grid.cells.iter().zip(&grid.fill) {
+            add(&twist_of(cell), &twist_of(cell), rigidity.ij * unit * fill);
         }
         let mut bending = Self { diagonal: vec![0.0; grid.vertices()], pairs: Vec::new() };
         for ((row, column), value) in sums {

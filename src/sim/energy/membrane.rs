@@ -4,8 +4,9 @@
 //!
 //! `E = A/2 [ S^u (|w_u| - 1)^2 + S^v (|w_v| - 1)^2 + H (w_u . w_v)^2 ]`  \[J\]
 //!
-//! with `w_u`, `w_v` the derivatives of position along weft and warp. They are
-//! taken once a cell, at its centre (one-point quadrature of the bilinear cell),
+//! with `w_u`, `w_v` the derivatives of position along weft and warp, which on a grid
+//! turned against the yarns mix the differences along both of its directions
+//! ([`Lay::derivatives`]). They are taken once a cell, at its centre (one-point quadrature of the bilinear cell),
 //! not on triangles: two triangles a cell make the stiffness depend on the
 //! diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
 //! curvature k costs H (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm more
@@ -16,24 +17,33 @@
 //!
 //! `E_g = A/24 [ S^u (g . w_u)^2 + S^v (g . w_v)^2 ] / h^2`
 //!
-//! which is exactly the energy of the stretch's variation across the cell. The
+//! which is exactly the energy of the stretch's variation across the cell; on a lay
+//! other than straight each 1/h^2 is the sum of the squares of its two derivatives. The
 //! normal part of g is twist and belongs to bending.
 
 use nalgebra::Matrix3;
 
 use crate::base::Vector3;
+use crate::fabric::Fabric;
+use crate::sim::grid::{Grid, Lay};
 
-/// Stretch and shear of a cell of side `spacing_m`.
+/// Stretch and shear of a whole cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Membrane {
     /// Weft stretch stiffness \[N/m\].
-    pub stretch_weft_n_m: f64,
+    stretch_weft_n_m: f64,
     /// Warp stretch stiffness \[N/m\].
-    pub stretch_warp_n_m: f64,
+    stretch_warp_n_m: f64,
     /// Shear stiffness \[N/m\].
-    pub shear_n_m: f64,
-    /// Side of the cell \[m\].
-    pub spacing_m: f64,
+    shear_n_m: f64,
+    /// Area of the cell \[m^2\].
+    area_m2: f64,
+    /// What the doubled differences along i and j count in w_u \[1/m\].
+    weft: [f64; 2],
+    /// The same in w_v \[1/m\].
+    warp: [f64; 2],
+    /// S^u and S^v for the twist's in-plane part: themselves on square cells \[N/m\].
+    twist_n_m: [f64; 2],
 }
 
 /// A cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1).
@@ -57,22 +67,42 @@ pub struct Stress {
     twist_warp: f64,
 }
 
-/// Signs of the corners in 2h times weft, 2h times warp, and the twist.
+/// Signs of the corners in the doubled differences along j and i, and in the twist.
 const SIGNS: [[f64; 4]; 3] =
     [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];
 
 impl Membrane {
-    fn derivatives(&self, x: &Corners) -> Derivatives {
-        let scale = 0.5 / self.spacing_m;
-        Derivatives {
-            weft: (x[2] - x[0] + x[3] - x[1]) * scale,
-            warp: (x[1] - x[0] + x[3] - x[2]) * scale,
-            twist: x[0] - x[1] - x[2] + x[3],
+    /// The cells of `grid` made of `fabric`.
+    #[must_use]
+    pub fn new(grid: &Grid, fabric: &Fabric) -> Self {
+        Self::of_cell(&grid.lay, grid.spacing_m, fabric)
+    }
+
+    fn of_cell(lay: &Lay, spacing_m: f64, fabric: &Fabric) -> Self {
+        let [weft, warp] = lay.derivatives();
+        let twist = |by: [f64; 2]| lay.area() * (by[0] * by[0] + by[1] * by[1]);
+        let scale = 0.5 / spacing_m;
+        Self {
+            stretch_weft_n_m: fabric.stretch_weft_n_m,
+            stretch_warp_n_m: fabric.stretch_warp_n_m,
+            shear_n_m: fabric.shear_n_m,
+            area_m2: spacing_m * spacing_m * lay.area(),
+            weft: weft.map(|by| by * scale),
+            warp: warp.map(|by| by * scale),
+            twist_n_m: [
+                fabric.stretch_weft_n_m * twist(weft),
+                fabric.stretch_warp_n_m * twist(warp),
+            ],
         }
     }
 
-    fn area(&self) -> f64 {
-        self.spacing_m * self.spacing_m
+    fn derivatives(&self, x: &Corners) -> Derivatives {
+        let (by_i, by_j) = (x[1] - x[0] + x[3] - x[2], x[2] - x[0] + x[3] - x[1]);
+        Derivatives {
+            weft: by_j * self.weft[1] + by_i * self.weft[0],
+            warp: by_i * self.warp[0] + by_j * self.warp[1],
+            twist: x[0] - x[1] - x[2] + x[3],
+        }
     }
 
     /// Stiffness of the twist's in-plane part per S: A / (12 h^2) = 1/12.
@@ -87,27 +117,28 @@ impl Membrane {
         let shear = d.weft.dot(&d.warp);
         let (gu, gv) = (d.twist.dot(&d.weft), d.twist.dot(&d.warp));
         let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
-        0.5 * self.area() * (su * weft * weft + sv * warp * warp + self.shear_n_m * shear * shear)
-            + 0.5 * Self::TWIST * (su * gu * gu + sv * gv * gv)
+        let [tu, tv] = self.twist_n_m;
+        0.5 * self.area_m2 * (su * weft * weft + sv * warp * warp + self.shear_n_m * shear * shear)
+            + 0.5 * Self::TWIST * (tu * gu * gu + tv * gv * gv)
     }
 
     /// Adds the gradient \[N\] at the four corners.
     pub fn add_gradient(&self, x: &Corners, gradient: &mut [Vector3; 4]) {
         let d = self.derivatives(x);
-        let area = self.area();
+        let area = self.area_m2;
         let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
+        let [tu, tv] = self.twist_n_m;
         let (lu, lv) = (d.weft.norm(), d.warp.norm());
         let shear = area * self.shear_n_m * d.weft.dot(&d.warp);
-        let gu = Self::TWIST * su * d.twist.dot(&d.weft);
-        let gv = Self::TWIST * sv * d.twist.dot(&d.warp);
-        let scale = 0.5 / self.spacing_m;
-        let by_weft =
-            (d.weft * (area * su * (1.0 - 1.0 / lu)) + d.warp * shear + d.twist * gu) * scale;
-        let by_warp =
-            (d.warp * (area * sv * (1.0 - 1.0 / lv)) + d.weft * shear + d.twist * gv) * scale;
+        let gu = Self::TWIST * tu * d.twist.dot(&d.weft);
+        let gv = Self::TWIST * tv * d.twist.dot(&d.warp);
+        let by_weft = d.weft * (area * su * (1.0 - 1.0 / lu)) + d.warp * shear + d.twist * gu;
+        let by_warp = d.warp * (area * sv * (1.0 - 1.0 / lv)) + d.weft * shear + d.twist * gv;
+        let by_j = by_weft * self.weft[1] + by_warp * self.warp[1];
+        let by_i = by_warp * self.warp[0] + by_weft * self.weft[0];
         let by_twist = d.weft * gu + d.warp * gv;
         for (k, g) in gradient.iter_mut().enumerate() {
-            *g += by_weft * SIGNS[0][k] + by_warp * SIGNS[1][k] + by_twist * SIGNS[2][k];
+            *g += by_j * SIGNS[0][k] + by_i * SIGNS[1][k] + by_twist * SIGNS[2][k];
         }
     }
 
@@ -118,13 +149,13 @@ impl Membrane {
     }
 
     fn stress_of(&self, d: &Derivatives) -> Stress {
-        let area = self.area();
+        let area = self.area_m2;
         Stress {
             weft: area * self.stretch_weft_n_m * (d.weft.norm() - 1.0),
             warp: area * self.stretch_warp_n_m * (d.warp.norm() - 1.0),
             shear: area * self.shear_n_m * d.weft.dot(&d.warp),
-            twist_weft: Self::TWIST * self.stretch_weft_n_m * d.twist.dot(&d.weft),
-            twist_warp: Self::TWIST * self.stretch_warp_n_m * d.twist.dot(&d.warp),
+            twist_weft: Self::TWIST * self.twist_n_m[0] * d.twist.dot(&d.weft),
+            twist_warp: Self::TWIST * self.twist_n_m[1] * d.twist.dot(&d.warp),
         }
     }
 
@@ -150,9 +181,10 @@ impl Membrane {
     #[must_use]
     pub fn foreseen_stress(&self, x: &Corners, dx: &Corners) -> Stress {
         let (d, e) = (self.derivatives(x), self.derivatives(dx));
-        let area = self.area();
+        let area = self.area_m2;
         let now = self.stress_of(&d);
         let (su, sv) = (self.stretch_weft_n_m, self.stretch_warp_n_m);
+        let [tu, tv] = self.twist_n_m;
         let shear = d.weft.dot(&e.warp) + d.warp.dot(&e.weft);
         let gu = d.twist.dot(&e.weft) + e.twist.dot(&d.weft);
         let gv = d.twist.dot(&e.warp) + e.twist.dot(&d.warp);
@@ -160,18 +192,18 @@ impl Membrane {
             weft: now.weft + area * su * d.weft.dot(&e.weft) / d.weft.norm(),
             warp: now.warp + area * sv * d.warp.dot(&e.warp) / d.warp.norm(),
             shear: now.shear + area * self.shear_n_m * shear,
-            twist_weft: now.twist_weft + Self::TWIST * su * gu,
-            twist_warp: now.twist_warp + Self::TWIST * sv * gv,
+            twist_weft: now.twist_weft + Self::TWIST * tu * gu,
+            twist_warp: now.twist_warp + Self::TWIST * tv * gv,
         }
     }
 
-    /// Second derivatives by (weft, warp, twist), 3 x 3 blocks; with `project`
-    /// a positive semidefinite substitute (Gauss-Newton plus tension).
+    /// Second derivatives by (difference along j, along i, twist), 3 x 3 blocks; with
+    /// `project` a positive semidefinite substitute (Gauss-Newton plus tension).
     fn second(&self, d: &Derivatives, stress: &Stress, project: bool) -> [[Matrix3<f64>; 3]; 3] {
-        let area = self.area();
+        let area = self.area_m2;
         let (su, sv, h) =
             (area * self.stretch_weft_n_m, area * self.stretch_warp_n_m, area * self.shear_n_m);
-        let (ku, kv) = (Self::TWIST * self.stretch_weft_n_m, Self::TWIST * self.stretch_warp_n_m);
+        let (ku, kv) = (Self::TWIST * self.twist_n_m[0], Self::TWIST * self.twist_n_m[1]);
         let (weft, warp, twist) = (&d.weft, &d.warp, &d.twist);
         let stretch = |w: &Vector3, s: f64, tension: f64| {
             let length = w.norm();
@@ -179,10 +211,10 @@ impl Membrane {
             let tension = if project { tension.max(0.0) } else { tension };
             along * s + (Matrix3::identity() - along) * (tension / length)
         };
-        let mut uu = stretch(weft, su, stress.weft)
+        let uu = stretch(weft, su, stress.weft)
             + warp * warp.transpose() * h
             + twist * twist.transpose() * ku;
-        let mut vv = stretch(warp, sv, stress.warp)
+        let vv = stretch(warp, sv, stress.warp)
             + weft * weft.transpose() * h
             + twist * twist.transpose() * kv;
         let mut uv = warp * weft.transpose() * h;
@@ -194,13 +226,15 @@ impl Membrane {
             ug += Matrix3::identity() * stress.twist_weft;
             vg += Matrix3::identity() * stress.twist_warp;
         }
-        let scale = 0.5 / self.spacing_m;
-        uu *= scale * scale;
-        vv *= scale * scale;
-        uv *= scale * scale;
-        ug *= scale;
-        vg *= scale;
-        [[uu, uv, ug], [uv.transpose(), vv, vg], [ug.transpose(), vg.transpose(), gg]]
+        let ([ui, uj], [vi, vj]) = (self.weft, self.warp);
+        let vu = uv.transpose();
+        let mixed = |a: f64, b: f64, c: f64, d: f64| {
+            // (a u + b v) by (c u + d v)
+            uu * (a * c) + vv * (b * d) + uv * (a * d) + vu * (b * c)
+        };
+        let (jj, ii, ji) = (mixed(uj, vj, uj, vj), mixed(ui, vi, ui, vi), mixed(uj, vj, ui, vi));
+        let (jg, ig) = (ug * uj + vg * vj, vg * vi + ug * ui);
+        [[jj, ji, jg], [ji.transpose(), ii, ig], [jg.transpose(), ig.transpose(), gg]]
     }
 
     /// Hessian \[N/m\]: calls `put(row, column, block)` for the corners with
@@ -239,12 +273,19 @@ mod tests {
     use crate::base::seed;
     use rand::RngExt as _;
 
-    const MEMBRANE: Membrane = Membrane {
-        stretch_weft_n_m: 131.0,
-        stretch_warp_n_m: 164.0,
-        shear_n_m: 75.0,
-        spacing_m: 0.005,
-    };
+    const SPACING_M: f64 = 0.005;
+    /// Straight, turned, and turned with skewed oblong cells.
+    const LAYS: [Lay; 3] = [
+        Lay::STRAIGHT,
+        Lay { warp_rad: 0.6, ..Lay::STRAIGHT },
+        Lay { step_i: [1.1, 0.0], step_j: [0.2, 0.9], warp_rad: -0.3 },
+    ];
+
+    fn membrane(lay: &Lay) -> Membrane {
+        let fabric = Fabric::from_paper_units([131e3, 164e3, 75e3, 1e3, 1e3, 1e3, 200.0]);
+        Membrane::of_cell(lay, SPACING_M, &fabric)
+    }
+
     const ALL: [(usize, usize); 12] = [
         (1, 0),
         (2, 0),
@@ -262,7 +303,7 @@ mod tests {
 
     fn cell(index: u64) -> Corners {
         let mut rng = seed::rng(1, "cell", index);
-        let h = MEMBRANE.spacing_m;
+        let h = SPACING_M;
         let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
             let noise = Vector3::from_fn(|_, _| rng.random_range(-0.2..0.2));
@@ -270,24 +311,25 @@ mod tests {
         })
     }
 
-    fn gradient(x: &Corners) -> [Vector3; 4] {
+    fn gradient(membrane: &Membrane, x: &Corners) -> [Vector3; 4] {
         let mut g = [Vector3::zeros(); 4];
-        MEMBRANE.add_gradient(x, &mut g);
+        membrane.add_gradient(x, &mut g);
         g
     }
 
     #[test]
     fn gradient_is_the_difference_quotient_of_the_energy() {
         for index in 0..20 {
-            let x = cell(index);
-            let g = gradient(&x);
+            let membrane = membrane(&LAYS[index % 3]);
+            let x = cell(index as u64);
+            let g = gradient(&membrane, &x);
             let norm = g.iter().map(Vector3::norm).fold(0.0, f64::max);
             for k in 0..12 {
                 let step = 1e-8;
                 let moved = |by: f64| {
                     let mut y = x;
                     y[k / 3][k % 3] += by;
-                    MEMBRANE.energy_j(&y)
+                    membrane.energy_j(&y)
                 };
                 let numeric = (moved(step) - moved(-step)) / (2.0 * step);
                 let error = (numeric - g[k / 3][k % 3]).abs() / norm;
@@ -300,9 +342,10 @@ mod tests {
     #[test]
     fn hessian_is_the_difference_quotient_of_the_gradient() {
         for index in 0..20 {
-            let x = cell(index);
+            let membrane = membrane(&LAYS[index % 3]);
+            let x = cell(index as u64);
             let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
-            MEMBRANE.hessian(&x, &MEMBRANE.stress(&x), false, &ALL, |r, c, b| {
+            membrane.hessian(&x, &membrane.stress(&x), false, &ALL, |r, c, b| {
                 full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
             });
             for k in 0..12 {
@@ -310,7 +353,7 @@ mod tests {
                 let moved = |by: f64| {
                     let mut y = x;
                     y[k / 3][k % 3] += by;
-                    gradient(&y)
+                    gradient(&membrane, &y)
                 };
                 let (plus, minus) = (moved(step), moved(-step));
                 for m in 0..12 {
@@ -327,15 +370,11 @@ mod tests {
     fn projected_hessian_has_no_negative_eigenvalue() {
         for index in 0..50 {
             let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
-            MEMBRANE.hessian(
-                &cell(index),
-                &MEMBRANE.stress(&cell(index)),
-                true,
-                &ALL,
-                |r, c, b| {
-                    full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
-                },
-            );
+            let membrane = membrane(&LAYS[index % 3]);
+            let x = cell(index as u64);
+            membrane.hessian(&x, &membrane.stress(&x), true, &ALL, |r, c, b| {
+                full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
+            });
             let eigen = full.symmetric_eigenvalues();
             assert!(eigen.min() > -1e-12 * eigen.max(), "cell {index}: {}", eigen.min());
         }
@@ -345,9 +384,9 @@ mod tests {
     fn rigid_motion_costs_nothing_and_changes_nothing() {
         let motion =
             nalgebra::Isometry3::new(Vector3::new(0.3, -0.2, 5.0), Vector3::new(1.0, 2.0, 0.5));
-        let x = cell(3);
+        let (membrane, x) = (membrane(&LAYS[2]), cell(3));
         let moved = x.map(|p| (motion * nalgebra::Point3::from(p)).coords);
-        let (before, after) = (MEMBRANE.energy_j(&x), MEMBRANE.energy_j(&moved));
+        let (before, after) = (membrane.energy_j(&x), membrane.energy_j(&moved));
         assert!((before - after).abs() < 1e-10 * before);
     }
 
@@ -355,7 +394,7 @@ mod tests {
     /// strain (along, across, shear) added.
     fn cylinder(degrees: f64, curvature: f64, strain: nalgebra::Vector3<f64>) -> Corners {
         let (sin, cos) = degrees.to_radians().sin_cos();
-        let h = MEMBRANE.spacing_m;
+        let h = SPACING_M;
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
             let (a, b) = (h * (i * cos + j * sin), h * (j * cos - i * sin));
             let along = a * (1.0 + strain.x) + b * strain.z;
@@ -368,10 +407,11 @@ mod tests {
     #[test]
     fn a_cylinder_does_not_lock_at_any_angle() {
         // the sheet may choose a uniform strain; what is left is locking
+        let membrane = membrane(&Lay::STRAIGHT);
         let curvature = 100.0;
-        let bending = 0.5 * 1.12e-6 * curvature * curvature * MEMBRANE.spacing_m.powi(2);
+        let bending = 0.5 * 1.12e-6 * curvature * curvature * SPACING_M.powi(2);
         for degrees in [0.0, 30.0, 45.0, 60.0, 90.0] {
-            let energy = |s| MEMBRANE.energy_j(&cylinder(degrees, curvature, s));
+            let energy = |s| membrane.energy_j(&cylinder(degrees, curvature, s));
             let mut strain = nalgebra::Vector3::zeros();
             for _ in 0..20 {
                 let step = 1e-4;
@@ -391,6 +431,33 @@ mod tests {
             let left = energy(strain) / bending;
             // observed: at most 3e-13 (45 degrees)
             assert!(left < 1e-11, "{degrees} degrees: {left:e} of the bending energy");
+        }
+    }
+
+    /// Flat corners of a cell under a uniform strain of the yarns.
+    fn strained(lay: &Lay, weft: f64, warp: f64, shear: f64) -> Corners {
+        let (sin, cos) = lay.warp_rad.sin_cos();
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
+            let at = |c: usize| (i * lay.step_i[c] + j * lay.step_j[c]) * SPACING_M;
+            let (v, u) = (at(0) * cos + at(1) * sin, at(1) * cos - at(0) * sin);
+            Vector3::new(u * (1.0 + weft), v * (1.0 + warp), u * shear)
+        })
+    }
+
+    #[test]
+    fn a_uniform_strain_costs_the_same_per_area_on_every_lay() {
+        let per_area = |lay: &Lay, strain: [f64; 3]| {
+            let [weft, warp, shear] = strain;
+            let area = SPACING_M * SPACING_M * lay.area();
+            membrane(lay).energy_j(&strained(lay, weft, warp, shear)) / area
+        };
+        for strain in [[0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.003, -0.004, 0.0], [0.0, 0.0, 0.1]] {
+            let straight = per_area(&LAYS[0], strain);
+            for lay in &LAYS[1..] {
+                let error = per_area(lay, strain) / straight - 1.0;
+                // observed: at most 1e-13
+                assert!(error.abs() < 1e-11, "{lay:?} {strain:?}: {error:e}");
+            }
         }
     }
 }

@@ -62,6 +62,12 @@ struct Distance {
 }
 
 impl Plate {
+    /// Depth below the gap at which a sheet lies flat under its own weight \[m\].
+    #[must_use]
+    pub fn resting_depth_m(&self) -> f64 {
+        EDGE_DEPTH * self.gap_m / EDGE_PRESSURE_RATIO.sqrt()
+    }
+
     /// Signed distance from the plate's surface; `None` beyond `limit_m`.
     fn distance(&self, p: &Vector3, limit_m: f64) -> Option<Distance> {
         let reach = self.edge_radius_m + limit_m;
@@ -131,8 +137,8 @@ impl PlateContact {
     #[must_use]
     pub fn new(grid: &Grid, plate: Plate, density_kg_m2: f64) -> Self {
         let mut samples = Vec::new();
-        let cell_area = grid.spacing_m * grid.spacing_m;
-        for (k, corners) in grid.cells.iter().enumerate() {
+        for (k, (corners, fill)) in grid.cells.iter().zip(&grid.fill).enumerate() {
+            let cell_area = grid.cell_area_m2() * fill;
             let centre = (grid.flat(corners[0] as usize) + grid.flat(corners[3] as usize)) * 0.5;
             let near = centre.norm() < 1.5 * plate.radius_m;
             let m = if near { (600.0 * grid.spacing_m).round().max(1.0) as usize } else { 1 };
@@ -148,6 +154,13 @@ impl PlateContact {
         let stiffness_pa_m = pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1];
         let none = Grip { anchor: None, normal: Vector3::zeros(), force_n: 0.0 };
         Self { plate, stiffness_pa_m, grips: vec![none; samples.len()], samples }
+    }
+
+    /// No plate: a specimen held elsewhere.
+    #[must_use]
+    pub fn none() -> Self {
+        let plate = Plate::default();
+        Self { plate, stiffness_pa_m: 0.0, samples: Vec::new(), grips: Vec::new() }
     }
 
     fn position(grid: &Grid, x: &[Vector3], sample: &Sample) -> Vector3 {

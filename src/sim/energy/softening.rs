@@ -1,0 +1,310 @@
+//! Bending that softens with curvature.
+//!
+//! Feng et al. 2022 ("Learning-based bending stiffness parameter estimation by a drape
+//! tester") measure the moment of a strip as `M = L k + NL k^2` with NL < 0. With s = -NL / L
+//! in each of the three directions that is `M = B k (1 - s k)`, and what it adds to the
+//! plate energy of `bending.rs` is
+//!
+//! `E = - 1/3 integral [ N^u |x_uu|^3 + N^v |x_vv|^3 + X |x_uv|^3 ]`, N = s B  \[J\]
+//!
+//! where X = 8 N^h - N^u - N^v makes bending about a line at 45 degrees, with
+//! |x_uu| = |x_vv| = |x_uv| = k / 2, cost N^h.
+//!
+//! Beyond the curvature at which a term's tangent stiffness has fallen to
+//! [`FLOOR`] of the linear one it goes on with that tangent: the measured parabola turns
+//! down there and must not be followed. Total curvature counts, not that beyond the
+//! natural one. With D12 = 0 linear and softening bending together are convex, and the
+//! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
+//! energy out.
+
+use nalgebra::Matrix3;
+
+use super::bending::{PlateRigidity, mean_twist, twist_of};
+use super::stencil::Stencil;
+use crate::base::Vector3;
+use crate::fabric::Fabric;
+use crate::numeric::sparse::BlockPattern;
+use crate::sim::experiment;
+use crate::sim::grid::Grid;
+
+/// Least tangent stiffness over the linear one.
+const FLOOR: f64 = 0.05;
+
+/// `-N q^3 / 3` with its continuation.
+#[derive(Clone, Copy, Debug)]
+struct Law {
+    /// N \[N m^2\].
+    cubic: f64,
+    /// Where the continuation begins \[1/m\].
+    limit: f64,
+}
+
+impl Law {
+    fn new(cubic: f64, stiffness: f64) -> Self {
+        let limit =
+            if cubic > 0.0 { (1.0 - FLOOR) * stiffness / (2.0 * cubic) } else { f64::INFINITY };
+        Self { cubic, limit }
+    }
+
+    /// Value, first and second derivative at q >= 0.
+    fn at(&self, q: f64) -> [f64; 3] {
+        let inside = q.min(self.limit);
+        let second = -2.0 * self.cubic * inside;
+        let first = -self.cubic * inside * inside;
+        let value = first * inside / 3.0;
+        let beyond = q - inside;
+        [value + (first + 0.5 * second * beyond) * beyond, first + second * beyond, second]
+    }
+}
+
+/// One curvature component at one place.
+#[derive(Clone, Debug)]
+struct Place {
+    stencil: Stencil,
+    /// The component as a combination of positions \[1/m^2\].
+    weights: Vec<f64>,
+    area_m2: f64,
+    law: Law,
+}
+
+/// The softening part of the bending energy on a grid.
+#[derive(Clone, Debug)]
+pub struct SofteningEnergy {
+    places: Vec<Place>,
+    convex: bool,
+}
+
+impl SofteningEnergy {
+    /// Of `fabric` with `softening`; `None` if that is off.
+    #[must_use]
+    pub fn new(
+        grid: &Grid,
+        fabric: &Fabric,
+        rigidity: &PlateRigidity,
+        softening: &experiment::Softening,
+    ) -> Option<Self> {
+        if softening.is_off() {
+            return None;
+        }
+        let weft = softening.weft_m * fabric.bending_weft_nm;
+        let warp = softening.warp_m * fabric.bending_warp_nm;
+        let bias = softening.bias_m * fabric.bending_bias_nm;
+        let laws = [
+            Law::new(weft, rigidity.weft_nm),
+            Law::new(warp, rigidity.warp_nm),
+            Law::new(8.0 * bias - weft - warp, 4.0 * rigidity.twist_nm),
+        ];
+        // components uu, vv, uv by second differences along i, along j, mixed
+        let [[ui, uj], [vi, vj]] = grid.lay.derivatives();
+        let components = [
+            [ui * ui, uj * uj, 2.0 * ui * uj],
+            [vi * vi, vj * vj, 2.0 * vi * vj],
+            [ui * vi, uj * vj, ui * vj + uj * vi],
+        ];
+        let unit = grid.spacing_m.powi(-2);
+        let mut places = Vec::new();
+        let mut place = |combination: Vec<(usize, f64)>, share: f64, law: Law| {
+            let stencil = Stencil::new(grid, combination.iter().map(|(v, _)| *v));
+            let weights = stencil.weights(&combination).iter().map(|w| w * unit).collect();
+            places.push(Place { stencil, weights, area_m2: grid.cell_area_m2() * share, law });
+        };
+        let around = grid.cells_around();
+        // along the yarns the twist is a cell's own; else it is taken at vertices too
+        let at_vertices = if grid.lay.along_yarns() { 2 } else { 3 };
+        for (parts, law) in components.into_iter().zip(laws).take(at_vertices) {
+            for v in 0..grid.vertices() {
+                if let Some(combination) = combine(grid, v, parts, &around[v]) {
+                    place(combination, grid.share(v), law);
+                }
+            }
+        }
+        if at_vertices == 2 {
+            for (cell, &fill) in grid.cells.iter().zip(&grid.fill) {
+                let mixed = components[2][2];
+                let twist = twist_of(cell).map(|(v, weight)| (v, weight * mixed));
+                place(twist.to_vec(), fill, laws[2]);
+            }
+        }
+        Some(Self { places, convex: rigidity.coupling_nm == 0.0 })
+    }
+
+    /// Energy \[J\].
+    #[must_use]
+    pub fn energy_j(&self, x: &[Vector3]) -> f64 {
+        self.places.iter().map(|p| p.area_m2 * p.law.at(p.component(x).norm())[0]).sum()
+    }
+
+    /// Adds the gradient \[N\].
+    pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
+        for place in &self.places {
+            let a = place.component(x);
+            let q = a.norm();
+            if q > 0.0 {
+                let force = a * (place.area_m2 * place.law.at(q)[1] / q);
+                for (&v, w) in place.stencil.vertices.iter().zip(&place.weights) {
+                    gradient[v as usize] += force * *w;
+                }
+            }
+        }
+    }
+
+    /// Adds the Hessian \[N/m\]; with `project` only if linear bending keeps the sum
+    /// positive.
+    pub fn add_hessian(
+        &self,
+        pattern: &BlockPattern,
+        x: &[Vector3],
+        project: bool,
+        values: &mut [f64],
+    ) {
+        if project && !self.convex {
+            return;
+        }
+        for place in &self.places {
+            let a = place.component(x);
+            let q = a.norm();
+            if q > 0.0 {
+                let [_, first, second] = place.law.at(q);
+                let along = a * a.transpose() / (q * q);
+                let block = (Matrix3::identity() - along) * (first / q) + along * second;
+                place.stencil.add_blocks(pattern, values, |r, s| {
+                    block * (place.area_m2 * place.weights[r] * place.weights[s])
+                });
+            }
+        }
+    }
+}
+
+impl Place {
+    fn component(&self, x: &[Vector3]) -> Vector3 {
+        self.stencil.vertices.iter().zip(&self.weights).map(|(&v, w)| x[v as usize] * *w).sum()
+    }
+}
+
+/// Second differences along i, along j and mixed, weighted by `parts`, at a vertex, those
+/// across the border left out as in `bending.rs`; `None` where all are missing.
+fn combine(grid: &Grid, v: usize, parts: [f64; 3], around: &[u32]) -> Option<Vec<(usize, f64)>> {
+    let mut combination = Vec::new();
+    for (step, part) in [(grid.n, parts[0]), (1, parts[1])] {
+        if part != 0.0 && grid.has_second(v, step) {
+            combination.extend([(v - step, part), (v, -2.0 * part), (v + step, part)]);
+        }
+    }
+    if combination.is_empty() {
+        return None;
+    }
+    if parts[2] != 0.0 {
+        combination.extend(mean_twist(grid, around).iter().map(|&(v, w)| (v, w * parts[2])));
+    }
+    Some(combination)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::seed;
+    use crate::sim::experiment::Softening;
+    use rand::RngExt as _;
+    use std::sync::Arc;
+
+    const SOFTENING: Softening = Softening { weft_m: 2.0e-3, warp_m: 3.0e-3, bias_m: 2.4e-3 };
+
+    fn fabric() -> Fabric {
+        Fabric::from_paper_units([1e5, 1e5, 1e5, 1000.0, 1500.0, 1300.0, 200.0])
+    }
+
+    fn energy_of(grid: &Grid) -> SofteningEnergy {
+        let fabric = fabric();
+        SofteningEnergy::new(grid, &fabric, &PlateRigidity::new(&fabric), &SOFTENING).unwrap()
+    }
+
+    #[test]
+    fn gradient_and_hessian_are_difference_quotients_on_both_sides_of_the_limit() {
+        for grid in [Grid::shared(7, 0.03), Grid::strip(6, 8, 0.005, 0.5)] {
+            let energy = energy_of(&grid);
+            let mut rng = seed::rng(11, "softening", 0);
+            let x: Vec<_> = (0..grid.vertices())
+                .map(|v| {
+                    let noise = Vector3::from_fn(|_, _| rng.random_range(-0.5..0.5));
+                    grid.flat(v) + noise * grid.spacing_m
+                })
+                .collect();
+            let beyond = energy.places.iter().filter(|p| p.component(&x).norm() > p.law.limit);
+            let beyond = beyond.count();
+            assert!(beyond > 5 && beyond < energy.places.len() - 5, "{beyond}");
+            let gradient = |x: &[Vector3]| {
+                let mut g = vec![Vector3::zeros(); x.len()];
+                energy.add_gradient(x, &mut g);
+                g
+            };
+            let g = gradient(&x);
+            let pattern = grid.analysis.pattern();
+            let mut values = vec![0.0; pattern.nonzeros()];
+            energy.add_hessian(pattern, &x, false, &mut values);
+            for _ in 0..5 {
+                let d: Vec<_> = x
+                    .iter()
+                    .map(|_| Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0)))
+                    .collect();
+                let step = 1e-8;
+                let at =
+                    |by: f64| -> Vec<_> { x.iter().zip(&d).map(|(p, d)| p + d * by).collect() };
+                let work: f64 = g.iter().zip(&d).map(|(g, d)| g.dot(d)).sum();
+                let (plus, minus) = (at(step), at(-step));
+                let numeric = (energy.energy_j(&plus) - energy.energy_j(&minus)) / (2.0 * step);
+                // observed floor 4e-7 of the largest
+                assert!((numeric / work - 1.0).abs() < 1e-5, "{numeric:e} {work:e}");
+                let mut product = vec![Vector3::zeros(); x.len()];
+                pattern.multiply(&values, &d, &mut product);
+                let scale = product.iter().map(Vector3::norm).fold(0.0, f64::max);
+                let (gp, gm) = (gradient(&plus), gradient(&minus));
+                let error = (0..x.len())
+                    .map(|v| ((gp[v] - gm[v]) / (2.0 * step) - product[v]).norm())
+                    .fold(0.0, f64::max);
+                assert!(error < 1e-5 * scale, "{error:e} of {scale:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_imposed_cylinder_costs_the_measured_law_at_0_45_and_90_degrees() {
+        let (n, h, k) = (41, 0.0025, 20.0);
+        let grid: Arc<Grid> = Grid::shared(n, h * (n - 1) as f64);
+        let energy = energy_of(&grid);
+        let f = fabric();
+        let cases = [
+            (0.0_f64, f.bending_weft_nm * SOFTENING.weft_m),
+            (90.0, f.bending_warp_nm * SOFTENING.warp_m),
+            (45.0, f.bending_bias_nm * SOFTENING.bias_m),
+        ];
+        for (degrees, cubic) in cases {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let x: Vec<_> = (0..grid.vertices())
+                .map(|v| {
+                    let p = grid.flat(v);
+                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
+                    Vector3::new(across, (1.0 - (k * along).cos()) / k, (k * along).sin() / k)
+                })
+                .collect();
+            let nominal = -cubic * k.powi(3) / 3.0 * 0.01;
+            let error = energy.energy_j(&x) / nominal - 1.0;
+            // the border's missing stencils are 1/40 of either direction, and more at 45
+            // degrees, where they are missing on all four sides
+            assert!(error.abs() < 0.03, "{degrees}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_tangent_stiffness_never_falls_below_its_floor() {
+        let stiffness = 1e-6;
+        let law = Law::new(2e-3 * stiffness, stiffness);
+        for k in 0..400 {
+            let q = f64::from(k) * 2.0;
+            let tangent = stiffness + law.at(q)[2];
+            assert!(tangent >= FLOOR * stiffness * (1.0 - 1e-12), "{q}: {tangent:e}");
+        }
+        // C1 at the limit
+        let (before, after) = (law.at(law.limit - 1e-6), law.at(law.limit + 1e-6));
+        assert!((before[1] - after[1]).abs() < 1e-5 * after[1].abs());
+    }
+}

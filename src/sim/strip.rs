@@ -1,0 +1,215 @@
+//! Small specimens with known answers: a cantilever, a hanging strip, a sliding piece.
+//!
+//! In: a fabric (SI), a cut, a mesh. Out: where the strip's end comes to rest, or how far
+//! the piece slid. They run on the drape's own grid, energies and Newton iterations; what is
+//! theirs is how the specimen is held. Known answers: `elastica.rs`, and the formulas at the
+//! functions.
+//!
+//! A clamp holds two rows of vertices. The strip begins in the middle between them: the
+//! edge between the rows is level, which is theta = 0 there, and the second difference at
+//! the second row then sees the bend from s = 0 to s = h. Tried and dropped: beginning at
+//! the first free row, which is half a cell too short and of first order.
+
+use std::sync::Arc;
+
+use crate::base::Vector3;
+use crate::base::frame::GRAVITY_M_S2;
+use crate::fabric::Fabric;
+use crate::sim::energy::plate::{Plate, PlateContact};
+use crate::sim::experiment::{Experiment, Specimen, Tilt};
+use crate::sim::grid::Grid;
+use crate::sim::model::Model;
+use crate::sim::newton::{Inertia, Memory, Newton};
+
+/// The cut and the mesh of a strip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// Angle of the strip against the warp \[rad\]: 0 along the warp, a quarter turn
+    /// along the weft.
+    pub angle_rad: f64,
+    /// Side of a cell \[m\].
+    pub cell_m: f64,
+    /// Cells along the strip.
+    pub along: usize,
+    /// Cells across it.
+    pub across: usize,
+}
+
+impl Cut {
+    fn grid(&self) -> Arc<Grid> {
+        // the grid's i runs along the strip; seen from there the warp is turned back
+        Grid::strip(self.along + 1, self.across + 1, self.cell_m, -self.angle_rad)
+    }
+
+    /// Free length of the strip in a clamp \[m\].
+    #[must_use]
+    pub fn clamped_length_m(&self) -> f64 {
+        (self.along as f64 - 0.5) * self.cell_m
+    }
+}
+
+/// A held strip at rest.
+#[derive(Clone, Debug)]
+pub struct Strip {
+    /// Its grid.
+    pub grid: Arc<Grid>,
+    /// Vertex positions \[m\]; the strip starts along x.
+    pub positions_m: Vec<Vector3>,
+    /// Largest net force on a vertex \[N\].
+    pub residual_n: f64,
+    /// Whether it came to a stable rest.
+    pub at_rest: bool,
+    /// Factorisations spent.
+    pub factorisations: usize,
+}
+
+impl Strip {
+    /// Mean position of the vertices of row `i` \[m\].
+    #[must_use]
+    pub fn row_m(&self, i: usize) -> Vector3 {
+        let row = &self.positions_m[i * self.grid.n..(i + 1) * self.grid.n];
+        row.iter().sum::<Vector3>() / row.len() as f64
+    }
+
+    /// From the clamp's middle to the free end: reach along x, droop below, and how far the
+    /// end has gone sideways \[m\].
+    #[must_use]
+    pub fn end_m(&self) -> [f64; 3] {
+        let from = (self.row_m(0) + self.row_m(1)) * 0.5;
+        let end = self.row_m(self.grid.rows - 1) - from;
+        [end.x, -end.y, end.z]
+    }
+}
+
+/// A strip of `fabric` clamped level at one end and bent by its weight, with the effects of
+/// `experiment` (its specimen and plate do not matter).
+#[must_use]
+pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip {
+    let grid = cut.grid();
+    let mut model = without_plate(&grid, fabric, experiment);
+    model.held = (0..2 * grid.n).collect();
+    rest(model, fabric)
+}
+
+/// A strip of `fabric` held along its first row and hanging along x under its own weight.
+/// In a strip along a yarn the end sinks by `rho g L^2 / (2 S)`; at 45 degrees to it, by the
+/// same with 4 / (1/S^u + 1/S^v + 1/H) for S while strains are small.
+#[must_use]
+pub fn hanging(fabric: &Fabric, cut: &Cut) -> Strip {
+    let grid = cut.grid();
+    let mut model = without_plate(&grid, fabric, &Experiment::default());
+    model.held = (0..grid.n).collect();
+    model.up = -Vector3::x();
+    rest(model, fabric)
+}
+
+fn without_plate(grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Model {
+    let mut model = Model::new(grid, fabric, experiment, SELF_GAP_CELLS);
+    model.plate = PlateContact::none();
+    model
+}
+
+/// Reach of self-contact in cells, as at a drape's rest.
+const SELF_GAP_CELLS: f64 = 0.2;
+/// A strip is at rest when no vertex feels more than this part of a cell's weight ...
+const RESIDUAL: f64 = 1e-6;
+/// ... or of the largest force with which a vertex is pulled, below which rounding hides
+/// the rest, and the last Newton step moved no vertex more than this \[m\].
+const ROUNDING: f64 = 1e-10;
+const STEP_M: f64 = 1e-7;
+/// Rounds of descent and Newton steps before it is given up.
+const ROUNDS: usize = 60;
+
+/// Lets a held specimen come to rest from flat: descents by quasi-Newton until the residual
+/// is small, then Newton steps on the exact Hessian.
+fn rest(mut model: Model, fabric: &Fabric) -> Strip {
+    let grid = Arc::clone(&model.grid);
+    let mut x: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
+    let mut newton = Newton::new(&model);
+    let stretch = fabric.stretch_weft_n_m.max(fabric.stretch_warp_n_m);
+    let weight_n = fabric.density_kg_m2 * grid.cell_area_m2() * GRAVITY_M_S2;
+    let limit_n = (RESIDUAL * weight_n).max(ROUNDING * stretch * grid.spacing_m);
+    let mut memory = Memory::default();
+    let (mut residual_n, mut at_rest) = (f64::INFINITY, false);
+    'rounds: for _ in 0..ROUNDS {
+        model.forget_foreseen();
+        model.self_contact.update(&x, 0.0);
+        let near_n = NEAR_REST * limit_n;
+        residual_n = newton.quasi_newton(&mut model, &mut x, &mut memory, 15, near_n).residual_n;
+        let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
+        for _ in 0..NEWTON_STEPS {
+            model.self_contact.update(&x, 0.0);
+            let done = newton.iterate(&mut model, &mut x, still, false);
+            residual_n = done.residual_n;
+            if !done.definite || done.fraction < 0.05 {
+                break;
+            }
+            memory.clear();
+            if residual_n < limit_n && done.step_m < STEP_M {
+                at_rest = newton.is_stable(&mut model, &x);
+                break 'rounds;
+            }
+        }
+    }
+    let factorisations = newton.factorisations;
+    Strip { grid, positions_m: x, residual_n, at_rest, factorisations }
+}
+
+/// Residual, in limits, down to which the descent goes.
+const NEAR_REST: f64 = 1e3;
+/// Newton steps in a row.
+const NEWTON_STEPS: usize = 12;
+
+/// A piece that lay on a tilted plate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slide {
+    /// How far its centre went down the slope \[m\].
+    pub distance_m: f64,
+    /// What Coulomb's law gives, 0 up to a slope of mu \[m\].
+    pub expected_m: f64,
+}
+
+/// A 40 mm square of `fabric` on a wide plate that is tilted from level to `slope` (the
+/// tangent of its angle) within [`TILTING_S`] and stays so for `seconds`. Known answer: a
+/// block with the acceleration g (sin - mu cos) of the slope's angle once that is positive.
+/// Tilted at once the piece would gather speed while friction grows over its first 0.1 mm.
+#[must_use]
+pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide {
+    let specimen = Specimen { warp_m: 0.04, weft_m: 0.04, ..Specimen::default() };
+    let plate = Plate { radius_m: 0.5, friction, ..Plate::default() };
+    let experiment = Experiment { specimen, plate, ..Experiment::default() };
+    let grid = Grid::of(&specimen, 9);
+    let mut model = Model::new(&grid, fabric, &experiment, SELF_GAP_CELLS);
+    let mut newton = Newton::new(&model);
+    let height = plate.gap_m - plate.resting_depth_m();
+    let mut x: Vec<_> =
+        (0..grid.vertices()).map(|v| grid.flat(v) + Vector3::new(0.0, height, 0.0)).collect();
+    let centre = |x: &[Vector3]| x.iter().map(|p| p.x).sum::<f64>() / x.len() as f64;
+    let (start_m, mut velocity) = (centre(&x), vec![Vector3::zeros(); x.len()]);
+    let (mut block_m, mut block_m_s) = (0.0, 0.0_f64);
+    let steps = ((seconds + TILTING_S) / SLIDE_STEP_S).round() as usize;
+    for step in 0..steps {
+        let now = slope * ((step + 1) as f64 * SLIDE_STEP_S / TILTING_S).min(1.0);
+        model.up = Tilt { down_x_rad: now.atan(), down_z_rad: 0.0 }.up();
+        let pull = GRAVITY_M_S2 * now.atan().cos() * (now - friction);
+        block_m_s = (block_m_s + pull * SLIDE_STEP_S).max(0.0);
+        block_m += block_m_s * SLIDE_STEP_S;
+        let free: Vec<_> = x.iter().zip(&velocity).map(|(p, u)| p + u * SLIDE_STEP_S).collect();
+        let before = x.clone();
+        model.plate.renew(&grid, &x);
+        for _ in 0..3 {
+            let inertia = Inertia { dt_s: SLIDE_STEP_S, free_flight: Some(&free) };
+            model.forget_foreseen();
+            newton.iterate(&mut model, &mut x, inertia, true);
+        }
+        for ((u, p), q) in velocity.iter_mut().zip(&x).zip(&before) {
+            *u = (p - q) / SLIDE_STEP_S;
+        }
+    }
+    Slide { distance_m: centre(&x) - start_m, expected_m: block_m }
+}
+
+/// Time in which the plate is tilted \[s\].
+pub const TILTING_S: f64 = 0.3;
+/// Time step of a slide \[s\].
+const SLIDE_STEP_S: f64 = 5e-3;
