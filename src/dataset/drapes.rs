@@ -5,11 +5,11 @@ use crate::fabric::Fabric;
 use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
 /// The options under which datasets are made: the default's, but the descent ends
-/// when a cycle lowers the energy by less than 5e-5 of itself. How far such rims
+/// when a cycle lowers the energy by less than 1e-4 of itself. How far such rims
 /// are from full rest is in `docs/validation.md`.
 #[must_use]
 pub fn dataset_options() -> SimOptions {
-    SimOptions { energy_drop: 5e-5, ..SimOptions::default() }
+    SimOptions { energy_drop: 1e-4, ..SimOptions::default() }
 }
 
 /// Simulates sample `index` of a run: its drop is drawn from the run's seed and

@@ -8,9 +8,9 @@ pub mod job;
 pub mod json;
 pub mod overlay;
 pub mod params;
-pub mod rim;
 pub mod physics;
 pub mod physics_drapes;
+pub mod rim;
 pub mod table;
 
 pub use job::{FailureKind, Job, JobError, Outcome};

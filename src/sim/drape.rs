@@ -57,7 +57,7 @@ impl Default for SimOptions {
             fall_vertices: 31,
             fall_step_s: 1.0 / 50.0,
             fall_steps: 70,
-            settle_steps: 60,
+            settle_steps: 30,
             residual: 1e-3,
             step_m: 1e-5,
             energy_drop: 0.0,

@@ -369,7 +369,9 @@ impl Newton {
         for (d, g) in self.direction.iter_mut().zip(&self.gradient) {
             *d = -g;
         }
-        if self.tangent.outside.is_empty() {
+        // the projected Hessian only gives a direction: without the blocks outside the
+        // pattern it is stiffer still, but a descent's
+        if self.single || self.tangent.outside.is_empty() {
             apply_factor(self.single, &mut self.rough, &mut self.factor, &mut self.direction);
             return true;
         }
