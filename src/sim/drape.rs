@@ -265,15 +265,19 @@ fn rest(
     let mut newton = Newton::new(&model);
     let mut x = start;
     lift_clear(&model, grid, &mut x);
-    if let DropStart::Guided(rim) = &drop.start {
-        model.guide = guide(grid, rim, fabric);
-        let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
-        evolve(&mut model, &mut newton, &mut x, pace, GUIDED_STEPS, SLOW_M_S);
-        model.guide = Guide::default();
-    }
     let cell_weight_n =
         fabric.density_kg_m2 * grid.spacing_m.powi(2) * crate::base::frame::GRAVITY_M_S2;
     let limit_n = options.residual * cell_weight_n;
+    let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
+    if let DropStart::Guided(rim) = &drop.start {
+        model.guide = guide(grid, rim, fabric);
+        evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
+        // at rest on its springs, so that little is left to move when they are gone
+        descend(&mut model, &mut newton, &mut x, &mut Memory::default(), limit_n, GUIDED_DROP);
+        model.guide = Guide::default();
+    } else {
+        evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
+    }
     let (stop, residual_n) = settle(&mut model, &mut newton, &mut x, limit_n, options);
     Drape {
         boundary: grid.boundary(&x),
@@ -290,11 +294,10 @@ fn rest(
     }
 }
 
-/// Steps of motion on the fine grid while springs still lead the rim.
-const GUIDED_STEPS: usize = 25;
+/// Fall of the energy in a cycle at which the sheet counts as at rest on its springs.
+const GUIDED_DROP: f64 = 1e-5;
 
-/// A motion, in which the folds find their places, then descents by quasi-Newton until the
-/// residual is small, then Newton steps; round again where they do not lead to rest.
+/// Descents by quasi-Newton until the residual is small, then Newton steps; round again where they do not lead to rest.
 /// At a saddle the sheet is nudged off along its direction of lowest curvature.
 fn settle(
     model: &mut Model,
@@ -303,8 +306,6 @@ fn settle(
     limit_n: f64,
     options: &SimOptions,
 ) -> (Stop, f64) {
-    let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
-    evolve(model, newton, x, pace, options.settle_steps, SETTLED_M_S);
     let budget = newton.factorisations + options.iterations;
     let mut memory = Memory::default();
     let mut nudges = 0;
@@ -315,7 +316,7 @@ fn settle(
             Descent::Slow(residual_n) => return (Stop::Slow, residual_n),
             // between layers: let the barrier push them apart
             Descent::Wedged => {
-                let pace = Pace { first_s: 2e-3, ..pace };
+                let pace = Pace { first_s: 2e-3, growth: 1.2, longest_s: options.fall_step_s };
                 evolve(model, newton, x, pace, UNWEDGE_STEPS, 0.0);
             }
             Descent::NearRest | Descent::Paused => {}
