@@ -17,7 +17,7 @@
 //! most of both in a cantilever.
 //!
 //! Beyond the curvature at which a term's tangent stiffness has fallen to
-//! [`FLOOR`] of the linear one it goes on with that tangent: the measured parabola turns
+//! `FLOOR` of the linear one it goes on with that tangent: the measured parabola turns
 //! down there and must not be followed. Total curvature counts, not that beyond the
 //! natural one. With D12 = 0 linear and softening bending together are convex, and the
 //! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
