@@ -146,7 +146,9 @@ fn run_physics(
                 } else {
                     eprintln!("without --data the elastica is not held against a file");
                 }
-                println!("{}", physics::resolution());
+                for fold_correction in [0.0, 0.04] {
+                    println!("{}", physics::resolution(fold_correction));
+                }
                 let (table, chart) = physics::refinement();
                 println!("{table}");
                 save("cantilever_cells.png", chart.draw())?;

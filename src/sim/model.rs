@@ -95,7 +95,7 @@ impl Model {
             up: experiment.tilt.up(),
             membrane: Membrane::new(grid, fabric),
             curl: CurlEnergy::new(grid, &rigidity, &experiment.curl),
-            softening: SofteningEnergy::new(grid, fabric, &rigidity, &experiment.softening),
+            softening: SofteningEnergy::new(grid, fabric, &rigidity, experiment),
             bending,
             constant,
             foreseen: Vec::new(),

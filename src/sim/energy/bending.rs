@@ -19,7 +19,7 @@
 //! the hinge weight 3 B/A costs 3 to 9 times too much.
 //!
 //! On a grid turned against the yarns the same energy in the grid's own second
-//! differences has all six coefficients ([`PlateRigidity::on`]), D16 and D26 among
+//! differences has all six coefficients (`PlateRigidity::on`), D16 and D26 among
 //! them. Those couple the differences along one side, at a vertex, with the mean twist
 //! of the cells around it; the twist's square stays with the cells, whose mean square
 //! is never below the square of their mean, so that the whole stays positive.

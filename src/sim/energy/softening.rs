@@ -10,8 +10,14 @@
 //! where X = 8 N^h - N^u - N^v makes bending about a line at 45 degrees, with
 //! |x_uu| = |x_vv| = |x_uv| = k / 2, cost N^h.
 //!
+//! The **correction for folds** of the mesh enters here too, `1/4 integral Q |x_ab|^4` with
+//! Q = beta B h^2 in each direction and 16 Q^h - Q^u - Q^v for the twist. Second differences of
+//! a strip that turns by phi a cell cost 1 - phi^2 / 12 of what they should, and sample a
+//! curvature that changes within cells; one term of the same order, beta = 0.04, makes up for
+//! most of both in a cantilever.
+//!
 //! Beyond the curvature at which a term's tangent stiffness has fallen to
-//! [`FLOOR`] of the linear one it goes on with that tangent: the measured parabola turns
+//! `FLOOR` of the linear one it goes on with that tangent: the measured parabola turns
 //! down there and must not be followed. Total curvature counts, not that beyond the
 //! natural one. With D12 = 0 linear and softening bending together are convex, and the
 //! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
@@ -24,15 +30,17 @@ use super::stencil::Stencil;
 use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
-use crate::sim::experiment;
+use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
 
 /// Least tangent stiffness over the linear one.
 const FLOOR: f64 = 0.05;
 
-/// `-N q^3 / 3` with its continuation.
+/// `-N q^3 / 3` with its continuation, and `Q q^4 / 4`.
 #[derive(Clone, Copy, Debug)]
 struct Law {
+    /// Q \[N m^3\].
+    quartic: f64,
     /// N \[N m^2\].
     cubic: f64,
     /// Where the continuation begins \[1/m\].
@@ -40,10 +48,10 @@ struct Law {
 }
 
 impl Law {
-    fn new(cubic: f64, stiffness: f64) -> Self {
+    fn new(cubic: f64, quartic: f64, stiffness: f64) -> Self {
         let limit =
             if cubic > 0.0 { (1.0 - FLOOR) * stiffness / (2.0 * cubic) } else { f64::INFINITY };
-        Self { cubic, limit }
+        Self { quartic, cubic, limit }
     }
 
     /// Value, first and second derivative at q >= 0.
@@ -52,8 +60,12 @@ impl Law {
         let second = -2.0 * self.cubic * inside;
         let first = -self.cubic * inside * inside;
         let value = first * inside / 3.0;
-        let beyond = q - inside;
-        [value + (first + 0.5 * second * beyond) * beyond, first + second * beyond, second]
+        let (beyond, fold) = (q - inside, self.quartic * q * q);
+        [
+            value + (first + 0.5 * second * beyond) * beyond + 0.25 * fold * q * q,
+            first + second * beyond + fold * q,
+            second + 3.0 * fold,
+        ]
     }
 }
 
@@ -75,24 +87,29 @@ pub struct SofteningEnergy {
 }
 
 impl SofteningEnergy {
-    /// Of `fabric` with `softening`; `None` if that is off.
+    /// Of `fabric` with the experiment's softening and fold correction; `None` if both are
+    /// off.
     #[must_use]
     pub fn new(
         grid: &Grid,
         fabric: &Fabric,
         rigidity: &PlateRigidity,
-        softening: &experiment::Softening,
+        experiment: &Experiment,
     ) -> Option<Self> {
-        if softening.is_off() {
+        let softening = &experiment.softening;
+        if softening.is_off() && experiment.fold_correction == 0.0 {
             return None;
         }
+        let fold = experiment.fold_correction * grid.spacing_m * grid.spacing_m;
+        let twist_fold =
+            16.0 * fabric.bending_bias_nm - fabric.bending_weft_nm - fabric.bending_warp_nm;
         let weft = softening.weft_m * fabric.bending_weft_nm;
         let warp = softening.warp_m * fabric.bending_warp_nm;
         let bias = softening.bias_m * fabric.bending_bias_nm;
         let laws = [
-            Law::new(weft, rigidity.weft_nm),
-            Law::new(warp, rigidity.warp_nm),
-            Law::new(8.0 * bias - weft - warp, 4.0 * rigidity.twist_nm),
+            Law::new(weft, fold * fabric.bending_weft_nm, rigidity.weft_nm),
+            Law::new(warp, fold * fabric.bending_warp_nm, rigidity.warp_nm),
+            Law::new(8.0 * bias - weft - warp, fold * twist_fold, 4.0 * rigidity.twist_nm),
         ];
         // components uu, vv, uv by second differences along i, along j, mixed
         let [[ui, uj], [vi, vj]] = grid.lay.derivatives();
@@ -213,15 +230,16 @@ mod tests {
         Fabric::from_paper_units([1e5, 1e5, 1e5, 1000.0, 1500.0, 1300.0, 200.0])
     }
 
-    fn energy_of(grid: &Grid) -> SofteningEnergy {
+    fn energy_of(grid: &Grid, softening: Softening, fold_correction: f64) -> SofteningEnergy {
         let fabric = fabric();
-        SofteningEnergy::new(grid, &fabric, &PlateRigidity::new(&fabric), &SOFTENING).unwrap()
+        let experiment = Experiment { softening, fold_correction, ..Experiment::default() };
+        SofteningEnergy::new(grid, &fabric, &PlateRigidity::new(&fabric), &experiment).unwrap()
     }
 
     #[test]
     fn gradient_and_hessian_are_difference_quotients_on_both_sides_of_the_limit() {
         for grid in [Grid::shared(7, 0.03), Grid::strip(6, 8, 0.005, 0.5)] {
-            let energy = energy_of(&grid);
+            let energy = energy_of(&grid, SOFTENING, 0.05);
             let mut rng = seed::rng(11, "softening", 0);
             let x: Vec<_> = (0..grid.vertices())
                 .map(|v| {
@@ -270,14 +288,15 @@ mod tests {
     fn an_imposed_cylinder_costs_the_measured_law_at_0_45_and_90_degrees() {
         let (n, h, k) = (41, 0.0025, 20.0);
         let grid: Arc<Grid> = Grid::shared(n, h * (n - 1) as f64);
-        let energy = energy_of(&grid);
+        let softening = energy_of(&grid, SOFTENING, 0.0);
+        let folds = energy_of(&grid, Softening::default(), 0.04);
         let f = fabric();
         let cases = [
-            (0.0_f64, f.bending_weft_nm * SOFTENING.weft_m),
-            (90.0, f.bending_warp_nm * SOFTENING.warp_m),
-            (45.0, f.bending_bias_nm * SOFTENING.bias_m),
+            (0.0_f64, f.bending_weft_nm, SOFTENING.weft_m),
+            (90.0, f.bending_warp_nm, SOFTENING.warp_m),
+            (45.0, f.bending_bias_nm, SOFTENING.bias_m),
         ];
-        for (degrees, cubic) in cases {
+        for (degrees, rigidity, soft_m) in cases {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let x: Vec<_> = (0..grid.vertices())
                 .map(|v| {
@@ -286,18 +305,21 @@ mod tests {
                     Vector3::new(across, (1.0 - (k * along).cos()) / k, (k * along).sin() / k)
                 })
                 .collect();
-            let nominal = -cubic * k.powi(3) / 3.0 * 0.01;
-            let error = energy.energy_j(&x) / nominal - 1.0;
-            // the border's missing stencils are 1/40 of either direction, and more at 45
-            // degrees, where they are missing on all four sides
-            assert!(error.abs() < 0.03, "{degrees}: {error}");
+            let cubic = -rigidity * soft_m * k.powi(3) / 3.0 * 0.01;
+            let quartic = 0.25 * 0.04 * rigidity * h * h * k.powi(4) * 0.01;
+            for (energy, nominal) in [(&softening, cubic), (&folds, quartic)] {
+                let error = energy.energy_j(&x) / nominal - 1.0;
+                // the border's missing stencils are 1/40 of either direction, and more at 45
+                // degrees, where they are missing on all four sides
+                assert!(error.abs() < 0.03, "{degrees}: {error}");
+            }
         }
     }
 
     #[test]
     fn the_tangent_stiffness_never_falls_below_its_floor() {
         let stiffness = 1e-6;
-        let law = Law::new(2e-3 * stiffness, stiffness);
+        let law = Law::new(2e-3 * stiffness, 0.0, stiffness);
         for k in 0..400 {
             let q = f64::from(k) * 2.0;
             let tangent = stiffness + law.at(q)[2];
