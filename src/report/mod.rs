@@ -4,6 +4,7 @@ pub mod evaluate;
 pub mod job;
 pub mod json;
 pub mod overlay;
+pub mod rims;
 pub mod table;
 
 pub use job::{Job, JobError, Outcome};
