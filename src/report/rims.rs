@@ -89,7 +89,7 @@ pub struct RimError {
     pub largest_m: f64,
     /// Mean distance after the rigid motion that fits best \[m\].
     pub without_motion_m: f64,
-    /// That motion: horizontal shift \[m\].
+    /// That motion: shift of the rim's middle \[m\].
     pub shift_m: f64,
     /// And turn about the vertical \[rad\].
     pub yaw_rad: f64,
@@ -118,8 +118,11 @@ pub fn rim_error(found: &ScannedBoundary, drape: &Mesh, truth: &Boundary) -> Rim
     let errors: Vec<Vector3> =
         points.iter().zip(truth.positions_m()).map(|(p, q)| p.position_m - q).collect();
     let lengths = errors.iter().map(Vector3::norm);
-    let motion = best_motion(truth, &errors);
-    let moved = truth.positions_m().map(|q| motion.0 + motion.1.cross(&q.coords));
+    let middle =
+        truth.positions_m().fold(Vector3::zeros(), |s, q| s + q.coords) / points.len() as f64;
+    let arms: Vec<Vector3> = truth.positions_m().map(|q| q.coords - middle).collect();
+    let motion = best_motion(&arms, &errors);
+    let moved = arms.iter().map(|arm| motion.0 + motion.1.cross(arm));
     let left = errors.iter().zip(moved).map(|(e, m)| (e - m).norm()).sum::<f64>();
     let across: Vec<f64> = points
         .iter()
@@ -134,7 +137,7 @@ pub fn rim_error(found: &ScannedBoundary, drape: &Mesh, truth: &Boundary) -> Rim
         mean_m: mean(lengths.clone()),
         largest_m: lengths.fold(0.0, f64::max),
         without_motion_m: left / points.len() as f64,
-        shift_m: motion.0.x.hypot(motion.0.z),
+        shift_m: motion.0.norm(),
         yaw_rad: motion.1.y,
         edge_bias_m: mean(across.iter().copied()),
         scores: scores.collect(),
@@ -142,18 +145,19 @@ pub fn rim_error(found: &ScannedBoundary, drape: &Mesh, truth: &Boundary) -> Rim
     }
 }
 
-/// Shift t and small rotation w with t + w x q nearest to the errors.
-fn best_motion(truth: &Boundary, errors: &[Vector3]) -> (Vector3, Vector3) {
+/// Shift t of the rim's middle and small rotation w about it with t + w x q nearest
+/// to the errors.
+fn best_motion(arms: &[Vector3], errors: &[Vector3]) -> (Vector3, Vector3) {
     let mut normal = Matrix6::<f64>::zeros();
     let mut right = Vector6::<f64>::zeros();
-    for (q, e) in truth.positions_m().zip(errors) {
+    for (q, e) in arms.iter().zip(errors) {
         for c in 0..3 {
             // Row c of t + w x q.
             let mut row = Vector6::zeros();
             row[c] = 1.0;
             let mut unit = Vector3::zeros();
             unit[c] = 1.0;
-            row.fixed_rows_mut::<3>(3).copy_from(&q.coords.cross(&unit));
+            row.fixed_rows_mut::<3>(3).copy_from(&q.cross(&unit));
             normal += row * row.transpose();
             right += row * e[c];
         }
@@ -286,9 +290,9 @@ mod tests {
     #[test]
     fn a_small_motion_is_found_again() {
         let (shift, turn) = (Vector3::new(1e-3, 2e-3, -1e-3), Vector3::new(1e-3, -4e-3, 2e-3));
-        let errors: Vec<Vector3> =
-            ring().positions_m().map(|q| shift + turn.cross(&q.coords)).collect();
-        let (t, w) = best_motion(&ring(), &errors);
+        let arms: Vec<Vector3> = ring().positions_m().map(|q| q.coords).collect();
+        let errors: Vec<Vector3> = arms.iter().map(|arm| shift + turn.cross(arm)).collect();
+        let (t, w) = best_motion(&arms, &errors);
         assert!((t - shift).norm() < 1e-9 && (w - turn).norm() < 1e-8, "{t} {w}");
     }
 

@@ -171,31 +171,6 @@ fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions)
     if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
 }
 
-/// Axis of a round pedestal, seen from enough sides: (x, z) and the standard
-/// error of a coordinate \[m\].
-pub(super) fn pedestal_axis(
-    points: &[Point3],
-    floor: Option<Floor>,
-    options: &ScanOptions,
-    noise_m: f64,
-) -> Option<([f64; 2], f64)> {
-    let around = pedestal(points, floor, options);
-    let stride = (around.len() / 2000).max(1);
-    let some: Vec<[f64; 2]> = around.into_iter().step_by(stride).collect();
-    if some.len() < 60 {
-        return None;
-    }
-    let (centre, radius, scatter) = super::plate::circle_through(&some)?;
-    let mut seen = [false; 12];
-    for p in &some {
-        let angle = (p[1] - centre[1]).atan2(p[0] - centre[0]) / std::f64::consts::TAU;
-        seen[(angle.rem_euclid(1.0) * 12.0) as usize % 12] = true;
-    }
-    let round = scatter < 0.1 * radius + 1.5 * noise_m && radius < 1.05 * options.plate_radius_m;
-    let all_round = seen.iter().filter(|s| **s).count() >= 8;
-    (round && all_round).then(|| (centre, scatter / (some.len() as f64 / 8.0).sqrt()))
-}
-
 /// Typical distance between points: the side of the square that each point has
 /// to itself on the plate's disc.
 fn spacing(points: &[Point3], options: &ScanOptions) -> f64 {

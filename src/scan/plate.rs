@@ -324,7 +324,7 @@ fn leaving_edges(
 }
 
 /// Circle through points, robust: centre, radius, scatter of the radii.
-pub(super) fn circle_through(points: &[[f64; 2]]) -> Option<([f64; 2], f64, f64)> {
+fn circle_through(points: &[[f64; 2]]) -> Option<([f64; 2], f64, f64)> {
     if points.len() < LEAST_EDGES {
         return None;
     }

@@ -31,6 +31,29 @@ impl Square {
         [c * m[0] + s * m[1] + self.centre[0], -s * m[0] + c * m[1] + self.centre[1]]
     }
 
+    /// The square that takes material coordinates to their places in the unrolled
+    /// plane with the least squares; itself if there are none.
+    pub fn turned_to(self, pairs: impl Iterator<Item = ([f64; 2], [f64; 2])> + Clone) -> Self {
+        let count = pairs.clone().count() as f64;
+        if count == 0.0 {
+            return self;
+        }
+        let sum = pairs
+            .clone()
+            .fold([0.0; 4], |s, (m, p)| [s[0] + m[0], s[1] + m[1], s[2] + p[0], s[3] + p[1]]);
+        let mean = sum.map(|s| s / count);
+        let (mut cosine, mut sine) = (0.0, 0.0);
+        for (m, p) in pairs {
+            let (x, z) = (m[0] - mean[0], m[1] - mean[1]);
+            let (u, v) = (p[0] - mean[2], p[1] - mean[3]);
+            cosine += x * u + z * v;
+            sine += z * u - x * v;
+        }
+        let turned = Self { turn_rad: sine.atan2(cosine), centre: [0.0; 2] };
+        let at = turned.flat([mean[0], mean[1]]);
+        Self { centre: [mean[2] - at[0], mean[3] - at[1]], ..turned }
+    }
+
     /// Bearing in degrees, in the unrolled plane, of material coordinates.
     pub fn bearing_deg(&self, material: [f64; 2]) -> f64 {
         ((-material[1]).atan2(material[0]) + self.turn_rad).to_degrees().rem_euclid(360.0)
@@ -154,6 +177,16 @@ mod tests {
         let turn = (found.turn_rad - truth.turn_rad).rem_euclid(std::f64::consts::FRAC_PI_2);
         assert!(turn.min(std::f64::consts::FRAC_PI_2 - turn) < 3e-3, "{found:?}");
         assert!((found.centre[0] - 3e-3).hypot(found.centre[1] + 2e-3) < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn the_square_through_pairs_is_exact_without_noise() {
+        let truth = Square { turn_rad: -2.3, centre: [1e-3, 4e-3] };
+        let material = [[0.01, 0.0], [-0.02, 0.03], [0.0, -0.04]];
+        let start = Square { turn_rad: 0.0, centre: [0.0; 2] };
+        let found = start.turned_to(material.into_iter().map(|m| (m, truth.flat(m))));
+        assert!((found.turn_rad - truth.turn_rad).abs() < 1e-12);
+        assert!((found.centre[0] - 1e-3).hypot(found.centre[1] - 4e-3) < 1e-12);
     }
 
     #[test]

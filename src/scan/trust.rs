@@ -47,6 +47,8 @@ pub(super) struct Explained<'a> {
     pub noise_m: f64,
     /// Standard error of the frame's origin [m].
     pub origin_sigma_m: f64,
+    /// Standard error of the edge's place, common to all sides [m].
+    pub edge_sigma_m: f64,
 }
 
 /// Sets flags and sigmas of the rim's points.
@@ -91,7 +93,8 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
         point.observed &= trusted;
         let mut variance = (CORRELATION * point.sigma_m).powi(2)
             + FLOOR_SIGMA_M.powi(2)
-            + points.origin_sigma_m.powi(2);
+            + points.origin_sigma_m.powi(2)
+            + points.edge_sigma_m.powi(2) / 3.0;
         if !point.observed {
             variance += BRIDGED_SIGMA_M.powi(2);
         }
