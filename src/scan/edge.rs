@@ -34,7 +34,7 @@ const STRETCH_M: f64 = 0.6e-3;
 /// What unrolling loses of that length, and the standard deviation of its error
 /// [m]. Empirical, as the two below.
 const UNROLLING_LOSS_M: f64 = 0.2e-3;
-const UNROLLING_SIGMA_M: f64 = 0.3e-3;
+const UNROLLING_SIGMA_M: f64 = 0.2e-3;
 /// Standard deviation of a sensor's shift of the edge [m]: a pixel of a good
 /// scanner,
 const SENSOR_SHIFT_M: f64 = 0.3e-3;

@@ -196,7 +196,7 @@ pub fn boundary_from_scan(
         edge_sigma_m,
     };
     trust::assess(&mut traced, &sheet, &explained, half_m);
-    rim::judge(&traced, &square, options)?;
+    rim::judge(&traced, &square, plate.noise_m, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
@@ -368,8 +368,8 @@ fn fit_sheet(
         knot_m: 6e-3,
         point_sigma_m: 0.1e-3 + noise_m,
         curvature_sigma: 100.0,
-        strain_sigma: 0.03,
-        rounds: 4,
+        strain_sigma: 0.05,
+        rounds: 6,
     };
     let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
     let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };

@@ -7,16 +7,16 @@
 //! folds make it vary by 20 mm a little lower), and what is left of the variation
 //! goes with the slope there, which the sheet knows too. So
 //!
-//!   r_1(t) = R + x cos t + z sin t + c (r_4(t) - r_1(t))
+//!   r_1(t) = R + x cos t + z sin t + c (r_4(t) - r_1(t)) + harmonics 2 to 4
 //!
-//! with r_d the radius at depth d \[mm\], is fitted for R, x, z, c. Stiff cloth
+//! with r_d the radius at depth d \[mm\], is fitted for R, x, z, c and theirs. Stiff cloth
 //! arches over the plate and touches it near its edge only, where folds pull it
 //! down steeply: the face is taken from there.
 //!
 //! In: the sheet and its square, local frame \[m\]. Out: the plate's axis and face
 //! in that frame. Fails (`None`) if the sheet does not fall away all round.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{SMatrix, SVector};
 
 use super::options::ScanOptions;
 use super::sheet::Sheet;
@@ -114,23 +114,34 @@ fn ray(sheet: &Sheet, square: &Square, from: &Origin, k: usize, radius_m: f64) -
     })
 }
 
+/// Unknowns of the fit: radius, slope, and the first four harmonics; those above
+/// the first take up what folds do to the radius.
+const UNKNOWNS: usize = 10;
+type Unknowns = SVector<f64, UNKNOWNS>;
+
+impl Ray {
+    fn row(&self) -> Unknowns {
+        let [upper, lower] = self.radii_m;
+        Unknowns::from_fn(|k, _| match k {
+            0 => 1.0,
+            1 => lower - upper,
+            _ => {
+                let phase = (k / 2) as f64 * self.bearing_rad;
+                if k % 2 == 0 { phase.cos() } else { phase.sin() }
+            }
+        })
+    }
+}
+
 /// The axis and its standard error, robustly.
 fn axis(rays: &[Ray]) -> Option<([f64; 2], f64)> {
-    let rows: Vec<(Vector4<f64>, f64)> = rays
-        .iter()
-        .map(|ray| {
-            let [upper, lower] = ray.radii_m;
-            let row =
-                Vector4::new(1.0, ray.bearing_rad.cos(), ray.bearing_rad.sin(), lower - upper);
-            (row, upper)
-        })
-        .collect();
-    let mut found =
-        Vector4::new(robust::median(rows.iter().map(|r| r.1).collect())?, 0.0, 0.0, 0.0);
+    let rows: Vec<(Unknowns, f64)> = rays.iter().map(|ray| (ray.row(), ray.radii_m[0])).collect();
+    let mut found = Unknowns::zeros();
+    found[0] = robust::median(rows.iter().map(|r| r.1).collect())?;
     let mut scatter_m = f64::INFINITY;
     for _ in 0..10 {
-        let mut normal = Matrix4::identity() * 1e-12;
-        let mut right = Vector4::zeros();
+        let mut normal = SMatrix::<f64, UNKNOWNS, UNKNOWNS>::identity() * 1e-12;
+        let mut right = Unknowns::zeros();
         for (row, radius) in &rows {
             let off = (radius - row.dot(&found)).abs();
             let weight = (1.5 * scatter_m / off.max(1e-9)).min(1.0);
@@ -142,7 +153,9 @@ fn axis(rays: &[Ray]) -> Option<([f64; 2], f64)> {
         scatter_m = robust::sigma(&off)?.max(1e-6);
     }
     let free = rays.len() as f64 / TOGETHER;
-    Some(([found[1], found[2]], scatter_m * (2.0 / free).sqrt()))
+    let rows = rays.len() as f64;
+    let inflated = scatter_m * (rows / (rows - UNKNOWNS as f64)).sqrt();
+    Some(([found[2], found[3]], inflated * (2.0 / free).sqrt()))
 }
 
 /// Height of the face from the bearings on which the cloth falls most steeply.
