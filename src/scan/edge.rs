@@ -24,6 +24,8 @@ pub(super) const STATION_M: f64 = 5e-3;
 const STRIP_HALF_M: f64 = 4e-3;
 /// Points of a strip that are used.
 const MOST_POINTS: usize = 400;
+/// Steps of 0.1 mm between the places of the coarse look for a strip's edge.
+const COARSE_STEPS: usize = 6;
 /// Density of strays relative to the cloth. Empirical: flying pixels that lie
 /// within the noise of the sheet's plane.
 const BACKGROUND: f64 = 0.01;
@@ -202,11 +204,20 @@ fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
         across.iter().map(|w| (normal_share((e - w) / blur) + BACKGROUND).ln()).sum::<f64>()
             - across.len() as f64 * mass.ln()
     };
-    let logs: Vec<f64> = (0..count).map(|k| log_of(first + k as f64 * step)).collect();
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // A coarse look finds the peak, a fine one its shape.
+    let mut coarse: Vec<(usize, f64)> =
+        (0..count).step_by(COARSE_STEPS).map(|k| (k, log_of(first + k as f64 * step))).collect();
+    let peak = coarse.iter().max_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let near = peak.saturating_sub(3 * COARSE_STEPS)..(peak + 3 * COARSE_STEPS + 1).min(count);
+    coarse.retain(|(k, _)| !near.contains(k));
+    let fine = near.map(|k| (k, log_of(first + k as f64 * step), 1.0));
+    // Far from the peak one coarse place stands for all that it skips.
+    let far = coarse.into_iter().map(|(k, log)| (k, log, COARSE_STEPS as f64));
+    let logs: Vec<(usize, f64, f64)> = fine.chain(far).collect();
+    let top = logs.iter().map(|l| l.1).fold(f64::NEG_INFINITY, f64::max);
     let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
-    for (k, log) in logs.iter().enumerate() {
-        let (p, e) = ((log - top).exp(), first + k as f64 * step);
+    for (k, log, width) in logs {
+        let (p, e) = (width * (log - top).exp(), first + k as f64 * step);
         total += p;
         mean += p * e;
         square += p * e * e;

@@ -63,7 +63,7 @@ const LONGEST_EDGE: f64 = 4.0;
 /// Rounds of relaxing the unrolled cloth with the plate's part loose.
 const LOOSE_ROUNDS: usize = 6;
 /// Rounds of pulling the unrolled edges straight.
-const STRAIGHTENINGS: usize = 3;
+const STRAIGHTENINGS: usize = 2;
 
 /// Whether weft and warp are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

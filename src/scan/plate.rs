@@ -34,6 +34,8 @@ const FLAT_RMS_M: f64 = 3e-3;
 const MOST_LEVEL: f64 = 0.85;
 /// Bearings at which the edge is looked at.
 const BEARINGS: usize = 36;
+/// Points in which the plate is looked for: every 2 mm of a scene of a square metre.
+const MOST_COARSE: usize = 250_000;
 /// Points that are used around the plate.
 const MOST_NEAR: usize = 100_000;
 /// Fewest bearings that make a circle.
@@ -92,7 +94,9 @@ struct Candidate {
 
 /// Finds the plate in a scene of points \[m\].
 pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result<Plate, ScanError> {
-    let coarse = thin(points, None, radius_m * 0.1).points;
+    let stride = points.len().div_ceil(MOST_COARSE);
+    let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
+    let coarse = thin(&some, None, radius_m * 0.1).points;
     let tree = Neighbours::new(&coarse);
     let seeds = thin(&coarse, None, radius_m * 0.4).points;
     let candidates: Vec<Candidate> =

@@ -36,10 +36,11 @@ const FLOOR_SIGMA_M: f64 = 0.05e-3;
 /// What the views disagree by does not average out over the points of a place: the
 /// standard deviation at 1 mm of noise [m], and the power of the noise with which
 /// it grows.
-const VIEWS_SIGMA_M: f64 = 0.48e-3;
-const VIEWS_POWER: f64 = 0.7;
-/// The smoothed points' errors are not independent: neighbours share raw points.
-const CORRELATION: f64 = 1.0;
+const VIEWS_SIGMA_M: f64 = 0.50e-3;
+const VIEWS_POWER: f64 = 0.8;
+/// Share of the sheet's posterior deviation that counts: it takes thinned points as
+/// as noisy as single ones.
+const POSTERIOR_SHARE: f64 = 0.5;
 
 /// Surface points and how they relate to the sheet.
 pub(super) struct Explained<'a> {
@@ -99,7 +100,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             && unexplained <= MAX_UNEXPLAINED * near.len() as f64
             && support > MIN_SUPPORT * wanted;
         point.observed &= trusted;
-        let variance = (CORRELATION * point.sigma_m).powi(2)
+        let variance = (POSTERIOR_SHARE * point.sigma_m).powi(2)
             + FLOOR_SIGMA_M.powi(2)
             + (VIEWS_SIGMA_M * (points.noise_m / 1e-3).powf(VIEWS_POWER)).powi(2)
             + points.origin_sigma_m.powi(2)
