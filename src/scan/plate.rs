@@ -24,7 +24,7 @@ use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
 
 /// Share of the patch's edge where the surface must fall away.
-const FALLING_LIMIT: f64 = 0.5;
+const FALLING_LIMIT: f64 = 0.35;
 /// The flat patch that seeds the search, in plate radii.
 const PATCH_RADII: f64 = 0.6;
 /// Largest root mean square of a flat patch [m]: cloth wrinkles and thinned noise.
@@ -39,7 +39,7 @@ const MOST_COARSE: usize = 250_000;
 /// Points that are used around the plate.
 const MOST_NEAR: usize = 100_000;
 /// Fewest bearings that make a circle.
-const LEAST_EDGES: usize = 18;
+const LEAST_EDGES: usize = 10;
 /// Rings of the search for the edge: ten to a plate radius, out to 2.2 radii.
 const RINGS_PER_RADIUS: f64 = 10.0;
 const RINGS: usize = 22;
