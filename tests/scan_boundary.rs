@@ -16,12 +16,7 @@ use scan2params::sensor::{self, VirtualScan};
 /// Warp as the truth has it, in the scan's frame.
 fn warp(scan_from_sim: &Isometry3) -> ScanOptions {
     let x = scan_from_sim.rotation * scan2params::base::frame::WARP;
-    // The synthetic drape lies on the plate's face itself.
-    ScanOptions {
-        warp_toward: Some(WarpToward::Direction(x.into())),
-        cloth_height_m: 0.0,
-        ..ScanOptions::default()
-    }
+    ScanOptions { warp_toward: Some(WarpToward::Direction(x.into())), ..ScanOptions::default() }
 }
 
 fn errors(found: &ScannedBoundary, truth: &Boundary) -> (f64, f64) {
@@ -34,21 +29,26 @@ fn errors(found: &ScannedBoundary, truth: &Boundary) -> (f64, f64) {
     (d.iter().sum::<f64>() / 244.0, d.iter().copied().fold(0.0, f64::max))
 }
 
-/// One soft and one stiffer drape, simulated once.
+/// The paper's mean fabric and a stiffer one, simulated once.
 fn drape(stiff: bool) -> &'static Drape {
     static DRAPES: [OnceLock<Drape>; 2] = [const { OnceLock::new() }; 2];
-    let (seed, bend) = if stiff { (2, 0.2) } else { (1, 0.05) };
-    DRAPES[usize::from(stiff)].get_or_init(|| Drape::synthetic(seed, bend))
+    let (seed, fabric) = if stiff {
+        (2, [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0])
+    } else {
+        (1, [131e3, 164e3, 75e3, 1120.0, 1371.0, 1245.0, 214.0])
+    };
+    DRAPES[usize::from(stiff)].get_or_init(|| Drape::simulated(seed, fabric))
 }
 
 #[test]
 fn mean_error_stays_below_the_promise_over_noise_pose_and_unit() {
-    // Observed 0.4-0.9 mm at low noise; the drape's plate disc is pinned, so yaw is its own.
+    // Observed: 0.38, 0.32 and 0.53 mm; the last is refused for a bridge of 30 mm
+    // that would be 5.7 mm off.
     for (stiff, noise_mm, pose, units, limit_mm) in [
-        (false, 0.15, 3, 1.0, 0.8),
-        (true, 0.15, 4, 1000.0, 1.1),
-        (false, 1.0, 5, 1000.0, 1.2),
-        (true, 2.0, 6, 1.0, 2.5),
+        (false, 0.15, 3, 1.0, 0.5),
+        (true, 0.15, 4, 1000.0, 0.5),
+        (true, 1.0, 5, 1000.0, 1.0),
+        (true, 2.0, 6, 1.0, 2.0),
     ] {
         let sampling = Sampling {
             noise_m: noise_mm * 1e-3,
@@ -57,18 +57,23 @@ fn mean_error_stays_below_the_promise_over_noise_pose_and_unit() {
             ..Sampling::default()
         };
         let pose = random_pose(pose);
-        let found =
-            boundary_from_scan(&scan(drape(stiff), &sampling, &pose), &warp(&pose)).unwrap();
+        let answer = boundary_from_scan(&scan(drape(stiff), &sampling, &pose), &warp(&pose));
+        let found = match answer {
+            Err(ScanError::Gap { .. }) if noise_mm > 1.5 => continue,
+            other => other.unwrap(),
+        };
         let (mean, max) = errors(&found, &drape(stiff).rim());
         assert!(
-            mean < limit_mm,
+            mean < limit_mm && max < 5.0,
             "stiff {stiff}, noise {noise_mm} mm: mean {mean:.2} max {max:.2} mm"
         );
         assert_eq!(
             found.unit,
             if units > 1.0 { LengthUnit::Millimetre } else { LengthUnit::Metre }
         );
-        assert!((found.quality.noise_m * 1e3 - noise_mm).abs() < 0.15 * noise_mm + 0.05);
+        let noise_found_mm = found.quality.noise_m * 1e3;
+        println!("stiff {stiff}, noise {noise_mm} mm: mean {mean:.2} max {max:.2} mm");
+        assert!((noise_found_mm - noise_mm).abs() < 0.15 * noise_mm + 0.15, "{noise_found_mm:.2}");
     }
 }
 
@@ -100,8 +105,11 @@ fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
     let (mean, max) = errors(&bridged, &drape(true).rim());
     assert!(mean < 1.0 && max < 8.0, "mean {mean:.2} max {max:.2} mm");
     assert!(bridged.quality.observed_fraction < 1.0);
-    let bridged_sigma = bridged.boundary.points().iter().filter(|p| !p.observed).map(|p| p.sigma_m);
-    assert!(bridged_sigma.fold(f64::INFINITY, f64::min) > 1e-3);
+    let sigma = |observed: bool| {
+        let points = bridged.boundary.points().iter().filter(|p| p.observed == observed);
+        points.map(|p| p.sigma_m).fold(0.0, f64::max)
+    };
+    assert!(sigma(false) > 1.5 * sigma(true), "{} {}", sigma(false), sigma(true));
     match run((70.0, 120.0)) {
         Err(ScanError::Gap { bearing_deg, .. } | ScanError::TooLittleRim { bearing_deg, .. }) => {
             assert!((bearing_deg - 95.0).abs() < 15.0, "{bearing_deg}");

@@ -321,17 +321,27 @@ pub(crate) struct FabricFlags {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Evaluate {
-    /// Rim error against the truth: drapes x sensor profiles x seeds.
+    /// Rim error against the truth, stated sigmas and refusals: drapes x sensors x seeds.
     Scan {
-        /// Drapes as `simulate` writes them
-        #[arg(required = true, value_name = "DRAPE.obj")]
+        /// Drapes as `simulate` writes them, or folders of them
+        #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
-        /// Sensor profiles
-        #[arg(long, value_delimiter = ',', default_value = "structured-light,truedepth,consumer")]
+        /// Sensor profiles; with @top, the view from above alone
+        #[arg(
+            long,
+            value_delimiter = ',',
+            default_value = "structured-light,truedepth,consumer,structured-light@top"
+        )]
         profiles: Vec<String>,
         /// Scans of each drape with each profile
         #[arg(long, default_value_t = 2)]
         seeds: u64,
+        /// The first of the seeds
+        #[arg(long, default_value_t = 1)]
+        first_seed: u64,
+        /// Folder for a picture of each rim found, on the true one
+        #[arg(long, value_name = "DIR")]
+        pictures: Option<PathBuf>,
     },
     /// How far the rims of `generate` are from those of full rest on the default grid,
     /// and how far two drops of one fabric are from each other.

@@ -3,19 +3,24 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, anyhow};
 use clap::ValueEnum as _;
 
-use super::{Outcome, args, augment};
+use super::{Failure, Outcome, args};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::dataset::drapes::dataset_options;
-use crate::report::evaluate::{another_drop, read_drape, rim_error, rim_of, timed_drape};
+use crate::report::evaluate::{another_drop, read_drape, rim_of, timed_drape};
+use crate::report::rims::{self, Case, Setup, Summary};
 use crate::report::{physics, physics_drapes};
+use crate::sensor::Profile;
 use crate::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
-        args::Evaluate::Scan { drapes, profiles, seeds } => scan(drapes, profiles, *seeds),
+        args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures } => {
+            let seeds = *first_seed..first_seed.saturating_add(*seeds);
+            scan(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref() })
+        }
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
         args::Evaluate::Physics { parts, out, data, mesh_fabrics, cusick_fabrics } => {
             let counts = [*mesh_fabrics, *cusick_fabrics];
@@ -25,31 +30,129 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     }
 }
 
-fn scan(drapes: &[PathBuf], profiles: &[String], seeds: u64) -> Outcome {
-    println!("drape, profile, seed, mean_mm, largest_mm, within_2_sigma, observed");
-    for path in drapes {
+/// Which scans are made.
+struct Sweep<'a> {
+    profiles: &'a [String],
+    seeds: std::ops::Range<u64>,
+    pictures: Option<&'a Path>,
+}
+
+fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
+    let setup = |name: &String| {
+        Setup::named(name).ok_or_else(|| {
+            Failure::usage(anyhow!(
+                "no sensor `{name}`: give one of {}, or one of them with @top",
+                Profile::ALL.map(|profile| profile.name).join(", ")
+            ))
+        })
+    };
+    let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
+    println!(
+        "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \
+         edge_bias_mm, within_68, within_95, observed, seconds, refusal"
+    );
+    let mut cases: Vec<(String, usize, Case)> = Vec::new();
+    for path in &obj_files(drapes)? {
         let mesh = read_drape(path)?;
         let truth =
             rim_of(&mesh).with_context(|| format!("{}: not a square grid", path.display()))?;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        for profile_name in profiles {
-            let profile = augment::profile(profile_name)?;
-            for seed in 1..=seeds {
-                print!("{name}, {profile_name}, {seed}, ");
-                match rim_error(&mesh, &truth, &profile, seed)? {
-                    Ok(e) => println!(
-                        "{:.2}, {:.2}, {:.2}, {:.2}",
-                        e.mean_m * 1e3,
-                        e.largest_m * 1e3,
-                        e.within_two_sigma,
-                        e.observed
-                    ),
-                    Err(refusal) => println!("refused: {refusal}"),
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        for (number, setup) in setups.iter().enumerate() {
+            for seed in sweep.seeds.clone() {
+                let made = setup.scan(&mesh, seed)?;
+                if let Some(folder) = sweep.pictures
+                    && let Ok(found) = rims::find(&made)
+                {
+                    let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
+                    std::fs::create_dir_all(folder)?;
+                    rims::picture(&found, &truth).save(file)?;
                 }
+                let case = rims::case(&made, &mesh, &truth);
+                println!("{name}, {}, {seed}, {}", setup.name, row(&case));
+                cases.push((name.clone(), number, case));
             }
         }
     }
+    println!(
+        "\ndrape, sensor, scans, answered, mean_mm, worst_mean_mm, largest_mm, over_5_mm, \
+         within_68, within_95, sigma_factor_68, sigma_factor_95, edge_bias_mm, seconds"
+    );
+    let mut names: Vec<&str> = cases.iter().map(|c| c.0.as_str()).collect();
+    names.dedup();
+    for (number, setup) in setups.iter().enumerate() {
+        let of = |name: Option<&str>| -> Vec<&Case> {
+            let wanted = cases.iter().filter(|c| c.1 == number);
+            wanted.filter(|c| name.is_none_or(|n| c.0 == n)).map(|c| &c.2).collect()
+        };
+        for name in &names {
+            println!("{name}, {}, {}", setup.name, totals(&Summary::of(&of(Some(name)))));
+        }
+        println!("all, {}, {}", setup.name, totals(&Summary::of(&of(None))));
+    }
     Ok(())
+}
+
+/// The OBJ files among `given`, and those of the folders among them, by name.
+fn obj_files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = Vec::new();
+    for path in given {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let inside = std::fs::read_dir(path).with_context(|| path.display().to_string())?;
+        let mut inside: Vec<PathBuf> =
+            inside.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+        inside.retain(|file| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")));
+        inside.sort();
+        files.extend(inside);
+    }
+    if files.is_empty() {
+        return Err(Failure::usage(anyhow!("no OBJ file among the drapes given")));
+    }
+    Ok(files)
+}
+
+fn row(case: &Case) -> String {
+    let seconds = case.seconds;
+    match &case.answer {
+        Err(refusal) => format!(", , , , , , , , , {seconds:.2}, {refusal}"),
+        Ok(e) => {
+            let within = rims::INTERVAL_SIGMAS.map(|sigmas| {
+                e.scores.iter().filter(|s| **s <= sigmas).count() as f64 / e.scores.len() as f64
+            });
+            format!(
+                "{:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {seconds:.2}, ",
+                e.mean_m * 1e3,
+                e.largest_m * 1e3,
+                e.without_motion_m * 1e3,
+                e.shift_m * 1e3,
+                e.yaw_rad.to_degrees(),
+                e.edge_bias_m * 1e3,
+                within[0],
+                within[1],
+                e.observed
+            )
+        }
+    }
+}
+
+fn totals(s: &Summary) -> String {
+    format!(
+        "{}, {}, {:.2}, {:.2}, {:.2}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}",
+        s.cases,
+        s.answered,
+        s.mean_m * 1e3,
+        s.worst_mean_m * 1e3,
+        s.largest_m * 1e3,
+        s.silent,
+        s.coverage[0],
+        s.coverage[1],
+        s.sigma_factors[0],
+        s.sigma_factors[1],
+        s.edge_bias_m * 1e3,
+        s.seconds
+    )
 }
 
 fn dataset(count: u64, seed: u64) -> Outcome {

@@ -1,7 +1,7 @@
-//! Measurements of what the program promises, for `evaluate` and docs/validation.md.
+//! Measurements of what the program promises, for `evaluate` and docs/validation.md;
+//! those of the scan path are in [`super::rims`].
 //!
-//! In: drapes with known truth, or a prior. Out: one row per case, as numbers; a
-//! refusal is a row too.
+//! In: drapes with known truth, or a prior. Out: one row per case, as numbers.
 
 use std::path::Path;
 
@@ -10,8 +10,6 @@ use crate::base::{Boundary, Point3, Vector3};
 use crate::fabric::{Fabric, Mixture, MixtureError};
 use crate::geom::Mesh;
 use crate::io::{ReadError, read_scan};
-use crate::scan::{ScanError, ScanOptions, WarpToward, boundary_from_scan};
-use crate::sensor::{Profile, Scene, SceneError, default_ring, scan};
 use crate::sim::grid::Grid;
 use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
@@ -60,52 +58,6 @@ pub fn rim_of(mesh: &Mesh) -> Option<Boundary> {
     let grid = Grid::shared(n, crate::base::frame::SPECIMEN_SIDE_M);
     let x: Vec<Vector3> = mesh.vertices.iter().map(|p| p.coords).collect();
     Some(grid.boundary(&x))
-}
-
-/// The rim error of one virtual scan.
-#[derive(Clone, Copy, Debug)]
-pub struct RimError {
-    /// Mean distance of corresponding points \[m\].
-    pub mean_m: f64,
-    /// Largest distance \[m\].
-    pub largest_m: f64,
-    /// Share of the 244 points within 2 sigma of the truth, per coordinate.
-    pub within_two_sigma: f64,
-    /// Share of the points observed.
-    pub observed: f64,
-}
-
-/// Scans `mesh` with `profile` and holds the rim found against `truth`.
-///
-/// # Errors
-/// When the mesh makes no scene. A refused scan is an answer.
-pub fn rim_error(
-    mesh: &Mesh,
-    truth: &Boundary,
-    profile: &Profile,
-    seed: u64,
-) -> Result<Result<RimError, ScanError>, SceneError> {
-    let made = scan(&Scene::modified_cusick(mesh.clone()), &default_ring(), profile, seed)?;
-    let warp = made.truth.simulation_from_scanner.inverse() * Vector3::x();
-    let options = ScanOptions {
-        warp_toward: Some(WarpToward::Direction(warp.into())),
-        ..ScanOptions::default()
-    };
-    Ok(boundary_from_scan(&made.cloud, &options).map(|found| {
-        let points = found.boundary.points();
-        let (mut largest_m, mut within) = (0.0_f64, 0);
-        for (point, q) in points.iter().zip(truth.positions_m()) {
-            let error = point.position_m - q;
-            largest_m = largest_m.max(error.norm());
-            within += error.iter().filter(|e| e.abs() <= 2.0 * point.sigma_m).count();
-        }
-        RimError {
-            mean_m: found.boundary.mean_distance_m(truth),
-            largest_m,
-            within_two_sigma: within as f64 / (3 * points.len()) as f64,
-            observed: found.quality.observed_fraction,
-        }
-    }))
 }
 
 /// One timed drape.

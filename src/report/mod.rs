@@ -11,6 +11,7 @@ pub mod params;
 pub mod physics;
 pub mod physics_drapes;
 pub mod rim;
+pub mod rims;
 pub mod table;
 
 pub use job::{FailureKind, Job, JobError, Outcome};

@@ -51,6 +51,11 @@ pub(super) struct Floor {
 /// inside its edge [m].
 const UNDERSIDE_M: f64 = 15e-3;
 
+/// Points in which the floor is looked for.
+const MOST_FLOOR: usize = 250_000;
+/// Points from which the surface is made: over ten in a cell of [`CELL_M`].
+const MOST_SURFACE: usize = 350_000;
+
 /// Cell of the thinned cloth \[m\]: resolves folds of 4 mm radius.
 const CELL_M: f64 = 2.0e-3;
 
@@ -58,8 +63,13 @@ const CELL_M: f64 = 2.0e-3;
 /// points, among points lower than any cloth can hang high.
 pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64) -> Option<Floor> {
     let half = 0.5 * options.specimen_side_m;
-    let low: Vec<Point3> =
-        points.iter().copied().filter(|p| p.y < -0.3 * half && p.y > -10.0 * half).collect();
+    let stride = points.len().div_ceil(MOST_FLOOR);
+    let low: Vec<Point3> = points
+        .iter()
+        .step_by(stride)
+        .copied()
+        .filter(|p| p.y < -0.3 * half && p.y > -10.0 * half)
+        .collect();
     let low = thin(&low, None, 6e-3).points;
     if low.len() < 300 {
         return None;
@@ -117,7 +127,7 @@ pub(super) fn isolate(
     let column = column_radius(points, floor, options).map_or(0.0, |r| r + 2e-3 + 3.0 * noise);
     let under_plate = options.plate_radius_m - 3e-3 - noise;
     let inside = |p: &&Point3| {
-        let radius = p.x.hypot(p.z);
+        let radius = (p.x * p.x + p.z * p.z).sqrt();
         let over =
             floor.map_or(f64::INFINITY, |f| p.coords.dot(&f.normal) - f.height_m * f.normal.y);
         // Cloth may swing in below the plate, but not closely under it.
@@ -132,7 +142,9 @@ pub(super) fn isolate(
     let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
     let raw_spacing_m = spacing(&raw, options);
     let cell = CELL_M.max(1.1 * raw_spacing_m);
-    let thinned = drop_strays(thin(&raw, None, cell), cell);
+    let stride = raw.len().div_ceil(MOST_SURFACE).max(1);
+    let some: Vec<Point3> = raw.iter().step_by(stride).copied().collect();
+    let thinned = drop_strays(thin(&some, None, cell), cell);
     let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
     let points: Vec<Point3> = smooth(&thinned, reach_m).into_iter().map(|p| p.at).collect();
     let again = thin(&points, Some(&thinned.counts), cell);
@@ -169,31 +181,6 @@ fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions)
     let radii: Vec<f64> =
         pedestal(points, floor, options).iter().map(|p| p[0].hypot(p[1])).collect();
     if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
-}
-
-/// Axis of a round pedestal, seen from enough sides: (x, z) and the standard
-/// error of a coordinate \[m\].
-pub(super) fn pedestal_axis(
-    points: &[Point3],
-    floor: Option<Floor>,
-    options: &ScanOptions,
-    noise_m: f64,
-) -> Option<([f64; 2], f64)> {
-    let around = pedestal(points, floor, options);
-    let stride = (around.len() / 2000).max(1);
-    let some: Vec<[f64; 2]> = around.into_iter().step_by(stride).collect();
-    if some.len() < 60 {
-        return None;
-    }
-    let (centre, radius, scatter) = super::plate::circle_through(&some)?;
-    let mut seen = [false; 12];
-    for p in &some {
-        let angle = (p[1] - centre[1]).atan2(p[0] - centre[0]) / std::f64::consts::TAU;
-        seen[(angle.rem_euclid(1.0) * 12.0) as usize % 12] = true;
-    }
-    let round = scatter < 0.1 * radius + 1.5 * noise_m && radius < 1.05 * options.plate_radius_m;
-    let all_round = seen.iter().filter(|s| **s).count() >= 8;
-    (round && all_round).then(|| (centre, scatter / (some.len() as f64 / 8.0).sqrt()))
 }
 
 /// Typical distance between points: the side of the square that each point has

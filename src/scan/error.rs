@@ -63,6 +63,22 @@ pub enum ScanError {
         /// Where it differs most.
         bearing_deg: f64,
     },
+    /// The cloth is not seen out to its rim.
+    #[error(
+        "on {hidden_percent:.0} % of all bearings the cloth is not seen out to its rim (limit \
+         {limit_percent:.0} %); the longest hidden arc is {arc_deg:.0} degrees wide, around \
+         {bearing_deg:.0} degrees; add views from there, level with the rim"
+    )]
+    HiddenRim {
+        /// Share of the bearings.
+        hidden_percent: f64,
+        /// Largest share at which the specimen's square is still looked for.
+        limit_percent: f64,
+        /// Width of the longest hidden arc, seen from the plate's axis.
+        arc_deg: f64,
+        /// Its middle.
+        bearing_deg: f64,
+    },
     /// A side of the rim has an impossible length.
     #[error(
         "the rim's side towards {bearing_deg:.0} degrees measures {measured_mm:.1} mm, accepted are \

@@ -6,8 +6,8 @@
 //!
 //! load (`io`) -> unit (`unit`) -> plate and up (`plate`) -> floor, pedestal and
 //! background cut away, denoised (`cloth`) -> unrolled (`unroll`) -> the square in
-//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`) -> free edge
-//! (`edge`) -> rim (`rim`).
+//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`) -> the plate under it
+//! (`origin`) -> free edge (`edge`) -> rim (`rim`) -> what it is worth (`trust`).
 //!
 //! The idea that carries it: a draped cloth is nearly an isometric image of a
 //! known square. In the unrolled plane the rim is four straight lines with known
@@ -22,6 +22,7 @@ mod edge;
 pub mod error;
 pub mod neighbours;
 pub mod options;
+mod origin;
 pub mod picture;
 mod plate;
 mod relax;
@@ -59,14 +60,10 @@ const FLOOR_SIGMA_RAD: f64 = 2e-3;
 const MOST_EDGE_CANDIDATES: usize = 200_000;
 /// Points farther apart than this many spacings have unseen cloth between them.
 const LONGEST_EDGE: f64 = 4.0;
-/// Share of the deficit that is put down to erosion. Empirical.
-const EROSION_SHARE: f64 = 0.6;
-/// Edges eroded by more are not what they seem \[m\].
-const LARGEST_EROSION_M: f64 = 1.5e-3;
-/// How far off the plate's axis the pedestal stands \[m\].
-const PEDESTAL_SIGMA_M: f64 = 0.7e-3;
+/// Rounds of relaxing the unrolled cloth with the plate's part loose.
+const LOOSE_ROUNDS: usize = 6;
 /// Rounds of pulling the unrolled edges straight.
-const STRAIGHTENINGS: usize = 3;
+const STRAIGHTENINGS: usize = 2;
 
 /// Whether weft and warp are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -167,8 +164,7 @@ pub fn boundary_from_scan(
     let unit = options.unit.map_or_else(|| unit::guess(&finite), Ok)?;
     let scene: Vec<Point3> = finite.iter().map(|p| p * unit.metres()).collect();
     let plate = plate::find(&scene, options.plate_radius_m, unit)?;
-    let Local { from_scan: local_from_scan, floor, origin_sigma_m } =
-        local_frame(&scene, &plate, options);
+    let Local { from_scan: local_from_scan, floor } = local_frame(&scene, &plate, options);
     let local: Vec<Point3> = scene.par_iter().map(|p| local_from_scan * p).collect();
     let cloth = cloth::isolate(&local, floor, &plate, options);
     let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * 1.12;
@@ -178,12 +174,17 @@ pub fn boundary_from_scan(
 
     let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
     let (sheet, material, misfit_m) = fitted?;
+    let origin = origin::find(&sheet, &square, options).unwrap_or(origin::Origin {
+        axis: [0.0; 2],
+        axis_sigma_m: plate.centre_sigma_m,
+        face_y_m: options.cloth_height_m,
+    });
     let half_m = 0.5 * options.specimen_side_m;
     let near_edge = edge_points(&cloth, &unrolled.points, &material, &sheet, plate.noise_m, half_m);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
     let widths_m = rim::widths_m(&sheet, &edges, half_m);
-    undo_erosion(&mut edges, widths_m, options.specimen_side_m);
+    let edge_sigma_m = edge::undo_shift(&mut edges, half_m, plate.noise_m);
     let mut traced = rim::trace(&sheet, &edges, half_m);
     let explained = trust::Explained {
         surface: &cloth.surface,
@@ -191,14 +192,17 @@ pub fn boundary_from_scan(
         material: &material,
         spacing_m: cloth.spacing_m,
         noise_m: plate.noise_m,
-        origin_sigma_m,
+        origin_sigma_m: origin.axis_sigma_m,
+        edge_sigma_m,
     };
     trust::assess(&mut traced, &sheet, &explained, half_m);
-    rim::judge(&traced, &square, options)?;
+    rim::judge(&traced, &square, plate.noise_m, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
-    let sim_from_local = Isometry3::from_parts(Translation3::identity(), turn);
+    let rise_m = options.cloth_height_m - origin.face_y_m;
+    let to_axis = Translation3::new(-origin.axis[0], rise_m, -origin.axis[1]);
+    let sim_from_local = Isometry3::from_parts(Translation3::identity(), turn) * to_axis;
     for point in &mut traced.points {
         point.position_m = sim_from_local * point.position_m;
     }
@@ -217,12 +221,13 @@ pub fn boundary_from_scan(
         side_lengths_m: traced.side_lengths_m,
         widths_m,
         edge_m: traced.edge_m,
-        centre_offset_m: square.centre[0].hypot(square.centre[1]),
+        centre_offset_m: (square.centre[0] - origin.axis[0])
+            .hypot(square.centre[1] - origin.axis[1]),
         longest_gap_m: gap_m,
         longest_gap_bearing_deg: square.bearing_deg(traced.material[gap_at]),
         plate_radius_m: plate.radius_m,
         plate_radius_scatter_m: plate.radius_scatter_m,
-        origin_sigma_m,
+        origin_sigma_m: origin.axis_sigma_m,
         floor_height_m: floor.map(|f| f.height_m),
         floor_rms_m: floor.map(|f| f.rms_m),
         floor_tilt_rad: floor.map(|f| (local_from_scan * plate.up.into_inner()).angle(&f.normal)),
@@ -246,21 +251,6 @@ pub fn boundary_from_scan(
     Ok(ScannedBoundary { boundary, orientation, sim_from_scan, unit, quality, evidence })
 }
 
-/// Cloth stretches but does not shrink: where it measures less than the specimen
-/// both unrolled and from edge to edge in space, the sensor eroded the edges. The
-/// smaller of both deficits is taken, as each has errors of its own size
-/// (smoothing shortens folds, noise lengthens them).
-fn undo_erosion(edges: &mut [edge::Edge; 4], widths_m: [Option<f64>; 2], side_m: f64) {
-    let known: Vec<f64> = widths_m.iter().flatten().copied().collect();
-    if known.is_empty() {
-        return;
-    }
-    let in_space = 0.5 * (side_m - known.iter().sum::<f64>() / known.len() as f64);
-    let unrolled = 0.5 * side_m - edges.iter().map(edge::Edge::mean_m).sum::<f64>() / 4.0;
-    let shift = (EROSION_SHARE * in_space.min(unrolled)).clamp(0.0, LARGEST_EROSION_M);
-    edges.iter_mut().for_each(|edge| edge.shift(shift));
-}
-
 fn share(points: &[BoundaryPoint]) -> f64 {
     points.iter().filter(|p| p.observed).count() as f64 / points.len() as f64
 }
@@ -280,12 +270,10 @@ struct Local {
     /// axis laid horizontal.
     from_scan: Isometry3,
     floor: Option<cloth::Floor>,
-    /// Standard error of the origin in the plane, per axis \[m\].
-    origin_sigma_m: f64,
 }
 
-/// Finds the local frame: origin from the plate's edge and the pedestal, up from
-/// plate and floor, each by its variance.
+/// Finds the local frame: origin from the plate's edge, up from plate and floor,
+/// each by its variance.
 fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) -> Local {
     let frame = |up: Vector3| {
         let (u, v) = plate::horizontal_axes(&up, &Vector3::x());
@@ -295,7 +283,7 @@ fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) ->
         Isometry3::from_parts(Translation3::identity(), turn) * Translation3::from(-origin.coords)
     };
     let mut from_scan = frame(plate.up.into_inner());
-    let mut local: Vec<Point3> = scene.par_iter().map(|p| from_scan * p).collect();
+    let local: Vec<Point3> = scene.par_iter().map(|p| from_scan * p).collect();
     let mut floor = cloth::find_floor(&local, options, plate.noise_m);
     // A plate that is clearly tilted keeps its own normal.
     let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
@@ -306,21 +294,10 @@ fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) ->
         let up =
             from_scan.inverse_transform_vector(&(found.normal + Vector3::y() * weight).normalize());
         let before = std::mem::replace(&mut from_scan, frame(up));
-        local = scene.par_iter().map(|p| from_scan * p).collect();
         let normal = from_scan * before.inverse_transform_vector(&found.normal);
         floor = Some(cloth::Floor { normal, ..found });
     }
-    let mut origin_sigma_m = plate.centre_sigma_m;
-    if let Some((axis, sigma_m)) = cloth::pedestal_axis(&local, floor, options, plate.noise_m) {
-        let (own, other) = (origin_sigma_m.powi(2), sigma_m.powi(2) + PEDESTAL_SIGMA_M.powi(2));
-        let share = own / (own + other);
-        let shift = Vector3::new(axis[0], 0.0, axis[1]) * share;
-        if shift.norm() < 4.0 * (own + other).sqrt() {
-            from_scan = Translation3::from(-shift) * from_scan;
-            origin_sigma_m = (own * share.mul_add(-1.0, 1.0)).sqrt();
-        }
-    }
-    Local { from_scan, floor, origin_sigma_m }
+    Local { from_scan, floor }
 }
 
 /// Turns the square by quarters so that its x axis is the warp, or lies nearest
@@ -341,6 +318,11 @@ fn orient(square: Square, local_from_scan: &Isometry3, warp: Option<WarpToward>)
 
 /// Relaxes the unrolled cloth and pulls its free edges onto the sides of the
 /// square that fits best; returns that square.
+///
+/// The front that unrolled the cloth may have carried it round the plate by a
+/// degree, and ties to a square that is turned as far keep it there. So at the end
+/// the edges hold the cloth and the part on the plate is loose: where it comes to
+/// rest says how the square lies on the plate.
 fn straighten(
     unrolled: &mut unroll::Unrolled,
     spacing_m: f64,
@@ -349,14 +331,24 @@ fn straighten(
     let unroll::Unrolled { links, fixed, flat, .. } = unrolled;
     relax::relax(links, fixed, &[], spacing_m, 6, flat);
     let mut square = square::find(flat, options.specimen_side_m)?;
+    let half_m = 0.5 * options.specimen_side_m;
     for _ in 0..STRAIGHTENINGS {
         let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
-        let ties = rim::ties(&material, 0.5 * options.specimen_side_m);
+        let ties = rim::ties(&material, half_m);
         relax::relax(links, fixed, &ties, spacing_m, 3, &mut material);
         for (p, &m) in flat.iter_mut().zip(&material) {
             *p = square.flat(m);
         }
         square = square::find(flat, options.specimen_side_m)?;
+    }
+    let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
+    let on_plate: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
+    let places: Vec<[f64; 2]> = on_plate.iter().map(|&i| flat[i]).collect();
+    let ties = rim::ties(&material, half_m);
+    relax::relax(links, &vec![false; fixed.len()], &ties, spacing_m, LOOSE_ROUNDS, &mut material);
+    square = square.turned_to(on_plate.iter().map(|&i| material[i]).zip(places));
+    for (p, &m) in flat.iter_mut().zip(&material) {
+        *p = square.flat(m);
     }
     Ok(square)
 }
@@ -376,8 +368,8 @@ fn fit_sheet(
         knot_m: 6e-3,
         point_sigma_m: 0.1e-3 + noise_m,
         curvature_sigma: 100.0,
-        strain_sigma: 0.03,
-        rounds: 4,
+        strain_sigma: 0.05,
+        rounds: 6,
     };
     let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
     let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };

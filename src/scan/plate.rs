@@ -24,7 +24,7 @@ use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
 
 /// Share of the patch's edge where the surface must fall away.
-const FALLING_LIMIT: f64 = 0.5;
+const FALLING_LIMIT: f64 = 0.35;
 /// The flat patch that seeds the search, in plate radii.
 const PATCH_RADII: f64 = 0.6;
 /// Largest root mean square of a flat patch [m]: cloth wrinkles and thinned noise.
@@ -34,10 +34,12 @@ const FLAT_RMS_M: f64 = 3e-3;
 const MOST_LEVEL: f64 = 0.85;
 /// Bearings at which the edge is looked at.
 const BEARINGS: usize = 36;
+/// Points in which the plate is looked for: every 2 mm of a scene of a square metre.
+const MOST_COARSE: usize = 250_000;
 /// Points that are used around the plate.
 const MOST_NEAR: usize = 100_000;
 /// Fewest bearings that make a circle.
-const LEAST_EDGES: usize = 18;
+const LEAST_EDGES: usize = 10;
 /// Rings of the search for the edge: ten to a plate radius, out to 2.2 radii.
 const RINGS_PER_RADIUS: f64 = 10.0;
 const RINGS: usize = 22;
@@ -92,7 +94,9 @@ struct Candidate {
 
 /// Finds the plate in a scene of points \[m\].
 pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result<Plate, ScanError> {
-    let coarse = thin(points, None, radius_m * 0.1).points;
+    let stride = points.len().div_ceil(MOST_COARSE);
+    let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
+    let coarse = thin(&some, None, radius_m * 0.1).points;
     let tree = Neighbours::new(&coarse);
     let seeds = thin(&coarse, None, radius_m * 0.4).points;
     let candidates: Vec<Candidate> =
@@ -324,7 +328,7 @@ fn leaving_edges(
 }
 
 /// Circle through points, robust: centre, radius, scatter of the radii.
-pub(super) fn circle_through(points: &[[f64; 2]]) -> Option<([f64; 2], f64, f64)> {
+fn circle_through(points: &[[f64; 2]]) -> Option<([f64; 2], f64, f64)> {
     if points.len() < LEAST_EDGES {
         return None;
     }

@@ -179,24 +179,32 @@ pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, usize) {
     best
 }
 
-/// Refuses a rim that cannot be trusted.
-pub(super) fn judge(rim: &Rim, square: &Square, options: &ScanOptions) -> Result<(), ScanError> {
+/// Refuses a rim that cannot be trusted. Noise makes bridges worse: the more of it,
+/// the shorter the arcs and the smaller the share of the rim that may be bridged.
+pub(super) fn judge(
+    rim: &Rim,
+    square: &Square,
+    noise_m: f64,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
+    let min_observed = options.min_observed + options.min_observed_per_noise * noise_m;
+    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * noise_m).max(0.0);
     let bearing = |i: usize| square.bearing_deg(rim.material[i]);
     let observed =
         rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
     let (gap_m, middle) = longest_gap(&rim.points);
-    if observed < options.min_observed {
+    if observed < min_observed {
         return Err(ScanError::TooLittleRim {
             observed_percent: observed * 100.0,
-            limit_percent: options.min_observed * 100.0,
+            limit_percent: min_observed * 100.0,
             length_mm: gap_m * 1e3,
             bearing_deg: bearing(middle),
         });
     }
-    if gap_m > options.max_gap_m {
+    if gap_m > max_gap_m {
         return Err(ScanError::Gap {
             length_mm: gap_m * 1e3,
-            limit_mm: options.max_gap_m * 1e3,
+            limit_mm: max_gap_m * 1e3,
             bearing_deg: bearing(middle),
         });
     }

@@ -31,6 +31,29 @@ impl Square {
         [c * m[0] + s * m[1] + self.centre[0], -s * m[0] + c * m[1] + self.centre[1]]
     }
 
+    /// The square that takes material coordinates to their places in the unrolled
+    /// plane with the least squares; itself if there are none.
+    pub fn turned_to(self, pairs: impl Iterator<Item = ([f64; 2], [f64; 2])> + Clone) -> Self {
+        let count = pairs.clone().count() as f64;
+        if count == 0.0 {
+            return self;
+        }
+        let sum = pairs
+            .clone()
+            .fold([0.0; 4], |s, (m, p)| [s[0] + m[0], s[1] + m[1], s[2] + p[0], s[3] + p[1]]);
+        let mean = sum.map(|s| s / count);
+        let (mut cosine, mut sine) = (0.0, 0.0);
+        for (m, p) in pairs {
+            let (x, z) = (m[0] - mean[0], m[1] - mean[1]);
+            let (u, v) = (p[0] - mean[2], p[1] - mean[3]);
+            cosine += x * u + z * v;
+            sine += z * u - x * v;
+        }
+        let turned = Self { turn_rad: sine.atan2(cosine), centre: [0.0; 2] };
+        let at = turned.flat([mean[0], mean[1]]);
+        Self { centre: [mean[2] - at[0], mean[3] - at[1]], ..turned }
+    }
+
     /// Bearing in degrees, in the unrolled plane, of material coordinates.
     pub fn bearing_deg(&self, material: [f64; 2]) -> f64 {
         ((-material[1]).atan2(material[0]) + self.turn_rad).to_degrees().rem_euclid(360.0)
@@ -43,6 +66,9 @@ const BEARINGS: usize = 180;
 const BOUND_M: f64 = 10e-3;
 /// Share of the outline that must lie on the square within [`BOUND_M`].
 const MIN_SHARE: f64 = 0.5;
+/// With a larger share of hidden bearings it is the view that is at fault, not the
+/// specimen.
+const MOST_HIDDEN: f64 = 0.2;
 
 fn outline(flat: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
     let mut far: Vec<[([f64; 2], f64); 3]> = vec![[([0.0; 2], 0.0); 3]; BEARINGS];
@@ -68,7 +94,8 @@ fn excess(p: [f64; 2], half: f64) -> f64 {
 /// Finds the square of side `side_m`.
 pub(super) fn find(flat: &[[f64; 2]], side_m: f64) -> Result<Square, ScanError> {
     let half = 0.5 * side_m;
-    let points: Vec<[f64; 2]> = outline(flat).into_iter().flatten().collect();
+    let outline = outline(flat);
+    let points: Vec<[f64; 2]> = outline.iter().copied().flatten().collect();
     let loss = |square: &Square| -> f64 {
         points.iter().map(|&p| (excess(square.material(p), half).abs() / BOUND_M).min(1.0)).sum()
     };
@@ -107,10 +134,42 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64) -> Result<Square, ScanError> 
         best.centre[0] -= step[1];
         best.centre[1] -= step[2];
     }
-    judge(&best, &points, half, side_m).map(|()| best)
+    judge(&best, &points, half, side_m, hidden_arc(&outline, half)).map(|()| best)
 }
 
-fn judge(square: &Square, points: &[[f64; 2]], half: f64, side_m: f64) -> Result<(), ScanError> {
+/// Bearings on which the cloth is not seen to its rim.
+struct Hidden {
+    share: f64,
+    /// Width of the longest run of them, and the bearing of its middle \[degrees\].
+    arc_deg: f64,
+    bearing_deg: f64,
+}
+
+/// Wherever the square's corners lie, its outline is half a side or more from the
+/// middle: a bearing that reaches less ends in cloth that was not seen.
+fn hidden_arc(outline: &[Option<[f64; 2]>], half: f64) -> Hidden {
+    let reaches = |p: &[f64; 2]| p[0].hypot(p[1]) > half - BOUND_M;
+    let hidden: Vec<bool> = outline.iter().map(|p| !p.as_ref().is_some_and(reaches)).collect();
+    let count = hidden.len();
+    let run = |start: usize| (0..count).take_while(|d| hidden[(start + d) % count]).count();
+    let longest = (0..count).max_by_key(|&start| run(start)).unwrap_or(0);
+    let sector_deg = 360.0 / count as f64;
+    let middle = longest as f64 + 0.5 * run(longest) as f64;
+    Hidden {
+        share: hidden.iter().filter(|h| **h).count() as f64 / count as f64,
+        arc_deg: run(longest) as f64 * sector_deg,
+        // Sectors count from x to z, bearings the other way.
+        bearing_deg: (-middle * sector_deg).rem_euclid(360.0),
+    }
+}
+
+fn judge(
+    square: &Square,
+    points: &[[f64; 2]],
+    half: f64,
+    side_m: f64,
+    hidden: Hidden,
+) -> Result<(), ScanError> {
     let off: Vec<(f64, [f64; 2])> = points
         .iter()
         .map(|&p| {
@@ -123,6 +182,14 @@ fn judge(square: &Square, points: &[[f64; 2]], half: f64, side_m: f64) -> Result
     let rms = (off.iter().map(|o| o.0 * o.0).sum::<f64>() / off.len().max(1) as f64).sqrt();
     if on >= MIN_SHARE * BEARINGS as f64 {
         return Ok(());
+    }
+    if hidden.share > MOST_HIDDEN {
+        return Err(ScanError::HiddenRim {
+            hidden_percent: hidden.share * 100.0,
+            limit_percent: MOST_HIDDEN * 100.0,
+            arc_deg: hidden.arc_deg,
+            bearing_deg: hidden.bearing_deg,
+        });
     }
     Err(ScanError::NotASquare {
         side_mm: side_m * 1e3,
@@ -157,11 +224,37 @@ mod tests {
     }
 
     #[test]
+    fn the_square_through_pairs_is_exact_without_noise() {
+        let truth = Square { turn_rad: -2.3, centre: [1e-3, 4e-3] };
+        let material = [[0.01, 0.0], [-0.02, 0.03], [0.0, -0.04]];
+        let start = Square { turn_rad: 0.0, centre: [0.0; 2] };
+        let found = start.turned_to(material.into_iter().map(|m| (m, truth.flat(m))));
+        assert!((found.turn_rad - truth.turn_rad).abs() < 1e-12);
+        assert!((found.centre[0] - 1e-3).hypot(found.centre[1] - 4e-3) < 1e-12);
+    }
+
+    #[test]
+    fn the_hidden_arc_is_named() {
+        // Sector k of 180 spans 2k degrees from x towards z: bearings 360 - 2k.
+        let at = |k: usize| (k as f64 + 0.5) / 180.0 * std::f64::consts::TAU;
+        let outline: Vec<Option<[f64; 2]>> = (0..180)
+            .map(|k| match k {
+                10..40 => None,
+                100..105 => Some([0.08, 0.0]),
+                _ => Some([0.16 * at(k).cos(), 0.16 * at(k).sin()]),
+            })
+            .collect();
+        let hidden = hidden_arc(&outline, 0.15);
+        assert!((hidden.share - 35.0 / 180.0).abs() < 1e-12);
+        assert!((hidden.arc_deg - 60.0).abs() < 1e-9 && (hidden.bearing_deg - 310.0).abs() < 1e-9);
+    }
+
+    #[test]
     fn a_disc_is_refused() {
         let disc: Vec<[f64; 2]> = (0..40_000)
             .map(|k| [f64::from(k % 200) * 1e-3 - 0.1, f64::from(k / 200) * 1e-3 - 0.1])
             .filter(|p| p[0].hypot(p[1]) < 0.1)
             .collect();
-        assert!(matches!(find(&disc, 0.3), Err(ScanError::NotASquare { .. })));
+        assert!(matches!(find(&disc, 0.3), Err(ScanError::HiddenRim { .. })));
     }
 }

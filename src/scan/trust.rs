@@ -26,12 +26,21 @@ const STRETCHES: [f64; 2] = [0.85, 1.15];
 /// Least number of surface points around a rim point, in cells of the thinned
 /// cloth on the half disc of cloth there.
 const MIN_SUPPORT: f64 = 0.3;
-/// Standard deviation stated where the rim is bridged [m]. Empirical.
-const BRIDGED_SIGMA_M: f64 = 2.5e-3;
+/// Standard deviation added where the rim is bridged: this share of the distance to
+/// the next observed point, and this share of the noise. This and all below:
+/// empirical, from `evaluate scan`, whose `sigma_factor` columns must be near 1.
+const BRIDGED_SHARE: f64 = 0.1;
+const BRIDGED_NOISE_SHARE: f64 = 0.4;
 /// Smallest standard deviation: what folds cost in smoothing and unrolling [m].
-const FLOOR_SIGMA_M: f64 = 0.25e-3;
-/// The smoothed points' errors are not independent: neighbours share raw points.
-const CORRELATION: f64 = 2.5;
+const FLOOR_SIGMA_M: f64 = 0.05e-3;
+/// What the views disagree by does not average out over the points of a place: the
+/// standard deviation at 1 mm of noise [m], and the power of the noise with which
+/// it grows.
+const VIEWS_SIGMA_M: f64 = 0.50e-3;
+const VIEWS_POWER: f64 = 0.8;
+/// Share of the sheet's posterior deviation that counts: it takes thinned points as
+/// as noisy as single ones.
+const POSTERIOR_SHARE: f64 = 0.5;
 
 /// Surface points and how they relate to the sheet.
 pub(super) struct Explained<'a> {
@@ -47,6 +56,8 @@ pub(super) struct Explained<'a> {
     pub noise_m: f64,
     /// Standard error of the frame's origin [m].
     pub origin_sigma_m: f64,
+    /// Standard error of the edge's place, common to all sides [m].
+    pub edge_sigma_m: f64,
 }
 
 /// Sets flags and sigmas of the rim's points.
@@ -89,12 +100,25 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             && unexplained <= MAX_UNEXPLAINED * near.len() as f64
             && support > MIN_SUPPORT * wanted;
         point.observed &= trusted;
-        let mut variance = (CORRELATION * point.sigma_m).powi(2)
+        let variance = (POSTERIOR_SHARE * point.sigma_m).powi(2)
             + FLOOR_SIGMA_M.powi(2)
-            + points.origin_sigma_m.powi(2);
-        if !point.observed {
-            variance += BRIDGED_SIGMA_M.powi(2);
-        }
+            + (VIEWS_SIGMA_M * (points.noise_m / 1e-3).powf(VIEWS_POWER)).powi(2)
+            + points.origin_sigma_m.powi(2)
+            + points.edge_sigma_m.powi(2) / 3.0;
         point.sigma_m = variance.sqrt();
+    }
+    widen_bridges(rim, points.noise_m);
+}
+
+/// Adds what bridging costs to the sigmas of the points that were not observed.
+fn widen_bridges(rim: &mut Rim, noise_m: f64) {
+    let count = rim.points.len();
+    let step_m = rim.side_lengths_m.iter().sum::<f64>() / count as f64;
+    let observed: Vec<bool> = rim.points.iter().map(|p| p.observed).collect();
+    for (i, point) in rim.points.iter_mut().enumerate().filter(|(i, _)| !observed[*i]) {
+        let away = |d: &usize| observed[(i + d) % count] || observed[(i + count - d) % count];
+        let steps = (1..=count / 2).find(away).unwrap_or(count / 2);
+        let bridge = BRIDGED_SHARE * steps as f64 * step_m + BRIDGED_NOISE_SHARE * noise_m;
+        point.sigma_m = point.sigma_m.hypot(bridge);
     }
 }

@@ -242,8 +242,9 @@ impl Front<'_> {
                 (i, at, weight)
             })
             .collect();
-        let agree =
-            |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < self.cloth.spacing_m;
+        let agree = |a: &[f64; 2], b: &[f64; 2]| {
+            (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) < self.cloth.spacing_m.powi(2)
+        };
         let support =
             |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
         let Some(best) = said.iter().max_by(|a, b| support(&a.1).total_cmp(&support(&b.1))) else {

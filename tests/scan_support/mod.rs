@@ -1,6 +1,5 @@
-//! Drapes and scans whose truth is known: a quick position-based drape of the
-//! 300 mm square over the 50 mm plate, and points sampled from it, its floor and
-//! its pedestal. Not physics to fit parameters to; a shape to find a rim on.
+//! Drapes and scans whose truth is known: simulated drapes, and points sampled
+//! evenly from one, its floor and its pedestal.
 
 #![allow(dead_code)]
 
@@ -8,12 +7,15 @@ use rand::RngExt as _;
 use rand_distr::{Distribution, Normal};
 use scan2params::base::boundary::POINTS_PER_SIDE;
 use scan2params::base::{Boundary, Isometry3, Point3, Vector3, seed};
+use scan2params::dataset::drapes::dataset_options;
+use scan2params::fabric::Fabric;
 use scan2params::geom::Cloud;
+use scan2params::sim::grid::Grid;
+use scan2params::sim::{Drop, DropStart, drape};
 
-/// Vertices along a side of the synthetic drape.
+/// Vertices along a side of a drape.
 pub const SIDE: usize = POINTS_PER_SIDE;
 const STEP_M: f64 = 0.005;
-const PLATE_M: f64 = 0.050;
 
 /// A drape: vertex `ix * 61 + iz` has the flat position (-150 + 5 ix, -150 + 5 iz) mm.
 #[derive(Clone)]
@@ -22,95 +24,13 @@ pub struct Drape {
 }
 
 impl Drape {
-    /// Position-based drape; `bend` (about 0.02 soft to 0.5 stiff) sets the folds.
-    pub fn synthetic(run_seed: u64, bend: f64) -> Self {
-        let mut rng = seed::rng(run_seed, "drape", 0);
-        let at = |k: usize| ((k / SIDE) as f64 * STEP_M - 0.15, (k % SIDE) as f64 * STEP_M - 0.15);
-        let mut x: Vec<Vector3> = (0..SIDE * SIDE)
-            .map(|k| {
-                let (u, v) = at(k);
-                let r = u.hypot(v);
-                let folds = 0.01 * (7.0 * v.atan2(u) + run_seed as f64).cos();
-                let y = if r > PLATE_M {
-                    -0.3 * (r - PLATE_M) + folds * (r - PLATE_M) / 0.1
-                } else {
-                    0.0
-                };
-                Vector3::new(u, y + 1e-4 * (rng.random::<f64>() - 0.5), v)
-            })
-            .collect();
-        let pinned: Vec<bool> = (0..SIDE * SIDE).map(|k| at(k).0.hypot(at(k).1) < 0.047).collect();
-        for (k, p) in x.iter_mut().enumerate() {
-            if pinned[k] {
-                p.y = 0.0;
-            }
-        }
-        let mut links: Vec<(usize, usize, f64, f64)> = Vec::new();
-        for ix in 0..SIDE {
-            for iz in 0..SIDE {
-                let mut link = |dx: usize, dz: i64, stiffness: f64| {
-                    let (jx, jz) = (ix + dx, iz as i64 + dz);
-                    if jx < SIDE && (0..SIDE as i64).contains(&jz) {
-                        let rest = STEP_M * ((dx * dx) as f64 + (dz * dz) as f64).sqrt();
-                        links.push((ix * SIDE + iz, jx * SIDE + jz as usize, rest, stiffness));
-                    }
-                };
-                link(1, 0, 1.0);
-                link(0, 1, 1.0);
-                link(1, 1, 0.6);
-                link(1, -1, 0.6);
-                link(3, 0, bend);
-                link(0, 3, bend);
-                link(2, 2, bend);
-                link(2, -2, bend);
-            }
-        }
-        let mut velocity = vec![Vector3::zeros(); x.len()];
-        let dt = 4e-3;
-        for step in 0..700 {
-            let before = x.clone();
-            for k in 0..x.len() {
-                if !pinned[k] {
-                    velocity[k].y -= 9.8 * dt;
-                    velocity[k] *= if step < 500 { 0.985 } else { 0.93 };
-                    x[k] += velocity[k] * dt;
-                }
-            }
-            for sweep in 0..14 {
-                let order: Box<dyn Iterator<Item = &(usize, usize, f64, f64)>> = if sweep % 2 == 0 {
-                    Box::new(links.iter())
-                } else {
-                    Box::new(links.iter().rev())
-                };
-                for &(i, j, rest, stiffness) in order {
-                    let d = x[j] - x[i];
-                    let length = d.norm().max(1e-9);
-                    let (wi, wj) =
-                        (f64::from(u8::from(!pinned[i])), f64::from(u8::from(!pinned[j])));
-                    if wi + wj == 0.0 {
-                        continue;
-                    }
-                    let move_by = d * ((length - rest) / length * stiffness / (wi + wj));
-                    x[i] += move_by * wi;
-                    x[j] -= move_by * wj;
-                }
-                for k in 0..x.len() {
-                    let r = x[k].x.hypot(x[k].z);
-                    if !pinned[k] && r < PLATE_M && x[k].y < 0.0 {
-                        if x[k].y > -0.003 && r < PLATE_M - 0.002 {
-                            x[k].y = 0.0;
-                        } else {
-                            let push = PLATE_M / r.max(1e-6);
-                            x[k].x *= push;
-                            x[k].z *= push;
-                        }
-                    }
-                }
-            }
-            for k in 0..x.len() {
-                velocity[k] = (x[k] - before[k]) / dt;
-            }
-        }
+    /// A drape simulated on a coarser grid, smoothly refined.
+    pub fn simulated(drop_seed: u64, paper_units: [f64; 7]) -> Self {
+        let fabric = Fabric::from_paper_units(paper_units);
+        let drop = Drop { start: DropStart::Perturbed(drop_seed) };
+        let coarse = drape(&fabric, &drop, &dataset_options());
+        let fine = Grid::shared(SIDE, 0.3);
+        let x = fine.prolong(&coarse.grid, &coarse.positions_m, 1.0);
         Self { vertices: x.into_iter().map(Point3::from).collect() }
     }
 

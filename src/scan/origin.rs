@@ -1,0 +1,167 @@
+//! The plate under the fitted sheet: where its axis and its face are.
+//!
+//! `plate` reads the plate's edge from raw points, bearing by bearing, and must
+//! extrapolate below their noise. Here the sheet gives it free of noise. On every
+//! bearing the cloth bends over the same round edge: the radius at which it is
+//! 1 mm below the plate's face is nearly the same all round (within 1 mm, while
+//! folds make it vary by 20 mm a little lower), and what is left of the variation
+//! goes with the slope there, which the sheet knows too. So
+//!
+//!   r_1(t) = R + x cos t + z sin t + c (r_4(t) - r_1(t)) + harmonics 2 to 4
+//!
+//! with r_d the radius at depth d \[mm\], is fitted for R, x, z, c and theirs. Stiff cloth
+//! arches over the plate and touches it near its edge only, where folds pull it
+//! down steeply: the face is taken from there.
+//!
+//! In: the sheet and its square, local frame \[m\]. Out: the plate's axis and face
+//! in that frame. Fails (`None`) if the sheet does not fall away all round.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::options::ScanOptions;
+use super::sheet::Sheet;
+use super::square::Square;
+use crate::base::Point3;
+use crate::numeric::robust;
+
+/// Bearings that are looked at.
+const BEARINGS: usize = 72;
+/// Fewest that make a circle.
+const LEAST_BEARINGS: usize = 48;
+/// The depths at which radii are read \[m\].
+const DEPTHS_M: [f64; 2] = [1e-3, 4e-3];
+/// Where the cloth's height tells the plate's, in plate radii: just inside the
+/// edge.
+const FACE_RADII: f64 = 0.88;
+/// The cloth lifts off the plate before it bends over the edge, there by this
+/// much. Empirical: 0.1 to 0.3 mm over simulated drapes from soft to stiff.
+const LIFT_M: f64 = 0.15e-3;
+/// The gentlest share of the bearings tells the height of the face.
+const GENTLEST: f64 = 0.25;
+/// Bearings of one fold err together: so many of them count as one.
+const TOGETHER: f64 = 4.0;
+
+/// The plate in the local frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Origin {
+    /// Its axis, (x, z) \[m\].
+    pub axis: [f64; 2],
+    /// Standard error of the axis, per coordinate \[m\].
+    pub axis_sigma_m: f64,
+    /// Height of the cloth where it touches the face \[m\].
+    pub face_y_m: f64,
+}
+
+/// One bearing of the sheet.
+struct Ray {
+    bearing_rad: f64,
+    /// Horizontal distance from the local origin at [`DEPTHS_M`] \[m\].
+    radii_m: [f64; 2],
+    /// Height at [`FACE_RADII`] \[m\].
+    height_m: f64,
+}
+
+/// Finds the plate.
+pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Option<Origin> {
+    let mut origin =
+        Origin { axis: [0.0; 2], axis_sigma_m: f64::INFINITY, face_y_m: options.cloth_height_m };
+    for _ in 0..2 {
+        let trace = |k| ray(sheet, square, &origin, k, options.plate_radius_m);
+        let rays: Vec<Ray> = (0..BEARINGS).filter_map(trace).collect();
+        if rays.len() < LEAST_BEARINGS {
+            return None;
+        }
+        let (axis, axis_sigma_m) = axis(&rays)?;
+        origin = Origin { axis, axis_sigma_m, face_y_m: face(rays)? };
+    }
+    Some(origin)
+}
+
+/// Follows the sheet outward from the plate's axis on bearing `k`.
+fn ray(sheet: &Sheet, square: &Square, from: &Origin, k: usize, radius_m: f64) -> Option<Ray> {
+    let turn = std::f64::consts::TAU * k as f64 / BEARINGS as f64;
+    let at = |s: f64| {
+        let flat = [from.axis[0] + s * turn.cos(), from.axis[1] + s * turn.sin()];
+        sheet.at(square.material(flat))
+    };
+    let from_axis = |p: &Point3| (p.x - from.axis[0]).hypot(p.z - from.axis[1]);
+    let step = 0.01 * radius_m;
+    let mut crossed: [Option<Point3>; 2] = [None; 2];
+    let mut height_m = None;
+    let mut before = at(0.6 * radius_m);
+    for j in 1..100 {
+        let now = at(0.6 * radius_m + f64::from(j) * step);
+        if height_m.is_none() && from_axis(&now) > FACE_RADII * radius_m {
+            height_m = Some(now.y);
+        }
+        for (crossed, depth_m) in crossed.iter_mut().zip(DEPTHS_M) {
+            let level = from.face_y_m - depth_m;
+            if crossed.is_none() && now.y <= level && before.y > level {
+                let share = (before.y - level) / (before.y - now.y);
+                *crossed = Some(before + (now - before) * share);
+            }
+        }
+        if crossed[1].is_some() && height_m.is_some() {
+            break;
+        }
+        before = now;
+    }
+    let [upper, lower] = [crossed[0]?, crossed[1]?];
+    Some(Ray {
+        bearing_rad: upper.z.atan2(upper.x),
+        radii_m: [upper, lower].map(|p| p.x.hypot(p.z)),
+        height_m: height_m?,
+    })
+}
+
+/// Unknowns of the fit: radius, slope, and the first four harmonics; those above
+/// the first take up what folds do to the radius.
+const UNKNOWNS: usize = 10;
+type Unknowns = SVector<f64, UNKNOWNS>;
+
+impl Ray {
+    fn row(&self) -> Unknowns {
+        let [upper, lower] = self.radii_m;
+        Unknowns::from_fn(|k, _| match k {
+            0 => 1.0,
+            1 => lower - upper,
+            _ => {
+                let phase = (k / 2) as f64 * self.bearing_rad;
+                if k % 2 == 0 { phase.cos() } else { phase.sin() }
+            }
+        })
+    }
+}
+
+/// The axis and its standard error, robustly.
+fn axis(rays: &[Ray]) -> Option<([f64; 2], f64)> {
+    let rows: Vec<(Unknowns, f64)> = rays.iter().map(|ray| (ray.row(), ray.radii_m[0])).collect();
+    let mut found = Unknowns::zeros();
+    found[0] = robust::median(rows.iter().map(|r| r.1).collect())?;
+    let mut scatter_m = f64::INFINITY;
+    for _ in 0..10 {
+        let mut normal = SMatrix::<f64, UNKNOWNS, UNKNOWNS>::identity() * 1e-12;
+        let mut right = Unknowns::zeros();
+        for (row, radius) in &rows {
+            let off = (radius - row.dot(&found)).abs();
+            let weight = (1.5 * scatter_m / off.max(1e-9)).min(1.0);
+            normal += row * row.transpose() * weight;
+            right += row * (weight * radius);
+        }
+        found = normal.cholesky()?.solve(&right);
+        let off: Vec<f64> = rows.iter().map(|(row, radius)| radius - row.dot(&found)).collect();
+        scatter_m = robust::sigma(&off)?.max(1e-6);
+    }
+    let free = rays.len() as f64 / TOGETHER;
+    let rows = rays.len() as f64;
+    let inflated = scatter_m * (rows / (rows - UNKNOWNS as f64)).sqrt();
+    Some(([found[2], found[3]], inflated * (2.0 / free).sqrt()))
+}
+
+/// Height of the face from the bearings on which the cloth falls most steeply.
+fn face(mut rays: Vec<Ray>) -> Option<f64> {
+    let run = |ray: &Ray| ray.radii_m[1] - ray.radii_m[0];
+    rays.sort_by(|a, b| run(b).total_cmp(&run(a)));
+    rays.truncate(((rays.len() as f64) * GENTLEST) as usize);
+    Some(robust::median(rays.iter().map(|ray| ray.height_m).collect())? - LIFT_M)
+}
