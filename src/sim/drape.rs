@@ -20,7 +20,9 @@ use crate::sim::drop::{Drop, DropStart, guide, start_positions};
 use crate::sim::experiment::{Experiment, MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Model};
-use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::motion::{Pace, evolve};
+use crate::sim::newton::{Memory, Newton};
+use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
 
 /// How the specimen is simulated. Lengths in metres, times in seconds.
@@ -189,64 +191,6 @@ fn fall(
     (x, newton.factorisations)
 }
 
-/// How the time step of a motion grows.
-#[derive(Clone, Copy)]
-struct Pace {
-    first_s: f64,
-    growth: f64,
-    longest_s: f64,
-}
-
-/// Implicit Euler from rest, one Newton iteration with the projected Hessian a
-/// step, until the sheet is slow or the steps run out. Its numerical damping is
-/// what brings the sheet to rest.
-fn evolve(
-    model: &mut Model,
-    newton: &mut Newton,
-    x: &mut [Vector3],
-    pace: Pace,
-    steps: usize,
-    slow_m_s: f64,
-) {
-    let grid = Arc::clone(&model.grid);
-    let mut velocity = vec![Vector3::zeros(); x.len()];
-    let mut free_flight = x.to_vec();
-    let mut before = x.to_vec();
-    let mut dt_s = pace.first_s;
-    for step in 0..steps {
-        for ((y, p), u) in free_flight.iter_mut().zip(x.iter()).zip(&velocity) {
-            *y = p + u * dt_s;
-        }
-        model.plate.renew(&grid, x);
-        model.self_contact.update(x, 0.0);
-        before.copy_from_slice(x);
-        let inertia = Inertia { dt_s, free_flight: Some(&free_flight) };
-        let mut done = newton.iterate(model, x, inertia, true);
-        for _ in 1..ITERATIONS_A_STEP {
-            // a pair in the way stops the whole sheet: go on until its barrier acts
-            if done.fraction > 0.5 || !done.definite {
-                break;
-            }
-            model.forget_foreseen();
-            done = newton.iterate(model, x, inertia, true);
-        }
-        let mut fastest = 0.0_f64;
-        for ((u, p), q) in velocity.iter_mut().zip(x.iter()).zip(&before) {
-            *u = (p - q) * (DAMPING / dt_s);
-            fastest = fastest.max(u.norm());
-        }
-        if step > 10 && done.fraction > 0.5 && fastest < slow_m_s {
-            break;
-        }
-        dt_s =
-            if done.fraction < 0.3 { dt_s * 0.5 } else { (dt_s * pace.growth).min(pace.longest_s) };
-    }
-}
-
-/// Newton iterations in a step that self-contact cuts short.
-const ITERATIONS_A_STEP: usize = 4;
-/// Fraction of the velocity that is left after a step.
-const DAMPING: f64 = 0.97;
 /// Speed below which a fall is over \[m/s\].
 const SLOW_M_S: f64 = 0.01;
 /// Speed below which the settling on the fine grid is over \[m/s\].
@@ -296,151 +240,6 @@ fn rest(
 
 /// Fall of the energy in a cycle at which the sheet counts as at rest on its springs.
 const GUIDED_DROP: f64 = 1e-5;
-
-/// Descents by quasi-Newton until the residual is small, then Newton steps; round again where they do not lead to rest.
-/// At a saddle the sheet is nudged off along its direction of lowest curvature.
-fn settle(
-    model: &mut Model,
-    newton: &mut Newton,
-    x: &mut [Vector3],
-    limit_n: f64,
-    options: &SimOptions,
-) -> (Stop, f64) {
-    let budget = newton.factorisations + options.iterations;
-    let mut memory = Memory::default();
-    let mut nudges = 0;
-    while newton.factorisations < budget {
-        let end = descend(model, newton, x, &mut memory, limit_n, options.energy_drop);
-        memory.clear();
-        match end {
-            Descent::Slow(residual_n) => return (Stop::Slow, residual_n),
-            // between layers: let the barrier push them apart
-            Descent::Wedged => {
-                let pace = Pace { first_s: 2e-3, growth: 1.2, longest_s: options.fall_step_s };
-                evolve(model, newton, x, pace, UNWEDGE_STEPS, 0.0);
-            }
-            Descent::NearRest | Descent::Paused => {}
-        }
-        match finish(model, newton, x, limit_n, options.step_m) {
-            Finish::Rest(residual_n) => return (Stop::AtRest, residual_n),
-            Finish::Saddle(residual_n) if nudges == NUDGES => {
-                return (Stop::Unstable, residual_n);
-            }
-            Finish::Saddle(_) => {
-                nudges += 1;
-                newton.nudge(model, x, NUDGE_M);
-            }
-            Finish::Far => {}
-        }
-    }
-    let mut gradient = vec![Vector3::zeros(); x.len()];
-    model.gradient(x, &mut gradient);
-    (Stop::Iterations, gradient.iter().map(Vector3::norm).fold(0.0, f64::max))
-}
-
-/// How a descent ended.
-enum Descent {
-    /// The residual \[N\] is within reach of Newton steps.
-    NearRest,
-    /// The energy hardly falls any more; the residual \[N\].
-    Slow(f64),
-    /// No fraction of a step lowers the energy.
-    Wedged,
-    /// It has gone on for long enough to try Newton steps.
-    Paused,
-}
-
-/// Quasi-Newton descents, each on a fresh factor, friction and contact following.
-fn descend(
-    model: &mut Model,
-    newton: &mut Newton,
-    x: &mut [Vector3],
-    memory: &mut Memory,
-    limit_n: f64,
-    energy_drop: f64,
-) -> Descent {
-    let grid = Arc::clone(&model.grid);
-    let mut last_j = model.energy_j(x);
-    for _ in 0..DESCENTS {
-        model.plate.renew(&grid, x);
-        model.self_contact.update(x, 0.0);
-        let done = newton.quasi_newton(model, x, memory, QUASI_STEPS, limit_n);
-        let now_j = model.energy_j(x);
-        let drop = (last_j - now_j) / now_j.abs();
-        last_j = now_j;
-        if done.fraction == 0.0 || !done.definite {
-            return Descent::Wedged;
-        }
-        if energy_drop > 0.0 && drop < energy_drop {
-            return Descent::Slow(done.residual_n);
-        }
-        if done.residual_n < NEAR_REST * limit_n {
-            return Descent::NearRest;
-        }
-    }
-    Descent::Paused
-}
-
-/// What Newton steps led to.
-enum Finish {
-    /// A stable equilibrium; residual \[N\].
-    Rest(f64),
-    /// An equilibrium that some small move leaves downhill; that move is the solver's
-    /// direction. Residual \[N\].
-    Saddle(f64),
-    /// Nothing: not near enough.
-    Far,
-}
-
-/// Newton steps with the exact Hessian, friction following.
-fn finish(
-    model: &mut Model,
-    newton: &mut Newton,
-    x: &mut [Vector3],
-    limit_n: f64,
-    limit_step_m: f64,
-) -> Finish {
-    let grid = Arc::clone(&model.grid);
-    for _ in 0..NEWTON_STEPS {
-        let grip_change_n = model.plate.renew(&grid, x);
-        model.self_contact.update(x, 0.0);
-        let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        let done = newton.iterate(model, x, still, false);
-        let settled = done.residual_n < limit_n && grip_change_n < limit_n;
-        if settled && done.definite && done.step_m < limit_step_m {
-            if newton.is_stable(model, x) {
-                return Finish::Rest(done.residual_n);
-            }
-        } else if done.definite && done.fraction >= 0.05 {
-            continue;
-        } else if !settled {
-            return Finish::Far;
-        }
-        // at rest as far as forces tell, but the factor, blind to contact outside its
-        // pattern, calls the Hessian indefinite: ask the whole of it
-        return match newton.lowest_curvature(model, x) {
-            Some(curvature) if curvature > 0.0 => Finish::Rest(done.residual_n),
-            Some(_) => Finish::Saddle(done.residual_n),
-            None => Finish::Far,
-        };
-    }
-    Finish::Far
-}
-
-/// Moves off a saddle before it is reported as the end.
-const NUDGES: usize = 5;
-/// Largest move of a vertex in one \[m\].
-const NUDGE_M: f64 = 0.5e-3;
-/// Descents, each on a fresh factor, before Newton steps are tried.
-const DESCENTS: usize = 20;
-/// Residual, in limits, from which Newton steps are tried.
-const NEAR_REST: f64 = 100.0;
-/// Steps of motion that free layers wedged against each other.
-const UNWEDGE_STEPS: usize = 5;
-/// Quasi-Newton iterations on one factor.
-const QUASI_STEPS: usize = 15;
-/// Newton steps in a row before the sheet is set in motion again.
-const NEWTON_STEPS: usize = 20;
 
 /// Raises the sheet until nothing lies inside the plate: the carried-over sheet
 /// may dip into it between the coarse grid's samples.

@@ -7,7 +7,9 @@ pub mod energy;
 pub mod experiment;
 pub mod grid;
 pub mod model;
+mod motion;
 pub mod newton;
+mod rest;
 pub mod self_contact;
 pub mod strip;
 

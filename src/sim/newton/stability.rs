@@ -1,0 +1,97 @@
+//! Is an equilibrium stable, and if not, which way does it give?
+
+use nalgebra::DMatrix;
+
+use super::{Inertia, Newton, SHIFT, dot, largest, multiply};
+use crate::base::Vector3;
+use crate::sim::model::Model;
+
+/// Products in the search for the lowest curvature.
+const LANCZOS: usize = 40;
+
+impl Newton {
+    /// Whether the exact Hessian at `x` is positive definite, on the pattern and,
+    /// with contact blocks outside it, by the sign of every conjugate-gradient
+    /// curvature met while solving for the residual. Leaves the factor in place.
+    pub fn is_stable(&mut self, model: &mut Model, x: &[Vector3]) -> bool {
+        model.forget_foreseen();
+        let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
+        self.assemble(model, x, still, false);
+        self.factorisations += 1;
+        self.factorize(false) && self.solve(model)
+    }
+
+    /// The lowest curvature of the exact Hessian relative to the projected one, in
+    /// the Krylov space of the gradient and `LANCZOS` products (Lanczos, made
+    /// orthogonal throughout); its direction is left in `direction`, the largest
+    /// move scaled to 1 m. Sees self-contact's blocks wherever they fall. A value
+    /// above zero speaks for stability but does not prove it.
+    pub fn lowest_curvature(&mut self, model: &mut Model, x: &[Vector3]) -> Option<f64> {
+        self.assemble(model, x, SHIFT, true);
+        self.factorisations += 1;
+        if !self.factorize(true) {
+            return None;
+        }
+        model.forget_foreseen();
+        model.hessian(x, false, &mut self.tangent);
+        // basis, orthonormal in the projected Hessian, and the Hessian's images of it
+        let (mut basis, mut images): (Vec<Vec<Vector3>>, Vec<Vec<Vector3>>) = (vec![], vec![]);
+        let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
+        // the gradient may be nil, and blind to a mode: add a rough load
+        let mut load = self.gradient.clone();
+        let scale = (largest(&load) + 1e-12) * 1e-2;
+        for (v, g) in load.iter_mut().enumerate() {
+            *g += Vector3::from_fn(|r, _| ((12.9898 * (3 * v + r) as f64).sin() * 43758.5).fract())
+                * scale;
+        }
+        for step in 0..LANCZOS {
+            let mut next = load.clone();
+            self.rough.solve(&mut next);
+            let length = dot(&next, &load).max(0.0).sqrt();
+            if step > 0 {
+                if length < 1e-6 {
+                    break;
+                }
+                beside.push(length);
+            }
+            next.iter_mut().chain(load.iter_mut()).for_each(|p| *p /= length);
+            let mut product = vec![Vector3::zeros(); x.len()];
+            multiply(model, &self.tangent, &next, &mut product);
+            diagonal.push(dot(&product, &next));
+            basis.push(next);
+            images.push(load);
+            for (b, image) in basis.iter().zip(&images) {
+                let part = dot(&product, b);
+                product.iter_mut().zip(image).for_each(|(p, i)| *p -= i * part);
+            }
+            load = product;
+        }
+        let n = diagonal.len();
+        let ritz = DMatrix::from_fn(n, n, |r, c| match r.abs_diff(c) {
+            0 => diagonal[r],
+            1 => beside[r.min(c)],
+            _ => 0.0,
+        })
+        .symmetric_eigen();
+        let lowest = ritz.eigenvalues.imin();
+        self.direction.fill(Vector3::zeros());
+        for (b, weight) in basis.iter().zip(&ritz.eigenvectors.column(lowest)) {
+            self.direction.iter_mut().zip(b).for_each(|(d, p)| *d += p * *weight);
+        }
+        // downhill, if there is a slope
+        let sign = if dot(&self.direction, &self.gradient) > 0.0 { -1.0 } else { 1.0 };
+        let longest = largest(&self.direction);
+        self.direction.iter_mut().for_each(|d| *d *= sign / longest);
+        Some(ritz.eigenvalues[lowest])
+    }
+
+    /// Moves `x` along `direction`, the largest move `length_m` or as far as the sheet
+    /// does not touch itself.
+    pub fn nudge(&mut self, model: &mut Model, x: &mut [Vector3], length_m: f64) {
+        self.direction.iter_mut().for_each(|d| *d *= length_m);
+        model.self_contact.update_along(x, &self.direction);
+        let fraction = model.self_contact.max_step(x, &self.direction);
+        self.try_fraction(x, fraction);
+        x.copy_from_slice(&self.trial);
+    }
+}
