@@ -42,7 +42,7 @@ fn drape(stiff: bool) -> &'static Drape {
 
 #[test]
 fn mean_error_stays_below_the_promise_over_noise_pose_and_unit() {
-    // Observed: 0.44, 0.28 and 1.32 mm; the last is refused for a bridge. In the third an
+    // Observed: 0.44, 0.28 and 1.32 mm; the last is refused: no plate found. In the third an
     // inner fold of 20 mm is bridged too short, and the points behind it lie up to
     // 5.3 mm along the rim from their places.
     for (stiff, noise_mm, pose, units, limit_mm) in [
@@ -60,7 +60,7 @@ fn mean_error_stays_below_the_promise_over_noise_pose_and_unit() {
         let pose = random_pose(pose);
         let answer = boundary_from_scan(&scan(drape(stiff), &sampling, &pose), &warp(&pose));
         let found = match answer {
-            Err(ScanError::Gap { .. }) if noise_mm > 1.5 => continue,
+            Err(ScanError::Gap { .. } | ScanError::NoPlate { .. }) if noise_mm > 1.5 => continue,
             other => other.unwrap(),
         };
         let (mean, max) = errors(&found, &drape(stiff).rim());
