@@ -12,13 +12,16 @@ use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::perm::Perm;
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SymbolicSupernodalCholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::{Par, Side, Spec};
 use nalgebra::{Matrix3, Vector3};
+
+use crate::numeric::triangular::{Scalar, solve_in_place};
 
 /// Where a block below the diagonal lies in the value array: its column c starts
 /// at `first + c * stride - c (c - 1) / 2`, its rows are contiguous.
@@ -164,7 +167,10 @@ impl Analysis {
             Some(perm) => SymmetricOrdering::Custom(perm.as_ref()),
             None => SymmetricOrdering::Amd,
         };
-        let params = CholeskySymbolicParams::default();
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..CholeskySymbolicParams::default()
+        };
         let symbolic =
             factorize_symbolic_cholesky(pattern.symbolic(), Side::Lower, ordering, params)
                 .unwrap_or_else(|error| panic!("symbolic factorisation: {error:?}"));
@@ -177,6 +183,19 @@ impl Analysis {
         &self.inner.0
     }
 
+    /// The factor's panels.
+    fn supernodes(&self) -> &SymbolicSupernodalCholesky<usize> {
+        match self.inner.1.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
+            SymbolicCholeskyRaw::Simplicial(_) => unreachable!("supernodes were asked for"),
+        }
+    }
+
+    /// The unknown eliminated first, second, ...
+    fn order(&self) -> &[usize] {
+        self.inner.1.perm().map_or(&[], |perm| perm.arrays().0)
+    }
+
     /// Entries of the factor, explicit zeros of the supernodes included.
     #[must_use]
     pub fn factor_len(&self) -> usize {
@@ -185,7 +204,7 @@ impl Analysis {
 }
 
 /// The number types that a factor can be held in.
-pub trait Real: faer::traits::RealField + Copy {
+pub trait Real: faer::traits::RealField + Scalar {
     /// Rounds to this type.
     fn of(value: f64) -> Self;
     /// Widens again.
@@ -217,6 +236,7 @@ pub struct Factor<T: Real = f64> {
     values: Vec<T>,
     l_values: Vec<T>,
     rhs: Vec<T>,
+    gathered: Vec<T>,
     memory: MemBuffer,
 }
 
@@ -233,6 +253,7 @@ impl<T: Real> Factor<T> {
             values: vec![T::of(0.0); analysis.pattern().nonzeros()],
             l_values: vec![T::of(0.0); symbolic.len_val()],
             rhs: vec![T::of(0.0); analysis.pattern().unknowns()],
+            gathered: Vec::new(),
             memory: MemBuffer::new(need),
             analysis: analysis.clone(),
         }
@@ -262,23 +283,14 @@ impl<T: Real> Factor<T> {
 
     /// Solves A x = b in place with the last factor.
     pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
-        for (three, v) in self.rhs.chunks_exact_mut(3).zip(x.iter()) {
-            for (own, &value) in three.iter_mut().zip(v.as_slice()) {
-                *own = T::of(value);
-            }
+        let analysis = &self.analysis;
+        let order = analysis.order();
+        for (own, &old) in self.rhs.iter_mut().zip(order) {
+            *own = T::of(x[old / 3][old % 3]);
         }
-        let n = self.rhs.len();
-        let llt = LltRef::<'_, usize, T>::new(&self.analysis.inner.1, &self.l_values);
-        llt.solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(&mut self.rhs, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-        );
-        for (three, v) in self.rhs.chunks_exact(3).zip(x.iter_mut()) {
-            for (value, own) in v.iter_mut().zip(three) {
-                *value = own.wide();
-            }
+        solve_in_place(analysis.supernodes(), &self.l_values, &mut self.rhs, &mut self.gathered);
+        for (value, &old) in self.rhs.iter().zip(order) {
+            x[old / 3][old % 3] = value.wide();
         }
     }
 }
