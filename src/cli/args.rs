@@ -8,6 +8,7 @@ use anyhow::anyhow;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::Failure;
+use super::experiment::ExperimentFlags;
 use crate::base::units::M_PER_MM;
 use crate::fabric::Fabric;
 use crate::io::{Intrinsics, ReadOptions, intrinsics};
@@ -371,6 +372,18 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 12)]
         cusick_fabrics: usize,
     },
+    /// Drapes of many fabrics, the corners of Table 2's box among them: how they end.
+    Soak {
+        /// Fabrics; every eighth is a corner of the box
+        #[arg(long, default_value_t = 1024)]
+        count: u64,
+        /// First fabric, to go on with a soak that was broken off
+        #[arg(long, default_value_t = 0)]
+        first: u64,
+        /// Seed of fabrics and drops
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics
@@ -379,9 +392,21 @@ pub(crate) enum Evaluate {
         /// Seed of fabrics and drops
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Simulate as `generate` does: coarser, and not to full rest
+        /// Simulate as `generate` does, not to full rest
         #[arg(long)]
         dataset: bool,
+        /// Vertices a side, one or several; several give the growth of the cost
+        #[arg(long, value_delimiter = ',', default_value = "61")]
+        vertices: Vec<usize>,
+    },
+    /// How the rim of one drape answers a small change of each parameter.
+    Sensitivities {
+        /// Seed of the fabric and the drop
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Fabric of the prior
+        #[arg(long, default_value_t = 0)]
+        index: u64,
     },
 }
 
@@ -404,6 +429,8 @@ pub(crate) enum PhysicsPart {
 pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) fabric: FabricFlags,
+    #[command(flatten)]
+    pub(crate) experiment: ExperimentFlags,
     /// Seed of a perturbed drop; without it the canonical drop
     #[arg(long)]
     pub(crate) seed: Option<u64>,

@@ -1,17 +1,17 @@
 //! `evaluate`: the tables of docs/validation.md.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
 use clap::ValueEnum as _;
+use rayon::prelude::*;
 
 use super::{Failure, Outcome, args};
-use crate::base::frame::GRAVITY_M_S2;
 use crate::dataset::drapes::dataset_options;
 use crate::report::evaluate::{another_drop, read_drape, rim_of, timed_drape};
 use crate::report::rims::{self, Case, Setup, Summary};
-use crate::report::{physics, physics_drapes};
+use crate::report::soak::{self, Soaked, Tally};
+use crate::report::{physics, physics_drapes, speed};
 use crate::sensor::Profile;
 use crate::sim::SimOptions;
 
@@ -26,7 +26,11 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
             let counts = [*mesh_fabrics, *cusick_fabrics];
             run_physics(parts, out.as_deref(), data.as_deref(), counts)
         }
-        args::Evaluate::Speed { count, seed, dataset } => speed(*count, *seed, *dataset),
+        args::Evaluate::Soak { count, first, seed } => run_soak(*first, *count, *seed),
+        args::Evaluate::Speed { count, seed, dataset, vertices } => {
+            run_speed(*count, *seed, *dataset, vertices)
+        }
+        args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }
 
@@ -178,40 +182,86 @@ fn dataset(count: u64, seed: u64) -> Outcome {
     Ok(())
 }
 
-fn speed(count: u64, seed: u64, dataset: bool) -> Outcome {
+fn run_speed(count: u64, seed: u64, dataset: bool, sides: &[usize]) -> Outcome {
     let options = if dataset { dataset_options() } else { SimOptions::default() };
+    println!("{}", speed::COLUMNS);
+    let mut sizes = Vec::new();
+    for &vertices in sides {
+        let mut timed = Vec::new();
+        for index in 0..count {
+            let drape = timed_drape(seed, index, &SimOptions { vertices, ..options })?;
+            println!("{}", speed::row(index, &drape));
+            timed.push(drape);
+        }
+        let size = speed::Size::of(&timed);
+        println!("{vertices} vertices a side: {size}\n");
+        sizes.push((vertices, size));
+    }
+    if let Some(exponent) = speed::exponent(&sizes) {
+        println!("cost grows with the number of vertices to the power {exponent:.2}");
+    }
+    if let Some(peak) = speed::peak_memory_mib() {
+        println!("peak memory of the process, one drape at a time: {peak:.0} MiB");
+    }
+    Ok(())
+}
+
+fn sensitivities(seed: u64, index: u64) -> Outcome {
+    let answers = speed::answers(seed, index, &SimOptions::default())?;
+    println!("parameter, unit, rim_mean_mm_per_part, rim_largest_mm_per_part, part");
+    for a in &answers.rows {
+        println!(
+            "{}, {}, {:.3e}, {:.3e}, {}",
+            a.key, a.unit, a.rim_mean_mm, a.rim_largest_mm, a.part
+        );
+    }
     println!(
-        "fabric, bending_length_mm, cpu_s, factorisations, nodes, stop, residual_n, intersections"
+        "{} parameters in {:.2} CPU-s, {:.1} % of the drape's {:.2} CPU-s",
+        answers.rows.len(),
+        answers.cpu_s,
+        100.0 * answers.cpu_s / answers.drape_cpu_s,
+        answers.drape_cpu_s
     );
-    let (mut seconds, mut stops) = (Vec::new(), BTreeMap::<&str, u64>::new());
-    for index in 0..count {
-        let timed = timed_drape(seed, index, &options)?;
-        let (f, d) = (&timed.fabric, &timed.drape);
-        let rigidity = (f.bending_weft_nm * f.bending_warp_nm).sqrt();
-        let length_m = (rigidity / (f.density_kg_m2 * GRAVITY_M_S2)).cbrt();
-        let cpu = timed.cpu_s.map_or("unknown".to_owned(), |s| format!("{s:.2}"));
+    Ok(())
+}
+
+fn run_soak(first: u64, count: u64, seed: u64) -> Outcome {
+    println!("{}", Soaked::COLUMNS);
+    let (send, receive) = std::sync::mpsc::channel();
+    let mut drapes: Vec<Soaked> = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            (first..first + count).into_par_iter().for_each_with(send, |send, index| {
+                let _ = send.send(soak::soak(seed, index, &SimOptions::default()));
+            });
+        });
+        let print = |soaked: Soaked| {
+            println!("{}", soaked.row());
+            soaked
+        };
+        receive.into_iter().map(|soaked| soaked.map(print)).collect::<Result<_, _>>()
+    })?;
+    drapes.sort_by_key(|soaked| soaked.index);
+    println!(
+        "\nsource, drapes, stops, worst_residual_at_rest, intersections, \
+         least_clearance_mm, diverged, cpu_s_median, cpu_s_95, cpu_s_most"
+    );
+    for source in [soak::Source::Prior, soak::Source::Corner] {
+        let of: Vec<&Soaked> = drapes.iter().filter(|d| d.source == source).collect();
+        let tally = Tally::of(of.iter().copied());
         println!(
-            "{index}, {:.1}, {cpu}, {}, {}, {}, {:.1e}, {}",
-            length_m * 1e3,
-            d.factorisations,
-            d.nodes,
-            d.stop.name(),
-            d.residual_n,
-            d.intersections
-        );
-        seconds.extend(timed.cpu_s);
-        *stops.entry(d.stop.name()).or_default() += 1;
-    }
-    seconds.sort_by(f64::total_cmp);
-    if let (Some(least), Some(most)) = (seconds.first(), seconds.last()) {
-        let at = |share: f64| seconds[((seconds.len() - 1) as f64 * share).round() as usize];
-        println!(
-            "cpu_s a drape: least {least:.2}, median {:.2}, 95th percentile {:.2}, most {most:.2}",
-            at(0.5),
-            at(0.95)
+            "{}, {}, {:?}, {:.1e}, {}, {:.3}, {}, {:.2}, {:.2}, {:.2}",
+            source.name(),
+            of.len(),
+            tally.stops,
+            tally.worst_residual,
+            tally.intersections,
+            1e3 * tally.least_clearance_m,
+            tally.diverged,
+            tally.cpu_at(0.5),
+            tally.cpu_at(0.95),
+            tally.cpu_at(1.0)
         );
     }
-    println!("stops: {stops:?}");
     Ok(())
 }
 

@@ -8,6 +8,7 @@ mod augment;
 mod batch;
 mod estimate;
 mod evaluate;
+mod experiment;
 mod generate;
 mod inspect;
 mod simulate;

@@ -17,7 +17,9 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
         eprintln!("warning: {warning}");
     }
     let start = given.seed.map_or(DropStart::Canonical, DropStart::Perturbed);
-    let options = SimOptions { vertices: given.vertices as usize, ..SimOptions::default() };
+    let experiment = given.experiment.experiment().map_err(Failure::usage)?;
+    let options =
+        SimOptions { vertices: given.vertices as usize, experiment, ..SimOptions::default() };
     let cpu_before_s = thread_cpu_s();
     let drape = drape(&fabric, &Drop { start }, &options);
     let cpu_s = cpu_before_s.zip(thread_cpu_s()).map(|(before, after)| after - before);
@@ -37,9 +39,10 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
             "residual_n": drape.residual_n,
             "energy_j": drape.energy_j,
             "nodes": drape.nodes,
+            "rim_harmonics_mm": drape.rim_harmonics_m().map(|m| m * 1e3),
             "intersections": drape.intersections,
             "plate_clearance_mm": drape.plate_clearance_m * 1e3,
-            "factorisations": drape.factorisations,
+            "factorisations": drape.effort.factorisations,
             "cpu_s": cpu_s,
         });
         println!("{}", serde_json::to_string_pretty(&report)?);

@@ -54,6 +54,21 @@ impl Fabric {
         }
     }
 
+    /// The seven numbers in SI, in the paper's order: S^u, S^v, H \[N/m\], B^u, B^v, B^h
+    /// \[N m\], D \[kg/m^2\].
+    #[must_use]
+    pub fn in_si(&self) -> [f64; 7] {
+        [
+            self.stretch_weft_n_m,
+            self.stretch_warp_n_m,
+            self.shear_n_m,
+            self.bending_weft_nm,
+            self.bending_warp_nm,
+            self.bending_bias_nm,
+            self.density_kg_m2,
+        ]
+    }
+
     /// The inverse of [`Self::from_paper_units`].
     #[must_use]
     pub fn to_paper_units(&self) -> [f64; 7] {

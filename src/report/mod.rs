@@ -12,6 +12,8 @@ pub mod physics;
 pub mod physics_drapes;
 pub mod rim;
 pub mod rims;
+pub mod soak;
+pub mod speed;
 pub mod table;
 
 pub use job::{FailureKind, Job, JobError, Outcome};

@@ -461,7 +461,7 @@ mod tests {
             nodes: 0,
             intersections: 0,
             plate_clearance_m: 0.0,
-            factorisations: 0,
+            effort: Default::default(),
             warnings: Vec::new(),
             grid,
         };

@@ -6,9 +6,9 @@
 //!
 //! The fall is integrated on a coarse grid with large implicit Euler steps, one
 //! Newton iteration each: it only has to choose a branch. The sheet is then
-//! carried to the fine grid, descends by quasi-Newton on one factor at a time, and
-//! comes to rest by Newton steps on the exact energy. Soft fabrics descend slowly
-//! (some hundred factors); what was tried and dropped is in
+//! carried to the fine grid, settles by some more steps of motion, descends by
+//! quasi-Newton on one factor at a time, and comes to rest by Newton steps on the
+//! exact energy. Soft fabrics descend slowly; what was tried and dropped is in
 //! `docs/design/simulator.md`.
 
 use std::sync::Arc;
@@ -17,6 +17,7 @@ use crate::base::{Boundary, Vector3};
 use crate::fabric::Fabric;
 use crate::geom::Mesh;
 use crate::sim::drop::{Drop, DropStart, guide, start_positions};
+use crate::sim::effort::Effort;
 use crate::sim::experiment::{Experiment, MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Model};
@@ -24,6 +25,7 @@ use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Memory, Newton};
 use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
+use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, Setup, sensitivities};
 
 /// How the specimen is simulated. Lengths in metres, times in seconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -116,13 +118,28 @@ pub struct Drape {
     pub intersections: usize,
     /// Least distance of the sheet from the plate's surface \[m\].
     pub plate_clearance_m: f64,
-    /// Newton iterations, coarse and fine together.
-    pub factorisations: usize,
+    /// Work, coarse and fine together.
+    pub effort: Effort,
     /// What its reader should know: a mesh too coarse for the fabric.
     pub warnings: Vec<MeshWarning>,
 }
 
 impl Drape {
+    /// Amplitudes of the harmonics 1 to 16 of the rim's distance from the axis, over its
+    /// length from the first corner \[m\]: which branch it is on, beside the count of nodes.
+    #[must_use]
+    pub fn rim_harmonics_m(&self) -> [f64; 16] {
+        let rho: Vec<f64> = self.boundary.positions_m().map(|p| p.x.hypot(p.z)).collect();
+        let turn = std::f64::consts::TAU / rho.len() as f64;
+        std::array::from_fn(|k| {
+            let angles = (0..rho.len()).map(|i| turn * ((k + 1) * i) as f64);
+            let (sine, cosine) = angles
+                .zip(&rho)
+                .fold((0.0, 0.0), |(s, c), (angle, r)| (s + r * angle.sin(), c + r * angle.cos()));
+            2.0 * f64::hypot(sine, cosine) / rho.len() as f64
+        })
+    }
+
     /// The sheet as triangles.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
@@ -133,12 +150,39 @@ impl Drape {
 /// Drapes `fabric`.
 #[must_use]
 pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
+    let (fine, start, effort) = fallen(fabric, drop, options);
+    rest(fabric, drop, &fine, start, options).report(fabric, effort)
+}
+
+/// Drapes `fabric` and tells how the sheet at rest answers a small change of each of these
+/// parameters; see [`crate::sim::sensitivity`].
+///
+/// # Errors
+/// Where the drape is not at rest, or a parameter cannot be changed.
+pub fn drape_with_sensitivities(
+    fabric: &Fabric,
+    drop: &Drop,
+    options: &SimOptions,
+    parameters: &[Parameter],
+) -> Result<(Drape, Vec<Sensitivity>), SensitivityError> {
+    let (fine, start, effort) = fallen(fabric, drop, options);
+    let mut rested = rest(fabric, drop, &fine, start, options);
+    let answers = rested.sensitivities(fabric, options, parameters)?;
+    Ok((rested.report(fabric, effort), answers))
+}
+
+/// The sheet after its fall, on the grid that is to rest.
+pub(super) fn fallen(
+    fabric: &Fabric,
+    drop: &Drop,
+    options: &SimOptions,
+) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
     let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));
-    let (fallen, spent) = fall(fabric, drop, &coarse, options);
+    let (fallen, effort) = fall(fabric, drop, &coarse, options);
     let start = if coarse.n == fine.n { fallen } else { refine(&fine, &coarse, &fallen) };
-    rest(fabric, drop, &fine, start, spent, options)
+    (fine, start, effort)
 }
 
 /// Drapes on a finer grid from the drape `from` of the same specimen: its branch, if
@@ -147,7 +191,7 @@ pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
 pub fn drape_on_finer(fabric: &Fabric, from: &Drape, options: &SimOptions) -> Drape {
     let fine = Grid::of(&options.experiment.specimen, options.vertices);
     let start = refine(&fine, &from.grid, &from.positions_m);
-    rest(fabric, &Drop::canonical(), &fine, start, 0, options)
+    rest(fabric, &Drop::canonical(), &fine, start, options).report(fabric, Effort::default())
 }
 
 /// Reach of self-contact in cells: wide on the coarse grid, so that layers are
@@ -179,7 +223,7 @@ fn fall(
     drop: &Drop,
     grid: &Arc<Grid>,
     options: &SimOptions,
-) -> (Vec<Vector3>, usize) {
+) -> (Vec<Vector3>, Effort) {
     let mut model = Model::new(grid, fabric, &options.experiment, FALL_GAP);
     let mut newton = Newton::new(&model);
     let mut x = start_positions(drop, grid, options);
@@ -188,7 +232,7 @@ fn fall(
     }
     let pace = Pace { first_s: options.fall_step_s, growth: 1.2, longest_s: options.fall_step_s };
     evolve(&mut model, &mut newton, &mut x, pace, options.fall_steps, SLOW_M_S);
-    (x, newton.factorisations)
+    (x, newton.effort)
 }
 
 /// Speed below which a fall is over \[m/s\].
@@ -196,15 +240,23 @@ const SLOW_M_S: f64 = 0.01;
 /// Speed below which the settling on the fine grid is over \[m/s\].
 const SETTLED_M_S: f64 = 0.003;
 
-/// The search for equilibrium on the fine grid, and the report on it.
-fn rest(
+/// A sheet at the end of its search for rest, with what it was searched with.
+pub(super) struct Rested {
+    model: Model,
+    newton: Newton,
+    x: Vec<Vector3>,
+    stop: Stop,
+    residual_n: f64,
+}
+
+/// The search for equilibrium on the fine grid.
+pub(super) fn rest(
     fabric: &Fabric,
     drop: &Drop,
     grid: &Arc<Grid>,
     start: Vec<Vector3>,
-    spent: usize,
     options: &SimOptions,
-) -> Drape {
+) -> Rested {
     let mut model = Model::new(grid, fabric, &options.experiment, REST_GAP);
     let mut newton = Newton::new(&model);
     let mut x = start;
@@ -223,18 +275,46 @@ fn rest(
         evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
     }
     let (stop, residual_n) = settle(&mut model, &mut newton, &mut x, limit_n, options);
-    Drape {
-        boundary: grid.boundary(&x),
-        stop,
-        residual_n,
-        energy_j: model.body_energy_j(&x),
-        nodes: count_nodes(&grid.boundary(&x)),
-        intersections: count_intersections(&grid.triangles(), &x),
-        plate_clearance_m: model.plate.clearance_m(grid, &x),
-        factorisations: newton.factorisations + spent,
-        warnings: mesh_warnings(fabric, grid.spacing_m, grid.n),
-        grid: Arc::clone(grid),
-        positions_m: x,
+    Rested { model, newton, x, stop, residual_n }
+}
+
+impl Rested {
+    #[cfg(test)]
+    pub(super) fn model_and_positions(&self) -> (&Model, &[Vector3]) {
+        (&self.model, &self.x)
+    }
+
+    /// The drape, with the effort before added to its own.
+    fn report(self, fabric: &Fabric, mut effort: Effort) -> Drape {
+        let Self { model, newton, x, stop, residual_n } = self;
+        effort += newton.effort;
+        let grid = &model.grid;
+        Drape {
+            boundary: grid.boundary(&x),
+            stop,
+            residual_n,
+            energy_j: model.body_energy_j(&x),
+            nodes: count_nodes(&grid.boundary(&x)),
+            intersections: count_intersections(&grid.triangles(), &x),
+            plate_clearance_m: model.plate.clearance_m(grid, &x),
+            effort,
+            warnings: mesh_warnings(fabric, grid.spacing_m, grid.n),
+            grid: Arc::clone(grid),
+            positions_m: x,
+        }
+    }
+
+    pub(super) fn sensitivities(
+        &mut self,
+        fabric: &Fabric,
+        options: &SimOptions,
+        parameters: &[Parameter],
+    ) -> Result<Vec<Sensitivity>, SensitivityError> {
+        if self.stop != Stop::AtRest {
+            return Err(SensitivityError::NotAtRest(self.stop.name()));
+        }
+        let setup = Setup { fabric: *fabric, experiment: options.experiment };
+        sensitivities(&mut self.model, &mut self.newton, &self.x, &setup, parameters)
     }
 }
 
@@ -318,8 +398,8 @@ mod tests {
         let distance = d.boundary.mean_distance_m(&again.boundary);
         let other = drape(&fabric(), &Drop { start: DropStart::Perturbed(4) }, &options());
         let unled = d.boundary.mean_distance_m(&other.boundary);
-        // observed: 4.7 mm; friction remembers the way, so it is not nothing
-        assert!(distance < 7e-3 && distance < unled, "{distance} m, not led {unled} m");
+        // observed: 7.7 mm against 32; friction remembers the way, so it is not nothing
+        assert!(distance < 0.4 * unled, "{distance} m, not led {unled} m");
     }
 
     #[test]
@@ -333,5 +413,17 @@ mod tests {
             d.boundary.positions_m().map(|p| p.x.hypot(p.z)).sum::<f64>() / 244.0
         };
         assert!(reach(4.0) > reach(0.25) + 0.01);
+    }
+
+    #[test]
+    fn light_cloth_stiff_one_way_and_limp_the_other_stays_out_of_the_plate() {
+        // a corner of Table 2's box; without the wall and the limit on steps 1.9 mm of it
+        // ended inside the plate
+        let corner = [1e6, 1e6, 1e6, 33.57, 43_753.1, 0.0, 53.03];
+        let (fabric, _) = Fabric::from_paper_units(corner).project_bending();
+        let drop = Drop { start: DropStart::Perturbed(46) };
+        let options = SimOptions { vertices: 31, fall_vertices: 31, iterations: 1, ..options() };
+        let d = drape(&fabric, &drop, &options);
+        assert!(d.plate_clearance_m > 0.05e-3, "{} m", d.plate_clearance_m);
     }
 }

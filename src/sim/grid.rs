@@ -122,20 +122,13 @@ impl Grid {
     /// square around the disc.
     #[must_use]
     pub fn of(specimen: &Specimen, n: usize) -> Arc<Self> {
-        let side_m = specimen.weft_m;
-        let lay = Lay {
-            step_i: [specimen.warp_m / side_m, 0.0],
-            step_j: [specimen.skew_rad.tan(), 1.0],
-            warp_rad: 0.0,
-        };
-        Self::kept(Plan {
-            rows: n,
-            columns: n,
-            spacing_m: side_m / (n - 1) as f64,
-            half_m: [0.5 * side_m; 2],
-            lay,
-            disc_radius_m: (specimen.outline == Outline::Disc).then_some(0.5 * side_m),
-        })
+        Self::kept(Plan::of(specimen, n))
+    }
+
+    /// The same, not kept for others: for a specimen that no other drape will have.
+    #[must_use]
+    pub fn unshared(specimen: &Specimen, n: usize) -> Arc<Self> {
+        Arc::new(Self::new(Plan::of(specimen, n)))
     }
 
     /// A rectangle of `rows` x `columns` vertices `spacing_m` apart, its warp turned
@@ -437,6 +430,23 @@ const NEIGHBOURS: [(isize, isize); 8] =
     [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
 impl Plan {
+    fn of(specimen: &Specimen, n: usize) -> Self {
+        let side_m = specimen.weft_m;
+        let lay = Lay {
+            step_i: [specimen.warp_m / side_m, 0.0],
+            step_j: [specimen.skew_rad.tan(), 1.0],
+            warp_rad: 0.0,
+        };
+        Self {
+            rows: n,
+            columns: n,
+            spacing_m: side_m / (n - 1) as f64,
+            half_m: [0.5 * side_m; 2],
+            lay,
+            disc_radius_m: (specimen.outline == Outline::Disc).then_some(0.5 * side_m),
+        }
+    }
+
     /// Flat (x, z) of the grid coordinates (i, j) \[m\].
     fn flat(&self, [i, j]: [f64; 2]) -> [f64; 2] {
         let a = i * self.spacing_m - self.half_m[0];

@@ -2,6 +2,7 @@
 
 pub mod drape;
 pub mod drop;
+pub mod effort;
 pub mod elastica;
 pub mod energy;
 pub mod experiment;
@@ -11,6 +12,7 @@ mod motion;
 pub mod newton;
 mod rest;
 pub mod self_contact;
+pub mod sensitivity;
 pub mod strip;
 
 pub use drape::{Drape, SimOptions, Stop, drape, drape_on_finer};
@@ -20,4 +22,4 @@ pub use experiment::{Experiment, MeshWarning};
 /// Version of the numbers that this simulator gives: raised whenever a change
 /// moves the rim of a drape by more than the solver's tolerance. The shipped
 /// model's metadata carries the version it was trained on.
-pub const NUMERICS_VERSION: u32 = 2;
+pub const NUMERICS_VERSION: u32 = 3;

@@ -76,6 +76,30 @@ impl Model {
         experiment: &Experiment,
         self_gap_cells: f64,
     ) -> Self {
+        let rest: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
+        let gap_m = self_gap_cells * grid.spacing_m;
+        let params = SelfContactParams { gap_m, ..SelfContactParams::default() };
+        let self_contact = SelfContact::new(&grid.triangles(), &rest, params);
+        let plate = PlateContact::new(grid, experiment.plate, fabric.density_kg_m2);
+        Self::with_contact(grid, fabric, experiment, plate, self_contact)
+    }
+
+    /// This model, its contacts as they are, of another fabric, experiment or cut on the same
+    /// cells.
+    #[must_use]
+    pub fn changed(&self, grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Self {
+        let ratio = grid.cell_area_m2() / self.grid.cell_area_m2();
+        let plate = self.plate.changed(experiment.plate, fabric.density_kg_m2, ratio);
+        Self::with_contact(grid, fabric, experiment, plate, self.self_contact.clone())
+    }
+
+    fn with_contact(
+        grid: &Arc<Grid>,
+        fabric: &Fabric,
+        experiment: &Experiment,
+        plate: PlateContact,
+        self_contact: SelfContact,
+    ) -> Self {
         let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m * grid.lay.area();
         let mass_kg = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
         let rigidity = PlateRigidity::new(fabric);
@@ -83,13 +107,10 @@ impl Model {
         let pattern = grid.analysis.pattern();
         let mut constant = vec![0.0; pattern.nonzeros()];
         bending.add_hessian(pattern, &mut constant);
-        let rest: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
-        let gap_m = self_gap_cells * grid.spacing_m;
-        let params = SelfContactParams { gap_m, ..SelfContactParams::default() };
         Self {
             mass_kg,
-            plate: PlateContact::new(grid, experiment.plate, fabric.density_kg_m2),
-            self_contact: SelfContact::new(&grid.triangles(), &rest, params),
+            plate,
+            self_contact,
             guide: Guide::default(),
             held: grid.outside(),
             up: experiment.tilt.up(),
@@ -129,6 +150,13 @@ impl Model {
             + self.body_energy_j(x)
             + self.self_contact.energy_j(x)
             + 0.5 * self.guide.stiffness_n_m * guide
+    }
+
+    /// Largest fraction of the step `dx` from `x` on which the sheet passes neither through
+    /// itself nor into the plate; self-contact must have been updated for it.
+    #[must_use]
+    pub fn max_step(&self, x: &[Vector3], dx: &[Vector3]) -> f64 {
+        self.plate.max_step(&self.grid, x, dx, self.self_contact.max_step(x, dx))
     }
 
     /// Total gradient \[N\]: minus the net force on each vertex.
@@ -236,8 +264,17 @@ impl Model {
 /// moves times their stiffness over this: 1e-12 of them.
 const HELD_N_M: f64 = 1e14;
 
-/// Adds the 12 x 12 block of a contact pair: on the pattern where it falls there.
+/// Adds the 12 x 12 block of a contact pair: what couples its two elements on the pattern if
+/// all of it falls there, else outside. Half of it on the pattern could leave a matrix that is
+/// not positive definite from a block that is.
 fn add_contact_block(pattern: &BlockPattern, block: &Block, tangent: &mut Tangent) {
+    let slot = |a: usize, b: usize| {
+        let (r, c) =
+            (block.vertices[a].max(block.vertices[b]), block.vertices[a].min(block.vertices[b]));
+        pattern.slot(r as usize, c as usize)
+    };
+    let first = block.first;
+    let inside = (first..4).all(|a| (0..first).all(|b| slot(a, b).is_some()));
     for a in 0..4 {
         for b in 0..=a {
             let part: Matrix3<f64> = block.hessian.fixed_view::<3, 3>(3 * a, 3 * b).into_owned();
@@ -247,10 +284,57 @@ fn add_contact_block(pattern: &BlockPattern, block: &Block, tangent: &mut Tangen
                 continue;
             }
             let (r, c, part) = if r > c { (r, c, part) } else { (c, r, part.transpose()) };
-            match pattern.slot(r, c) {
+            let one_element = (a < first) == (b < first);
+            match slot(a, b).filter(|_| inside || one_element) {
                 Some(slot) => BlockPattern::add_block(&mut tangent.values, slot, &part),
                 None => tangent.outside.push((r as u32, c as u32, part)),
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::sparse::Factor;
+    use crate::sim::self_contact::Hessian12;
+
+    #[test]
+    fn a_pair_half_on_the_pattern_leaves_a_positive_matrix() {
+        let grid = Grid::shared(11, 0.1);
+        let pattern = grid.analysis.pattern();
+        let at = |i: u32, j: u32| i * 11 + j;
+        // two edges two cells apart: of what couples them, some falls on the pattern
+        let vertices = [at(4, 4), at(4, 5), at(6, 4), at(6, 5)];
+        let coupled = |a: usize, b: usize| {
+            pattern
+                .slot(vertices[a].max(vertices[b]) as usize, vertices[a].min(vertices[b]) as usize)
+        };
+        assert!(coupled(0, 2).is_some() && coupled(0, 3).is_none(), "the case is no longer one");
+        let weights = [0.5, 0.5, -0.5, -0.5];
+        let hessian = Hessian12::from_fn(|r, c| {
+            let normal = f64::from(u8::from(r % 3 == 1 && c % 3 == 1));
+            1e3 * weights[r / 3] * weights[c / 3] * normal
+        });
+        let mut tangent = Tangent { values: vec![0.0; pattern.nonzeros()], outside: Vec::new() };
+        for v in 0..grid.vertices() {
+            pattern.add_diagonal(&mut tangent.values, v, &(Matrix3::identity() * 1e-3));
+        }
+        add_contact_block(pattern, &Block { vertices, first: 2, hessian }, &mut tangent);
+        assert!(Factor::<f64>::new(&grid.analysis).factorize(&tangent.values));
+        // and nothing is lost: with the blocks outside it is the pair's whole Hessian
+        let x: Vec<_> =
+            (0..grid.vertices()).map(|v| Vector3::new(0.0, (v as f64).cos(), 0.0)).collect();
+        let mut product = vec![Vector3::zeros(); x.len()];
+        pattern.multiply(&tangent.values, &x, &mut product);
+        for (r, c, block) in &tangent.outside {
+            product[*r as usize] += block * x[*c as usize];
+            product[*c as usize] += block.transpose() * x[*r as usize];
+        }
+        let along: f64 = vertices.iter().zip(weights).map(|(&v, w)| w * x[v as usize].y).sum();
+        for (&v, w) in vertices.iter().zip(weights) {
+            let expected = 1e-3 * x[v as usize].y + 1e3 * w * along;
+            assert!((product[v as usize].y - expected).abs() < 1e-9);
         }
     }
 }

@@ -1,10 +1,8 @@
 //! Motion of the sheet in time: implicit Euler with large steps.
 
-use std::sync::Arc;
-
 use crate::base::Vector3;
 use crate::sim::model::Model;
-use crate::sim::newton::{Inertia, Newton};
+use crate::sim::newton::{Inertia, Newton, Tangency};
 
 /// How the time step of a motion grows.
 #[derive(Clone, Copy)]
@@ -25,7 +23,6 @@ pub(super) fn evolve(
     steps: usize,
     slow_m_s: f64,
 ) {
-    let grid = Arc::clone(&model.grid);
     let mut velocity = vec![Vector3::zeros(); x.len()];
     let mut free_flight = x.to_vec();
     let mut before = x.to_vec();
@@ -34,18 +31,17 @@ pub(super) fn evolve(
         for ((y, p), u) in free_flight.iter_mut().zip(x.iter()).zip(&velocity) {
             *y = p + u * dt_s;
         }
-        model.plate.renew(&grid, x);
-        model.self_contact.update(x, 0.0);
+        newton.renew_contact(model, x);
         before.copy_from_slice(x);
         let inertia = Inertia { dt_s, free_flight: Some(&free_flight) };
-        let mut done = newton.iterate(model, x, inertia, true);
+        let mut done = newton.iterate(model, x, inertia, Tangency::Projected);
         for _ in 1..ITERATIONS_A_STEP {
             // a pair in the way stops the whole sheet: go on until its barrier acts
             if done.fraction > 0.5 || !done.definite {
                 break;
             }
             model.forget_foreseen();
-            done = newton.iterate(model, x, inertia, true);
+            done = newton.iterate(model, x, inertia, Tangency::Projected);
         }
         let mut fastest = 0.0_f64;
         for ((u, p), q) in velocity.iter_mut().zip(x.iter()).zip(&before) {

@@ -1,15 +1,14 @@
 //! The search for equilibrium: quasi-Newton descents and Newton steps in turn.
 
-use std::sync::Arc;
-
 use crate::base::Vector3;
 use crate::sim::drape::{SimOptions, Stop};
 use crate::sim::model::Model;
 use crate::sim::motion::{Pace, evolve};
-use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::newton::{Inertia, Memory, Newton, Tangency};
 
 /// Descents by quasi-Newton until the residual is small, then Newton steps; round again
-/// where they do not lead to rest. Gives why it stopped and the residual \[N\]. At a saddle the sheet is nudged off along its direction of lowest curvature.
+/// where they do not lead to rest. At a saddle the sheet is nudged off along its direction
+/// of lowest curvature. Gives why it stopped and the residual \[N\].
 pub(super) fn settle(
     model: &mut Model,
     newton: &mut Newton,
@@ -17,10 +16,10 @@ pub(super) fn settle(
     limit_n: f64,
     options: &SimOptions,
 ) -> (Stop, f64) {
-    let budget = newton.factorisations + options.iterations;
+    let budget = newton.effort.factorisations + options.iterations;
     let mut memory = Memory::default();
     let mut nudges = 0;
-    while newton.factorisations < budget {
+    while newton.effort.factorisations < budget {
         let end = descend(model, newton, x, &mut memory, limit_n, options.energy_drop);
         memory.clear();
         match end {
@@ -70,11 +69,9 @@ pub(super) fn descend(
     limit_n: f64,
     energy_drop: f64,
 ) -> Descent {
-    let grid = Arc::clone(&model.grid);
     let mut last_j = model.energy_j(x);
     for _ in 0..DESCENTS {
-        model.plate.renew(&grid, x);
-        model.self_contact.update(x, 0.0);
+        newton.renew_contact(model, x);
         let done = newton.quasi_newton(model, x, memory, QUASI_STEPS, limit_n);
         let now_j = model.energy_j(x);
         let drop = (last_j - now_j) / now_j.abs();
@@ -111,18 +108,16 @@ fn finish(
     limit_n: f64,
     limit_step_m: f64,
 ) -> Finish {
-    let grid = Arc::clone(&model.grid);
     for _ in 0..NEWTON_STEPS {
-        let grip_change_n = model.plate.renew(&grid, x);
-        model.self_contact.update(x, 0.0);
+        let grip_change_n = newton.renew_contact(model, x);
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        let done = newton.iterate(model, x, still, false);
+        let done = newton.iterate(model, x, still, Tangency::Exact);
         let settled = done.residual_n < limit_n && grip_change_n < limit_n;
         if settled && done.definite && done.step_m < limit_step_m {
             if newton.is_stable(model, x) {
                 return Finish::Rest(done.residual_n);
             }
-        } else if done.definite && done.fraction >= 0.05 {
+        } else if done.fraction >= 0.05 {
             continue;
         } else if !settled {
             return Finish::Far;

@@ -95,6 +95,9 @@ impl Default for SelfContactParams {
 pub struct Block {
     /// Rows and columns `3 i .. 3 i + 3` belong to `vertices[i]`.
     pub vertices: [u32; 4],
+    /// How many of them, from the first on, are the first element's: 1 of a point and a
+    /// triangle, 2 of two edges.
+    pub first: usize,
     /// N/m.
     pub hessian: Hessian12,
 }
@@ -258,7 +261,7 @@ impl SelfContact {
     pub fn blocks(&self, x: &[Vector3], project: bool, out: &mut Vec<Block>) {
         for (pair, corners) in self.near_pairs(x) {
             if let Some(hessian) = barrier::hessian(pair, &corners, self.params.gap_m, project) {
-                out.push(Block { vertices: pair.vertices, hessian });
+                out.push(Block { vertices: pair.vertices, first: pair.kind.first(), hessian });
             }
         }
     }

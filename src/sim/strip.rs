@@ -19,7 +19,7 @@ use crate::sim::energy::plate::{Plate, PlateContact};
 use crate::sim::experiment::{Experiment, Specimen, Tilt};
 use crate::sim::grid::Grid;
 use crate::sim::model::Model;
-use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::newton::{Inertia, Memory, Newton, Tangency};
 
 /// The cut and the mesh of a strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +139,7 @@ fn rest(mut model: Model, fabric: &Fabric) -> Strip {
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         for _ in 0..NEWTON_STEPS {
             model.self_contact.update(&x, 0.0);
-            let done = newton.iterate(&mut model, &mut x, still, false);
+            let done = newton.iterate(&mut model, &mut x, still, Tangency::Exact);
             residual_n = done.residual_n;
             if !done.definite || done.fraction < 0.05 {
                 break;
@@ -151,7 +151,7 @@ fn rest(mut model: Model, fabric: &Fabric) -> Strip {
             }
         }
     }
-    let factorisations = newton.factorisations;
+    let factorisations = newton.effort.factorisations;
     Strip { grid, positions_m: x, residual_n, at_rest, factorisations }
 }
 
@@ -200,7 +200,7 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
         for _ in 0..3 {
             let inertia = Inertia { dt_s: SLIDE_STEP_S, free_flight: Some(&free) };
             model.forget_foreseen();
-            newton.iterate(&mut model, &mut x, inertia, true);
+            newton.iterate(&mut model, &mut x, inertia, Tangency::Projected);
         }
         for ((u, p), q) in velocity.iter_mut().zip(&x).zip(&before) {
             *u = (p - q) / SLIDE_STEP_S;

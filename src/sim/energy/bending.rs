@@ -189,25 +189,25 @@ impl Bending {
         bending
     }
 
-    /// `out += K x`, the gradient \[N\].
+    /// `out += K x`, the gradient \[N\]. The rows of K sum to nothing, so that differences
+    /// of positions do, and no digits are lost in large terms that cancel.
     pub fn add_gradient(&self, x: &[Vector3], out: &mut [Vector3]) {
-        for ((o, v), d) in out.iter_mut().zip(x).zip(&self.diagonal) {
-            *o += v * *d;
-        }
         for pair in &self.pairs {
             let (r, c) = (pair.row as usize, pair.column as usize);
-            out[r] += x[c] * pair.value;
-            out[c] += x[r] * pair.value;
+            let force = (x[c] - x[r]) * pair.value;
+            out[r] += force;
+            out[c] -= force;
         }
     }
 
-    /// Energy \[J\].
+    /// Energy \[J\], by differences too.
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        let own: f64 = x.iter().zip(&self.diagonal).map(|(v, d)| d * v.norm_squared()).sum();
-        let cross: f64 =
-            self.pairs.iter().map(|p| p.value * x[p.row as usize].dot(&x[p.column as usize])).sum();
-        0.5 * own + cross
+        let squares = self
+            .pairs
+            .iter()
+            .map(|p| p.value * (x[p.row as usize] - x[p.column as usize]).norm_squared());
+        -0.5 * squares.sum::<f64>()
     }
 
     /// Adds the constant Hessian \[N/m\] to the values of the grid's pattern.
@@ -312,5 +312,28 @@ mod tests {
         pattern.multiply(&values, &x, &mut product);
         let error = product.iter().zip(&gradient).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(error < 1e-12 * gradient[40].norm().max(1e-6), "{error:e}");
+    }
+
+    #[test]
+    fn differences_give_what_the_matrix_gives() {
+        let grid = Grid::shared(11, 0.1);
+        let bending = Bending::new(&grid, &PlateRigidity::new(&fabric(900.0, 2000.0, 1300.0)));
+        let pattern = grid.analysis.pattern();
+        let mut values = vec![0.0; pattern.nonzeros()];
+        bending.add_hessian(pattern, &mut values);
+        let x: Vec<_> = (0..grid.vertices())
+            .map(|v| grid.flat(v) + Vector3::new(0.0, (v as f64).sin() * 2e-3, 0.01))
+            .collect();
+        let (mut product, mut gradient) = (x.clone(), vec![Vector3::zeros(); x.len()]);
+        pattern.multiply(&values, &x, &mut product);
+        bending.add_gradient(&x, &mut gradient);
+        let energy: f64 = 0.5 * x.iter().zip(&product).map(|(a, b)| a.dot(b)).sum::<f64>();
+        assert!((bending.energy_j(&x) / energy - 1.0).abs() < 1e-12, "{energy}");
+        let largest = product.iter().map(Vector3::norm).fold(0.0, f64::max);
+        let off = product.iter().zip(&gradient).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-12 * largest, "{off:e} of {largest:e}");
+        // where all is shifted far away the matrix loses digits, the differences do not
+        let far: Vec<_> = x.iter().map(|p| p + Vector3::repeat(100.0)).collect();
+        assert!((bending.energy_j(&far) / energy - 1.0).abs() < 1e-9);
     }
 }

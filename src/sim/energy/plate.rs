@@ -9,10 +9,10 @@
 //! `p = k (gap - d)^2` for d < gap, potential `k (gap - d)^3 / 3` per area, which is
 //! C2. k is scaled by the fabric's weight, so that the depth is about the same for
 //! all: 0.03 mm of the 1 mm gap on the flat, more at the edge where the overhang
-//! bears. A penalty, not a barrier: a load far above a specimen's own weight could
-//! press a sample through d = 0, which [`PlateContact::clearance_m`] reports. The
-//! clamped logarithm of Li et al. 2020 with a gap of 0.5 mm was tried: it never let
-//! a sample through, but the descent needed several times the iterations.
+//! bears. Within 0.3 mm of the plate, where cloth comes that is stiff or falls hard, the
+//! clamped logarithm of Li et al. 2020 is added, and [`PlateContact::max_step`] keeps steps
+//! short of the surface, so that nothing gets through. The logarithm alone with a gap of
+//! 0.5 mm was tried: the descent needed several times the iterations.
 //!
 //! Friction: each sample in contact is tied to an anchor on the plate. The force
 //! grows with the tangential distance from the anchor to mu N at `slip_m` (the C1
@@ -125,6 +125,13 @@ pub struct PlateContact {
     grips: Vec<Grip>,
 }
 
+/// Part of the gap within which a wall rises that no weight gets through ...
+const WALL: f64 = 0.3;
+/// ... and its weight: at a tenth of the gap it bears ten times what the cubic does at none.
+const WALL_WEIGHT: f64 = 12.0;
+/// Part of its distance from the plate that a sample keeps in a step.
+const KEPT: f64 = 0.2;
+
 /// Pressure at the depth scale: the overhang's weight on a strip of the edge,
 /// measured in the sheet's own pressure rho g.
 const EDGE_PRESSURE_RATIO: f64 = 300.0;
@@ -150,8 +157,7 @@ impl PlateContact {
                 samples.push(Sample { cell: k as u32, weights, area_m2 });
             }
         }
-        let pressure = EDGE_PRESSURE_RATIO * density_kg_m2 * GRAVITY_M_S2;
-        let stiffness_pa_m = pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1];
+        let stiffness_pa_m = stiffness_pa_m(&plate, density_kg_m2);
         let none = Grip { anchor: None, normal: Vector3::zeros(), force_n: 0.0 };
         Self { plate, stiffness_pa_m, grips: vec![none; samples.len()], samples }
     }
@@ -263,6 +269,26 @@ impl PlateContact {
         second
     }
 
+    /// This contact, its grips with it, of another plate and fabric, on cells whose areas are
+    /// `area_ratio` times these.
+    #[must_use]
+    pub fn changed(&self, plate: Plate, density_kg_m2: f64, area_ratio: f64) -> Self {
+        let resized = |s: &Sample| Sample { area_m2: s.area_m2 * area_ratio, ..*s };
+        Self {
+            stiffness_pa_m: stiffness_pa_m(&plate, density_kg_m2),
+            plate,
+            samples: self.samples.iter().map(resized).collect(),
+            grips: self.grips.clone(),
+        }
+    }
+
+    /// Moves the anchors of friction, as if the specimen had been laid elsewhere.
+    pub fn move_anchors(&mut self, place: impl Fn(Vector3) -> Vector3) {
+        for anchor in self.grips.iter_mut().filter_map(|grip| grip.anchor.as_mut()) {
+            *anchor = place(*anchor);
+        }
+    }
+
     /// Takes the state `x` as the start of the next step: normal forces and
     /// normals are renewed, slipped anchors follow, lost contacts are forgotten.
     /// Returns the largest change of a normal force times friction \[N\].
@@ -291,6 +317,52 @@ impl PlateContact {
         largest * self.plate.friction
     }
 
+    /// Largest fraction, up to `limit`, of the step `dx` from `x` on whose way no sample loses
+    /// more than `1 - KEPT` of its distance from the plate; those inside it already are free.
+    #[must_use]
+    pub fn max_step(&self, grid: &Grid, x: &[Vector3], dx: &[Vector3], limit: f64) -> f64 {
+        let mut limit = limit;
+        for sample in &self.samples {
+            let step = Self::position(grid, dx, sample);
+            let length_m = step.norm() * limit;
+            let start = Self::position(grid, x, sample);
+            let near = self.plate.distance(&start, length_m.max(self.plate.gap_m));
+            let Some(d_m) = near.map(|at| at.d).filter(|&d| d > 0.0 && d < length_m / KEPT) else {
+                continue;
+            };
+            // how long the way is tells how often to look
+            let looks = (length_m / (0.5 * self.plate.edge_radius_m)).ceil().max(1.0);
+            let mut reached = 0.0;
+            while reached < limit {
+                let next = (reached + limit / looks).min(limit);
+                let at = self.plate.distance(&(start + step * next), self.plate.gap_m);
+                if at.is_some_and(|at| at.d < KEPT * d_m) {
+                    break;
+                }
+                reached = next;
+            }
+            if reached < limit {
+                limit = self.bisect(&start, &step, KEPT * d_m, [reached, reached + limit / looks]);
+            }
+        }
+        limit
+    }
+
+    /// Where between two fractions of a step the distance falls to `least_m`.
+    fn bisect(&self, start: &Vector3, step: &Vector3, least_m: f64, between: [f64; 2]) -> f64 {
+        let [mut free, mut inside] = between;
+        for _ in 0..8 {
+            let middle = 0.5 * (free + inside);
+            let at = self.plate.distance(&(start + step * middle), self.plate.gap_m);
+            if at.is_some_and(|at| at.d < least_m) {
+                inside = middle;
+            } else {
+                free = middle;
+            }
+        }
+        free
+    }
+
     /// The least distance of a sample from the plate \[m\]; positive if nothing
     /// is penetrated.
     #[must_use]
@@ -303,13 +375,36 @@ impl PlateContact {
     }
 }
 
+/// k: pressure over the square of the depth, such that the edge bears at its depth \[Pa/m^2\].
+fn stiffness_pa_m(plate: &Plate, density_kg_m2: f64) -> f64 {
+    let pressure = EDGE_PRESSURE_RATIO * density_kg_m2 * GRAVITY_M_S2;
+    pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1]
+}
+
 /// The potential per k and its first and second derivative by d \[m^3, m^2, m\].
 fn barrier(d: f64, gap: f64) -> [f64; 3] {
     if d >= gap {
         return [0.0; 3];
     }
     let depth = gap - d;
-    [depth.powi(3) / 3.0, -depth * depth, 2.0 * depth]
+    let cubic = [depth.powi(3) / 3.0, -depth * depth, 2.0 * depth];
+    let [wall, wall1, wall2] = wall(d, WALL * gap);
+    let weight = WALL_WEIGHT * gap;
+    [cubic[0] + weight * wall, cubic[1] + weight * wall1, cubic[2] + weight * wall2]
+}
+
+/// The clamped logarithm -(d - reach)^2 ln(d / reach) with its derivatives; below a
+/// twentieth of `reach`, where steps do not lead but a start may lie, its parabola.
+fn wall(d: f64, reach: f64) -> [f64; 3] {
+    if d >= reach {
+        return [0.0; 3];
+    }
+    let at = d.max(0.05 * reach);
+    let (over, log) = (at - reach, (at / reach).ln());
+    let first = -2.0 * over * log - over * over / at;
+    let second = -2.0 * log - 4.0 * over / at + (over / at).powi(2);
+    let below = d - at;
+    [-over * over * log + (first + 0.5 * second * below) * below, first + second * below, second]
 }
 
 fn tangential(v: &Vector3, normal: &Vector3) -> Vector3 {

@@ -2,10 +2,15 @@
 
 use std::collections::VecDeque;
 
-use super::{ARMIJO, HALVINGS, Iteration, LONGEST_STEP_M, Newton, SHIFT, dot, largest};
+use super::linear::SHIFT;
+use super::{HALVINGS, Iteration, LONGEST_STEP_M, Newton, Tangency, dot, is_lower, largest};
 use crate::base::Vector3;
+use crate::sim::effort::charge;
 use crate::sim::model::Model;
 
+/// Least fraction of a step that is tried first, so that one that was cut short does not
+/// hold up those after it.
+const LEAST_FRACTION: f64 = 0.02;
 /// Reach of the cache of self-contact pairs for short steps \[m\].
 const REACH_M: f64 = 2e-3;
 
@@ -27,26 +32,27 @@ impl Newton {
             Some(direction) => model.forebode(x, direction, FOREBODING),
             None => model.forget_foreseen(),
         }
-        let residual_n = self.assemble(model, x, SHIFT, true);
+        let residual_n = self.assemble(model, x, SHIFT, Tangency::Projected);
         let mut result = Iteration { residual_n, step_m: 0.0, fraction: 1.0, definite: true };
-        self.factorisations += 1;
-        if !self.factorize(true) {
+        if !self.factorize_roughly() {
             result.definite = false;
             return result;
         }
-        let mut energy = model.energy_j(x);
+        let mut energy = charge(&mut self.effort.search_s, || model.energy_j(x));
         let mut spare_m = 0.0;
         for _ in 0..iterations {
             let (slope, longest) = self.quasi_direction(memory);
-            if longest > 0.25 * REACH_M {
-                model.self_contact.update_along(x, &self.direction);
-                spare_m = 0.0;
-            } else if spare_m < 2.0 * longest {
-                model.self_contact.update(x, REACH_M);
-                spare_m = REACH_M;
-            }
-            let limit = model.self_contact.max_step(x, &self.direction);
-            let first = limit.min(2.0 * memory.fraction);
+            let limit = charge(&mut self.effort.contact_s, || {
+                if longest > 0.25 * REACH_M {
+                    model.self_contact.update_along(x, &self.direction);
+                    spare_m = 0.0;
+                } else if spare_m < 2.0 * longest {
+                    model.self_contact.update(x, REACH_M);
+                    spare_m = REACH_M;
+                }
+                model.max_step(x, &self.direction)
+            });
+            let first = limit.min((2.0 * memory.fraction).max(LEAST_FRACTION));
             memory.direction = Some(self.direction.clone());
             let Some((fraction, value)) = self.search(model, x, energy, slope, first) else {
                 result.fraction = 0.0;
@@ -59,7 +65,7 @@ impl Newton {
             spare_m -= 2.0 * result.step_m;
             let previous = std::mem::take(&mut self.gradient);
             self.gradient = vec![Vector3::zeros(); previous.len()];
-            model.gradient(&self.trial, &mut self.gradient);
+            charge(&mut self.effort.assembly_s, || model.gradient(&self.trial, &mut self.gradient));
             memory.push(x, &self.trial, &previous, &self.gradient);
             x.copy_from_slice(&self.trial);
             result.residual_n = largest(&self.gradient);
@@ -73,8 +79,10 @@ impl Newton {
     /// The quasi-Newton direction for the present gradient, with its slope and its
     /// largest move \[m\].
     fn quasi_direction(&mut self, memory: &mut Memory) -> (f64, f64) {
-        self.direction.copy_from_slice(&self.gradient);
-        memory.apply(&mut self.direction, |d| self.rough.solve(d));
+        charge(&mut self.effort.solve_s, || {
+            self.direction.copy_from_slice(&self.gradient);
+            memory.apply(&mut self.direction, |d| self.rough.solve(d));
+        });
         self.direction.iter_mut().for_each(|d| *d = -*d);
         let mut slope = dot(&self.gradient, &self.direction);
         if slope >= 0.0 {
@@ -105,8 +113,8 @@ impl Newton {
     ) -> Option<(f64, f64)> {
         for _ in 0..HALVINGS {
             self.try_fraction(x, fraction);
-            let value = model.energy_j(&self.trial);
-            if value <= energy + ARMIJO * fraction * slope {
+            let value = charge(&mut self.effort.search_s, || model.energy_j(&self.trial));
+            if is_lower(value, energy, fraction * slope) {
                 return Some((fraction, value));
             }
             fraction = shortened_by_strain(fraction, value - energy, slope);

@@ -2,23 +2,25 @@
 
 use nalgebra::DMatrix;
 
-use super::{Inertia, Newton, SHIFT, dot, largest, multiply};
-use crate::base::Vector3;
+use rand::RngExt as _;
+
+use super::linear::{SHIFT, multiply};
+use super::{Inertia, Newton, Tangency, dot, largest};
+use crate::base::{Vector3, seed};
 use crate::sim::model::Model;
 
 /// Products in the search for the lowest curvature.
 const LANCZOS: usize = 40;
 
 impl Newton {
-    /// Whether the exact Hessian at `x` is positive definite, on the pattern and,
-    /// with contact blocks outside it, by the sign of every conjugate-gradient
-    /// curvature met while solving for the residual. Leaves the factor in place.
+    /// Whether the exact Hessian at `x` is positive definite: on the pattern by its factor,
+    /// and where contact has blocks outside it by the sign of every curvature met while
+    /// solving for the residual by conjugate gradients.
     pub fn is_stable(&mut self, model: &mut Model, x: &[Vector3]) -> bool {
         model.forget_foreseen();
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        self.assemble(model, x, still, false);
-        self.factorisations += 1;
-        self.factorize(false) && self.solve(model)
+        self.assemble(model, x, still, Tangency::Exact);
+        self.solve(model, x, Tangency::Exact)
     }
 
     /// The lowest curvature of the exact Hessian relative to the projected one, in
@@ -27,9 +29,8 @@ impl Newton {
     /// move scaled to 1 m. Sees self-contact's blocks wherever they fall. A value
     /// above zero speaks for stability but does not prove it.
     pub fn lowest_curvature(&mut self, model: &mut Model, x: &[Vector3]) -> Option<f64> {
-        self.assemble(model, x, SHIFT, true);
-        self.factorisations += 1;
-        if !self.factorize(true) {
+        self.assemble(model, x, SHIFT, Tangency::Projected);
+        if !self.factorize_roughly() {
             return None;
         }
         model.forget_foreseen();
@@ -40,9 +41,9 @@ impl Newton {
         // the gradient may be nil, and blind to a mode: add a rough load
         let mut load = self.gradient.clone();
         let scale = (largest(&load) + 1e-12) * 1e-2;
-        for (v, g) in load.iter_mut().enumerate() {
-            *g += Vector3::from_fn(|r, _| ((12.9898 * (3 * v + r) as f64).sin() * 43758.5).fract())
-                * scale;
+        let mut rng = seed::rng(0, "rough load", 0);
+        for g in &mut load {
+            *g += Vector3::from_fn(|_, _| rng.random_range(-scale..scale));
         }
         for step in 0..LANCZOS {
             let mut next = load.clone();
@@ -90,7 +91,7 @@ impl Newton {
     pub fn nudge(&mut self, model: &mut Model, x: &mut [Vector3], length_m: f64) {
         self.direction.iter_mut().for_each(|d| *d *= length_m);
         model.self_contact.update_along(x, &self.direction);
-        let fraction = model.self_contact.max_step(x, &self.direction);
+        let fraction = model.max_step(x, &self.direction);
         self.try_fraction(x, fraction);
         x.copy_from_slice(&self.trial);
     }

@@ -38,6 +38,16 @@ pub enum PairKind {
     EdgeEdge,
 }
 
+impl PairKind {
+    /// Corners of the first element.
+    pub fn first(self) -> usize {
+        match self {
+            Self::PointTriangle => 1,
+            Self::EdgeEdge => 2,
+        }
+    }
+}
+
 /// The two closest points of a pair, as weights of its four corners.
 #[derive(Clone, Copy, Debug)]
 pub struct Closest {

@@ -1,0 +1,102 @@
+//! The flags of an experiment, mm and degrees, and what they mean in SI.
+
+use clap::Args;
+
+use crate::base::units::M_PER_MM;
+use crate::sim::Experiment;
+use crate::sim::experiment::{Curl, ExperimentError};
+
+/// Specimen, plate and effects; without a flag the modified Cusick drape.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Experiment")]
+pub(crate) struct ExperimentFlags {
+    /// A disc of 300 mm on a plate of radius 90 mm to start from: the standard Cusick drape
+    #[arg(long)]
+    pub(crate) cusick: bool,
+    /// Extents of the specimen along warp and weft [mm]
+    #[arg(long, value_name = "WARP,WEFT", value_delimiter = ',', num_args = 2)]
+    pub(crate) size: Option<Vec<f64>>,
+    /// Angle by which the sides along the weft lean towards the warp [degrees]
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) skew: Option<f64>,
+    /// Place of the specimen's centre on the plate [mm]
+    #[arg(
+        long,
+        value_name = "X,Z",
+        value_delimiter = ',',
+        num_args = 2,
+        allow_negative_numbers = true
+    )]
+    pub(crate) offset: Option<Vec<f64>>,
+    /// Turn of the specimen, from +x towards -z [degrees]
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) rotation: Option<f64>,
+    /// Fall of the plate towards +x and +z [degrees]
+    #[arg(
+        long,
+        value_name = "X,Z",
+        value_delimiter = ',',
+        num_args = 2,
+        allow_negative_numbers = true
+    )]
+    pub(crate) tilt: Option<Vec<f64>>,
+    /// Radius of the plate [mm]
+    #[arg(long)]
+    pub(crate) plate_radius: Option<f64>,
+    /// Radius of the plate's edge, half its thickness [mm]
+    #[arg(long)]
+    pub(crate) edge_radius: Option<f64>,
+    /// Coefficient of friction between cloth and plate
+    #[arg(long)]
+    pub(crate) friction: Option<f64>,
+    /// Natural curvature of the whole sheet along weft, warp, and twist [1/m]
+    #[arg(
+        long,
+        value_name = "WEFT,WARP,TWIST",
+        value_delimiter = ',',
+        num_args = 3,
+        allow_negative_numbers = true
+    )]
+    pub(crate) curl: Option<Vec<f64>>,
+    /// Softening of bending M = B k (1 - s k), s along weft, warp, bias [mm]
+    #[arg(long, value_name = "WEFT,WARP,BIAS", value_delimiter = ',', num_args = 3)]
+    pub(crate) softening: Option<Vec<f64>>,
+    /// Correction of the mesh for folds (0.04 mends cantilevers); 0: none
+    #[arg(long)]
+    pub(crate) fold_correction: Option<f64>,
+}
+
+impl ExperimentFlags {
+    /// The experiment, checked.
+    pub(crate) fn experiment(&self) -> Result<Experiment, ExperimentError> {
+        let mut e = if self.cusick { Experiment::standard_cusick() } else { Experiment::default() };
+        let set = |number: &mut f64, value: Option<f64>, unit: f64| {
+            if let Some(value) = value {
+                *number = value * unit;
+            }
+        };
+        let part = |values: &Option<Vec<f64>>, k: usize| values.as_ref().map(|v| v[k]);
+        let degree = 1_f64.to_radians();
+        set(&mut e.specimen.warp_m, part(&self.size, 0), M_PER_MM);
+        set(&mut e.specimen.weft_m, part(&self.size, 1), M_PER_MM);
+        set(&mut e.specimen.skew_rad, self.skew, degree);
+        set(&mut e.specimen.rotation_rad, self.rotation, degree);
+        set(&mut e.tilt.down_x_rad, part(&self.tilt, 0), degree);
+        set(&mut e.tilt.down_z_rad, part(&self.tilt, 1), degree);
+        set(&mut e.plate.radius_m, self.plate_radius, M_PER_MM);
+        set(&mut e.plate.edge_radius_m, self.edge_radius, M_PER_MM);
+        set(&mut e.plate.friction, self.friction, 1.0);
+        set(&mut e.softening.weft_m, part(&self.softening, 0), M_PER_MM);
+        set(&mut e.softening.warp_m, part(&self.softening, 1), M_PER_MM);
+        set(&mut e.softening.bias_m, part(&self.softening, 2), M_PER_MM);
+        set(&mut e.fold_correction, self.fold_correction, 1.0);
+        for (k, number) in e.specimen.offset_m.iter_mut().enumerate() {
+            set(number, part(&self.offset, k), M_PER_MM);
+        }
+        if let Some(curl) = &self.curl {
+            e.curl = Curl::uniform([curl[0], curl[1], curl[2]]);
+        }
+        e.check()?;
+        Ok(e)
+    }
+}

@@ -1,0 +1,56 @@
+//! Where the time of a drape goes.
+
+use std::ops::AddAssign;
+use std::time::Instant;
+
+/// Counts and times of a search for rest. Times are by the wall \[s\]; a drape runs on one
+/// thread, so that their shares are those of processor time unless the machine is crowded.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Cholesky factorisations.
+    pub factorisations: usize,
+    /// Gradients and Hessians.
+    pub assembly_s: f64,
+    /// Factorisations.
+    pub factorisation_s: f64,
+    /// Substitutions and products with the tangent.
+    pub solve_s: f64,
+    /// Pairs in contact, with the plate and of the sheet with itself, and steps kept short
+    /// of them.
+    pub contact_s: f64,
+    /// Energies along a direction.
+    pub search_s: f64,
+}
+
+impl Effort {
+    /// The parts with their names, in seconds.
+    #[must_use]
+    pub fn parts_s(&self) -> [(&'static str, f64); 5] {
+        [
+            ("assembly", self.assembly_s),
+            ("factorisation", self.factorisation_s),
+            ("solve", self.solve_s),
+            ("contact", self.contact_s),
+            ("line_search", self.search_s),
+        ]
+    }
+}
+
+impl AddAssign for Effort {
+    fn add_assign(&mut self, other: Self) {
+        self.factorisations += other.factorisations;
+        self.assembly_s += other.assembly_s;
+        self.factorisation_s += other.factorisation_s;
+        self.solve_s += other.solve_s;
+        self.contact_s += other.contact_s;
+        self.search_s += other.search_s;
+    }
+}
+
+/// Runs `work` and adds its time to `account_s`.
+pub(super) fn charge<T>(account_s: &mut f64, work: impl FnOnce() -> T) -> T {
+    let begun = Instant::now();
+    let result = work();
+    *account_s += begun.elapsed().as_secs_f64();
+    result
+}

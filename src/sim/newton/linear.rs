@@ -1,0 +1,200 @@
+//! The direction of a step: assembly, factor, solve.
+//!
+//! The projected Hessian is factorised on the grid's fixed pattern, in single precision. The
+//! exact one is factorised in double; where self-contact has blocks outside the pattern, or
+//! where the part on the pattern is not positive definite by itself (layers that touch hold
+//! each other up through those blocks), conjugate gradients on the whole of it, preconditioned
+//! with whichever factor there is, give the direction.
+
+use nalgebra::Matrix3;
+
+use super::{Inertia, Newton, Tangency, dot, largest};
+use crate::base::Vector3;
+use crate::sim::effort::charge;
+use crate::sim::model::{Model, Tangent};
+
+/// Inertia that keeps the projected Hessian positive definite in single precision
+/// \[s\]; from 0.03 to 2 s the descent is as fast.
+pub(super) const SHIFT: Inertia<'static> = Inertia { dt_s: 0.1, free_flight: None };
+/// Products in a solve by conjugate gradients ...
+const CG_LIMIT: usize = 200;
+/// ... which ends when the residual has fallen to this, in the preconditioner's norm.
+const CG_TOLERANCE: f64 = 1e-2;
+/// The same where the solution is the result.
+const ANSWER_TOLERANCE: f64 = 1e-6;
+
+impl Newton {
+    /// Gradient and matrix of the step's objective; returns the largest force on
+    /// a vertex without inertia \[N\].
+    pub(super) fn assemble(
+        &mut self,
+        model: &mut Model,
+        x: &[Vector3],
+        inertia: Inertia,
+        tangency: Tangency,
+    ) -> f64 {
+        charge(&mut self.effort.assembly_s, || {
+            model.gradient(x, &mut self.gradient);
+            let residual_n = largest(&self.gradient);
+            model.hessian(x, tangency == Tangency::Projected, &mut self.tangent);
+            if inertia.dt_s.is_finite() {
+                add_inertia(model, &mut self.tangent, inertia.dt_s);
+                if let Some(y) = inertia.free_flight {
+                    let per_mass = inertia.dt_s.powi(-2);
+                    for v in 0..y.len() {
+                        self.gradient[v] += (x[v] - y[v]) * (model.mass_kg[v] * per_mass);
+                    }
+                }
+            }
+            residual_n
+        })
+    }
+
+    /// direction = -A^-1 gradient, or as far as conjugate gradients get without meeting
+    /// negative curvature; false if they meet it, or if there is no factor (the direction is
+    /// then zero).
+    pub(super) fn solve(&mut self, model: &mut Model, x: &[Vector3], tangency: Tangency) -> bool {
+        for (d, g) in self.direction.iter_mut().zip(&self.gradient) {
+            *d = -g;
+        }
+        let factorised = match tangency {
+            Tangency::Projected => self.factorize_roughly(),
+            Tangency::Exact => self.factorize(),
+        };
+        match tangency {
+            Tangency::Projected if factorised => {
+                charge(&mut self.effort.solve_s, || self.rough.solve(&mut self.direction));
+                true
+            }
+            Tangency::Exact if factorised && self.tangent.outside.is_empty() => {
+                charge(&mut self.effort.solve_s, || self.factor.solve(&mut self.direction));
+                true
+            }
+            Tangency::Exact if factorised || self.substitute(model, x) => {
+                self.conjugate_gradients(model, factorised, CG_TOLERANCE)
+            }
+            _ => {
+                self.direction.fill(Vector3::zeros());
+                false
+            }
+        }
+    }
+
+    /// The moves by which the sheet, at rest at `x`, answers small loads \[N\] on its vertices:
+    /// solutions of H dx = load with the exact Hessian H. `None` where H is not positive definite.
+    pub fn answers(
+        &mut self,
+        model: &mut Model,
+        x: &[Vector3],
+        loads: &[Vec<Vector3>],
+    ) -> Option<Vec<Vec<Vector3>>> {
+        let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
+        model.forget_foreseen();
+        self.assemble(model, x, still, Tangency::Exact);
+        let exact = self.factorize();
+        if !exact && !self.substitute(model, x) {
+            return None;
+        }
+        let mut moves = Vec::with_capacity(loads.len());
+        for load in loads {
+            self.direction.copy_from_slice(load);
+            if exact && self.tangent.outside.is_empty() {
+                charge(&mut self.effort.solve_s, || self.factor.solve(&mut self.direction));
+            } else if !self.conjugate_gradients(model, exact, ANSWER_TOLERANCE) {
+                return None;
+            }
+            moves.push(self.direction.clone());
+        }
+        Some(moves)
+    }
+
+    /// Factorises the tangent on the pattern; false if it is not positive definite.
+    pub(super) fn factorize(&mut self) -> bool {
+        self.effort.factorisations += 1;
+        charge(&mut self.effort.factorisation_s, || self.factor.factorize(&self.tangent.values))
+    }
+
+    /// The same in single precision.
+    pub(super) fn factorize_roughly(&mut self) -> bool {
+        self.effort.factorisations += 1;
+        charge(&mut self.effort.factorisation_s, || self.rough.factorize(&self.tangent.values))
+    }
+
+    /// Puts a factor of the projected Hessian where the exact one has none; the tangent
+    /// stays the exact one.
+    fn substitute(&mut self, model: &mut Model, x: &[Vector3]) -> bool {
+        let exact = std::mem::take(&mut self.tangent);
+        charge(&mut self.effort.assembly_s, || {
+            model.hessian(x, true, &mut self.tangent);
+            add_inertia(model, &mut self.tangent, SHIFT.dt_s);
+        });
+        let definite = self.factorize_roughly();
+        self.tangent = exact;
+        definite
+    }
+
+    /// Solves with the whole tangent, preconditioned by the exact factor or the rough
+    /// one; the right-hand side is in `direction`. Stops short of negative curvature.
+    fn conjugate_gradients(&mut self, model: &Model, exact: bool, tolerance: f64) -> bool {
+        let Self { factor, rough, direction, krylov, tangent, effort, .. } = self;
+        let mut precondition = |x: &mut Vec<Vector3>| {
+            if exact { factor.solve(x) } else { rough.solve(x) }
+        };
+        charge(&mut effort.solve_s, || {
+            let [residual, preconditioned, product] = krylov;
+            residual.copy_from_slice(direction);
+            direction.fill(Vector3::zeros());
+            preconditioned.copy_from_slice(residual);
+            precondition(preconditioned);
+            let mut search = preconditioned.clone();
+            let mut rho = dot(residual, preconditioned);
+            let target = rho * tolerance * tolerance;
+            for iteration in 0..CG_LIMIT {
+                multiply(model, tangent, &search, product);
+                let curvature = dot(&search, product);
+                if curvature <= 0.0 {
+                    if iteration == 0 {
+                        direction.copy_from_slice(&search);
+                    }
+                    return false;
+                }
+                let alpha = rho / curvature;
+                for v in 0..search.len() {
+                    direction[v] += search[v] * alpha;
+                    residual[v] -= product[v] * alpha;
+                }
+                preconditioned.copy_from_slice(residual);
+                precondition(preconditioned);
+                let next = dot(residual, preconditioned);
+                if next <= target {
+                    break;
+                }
+                let beta = next / rho;
+                rho = next;
+                for (s, z) in search.iter_mut().zip(preconditioned.iter()) {
+                    *s = z + *s * beta;
+                }
+            }
+            true
+        })
+    }
+}
+
+/// Adds the inertia of a time step to the diagonal.
+fn add_inertia(model: &Model, tangent: &mut Tangent, dt_s: f64) {
+    let pattern = model.grid.analysis.pattern();
+    for (v, m) in model.mass_kg.iter().enumerate() {
+        let block = Matrix3::identity() * (m * dt_s.powi(-2));
+        pattern.add_diagonal(&mut tangent.values, v, &block);
+    }
+}
+
+/// `out` = tangent times `x`, the blocks outside the pattern included.
+pub(super) fn multiply(model: &Model, tangent: &Tangent, x: &[Vector3], out: &mut [Vector3]) {
+    model.grid.analysis.pattern().multiply(&tangent.values, x, out);
+    for (r, c, block) in &tangent.outside {
+        let (r, c) = (*r as usize, *c as usize);
+        out[r] += block * x[c];
+        out[c] += block.transpose() * x[r];
+    }
+}
