@@ -2,5 +2,6 @@
 
 pub mod banded;
 pub mod bspline;
+pub mod min_cut;
 pub mod robust;
 pub mod sparse;

@@ -12,6 +12,7 @@ pub mod physics;
 pub mod physics_drapes;
 pub mod rim;
 pub mod rims;
+pub mod stages;
 pub mod table;
 
 pub use job::{FailureKind, Job, JobError, Outcome};
