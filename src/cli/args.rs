@@ -350,7 +350,8 @@ pub(crate) enum Evaluate {
         /// Drapes as `simulate` writes them, or folders of them
         #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
-        /// Sensor profiles; with @top, the view from above alone
+        /// Sensor profiles; with @top, the view from above alone; with @views, every pixel
+        /// of the depth images in place of a fused cloud
         #[arg(
             long,
             value_delimiter = ',',

@@ -64,7 +64,7 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
     let setup = |name: &String| {
         Setup::named(name).ok_or_else(|| {
             Failure::usage(anyhow!(
-                "no sensor `{name}`: give one of {}, or one of them with @top",
+                "no sensor `{name}`: give one of {}, or one of them with @top or @views",
                 Profile::ALL.map(|profile| profile.name).join(", ")
             ))
         })

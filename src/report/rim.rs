@@ -191,7 +191,7 @@ pub fn of_scan_in_stages(
     let known = matches!(notes.format, Format::DepthPng | Format::Views);
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
-    let scanned = boundary_in_stages(&cloud, &options, stages)
+    let scanned = boundary_in_stages(cloud, &options, stages)
         .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
     Ok((scanned, notes))
 }

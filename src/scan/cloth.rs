@@ -162,7 +162,7 @@ pub(super) fn isolate(
     let points: Vec<Point3> = smooth(&thinned, reach_m).into_iter().map(|p| p.at).collect();
     let again = thin(&points, Some(&thinned.counts), cell);
     let smoothed = smooth(&again, reach_m);
-    stages.done("smooth, normals");
+    stages.done("smooth and normals");
     let usual = robust::median(smoothed.iter().map(|p| p.residual_m).collect()).unwrap_or(0.0);
     // Tight folds leave a residual too; crossing layers leave more than that.
     let usual = usual.max(0.08 * cell);

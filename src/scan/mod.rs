@@ -177,18 +177,20 @@ pub fn boundary_from_scan(
     cloud: &Cloud,
     options: &ScanOptions,
 ) -> Result<ScannedBoundary, ScanError> {
-    boundary_in_stages(cloud, options, &mut Stages::off())
+    boundary_in_stages(cloud.clone(), options, &mut Stages::off())
 }
 
-/// [`boundary_from_scan`], with the time that each stage takes.
+/// [`boundary_from_scan`] of a cloud that is not needed after, with the time that each
+/// stage takes.
 ///
 /// # Errors
 /// As there.
 pub fn boundary_in_stages(
-    cloud: &Cloud,
+    cloud: Cloud,
     options: &ScanOptions,
     stages: &mut Stages,
 ) -> Result<ScannedBoundary, ScanError> {
+    let points_in_cloud = cloud.points.len();
     let scene::Scene { unit, points: scene, colors, rim: free_edge, chord_m, mut mesh } =
         scene::take(cloud, options)?;
     stages.done("points and unit");
@@ -201,6 +203,9 @@ pub fn boundary_in_stages(
     local.par_iter_mut().for_each(|p| *p = local_from_scan * *p);
     stages.done("floor");
     let cloth = cloth::isolate(&local, floor, &plate, options, stages);
+    if options.mark.is_none() {
+        local = Vec::new();
+    }
     let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * 1.12;
     let mut unrolled = unroll::unroll(&cloth, 0.8 * options.plate_radius_m, reach_m);
     stages.done("unroll");
@@ -273,7 +278,7 @@ pub fn boundary_in_stages(
         point.position_m = sim_from_local * point.position_m;
     }
     let quality = Quality {
-        points: cloud.points.len(),
+        points: points_in_cloud,
         mesh,
         cloth_points: cloth.raw.len(),
         unit_guessed: options.unit.is_none(),

@@ -78,24 +78,25 @@ pub struct CutFacts {
 }
 
 /// Takes a scan.
-pub(super) fn take(cloud: &Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
-    match mesh_of(cloud) {
-        Some(mesh) => of_mesh(cloud, mesh, options),
+pub(super) fn take(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
+    match mesh_of(&cloud) {
+        Some(mesh) => of_mesh(&cloud, mesh, options),
         None => of_points(cloud, options),
     }
 }
 
-fn of_points(cloud: &Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
+fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
     let finite = |p: &Point3| p.iter().all(|c| c.is_finite());
-    let mut points: Vec<Point3> = cloud.points.iter().filter(|p| finite(p)).copied().collect();
+    let wanted = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
+    let colors = cloud.points.iter().zip(&cloud.colors).filter(|(p, _)| wanted && finite(p));
+    let colors = colors.map(|(_, color)| *color).collect();
+    let mut points = cloud.points;
+    points.retain(finite);
     if points.len() < MIN_POINTS {
         return Err(ScanError::TooFewPoints { points: points.len(), limit: MIN_POINTS });
     }
     let unit = options.unit.map_or_else(|| unit::guess(&points), Ok)?;
     points.iter_mut().for_each(|p| *p *= unit.metres());
-    let wanted = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
-    let colors = cloud.points.iter().zip(&cloud.colors).filter(|(p, _)| wanted && finite(p));
-    let colors = colors.map(|(_, color)| *color).collect();
     Ok(Scene { unit, points, colors, rim: Vec::new(), chord_m: 0.0, mesh: None })
 }
 
