@@ -225,6 +225,32 @@ fn a_decimated_mesh_is_no_sparse_cloud() {
     assert!(matches!(cloud.err(), Some(ScanError::TooFewPoints { points: 961, .. })));
 }
 
+/// Each edge of the rim joined to the floor below it, as where a depth image steps from
+/// the cloth to what lies behind.
+fn bridged(mut mesh: Mesh) -> Mesh {
+    let rim = rim_of_grid(mesh.vertices.len().isqrt());
+    let first = mesh.vertices.len() as u32;
+    for &v in &rim {
+        let above = mesh.vertices[v as usize];
+        mesh.vertices.push(Point3::new(above.x, -0.25, above.z));
+    }
+    let count = rim.len() as u32;
+    for k in 0..count {
+        let next = (k + 1) % count;
+        let (a, b) = (rim[k as usize], rim[next as usize]);
+        mesh.triangles.extend([[b, a, first + k], [b, first + k, first + next]]);
+    }
+    mesh
+}
+
+#[test]
+fn bridges_over_the_jumps_of_a_depth_image_are_no_cloth() {
+    let found = run("bridged to the floor", knit(), &bridged(open(knit(), 1)), 0.0).unwrap();
+    let open = run("5 mm", knit(), &open(knit(), 1), 0.0).unwrap();
+    assert!((found.mean_mm - open.mean_mm).abs() < 0.1, "{} mm", found.mean_mm);
+    assert!(found.rim.quality.mesh.unwrap().cut.is_none());
+}
+
 #[test]
 fn seams_of_a_file_are_no_edges() {
     // Every triangle on vertices of its own, as flat-shaded exports have them.

@@ -19,6 +19,7 @@ use super::{MIN_POINTS, plate, underside};
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::{Sample, area_vector2, spread, weld};
 use crate::geom::{Adjacency, Cloud, Mesh};
+use crate::numeric::robust;
 
 /// Largest distance between the points that stand for a mesh \[m\]; meshes with
 /// closer vertices are sampled as closely as these.
@@ -34,6 +35,13 @@ pub(super) const RIM_STEP_M: f64 = 0.25e-3;
 /// What lies this near to a place where a cut shows no crease may be cloth or not, and
 /// is left to be bridged \[m\].
 const WEAK_M: f64 = 8e-3;
+/// The edges of a mesh are alike if nine in ten triangles have none longer than this
+/// many usual ones;
+const ALIKE: f64 = 3.0;
+/// then one longer than this many, and than this \[m\], is a bridge. Surfaces seen at a
+/// grazing angle have edges up to four times the usual.
+const BRIDGE: f64 = 6.0;
+const LEAST_BRIDGE_M: f64 = 8e-3;
 /// Radius of a fold, for what a chord of a mesh cuts off it \[m\]. Empirical: mean knit.
 const FOLD_RADIUS_M: f64 = 10e-3;
 
@@ -121,7 +129,8 @@ fn of_mesh(
 ) -> Result<Scene, ScanError> {
     let unit = options.unit.map_or_else(|| unit::guess(&cloud.points), Ok)?;
     let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
-    let whole = Mesh { vertices, triangles: triangles.to_vec() };
+    let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
+    drop_bridges(&mut whole);
     let plate = plate_of(&whole, unit, options)?;
     let near = near_plate(&whole, &plate.centre);
     let mesh = weld(&near);
@@ -158,6 +167,24 @@ fn of_mesh(
         chord_m: edge_m * edge_m / (8.0 * FOLD_RADIUS_M),
         mesh: Some(facts),
     })
+}
+
+/// Drops what spans the gaps of depth images in meshes that are made from them: in a
+/// mesh whose edges are alike, triangles with far longer ones. A decimated mesh has
+/// edges of all lengths and keeps its long ones.
+fn drop_bridges(mesh: &mut Mesh) {
+    let longest = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
+        (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared()).sqrt()
+    };
+    let lengths: Vec<f64> = mesh.triangles.iter().map(longest).collect();
+    let quantile = |share| robust::quantile(lengths.clone(), share).unwrap_or(0.0);
+    let usual = quantile(0.5);
+    if quantile(0.9) < ALIKE * usual {
+        let mut length = lengths.iter();
+        let limit = (BRIDGE * usual).max(LEAST_BRIDGE_M);
+        mesh.triangles.retain(|_| length.next().is_some_and(|&length| length <= limit));
+    }
 }
 
 /// The plate in a mesh. Two layers of a shell may hide it: then in what faces each of
