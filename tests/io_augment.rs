@@ -83,6 +83,36 @@ fn depth_views_read_back_to_the_rim() {
     }
 }
 
+/// A mark of the virtual specimen, seen by a virtual camera, in place of the warp's
+/// direction.
+#[test]
+fn a_coloured_mark_tells_the_warp_as_the_truth_does() {
+    let out = tempfile::tempdir().unwrap();
+    let drape = drapes().join("stiff.obj");
+    let file = |name: &str| out.path().join(name).to_str().unwrap().to_owned();
+    let (drape, scan) = (drape.to_str().unwrap(), file("marked.ply"));
+    for profile in ["structured-light", "truedepth"] {
+        let marked = ["--profile", profile, "--mark", "red", "--seed", "4", "--out", &scan];
+        done(&[&["augment", drape][..], &marked].concat());
+        let (truth, rim) = truth_of(&out.path().join("marked"));
+        let found = |flags: &[&str]| {
+            let csv = file("found.csv");
+            done(&[&["boundary", &scan, "-o", &csv][..], flags].concat());
+            boundary_csv::read(&csv).unwrap()
+        };
+        let [given, marked] = [found(&[&warp_flag(&truth)]), found(&["--mark", "red"])];
+        assert_eq!(given, marked, "{profile}");
+        assert!(marked.mean_distance_m(&rim) / M_PER_MM < 1.5);
+        let green = scan2params(&["boundary", &scan, "--mark", "green", "-o", &file("no.csv")]);
+        assert_eq!(green.status.code(), Some(4));
+        assert!(String::from_utf8_lossy(&green.stderr).contains("0 points on the cloth"));
+    }
+    for wrong in ["white", "#12345", "mauve"] {
+        let run = scan2params(&["boundary", &scan, "--mark", wrong, "-o", &file("no.csv")]);
+        assert_eq!(run.status.code(), Some(2), "{wrong}");
+    }
+}
+
 #[test]
 fn a_variant_is_the_same_bytes_whatever_else_is_made() {
     let out = tempfile::tempdir().unwrap();

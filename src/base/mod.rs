@@ -1,7 +1,8 @@
 //! What every layer shares: the vector types, the boundary vector, the frame,
-//! units, seeds.
+//! units, seeds, processor time.
 
 pub mod boundary;
+pub mod clock;
 pub mod frame;
 pub mod seed;
 pub mod units;

@@ -11,10 +11,10 @@ use super::Failure;
 use super::experiment::ExperimentFlags;
 use crate::base::units::M_PER_MM;
 use crate::fabric::Fabric;
-use crate::io::{Intrinsics, ReadOptions, intrinsics};
+use crate::io::{DepthSource, Intrinsics, ReadOptions, intrinsics};
 use crate::report::augment::{Form, Unit};
 use crate::report::rim::parse_warp_toward;
-use crate::scan::{LengthUnit, ScanOptions, WarpToward};
+use crate::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
 /// simulator reproduces it.
@@ -83,6 +83,10 @@ pub(crate) struct ReadFlags {
     /// or a bearing in degrees (counter-clockwise from above, from the scan's x axis)
     #[arg(long, value_name = "DIRECTION", value_parser = parse_warp_toward, allow_hyphen_values = true)]
     pub(crate) warp_toward: Option<WarpToward>,
+    /// Colour of a mark in the middle of the side to which the warp runs, on the
+    /// specimen itself: red, orange, yellow, green, cyan, blue, magenta or #rrggbb
+    #[arg(long, value_name = "COLOUR", conflicts_with = "warp_toward")]
+    pub(crate) mark: Option<MarkColor>,
     /// Unit of the file's coordinates; guessed from the scene if not given
     #[arg(long, value_parser = unit, value_name = "m|mm")]
     pub(crate) unit: Option<LengthUnit>,
@@ -104,6 +108,9 @@ pub(crate) struct ReadFlags {
     /// Principal point in y [pixels]
     #[arg(long, value_name = "PIXELS", requires = "fx", allow_negative_numbers = true)]
     pub(crate) cy: Option<f64>,
+    /// Where depth images are from, which says their unit: d4xx, d405, k4a, tum, polycam
+    #[arg(long, value_name = "NAME", value_parser = depth_source, conflicts_with = "depth_scale")]
+    pub(crate) sensor: Option<DepthSource>,
     /// Units of depth in a metre, in depth images
     #[arg(long, value_name = "UNITS_PER_METRE", default_value_t = 1000.0)]
     pub(crate) depth_scale: f64,
@@ -133,7 +140,10 @@ impl ReadFlags {
         let max_jump_m = self.drop_jumps.map(|mm| positive("drop-jumps", mm)).transpose()?;
         Ok(ReadOptions {
             intrinsics: of_file.or(of_flags),
-            depth_scale: positive("depth-scale", self.depth_scale)?,
+            depth_scale: match self.sensor {
+                Some(sensor) => sensor.units_per_metre,
+                None => positive("depth-scale", self.depth_scale)?,
+            },
             max_jump_m: max_jump_m.map(|mm| mm * M_PER_MM),
         })
     }
@@ -142,10 +152,16 @@ impl ReadFlags {
         ScanOptions {
             unit: self.unit,
             warp_toward: self.warp_toward,
+            mark: self.mark,
             seed: self.seed,
             ..ScanOptions::default()
         }
     }
+}
+
+fn depth_source(text: &str) -> Result<DepthSource, String> {
+    let names = DepthSource::ALL.map(|source| source.name).join(", ");
+    DepthSource::named(text).ok_or_else(|| format!("give one of {names}, or --depth-scale"))
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {
@@ -245,6 +261,14 @@ pub(crate) struct Augment {
     /// Unit of the clouds; `either` draws one for each
     #[arg(long, value_enum, default_value = "profile")]
     pub(crate) unit: AugmentUnit,
+    /// No camera: this many points spread evenly over cloth and floor, in metres, with
+    /// the profile's noise; for measuring speed. Needs --out FILE.ply
+    #[arg(long, value_name = "POINTS", conflicts_with = "mark")]
+    pub(crate) even: Option<usize>,
+    /// Colour a mark on each drape, in the middle of the side to which the warp runs;
+    /// depth images have no colours
+    #[arg(long, value_name = "COLOUR")]
+    pub(crate) mark: Option<MarkColor>,
     /// Seed of noise, of the scanner's frame and of where the cameras stand
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -327,7 +351,8 @@ pub(crate) enum Evaluate {
         /// Drapes as `simulate` writes them, or folders of them
         #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
-        /// Sensor profiles; with @top, the view from above alone
+        /// Sensor profiles; with @top, the view from above alone; with @views, every pixel
+        /// of the depth images in place of a fused cloud
         #[arg(
             long,
             value_delimiter = ',',
@@ -343,6 +368,15 @@ pub(crate) enum Evaluate {
         /// Folder for a picture of each rim found, on the true one
         #[arg(long, value_name = "DIR")]
         pictures: Option<PathBuf>,
+    },
+    /// Where the time of one scan goes, from file to rim: stage, processor time of all
+    /// threads, time on the wall. RAYON_NUM_THREADS=1 keeps it to one thread.
+    Stages {
+        #[command(flatten)]
+        scan: ScanFlags,
+        /// Runs; the one with the least processor time is printed
+        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+        repeat: u64,
     },
     /// How far the rims of `generate` are from those of full rest on the default grid,
     /// and how far two drops of one fabric are from each other.

@@ -16,10 +16,16 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
         form: given.form.into(),
         profile: profile(&given.profile)?,
         unit: given.unit.into(),
+        mark: given.mark,
+        even: given.even,
         seed: given.seed,
         count: given.count,
         simulator: SimOptions::default(),
     };
+    if given.even.is_some() && !is_ply(&given.out) {
+        let why = "--even makes one cloud; give --out FILE.ply";
+        return Err(Failure::usage(anyhow!("{}: {why}", given.out.display())));
+    }
     if is_ply(&given.out) {
         if given.count != 1 || !matches!(given.form, args::AugmentForm::Ply) {
             let why = "--out names one .ply; for other forms or more variants give a folder";

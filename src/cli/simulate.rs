@@ -1,8 +1,8 @@
 //! `simulate`: one drape.
 
 use super::{Failure, Outcome, args};
+use crate::base::clock::thread_cpu_s;
 use crate::fabric::Fabric;
-use crate::report::evaluate::thread_cpu_s;
 use crate::report::params;
 use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 

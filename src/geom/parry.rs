@@ -5,7 +5,7 @@
 
 use parry3d_f64::math::Vec3;
 use parry3d_f64::query::{PointQuery as _, Ray, RayCast as _};
-use parry3d_f64::shape::{HalfSpace, TriMesh};
+use parry3d_f64::shape::{HalfSpace, TriMesh, Triangle};
 
 use super::Mesh;
 use crate::base::{Point3, Vector3};
@@ -67,6 +67,21 @@ impl MeshIndex {
     }
 }
 
+/// Every triangle that a ray meets, nearest first: distance in lengths of `direction`,
+/// and the triangle. For a few rays; for many build a [`MeshIndex`].
+#[must_use]
+pub fn hits(mesh: &Mesh, origin: &Point3, direction: &Vector3) -> Vec<(f64, u32)> {
+    let ray = Ray::new(vec3(&origin.coords), vec3(direction));
+    let cast = |(face, corners): (u32, &[u32; 3])| {
+        let [a, b, c] = corners.map(|v| vec3(&mesh.vertices[v as usize].coords));
+        let distance = Triangle::new(a, b, c).cast_local_ray(&ray, f64::MAX, false)?;
+        Some((distance, face))
+    };
+    let mut hits: Vec<(f64, u32)> = (0_u32..).zip(&mesh.triangles).filter_map(cast).collect();
+    hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    hits
+}
+
 /// Where a ray from above meets the horizontal plane y = `y_m`.
 #[must_use]
 pub fn cast_on_floor(origin: &Point3, direction: &Vector3, y_m: f64, most: f64) -> Option<Hit> {
@@ -96,6 +111,17 @@ mod tests {
             assert!(index.cast(&origin, &Vector3::new(0., 0., side), 10.0).is_none());
             assert!(index.cast(&origin, &Vector3::new(0., 0., -side), 1.9).is_none());
         }
+    }
+
+    #[test]
+    fn all_triangles_on_a_ray_are_hit_in_order() {
+        let mut mesh = triangle();
+        mesh.vertices.extend(triangle().vertices.iter().map(|p| p + Vector3::z()));
+        mesh.triangles.push([3, 4, 5]);
+        let all = hits(&mesh, &Point3::new(0.25, 0.25, 3.0), &-Vector3::z());
+        assert_eq!(all.iter().map(|h| h.1).collect::<Vec<_>>(), [1, 0]);
+        assert!((all[0].0 - 2.0).abs() < 1e-12 && (all[1].0 - 3.0).abs() < 1e-12);
+        assert!(hits(&mesh, &Point3::new(0.9, 0.9, 3.0), &-Vector3::z()).is_empty());
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod obj;
 mod pcd;
 mod ply;
 mod ply_header;
+mod sensors;
 mod stl;
 mod tokens;
 mod views;
@@ -40,6 +41,7 @@ use serde::Serialize;
 pub use assemble::{LARGEST_COORDINATE, ReadNotes};
 pub use error::{Fault, Place, ReadError, WriteError};
 pub use intrinsics::Intrinsics;
+pub use sensors::DepthSource;
 pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
 pub use write::{atomically, write_depth_png, write_obj, write_ply};
 

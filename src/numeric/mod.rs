@@ -2,6 +2,7 @@
 
 pub mod banded;
 pub mod bspline;
+pub mod min_cut;
 pub mod robust;
 pub mod sparse;
 mod triangular;

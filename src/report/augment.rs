@@ -30,8 +30,10 @@ use super::params::{self, ParamsError};
 use crate::base::{Boundary, seed};
 use crate::geom::Mesh;
 use crate::io::{self, WriteError, boundary_csv};
-use crate::scan::{ScanError, ScanOptions, WarpToward, boundary_from_scan};
-use crate::sensor::{CameraPose, Profile, Scene, SceneError, VirtualScan, default_ring, scan};
+use crate::scan::{MarkColor, ScanError, ScanOptions, WarpToward, boundary_from_scan};
+use crate::sensor::{
+    CameraPose, Profile, Scene, SceneError, VirtualScan, default_ring, even, scan,
+};
 use crate::sim::{Drop, DropStart, SimOptions, drape};
 
 /// What is written of each variant.
@@ -71,6 +73,12 @@ pub struct AugmentOptions {
     pub profile: Profile,
     /// Unit of clouds.
     pub unit: Unit,
+    /// Colour of a mark in the middle of the side to which the warp runs.
+    pub mark: Option<MarkColor>,
+    /// For [`one_ply`]: this many points spread evenly over cloth and floor, with the
+    /// profile's axial noise in all directions, in metres and the simulation frame, in
+    /// place of what the sensor sees.
+    pub even: Option<usize>,
     /// Seed of the run.
     pub seed: u64,
     /// Variants of each drape.
@@ -181,10 +189,16 @@ pub fn one_ply(options: &AugmentOptions, path: &Path) -> Result<usize, AugmentEr
         fault: "holds other than one drape, and one PLY is to be written".to_owned(),
     })?;
     let mesh = mesh(&source, options)?;
+    if let Some(count) = options.even {
+        let scene = Scene::modified_cusick(mesh.clone());
+        let cloud = even(&scene, count, options.profile.axial_m, options.seed)
+            .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
+        io::write_ply(path, &cloud, 1.0)?;
+        truth_beside(&path.with_extension(""), &source, &mesh)?;
+        return Ok(cloud.points.len());
+    }
     let profile = with_unit(options, options.seed);
-    let scene = Scene::modified_cusick(mesh.clone());
-    let made = scan(&scene, &default_ring(), &profile, options.seed)
-        .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
+    let made = scan_of(&source, &mesh, &default_ring(), &profile, options.seed, options)?;
     made.write(path)?;
     truth_beside(&path.with_extension(""), &source, &mesh)?;
     Ok(made.cloud.points.len())
@@ -272,6 +286,23 @@ fn turned_ring(seed: u64) -> Vec<CameraPose> {
     default_ring().into_iter().map(turned).collect()
 }
 
+/// Scans a drape on its stand, with the mark if one is wanted.
+fn scan_of(
+    source: &Source,
+    mesh: &Mesh,
+    poses: &[CameraPose],
+    profile: &Profile,
+    seed: u64,
+    options: &AugmentOptions,
+) -> Result<VirtualScan, AugmentError> {
+    let fault = |error| AugmentError::Scene { path: source.path.clone(), source: error };
+    let mut scene = Scene::modified_cusick(mesh.clone());
+    if let Some(MarkColor(color)) = options.mark {
+        scene.mark_warp_side(color).map_err(fault)?;
+    }
+    scan(&scene, poses, profile, seed).map_err(fault)
+}
+
 fn variant(
     source: &Source,
     mesh: &Mesh,
@@ -281,8 +312,7 @@ fn variant(
 ) -> Result<PathBuf, AugmentError> {
     let seed = seed_of(options.seed, &source.name, index);
     let profile = with_unit(options, seed);
-    let made = scan(&Scene::modified_cusick(mesh.clone()), &turned_ring(seed), &profile, seed)
-        .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
+    let made = scan_of(source, mesh, &turned_ring(seed), &profile, seed, options)?;
     let stem = options.out.join(name);
     let path = match options.form {
         Form::Ply => {

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use crate::base::clock::thread_cpu_s;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3, Vector3};
 use crate::fabric::{Fabric, Mixture, MixtureError};
@@ -98,11 +99,4 @@ pub fn another_drop(
 ) -> Result<Drape, MixtureError> {
     let fabric = Mixture::knit_2020().sample(run_seed, index)?;
     Ok(drape(&fabric, &Drop { start: DropStart::Perturbed(!(run_seed ^ index)) }, options))
-}
-
-/// Processor time of this thread so far \[s\], where the system tells it (Linux).
-#[must_use]
-pub fn thread_cpu_s() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
 }

@@ -98,6 +98,14 @@ pub fn quality(scanned: &ScannedBoundary) -> Value {
     let mm = |metres: f64| metres / M_PER_MM;
     json!({
         "points": q.points,
+        "mesh": q.mesh.map(|mesh| json!({
+            "triangles": mesh.triangles,
+            "samples": mesh.samples,
+            "edge_mm": mm(mesh.edge_m),
+            "own_edge_share": mesh.own_edge_share,
+            "cut_share": mesh.cut.map(|cut| cut.removed_share),
+            "cut_crease_deg": mesh.cut.map(|cut| cut.crease_rad.to_degrees()),
+        })),
         "cloth_points": q.cloth_points,
         "unit": scanned.unit,
         "unit_guessed": q.unit_guessed,

@@ -14,6 +14,7 @@ pub mod rim;
 pub mod rims;
 pub mod soak;
 pub mod speed;
+pub mod stages;
 pub mod table;
 
 pub use job::{FailureKind, Job, JobError, Outcome};

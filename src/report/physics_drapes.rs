@@ -8,10 +8,10 @@ use std::path::Path;
 use image::RgbImage;
 
 use crate::base::Boundary;
+use crate::base::clock::thread_cpu_s;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
 use crate::report::chart::{Axis, COLOURS, Chart, Mark, Series, picture};
-use crate::report::evaluate::thread_cpu_s;
 use crate::report::physics::{DataError, Table, text_rows};
 use crate::sim::experiment::{Softening, bending_length_m};
 use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on_finer};

@@ -13,11 +13,12 @@ use std::path::Path;
 
 use super::JobError;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
+use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
 use crate::io::{Format, ReadNotes, ReadOptions, boundary_csv, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan,
+    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
 };
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
@@ -171,12 +172,26 @@ pub fn of_scan(
     read: &ReadOptions,
     options: &ScanOptions,
 ) -> Result<(ScannedBoundary, ReadNotes), JobError> {
+    of_scan_in_stages(path, read, options, &mut Stages::off())
+}
+
+/// [`of_scan`], with the time that each stage takes.
+///
+/// # Errors
+/// As there.
+pub fn of_scan_in_stages(
+    path: &Path,
+    read: &ReadOptions,
+    options: &ScanOptions,
+    stages: &mut Stages,
+) -> Result<(ScannedBoundary, ReadNotes), JobError> {
     let (cloud, notes) = read_scan_with(path, read)?;
+    stages.done("read");
     // Their reader has made metres of them.
     let known = matches!(notes.format, Format::DepthPng | Format::Views);
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
-    let scanned = boundary_from_scan(&cloud, &options)
+    let scanned = boundary_in_stages(cloud, &options, stages)
         .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
     Ok((scanned, notes))
 }

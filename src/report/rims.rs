@@ -26,13 +26,15 @@ pub const SILENT_ERROR_M: f64 = 5e-3;
 /// A sensor and where it stands.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// As the command line names it: a profile, `@top` behind it for the view from
-    /// above alone.
+    /// As the command line names it: a profile, behind it `@top` for the view from
+    /// above alone, `@views` for the depth images themselves in place of a fused cloud.
     pub name: String,
     /// Its errors.
     pub profile: Profile,
     /// Where it stands.
     pub poses: Vec<CameraPose>,
+    /// Whether every pixel of every view counts, unfused.
+    pub as_views: bool,
 }
 
 impl Setup {
@@ -40,13 +42,17 @@ impl Setup {
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let (profile, poses) = match name.split_once('@') {
-            None => (name, default_ring()),
+            None | Some((_, "views")) => (name, default_ring()),
             Some((profile, "top")) => {
                 (profile, Ring { elevations_rad: Vec::new(), ..Ring::default() }.poses())
             }
             Some(_) => return None,
         };
-        Some(Self { name: name.to_owned(), profile: Profile::named(profile)?, poses })
+        let (profile, as_views) = match profile.strip_suffix("@views") {
+            Some(profile) => (profile, true),
+            None => (profile, false),
+        };
+        Some(Self { name: name.to_owned(), profile: Profile::named(profile)?, poses, as_views })
     }
 
     /// A virtual scan of `drape` \[m\].
@@ -54,7 +60,12 @@ impl Setup {
     /// # Errors
     /// When the mesh makes no scene.
     pub fn scan(&self, drape: &Mesh, seed: u64) -> Result<VirtualScan, SceneError> {
-        scan(&Scene::modified_cusick(drape.clone()), &self.poses, &self.profile, seed)
+        let scene = Scene::modified_cusick(drape.clone());
+        let mut made = scan(&scene, &self.poses, &self.profile, seed)?;
+        if self.as_views {
+            made.cloud = made.unfused();
+        }
+        Ok(made)
     }
 }
 
@@ -300,6 +311,8 @@ mod tests {
     fn setups_have_names() {
         assert_eq!(Setup::named("consumer").unwrap().poses.len(), 11);
         assert_eq!(Setup::named("structured-light@top").unwrap().poses.len(), 1);
+        assert!(Setup::named("consumer@views").unwrap().as_views);
+        assert!(!Setup::named("consumer").unwrap().as_views);
         assert!(Setup::named("structured-light@left").is_none());
         assert!(Setup::named("sonar").is_none());
     }

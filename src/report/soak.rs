@@ -6,8 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::base::clock::thread_cpu_s;
 use crate::fabric::{Fabric, Mixture, MixtureError, PARAMETERS, TABLE_2};
-use crate::report::evaluate::thread_cpu_s;
 use crate::sim::experiment::bending_length_m;
 use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 

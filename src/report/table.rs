@@ -98,6 +98,23 @@ pub fn scan(scanned: &ScannedBoundary) -> String {
         q.cloth_points,
         100.0 * q.seen_share
     );
+    if let Some(mesh) = &q.mesh {
+        let _ = writeln!(
+            out,
+            "mesh             {:>12}  triangles with edges of {:.1} mm, {:.0} % of the rim from its own edge",
+            mesh.triangles,
+            mm(mesh.edge_m),
+            100.0 * mesh.own_edge_share
+        );
+        if let Some(cut) = mesh.cut {
+            let _ = writeln!(
+                out,
+                "closed below     {:>12.0}  % of its area cut away where it turns by {:.0} degrees",
+                100.0 * cut.removed_share,
+                cut.crease_rad.to_degrees()
+            );
+        }
+    }
     let _ = writeln!(
         out,
         "rim              {:>12.1}  mm long, {:.1} % observed, longest bridged arc {:.1} mm",
@@ -123,7 +140,7 @@ pub fn scan(scanned: &ScannedBoundary) -> String {
 fn weft_and_warp(orientation: Orientation) -> String {
     let text = match orientation {
         Orientation::Given => "given",
-        Orientation::Ambiguous => "ambiguous (say --warp-toward)",
+        Orientation::Ambiguous => "ambiguous (say --warp-toward, or --mark)",
     };
     format!("weft and warp    {text:>12}\n")
 }

@@ -16,7 +16,8 @@ use super::neighbours::Neighbours;
 use super::options::ScanOptions;
 use super::plate::{Plate, horizontal_axes, principal};
 use super::thin::{Thinned, thin};
-use crate::base::{Point3, Vector3};
+use crate::base::clock::Stages;
+use crate::base::{Isometry3, Point3, Vector3};
 use crate::numeric::robust;
 
 /// The cloth's points, local frame \[m\].
@@ -60,14 +61,20 @@ const MOST_SURFACE: usize = 350_000;
 const CELL_M: f64 = 2.0e-3;
 
 /// The lowest large level plane: the best of consensus planes through a few
-/// points, among points lower than any cloth can hang high.
-pub(super) fn find_floor(points: &[Point3], options: &ScanOptions, noise_m: f64) -> Option<Floor> {
+/// points, among points lower than any cloth can hang high. The points are the
+/// scan's, the plane is in the local frame.
+pub(super) fn find_floor(
+    points: &[Point3],
+    local_from_scan: &Isometry3,
+    options: &ScanOptions,
+    noise_m: f64,
+) -> Option<Floor> {
     let half = 0.5 * options.specimen_side_m;
     let stride = points.len().div_ceil(MOST_FLOOR);
     let low: Vec<Point3> = points
         .iter()
         .step_by(stride)
-        .copied()
+        .map(|p| local_from_scan * p)
         .filter(|p| p.y < -0.3 * half && p.y > -10.0 * half)
         .collect();
     let low = thin(&low, None, 6e-3).points;
@@ -120,6 +127,7 @@ pub(super) fn isolate(
     floor: Option<Floor>,
     plate: &Plate,
     options: &ScanOptions,
+    stages: &mut Stages,
 ) -> Cloth {
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let noise = plate.noise_m;
@@ -142,13 +150,19 @@ pub(super) fn isolate(
     let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
     let raw_spacing_m = spacing(&raw, options);
     let cell = CELL_M.max(1.1 * raw_spacing_m);
+    stages.done("cut to the cloth");
     let stride = raw.len().div_ceil(MOST_SURFACE).max(1);
     let some: Vec<Point3> = raw.iter().step_by(stride).copied().collect();
-    let thinned = drop_strays(thin(&some, None, cell), cell);
+    let thinned = thin(&some, None, cell);
+    drop(some);
+    stages.done("voxel");
+    let thinned = drop_strays(thinned, cell);
+    stages.done("strays");
     let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
     let points: Vec<Point3> = smooth(&thinned, reach_m).into_iter().map(|p| p.at).collect();
     let again = thin(&points, Some(&thinned.counts), cell);
     let smoothed = smooth(&again, reach_m);
+    stages.done("smooth and normals");
     let usual = robust::median(smoothed.iter().map(|p| p.residual_m).collect()).unwrap_or(0.0);
     // Tight folds leave a residual too; crossing layers leave more than that.
     let usual = usual.max(0.08 * cell);

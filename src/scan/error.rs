@@ -47,6 +47,75 @@ pub enum ScanError {
         /// The unit in use.
         unit: super::LengthUnit,
     },
+    /// A closed mesh whose cloth ends nowhere.
+    #[error(
+        "the mesh is closed underneath, and where the cloth ends it turns by {crease_deg:.0} degrees only \
+         (limit {limit_deg:.0}): the free edge cannot be told from what closes it; export the mesh \
+         unclosed (no hole filling, no Poisson surface), or the point cloud"
+    )]
+    NoCrease {
+        /// Median turn of the surface along the best cut.
+        crease_deg: f64,
+        /// Least turn accepted.
+        limit_deg: f64,
+    },
+    /// A closed mesh whose edge shows in too few places.
+    #[error(
+        "the mesh is closed underneath, and the cloth's free edge shows as a crease along {clear_percent:.0} % \
+         of the rim only (limit {limit_percent:.0} %); export the mesh unclosed (no hole filling, no Poisson \
+         surface), or the point cloud"
+    )]
+    HiddenCrease {
+        /// Share of the rim with an edge of the mesh after the cut.
+        clear_percent: f64,
+        /// Least share.
+        limit_percent: f64,
+    },
+    /// A mark is to be found in a scan without colours.
+    #[error(
+        "the scan has no colours in which a mark could be found (depth images and bare points have \
+         none); export it with colours, or say --warp-toward instead of --mark"
+    )]
+    NoColors,
+    /// The cloth is of the mark's colour.
+    #[error(
+        "the cloth's own colour ({} % red, {} % green, {} % blue) is too near to the mark's; mark in \
+         another colour, or say --warp-toward", cloth_percent[0], cloth_percent[1], cloth_percent[2]
+    )]
+    MarkLikeCloth {
+        /// Shares of red, green and blue in percent.
+        cloth_percent: [u8; 3],
+    },
+    /// No mark on the cloth.
+    #[error(
+        "{points} points on the cloth have the mark's colour, at least {limit} are needed; check the \
+         colour, make the mark larger, or say --warp-toward"
+    )]
+    NoMark {
+        /// Points found.
+        points: usize,
+        /// Least number.
+        limit: usize,
+    },
+    /// The mark does not tell one side.
+    #[error(
+        "the mark tells no side: {share_percent:.0} % of its points lie towards one side (limit \
+         {limit_percent:.0} %), their middle {off_deg:.0} degrees off the middle of that side (limit \
+         {limit_deg:.0}), at {bearing_deg:.0} degrees; mark the middle of one side only, the one to which \
+         the warp runs, or say --warp-toward"
+    )]
+    MarkUnclear {
+        /// Share of the marked points on the side that has most.
+        share_percent: f64,
+        /// Least share.
+        limit_percent: f64,
+        /// Angle between the mark's middle and the side's, seen from the centre.
+        off_deg: f64,
+        /// Largest angle.
+        limit_deg: f64,
+        /// Where the mark's middle lies.
+        bearing_deg: f64,
+    },
     /// The flattened cloth is not a square of the specimen's size.
     #[error(
         "the flattened outline differs from a {side_mm:.0} mm square by {rms_mm:.1} mm rms (limit \

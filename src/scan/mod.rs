@@ -4,10 +4,11 @@
 //! points in the simulation frame, each with sigma and an observed flag, and how
 //! much to trust them; or a refusal that says what was measured and where.
 //!
-//! load (`io`) -> unit (`unit`) -> plate and up (`plate`) -> floor, pedestal and
+//! load (`io`) -> points in metres, meshes sampled and opened (`scene`, `underside`),
+//! unit (`unit`) -> plate and up (`plate`) -> floor, pedestal and
 //! background cut away, denoised (`cloth`) -> unrolled (`unroll`) -> the square in
 //! the unrolled cloth (`square`) -> a smooth sheet (`sheet`) -> the plate under it
-//! (`origin`) -> free edge (`edge`) -> rim (`rim`) -> what it is worth (`trust`).
+//! (`origin`) -> free edge (`edge`, of a mesh `loops`) -> rim (`rim`) -> what it is worth (`trust`).
 //!
 //! The idea that carries it: a draped cloth is nearly an isometric image of a
 //! known square. In the unrolled plane the rim is four straight lines with known
@@ -20,6 +21,8 @@ mod cloth;
 mod coverage;
 mod edge;
 pub mod error;
+mod loops;
+pub mod mark;
 pub mod neighbours;
 pub mod options;
 mod origin;
@@ -27,10 +30,12 @@ pub mod picture;
 mod plate;
 mod relax;
 mod rim;
+mod scene;
 mod sheet;
 mod square;
 pub mod thin;
 mod trust;
+mod underside;
 pub mod unit;
 mod unroll;
 
@@ -39,9 +44,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 pub use error::ScanError;
+pub use mark::MarkColor;
 pub use options::{ScanOptions, WarpToward};
+pub use scene::{CutFacts, MeshFacts};
 pub use unit::LengthUnit;
 
+use crate::base::clock::Stages;
 use crate::base::{Boundary, BoundaryPoint, Isometry3, Point3, Vector3};
 use crate::geom::Cloud;
 use neighbours::Neighbours;
@@ -60,6 +68,9 @@ const FLOOR_SIGMA_RAD: f64 = 2e-3;
 const MOST_EDGE_CANDIDATES: usize = 200_000;
 /// Points farther apart than this many spacings have unseen cloth between them.
 const LONGEST_EDGE: f64 = 4.0;
+/// A mesh whose chords cut more off its folds is too coarse for its length along the
+/// cloth to tell what the sensor did to its edge [m].
+const MOST_CHORD_M: f64 = 0.1e-3;
 /// Rounds of relaxing the unrolled cloth with the plate's part loose.
 const LOOSE_ROUNDS: usize = 6;
 /// Rounds of pulling the unrolled edges straight.
@@ -69,7 +80,7 @@ const STRAIGHTENINGS: usize = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Orientation {
-    /// The caller said where the warp points.
+    /// The caller said where the warp points, or a mark on the specimen.
     Given,
     /// Undecided: the boundary turned by one quarter is as likely.
     Ambiguous,
@@ -95,8 +106,10 @@ pub struct ScannedBoundary {
 /// Quality figures of one scan.
 #[derive(Clone, Debug, Serialize)]
 pub struct Quality {
-    /// Points in the cloud, and those of the cloth.
+    /// Points in the file.
     pub points: usize,
+    /// What was found in a mesh; `None` for a cloud.
+    pub mesh: Option<MeshFacts>,
     /// Points left after the cuts.
     pub cloth_points: usize,
     /// Whether the unit was guessed.
@@ -155,25 +168,69 @@ pub struct Evidence {
     pub corners: [Point3; 4],
 }
 
-/// Finds the boundary vector in a scan.
+/// Finds the boundary vector in a scan. A cloud with triangles on most of its points
+/// is taken as a mesh.
+///
+/// # Errors
+/// When the scan cannot be trusted; see [`ScanError`].
 pub fn boundary_from_scan(
     cloud: &Cloud,
     options: &ScanOptions,
 ) -> Result<ScannedBoundary, ScanError> {
-    let finite = finite_points(cloud)?;
-    let unit = options.unit.map_or_else(|| unit::guess(&finite), Ok)?;
-    let scene: Vec<Point3> = finite.iter().map(|p| p * unit.metres()).collect();
-    let plate = plate::find(&scene, options.plate_radius_m, unit)?;
+    boundary_in_stages(cloud.clone(), options, &mut Stages::off())
+}
+
+/// [`boundary_from_scan`] of a cloud that is not needed after, with the time that each
+/// stage takes.
+///
+/// # Errors
+/// As there.
+pub fn boundary_in_stages(
+    cloud: Cloud,
+    options: &ScanOptions,
+    stages: &mut Stages,
+) -> Result<ScannedBoundary, ScanError> {
+    let points_in_cloud = cloud.points.len();
+    let scene::Scene { unit, points: scene, colors, rim: free_edge, chord_m, mut mesh } =
+        scene::take(cloud, options)?;
+    stages.done("points and unit");
+    let mut plate = plate::find(&scene, options.plate_radius_m, unit)?;
+    let sensor_noise_m = plate.noise_m;
+    plate.noise_m = plate.noise_m.hypot(chord_m);
+    stages.done("plate");
     let Local { from_scan: local_from_scan, floor } = local_frame(&scene, &plate, options);
-    let local: Vec<Point3> = scene.par_iter().map(|p| local_from_scan * p).collect();
-    let cloth = cloth::isolate(&local, floor, &plate, options);
+    let mut local = scene;
+    local.par_iter_mut().for_each(|p| *p = local_from_scan * *p);
+    stages.done("floor");
+    let cloth = cloth::isolate(&local, floor, &plate, options, stages);
+    if options.mark.is_none() {
+        local = Vec::new();
+    }
     let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * 1.12;
     let mut unrolled = unroll::unroll(&cloth, 0.8 * options.plate_radius_m, reach_m);
+    stages.done("unroll");
     let square = straighten(&mut unrolled, cloth.spacing_m, options)?;
-    let (square, unrolled) = (orient(square, &local_from_scan, options.warp_toward), unrolled);
+    let warp_toward = match (options.warp_toward, options.mark) {
+        (None, Some(mark)) => {
+            let marked = mark::Marked {
+                points: &local,
+                colors: &colors,
+                cloth: &unrolled,
+                square: &square,
+                reach_m: 2.0 * cloth.spacing_m + 3.0 * plate.noise_m,
+                plate_radius_m: options.plate_radius_m,
+            };
+            Some(WarpToward::BearingDeg(mark::bearing_deg(&marked, mark)?))
+        }
+        (given, _) => given,
+    };
+    drop(local);
+    stages.done("square");
+    let (square, unrolled) = (orient(square, &local_from_scan, warp_toward), unrolled);
 
     let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
     let (sheet, material, misfit_m) = fitted?;
+    stages.done("sheet");
     let origin = origin::find(&sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
         axis_sigma_m: plate.centre_sigma_m,
@@ -183,9 +240,22 @@ pub fn boundary_from_scan(
     let near_edge = edge_points(&cloth, &unrolled.points, &material, &sheet, plate.noise_m, half_m);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
+    if let Some(facts) = &mut mesh {
+        let off_m = 0.4e-3 + 3.0 * plate.noise_m;
+        let own: Vec<Point3> = free_edge.iter().map(|p| local_from_scan * p).collect();
+        let own = loops::on_sheet(&own, &unrolled.points, &material, &sheet, off_m, half_m);
+        facts.own_edge_share = loops::refine(&mut edges, &own, scene::RIM_STEP_M, half_m);
+        underside::judge(facts)?;
+    }
     let widths_m = rim::widths_m(&sheet, &edges, half_m);
-    let edge_sigma_m = edge::undo_shift(&mut edges, half_m, plate.noise_m);
+    // Chords make the unrolled cloth short: it then says nothing of the edge.
+    let edge_sigma_m = if chord_m < MOST_CHORD_M {
+        edge::undo_shift(&mut edges, half_m, sensor_noise_m)
+    } else {
+        chord_m
+    };
     let mut traced = rim::trace(&sheet, &edges, half_m);
+    stages.done("edge and rim");
     let explained = trust::Explained {
         surface: &cloth.surface,
         unrolled: &unrolled.points,
@@ -197,6 +267,7 @@ pub fn boundary_from_scan(
     };
     trust::assess(&mut traced, &sheet, &explained, half_m);
     rim::judge(&traced, &square, plate.noise_m, options)?;
+    stages.done("trust");
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
@@ -207,7 +278,8 @@ pub fn boundary_from_scan(
         point.position_m = sim_from_local * point.position_m;
     }
     let quality = Quality {
-        points: cloud.points.len(),
+        points: points_in_cloud,
+        mesh,
         cloth_points: cloth.raw.len(),
         unit_guessed: options.unit.is_none(),
         up: local_from_scan.inverse_transform_vector(&Vector3::y()).into(),
@@ -246,22 +318,13 @@ pub fn boundary_from_scan(
     let boundary =
         Boundary::new(traced.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
     let orientation =
-        if options.warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
+        if warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
     let sim_from_scan = sim_from_local * local_from_scan;
     Ok(ScannedBoundary { boundary, orientation, sim_from_scan, unit, quality, evidence })
 }
 
 fn share(points: &[BoundaryPoint]) -> f64 {
     points.iter().filter(|p| p.observed).count() as f64 / points.len() as f64
-}
-
-fn finite_points(cloud: &Cloud) -> Result<Vec<Point3>, ScanError> {
-    let finite: Vec<Point3> =
-        cloud.points.iter().filter(|p| p.iter().all(|c| c.is_finite())).copied().collect();
-    if finite.len() < MIN_POINTS {
-        return Err(ScanError::TooFewPoints { points: finite.len(), limit: MIN_POINTS });
-    }
-    Ok(finite)
 }
 
 /// The frame in which a scan is worked on, and what fixes it.
@@ -283,8 +346,7 @@ fn local_frame(scene: &[Point3], plate: &plate::Plate, options: &ScanOptions) ->
         Isometry3::from_parts(Translation3::identity(), turn) * Translation3::from(-origin.coords)
     };
     let mut from_scan = frame(plate.up.into_inner());
-    let local: Vec<Point3> = scene.par_iter().map(|p| from_scan * p).collect();
-    let mut floor = cloth::find_floor(&local, options, plate.noise_m);
+    let mut floor = cloth::find_floor(scene, &from_scan, options, plate.noise_m);
     // A plate that is clearly tilted keeps its own normal.
     let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
     let level =

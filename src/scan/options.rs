@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::mark::MarkColor;
 use super::unit::LengthUnit;
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 
@@ -30,6 +31,9 @@ pub struct ScanOptions {
     pub cloth_height_m: f64,
     /// Where the warp points; `None` leaves weft and warp undecided.
     pub warp_toward: Option<WarpToward>,
+    /// Colour of a mark in the middle of the side to which the warp runs; read where
+    /// `warp_toward` says nothing.
+    pub mark: Option<MarkColor>,
     /// Seed of the plane consensus.
     pub seed: u64,
     /// Largest arc of the rim that is bridged in a scan without noise \[m\].
@@ -60,6 +64,7 @@ impl Default for ScanOptions {
             plate_radius_m: PLATE_RADIUS_M,
             cloth_height_m: 1e-3,
             warp_toward: None,
+            mark: None,
             seed: 0,
             max_gap_m: 0.060,
             max_gap_per_noise: 18.0,

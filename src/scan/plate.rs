@@ -241,10 +241,9 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
     let mut noise_m = FLAT_RMS_M;
     let mut circle = (0.0, 0.0);
     let mut inner = 0.0;
-    let mut near: Vec<Point3> =
-        points.iter().copied().filter(|p| (p - centre).norm() < radius_m * 2.2).collect();
-    let stride = near.len().div_ceil(MOST_NEAR);
-    near = near.into_iter().step_by(stride).collect();
+    let around = || points.iter().copied().filter(|p| (p - centre).norm() < radius_m * 2.2);
+    let stride = around().count().div_ceil(MOST_NEAR).max(1);
+    let near: Vec<Point3> = around().step_by(stride).collect();
     for _ in 0..6 {
         let disc = |p: &&Point3| {
             let d = **p - centre;

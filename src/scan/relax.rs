@@ -82,18 +82,17 @@ impl Links {
 
     /// Weights of the links at the coordinates `x`: 1 where lengths agree.
     fn weights(&self, x: &[[f64; 2]], spacing_m: f64) -> Vec<f64> {
-        let one_way: Vec<f64> = (0..self.len())
-            .into_par_iter()
-            .flat_map_iter(|i| {
-                self.range(i).map(move |e| {
-                    let j = self.to[e] as usize;
-                    let length = norm(self.step[e]);
-                    let now = norm([x[j][0] - x[i][0], x[j][1] - x[i][1]]);
-                    1.0 / (1.0 + ((now - length) / (0.5 * spacing_m)).powi(2)).powi(2)
-                })
-            })
-            .collect();
+        let mut one_way = vec![0.0; self.to.len()];
+        self.fill(&mut one_way, &|i, own| {
+            for (weight, e) in own.iter_mut().zip(self.range(i)) {
+                let j = self.to[e] as usize;
+                let length = norm(self.step[e]);
+                let now = norm([x[j][0] - x[i][0], x[j][1] - x[i][1]]);
+                *weight = 1.0 / (1.0 + ((now - length) / (0.5 * spacing_m)).powi(2)).powi(2);
+            }
+        });
         (0..self.to.len())
+            .into_par_iter()
             .map(|e| match self.back[e] {
                 u32::MAX => 0.0,
                 back => one_way[e].min(one_way[back as usize]),
@@ -104,26 +103,51 @@ impl Links {
     /// The steps turned into the plane of the coordinates, each point's by its
     /// best rotation.
     fn turned(&self, x: &[[f64; 2]], weights: &[f64]) -> Vec<[f64; 2]> {
-        (0..self.len())
-            .into_par_iter()
-            .flat_map_iter(|i| {
-                let (mut c, mut s) = (0.0, 0.0);
-                for e in self.range(i) {
-                    let j = self.to[e] as usize;
-                    let (dx, dy) = (x[j][0] - x[i][0], x[j][1] - x[i][1]);
-                    c += weights[e] * (dx * self.step[e][0] + dy * self.step[e][1]);
-                    s += weights[e] * (dy * self.step[e][0] - dx * self.step[e][1]);
-                }
-                let norm = c.hypot(s).max(1e-300);
-                let (c, s) = (c / norm, s / norm);
-                self.range(i).map(move |e| {
-                    [
-                        c * self.step[e][0] - s * self.step[e][1],
-                        s * self.step[e][0] + c * self.step[e][1],
-                    ]
-                })
-            })
-            .collect()
+        let mut turned = vec![[0.0; 2]; self.to.len()];
+        self.fill(&mut turned, &|i, own| {
+            let (mut c, mut s) = (0.0, 0.0);
+            for e in self.range(i) {
+                let j = self.to[e] as usize;
+                let (dx, dy) = (x[j][0] - x[i][0], x[j][1] - x[i][1]);
+                c += weights[e] * (dx * self.step[e][0] + dy * self.step[e][1]);
+                s += weights[e] * (dy * self.step[e][0] - dx * self.step[e][1]);
+            }
+            let norm = c.hypot(s).max(1e-300);
+            let (c, s) = (c / norm, s / norm);
+            for (turned, e) in own.iter_mut().zip(self.range(i)) {
+                let step = self.step[e];
+                *turned = [c * step[0] - s * step[1], s * step[0] + c * step[1]];
+            }
+        });
+        turned
+    }
+
+    /// Lets `of` fill each point's links in `all`, which has one entry per link.
+    fn fill<T: Send>(&self, all: &mut [T], of: &(impl Fn(usize, &mut [T]) + Sync)) {
+        self.fill_points(0..self.len(), all, of);
+    }
+
+    fn fill_points<T: Send>(
+        &self,
+        points: std::ops::Range<usize>,
+        all: &mut [T],
+        of: &(impl Fn(usize, &mut [T]) + Sync),
+    ) {
+        const TOGETHER: usize = 2048;
+        let first = self.start[points.start];
+        if points.len() > TOGETHER {
+            let middle = points.start + points.len() / 2;
+            let (left, right) = all.split_at_mut(self.start[middle] - first);
+            rayon::join(
+                || self.fill_points(points.start..middle, left, of),
+                || self.fill_points(middle..points.end, right, of),
+            );
+            return;
+        }
+        for i in points {
+            let own = self.range(i);
+            of(i, &mut all[own.start - first..own.end - first]);
+        }
     }
 }
 
@@ -223,27 +247,32 @@ impl Coarse {
         let of = |c: f64| (((c + COARSE_HALF_M) / COARSE_M).max(0.0) as usize).min(side - 1);
         let cell: Vec<usize> = x.iter().map(|p| of(p[0]) * side + of(p[1])).collect();
         let cells = side * side;
-        let factors = [0, 1].map(|c| {
-            let mut matrix = Banded::zeros(cells, side + 1);
-            for i in 0..cells {
-                matrix.add(i, i, 1e-6);
-            }
-            for i in (0..links.len()).filter(|&i| !fixed[i]) {
-                matrix.add(cell[i], cell[i], tied[i][c]);
-                for e in links.range(i) {
-                    let (a, j) = (cell[i], links.to[e] as usize);
-                    let b = cell[j];
-                    if fixed[j] {
-                        matrix.add(a, a, weights[e]);
-                    } else if a != b && a.abs_diff(b) <= side + 1 && i < j {
-                        matrix.add(a, a, weights[e]);
-                        matrix.add(b, b, weights[e]);
-                        matrix.add(a, b, -weights[e]);
-                    }
+        let mut linked = Banded::zeros(cells, side + 1);
+        for i in 0..cells {
+            linked.add(i, i, 1e-6);
+        }
+        for i in (0..links.len()).filter(|&i| !fixed[i]) {
+            for e in links.range(i) {
+                let (a, j) = (cell[i], links.to[e] as usize);
+                let b = cell[j];
+                if fixed[j] {
+                    linked.add(a, a, weights[e]);
+                } else if a != b && a.abs_diff(b) <= side + 1 && i < j {
+                    linked.add(a, a, weights[e]);
+                    linked.add(b, b, weights[e]);
+                    linked.add(a, b, -weights[e]);
                 }
             }
+        }
+        let with_ties = |c: usize| {
+            let mut matrix = linked.clone();
+            for i in (0..links.len()).filter(|&i| !fixed[i] && tied[i][c] != 0.0) {
+                matrix.add(cell[i], cell[i], tied[i][c]);
+            }
             matrix.cholesky()
-        });
+        };
+        let (x, z) = rayon::join(|| with_ties(0), || with_ties(1));
+        let factors = [x, z];
         Self { cell, factors, cells }
     }
 

@@ -25,6 +25,13 @@ pub struct VirtualScan {
 }
 
 impl VirtualScan {
+    /// The points of all pixels of all views where the scanner believes them to be, in
+    /// its frame and unit: what a set of depth images holds, neither fused nor thinned.
+    #[must_use]
+    pub fn unfused(&self) -> Cloud {
+        self.truth.to_scanner(all_points(&self.views))
+    }
+
     /// Writes the cloud as PLY and the truth beside it as `<stem>.truth.json`.
     ///
     /// # Errors
@@ -138,11 +145,8 @@ struct Voxel {
     samples: usize,
 }
 
-/// All views in the simulation frame \[m\], where they are believed to be,
-/// thinned to one point per voxel. Where noise exceeds the spacing, a surface
-/// fills several layers of voxels, and thinning evens them out: the tails weigh
-/// more in the cloud than in the views.
-pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> Cloud {
+/// The points of all pixels in the simulation frame \[m\].
+fn all_points(views: &[DepthImage]) -> Cloud {
     let mut all = Cloud::default();
     for view in views {
         let pose = view.pose_believed.simulation_from_camera;
@@ -153,6 +157,15 @@ pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> 
             }
         }
     }
+    all
+}
+
+/// All views in the simulation frame \[m\], where they are believed to be,
+/// thinned to one point per voxel. Where noise exceeds the spacing, a surface
+/// fills several layers of voxels, and thinning evens them out: the tails weigh
+/// more in the cloud than in the views.
+pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> Cloud {
+    let all = all_points(views);
     let mut lots = seed::rng(run_seed, "sensor-lots", 0);
     let mut voxels: HashMap<[i64; 3], Voxel> = HashMap::new();
     for (index, point) in all.points.iter().enumerate() {

@@ -19,6 +19,7 @@
 //! no motion; the cloth is a sheet without thickness, seen from both sides.
 
 mod camera;
+mod even;
 mod fuse;
 mod noise;
 mod profile;
@@ -27,6 +28,7 @@ mod scene;
 mod views;
 
 pub use camera::{Camera, CameraPose, Ring, default_ring};
+pub use even::even;
 pub use fuse::{Truth, VirtualScan};
 pub use profile::Profile;
 pub use render::DepthImage;

@@ -1,6 +1,6 @@
 //! What stands before the camera: drape, plate, pedestal, floor.
 
-use crate::base::frame::PLATE_RADIUS_M;
+use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::{Point3, Vector3};
 use crate::geom::parry::cast_on_floor;
 use crate::geom::{Hit, Mesh, MeshIndex};
@@ -45,6 +45,11 @@ pub enum SceneError {
         /// The largest value \[m\].
         high: f64,
     },
+    /// A mark needs to know where the specimen's sides are.
+    #[error(
+        "{0} vertices are no square grid, on which a side could be marked; simulate the drape anew"
+    )]
+    NoGrid(usize),
     /// Other than one colour per vertex.
     #[error("cloth_colors has {0} entries for {1} vertices")]
     Colors(usize, usize),
@@ -70,8 +75,8 @@ impl Scene {
     pub const STAND_COLOR: [u8; 3] = [205, 205, 200];
     /// Colour of the floor.
     pub const FLOOR_COLOR: [u8; 3] = [95, 85, 75];
-    /// Colour for marking a side of the specimen.
-    pub const MARK_COLOR: [u8; 3] = [220, 40, 40];
+    /// Size of a mark: from the edge inward, and along it \[m\].
+    const MARK_M: [f64; 2] = [12e-3, 80e-3];
 
     /// The stand of the modified Cusick drape: plate of radius 50 mm, 5 mm
     /// thick, on a column of radius 20 mm, 0.25 m above a table.
@@ -88,14 +93,30 @@ impl Scene {
         }
     }
 
-    /// Paints the vertices that `marked` picks by their number with
-    /// [`Scene::MARK_COLOR`], as a garment technologist marks a side.
-    pub fn mark(&mut self, marked: impl Fn(usize) -> bool) {
-        let paint = |i| if marked(i) { Self::MARK_COLOR } else { Self::CLOTH_COLOR };
-        self.cloth_colors = (0..self.drape.vertices.len()).map(paint).collect();
+    /// Marks the middle of the side to which the warp runs (x = +150 mm on the flat
+    /// specimen) with a patch of 80 by 12 mm, as a garment technologist does with tape.
+    /// The drape must be a square grid of vertices, weft fastest, as `sim` makes it.
+    ///
+    /// # Errors
+    /// When it is none.
+    pub fn mark_warp_side(&mut self, color: [u8; 3]) -> Result<(), SceneError> {
+        let count = self.drape.vertices.len();
+        let n = count.isqrt();
+        if n < 5 || n * n != count {
+            return Err(SceneError::NoGrid(count));
+        }
+        let step_m = SPECIMEN_SIDE_M / (n - 1) as f64;
+        let marked = |i: usize| {
+            let (inward_m, along_m) =
+                ((n - 1 - i / n) as f64 * step_m, (i % n) as f64 * step_m - 0.5 * SPECIMEN_SIDE_M);
+            inward_m < Self::MARK_M[0].max(1.5 * step_m) && along_m.abs() < 0.5 * Self::MARK_M[1]
+        };
+        let paint = |i| if marked(i) { color } else { Self::CLOTH_COLOR };
+        self.cloth_colors = (0..count).map(paint).collect();
+        Ok(())
     }
 
-    fn check(&self) -> Result<(), SceneError> {
+    pub(super) fn check(&self) -> Result<(), SceneError> {
         let vertices = &self.drape.vertices;
         if let Some(bad) = vertices.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
             return Err(SceneError::NotFinite(bad));

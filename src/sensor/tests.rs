@@ -270,7 +270,7 @@ fn edges_recede_and_spread_by_the_stated_pixels() {
 fn the_truth_reads_back_from_its_file() {
     let poses = &default_ring()[..2];
     let mut scene = scene();
-    scene.mark(|vertex| vertex >= 58 * 61);
+    scene.mark_warp_side([220, 40, 40]).unwrap();
     let scan = scan(&scene, poses, &small(STRUCTURED_LIGHT), 4).unwrap();
     assert!(scan.cloud.colors.iter().any(|c| c[0] > 80 && c[1] < c[0] / 2), "the mark is seen");
     let folder = tempfile::tempdir().unwrap();

@@ -1,0 +1,285 @@
+//! The scan as points in metres, whatever it was given as.
+//!
+//! A cloud's points are taken as they are. A mesh's vertices are not measurements
+//! spread over a surface: a decimated mesh has few, and its free edge is known
+//! better than any density of points tells it. So a mesh is sampled by area, and its
+//! edges that belong to one triangle are handed on as the free edge
+//! ([`super::loops`]); what an app closed underneath is cut away before
+//! ([`super::underside`]).
+//!
+//! In: a cloud in the file's unit. Out: points in metres, the scan's own frame.
+
+use serde::Serialize;
+
+use super::error::ScanError;
+use super::neighbours::Neighbours;
+use super::options::ScanOptions;
+use super::unit::{self, LengthUnit};
+use super::{MIN_POINTS, plate, underside};
+use crate::base::{Point3, Vector3};
+use crate::geom::adjacency::{Sample, area_vector2, spread, weld};
+use crate::geom::{Adjacency, Cloud, Mesh};
+use crate::numeric::robust;
+
+/// Largest distance between the points that stand for a mesh \[m\]; meshes with
+/// closer vertices are sampled as closely as these.
+const SAMPLE_M: f64 = 1.2e-3;
+/// Most points that stand for the whole of a mesh, where the plate is looked for,
+const MOST_COARSE: f64 = 250_000.0;
+/// and for what lies around the plate.
+const MOST_FINE: f64 = 1_000_000.0;
+/// Around the plate: everything that may be specimen, and some floor \[m\].
+const AROUND_M: f64 = 0.45;
+/// Distance between the points that stand for a mesh's free edge \[m\].
+pub(super) const RIM_STEP_M: f64 = 0.25e-3;
+/// What lies this near to a place where a cut shows no crease may be cloth or not, and
+/// is left to be bridged \[m\].
+const WEAK_M: f64 = 8e-3;
+/// The edges of a mesh are alike if nine in ten triangles have none longer than this
+/// many usual ones;
+const ALIKE: f64 = 3.0;
+/// then one longer than this many, and than this \[m\], is a bridge. Surfaces seen at a
+/// grazing angle have edges up to four times the usual.
+const BRIDGE: f64 = 6.0;
+const LEAST_BRIDGE_M: f64 = 8e-3;
+/// Radius of a fold, for what a chord of a mesh cuts off it \[m\]. Empirical: mean knit.
+const FOLD_RADIUS_M: f64 = 10e-3;
+
+/// A scan in metres, in its own frame.
+pub(super) struct Scene {
+    /// The file's unit, given or guessed.
+    pub unit: LengthUnit,
+    /// Points of all surfaces.
+    pub points: Vec<Point3>,
+    /// Their colours; empty if the file has none or nobody asks for a mark.
+    pub colors: Vec<[u8; 3]>,
+    /// Points on edges of a single triangle; empty for a cloud.
+    pub rim: Vec<Point3>,
+    /// By how much a mesh's chords cut off folds \[m\]; 0 for a cloud.
+    pub chord_m: f64,
+    /// What was found in a mesh.
+    pub mesh: Option<MeshFacts>,
+}
+
+/// What was found in a scan that is a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeshFacts {
+    /// Triangles of the file.
+    pub triangles: usize,
+    /// Points that stand for them around the plate.
+    pub samples: usize,
+    /// Typical length of an edge on the cloth \[m\].
+    pub edge_m: f64,
+    /// What was cut away underneath.
+    pub cut: Option<CutFacts>,
+    /// Share of the free edge that was read from the mesh's own.
+    pub own_edge_share: f64,
+}
+
+/// The false underside of a closed mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CutFacts {
+    /// Its area as a share of all that hung together with the cloth.
+    pub removed_share: f64,
+    /// Median angle by which the surface turns along the cut \[rad\].
+    pub crease_rad: f64,
+}
+
+/// Takes a scan.
+pub(super) fn take(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
+    match mesh_of(&cloud) {
+        Some(mesh) => of_mesh(&cloud, mesh, options),
+        None => of_points(cloud, options),
+    }
+}
+
+fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
+    let finite = |p: &Point3| p.iter().all(|c| c.is_finite());
+    let wanted = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
+    let colors = cloud.points.iter().zip(&cloud.colors).filter(|(p, _)| wanted && finite(p));
+    let colors = colors.map(|(_, color)| *color).collect();
+    let mut points = cloud.points;
+    points.retain(finite);
+    if points.len() < MIN_POINTS {
+        return Err(ScanError::TooFewPoints { points: points.len(), limit: MIN_POINTS });
+    }
+    let unit = options.unit.map_or_else(|| unit::guess(&points), Ok)?;
+    points.iter_mut().for_each(|p| *p *= unit.metres());
+    Ok(Scene { unit, points, colors, rim: Vec::new(), chord_m: 0.0, mesh: None })
+}
+
+/// The mesh that a file holds: at least half of its points carry triangles. `None`
+/// also for what no reader gives: points that are not finite, triangles without.
+fn mesh_of(cloud: &Cloud) -> Option<&[[u32; 3]]> {
+    let mut carries = vec![false; cloud.points.len()];
+    for &vertex in cloud.triangles.iter().flatten() {
+        *carries.get_mut(vertex as usize)? = true;
+    }
+    if !cloud.points.iter().all(|p| p.iter().all(|c| c.is_finite())) {
+        return None;
+    }
+    let carrying = carries.iter().filter(|c| **c).count();
+    (carrying > 0 && 2 * carrying >= carries.len()).then_some(&cloud.triangles)
+}
+
+fn of_mesh(
+    cloud: &Cloud,
+    triangles: &[[u32; 3]],
+    options: &ScanOptions,
+) -> Result<Scene, ScanError> {
+    let unit = options.unit.map_or_else(|| unit::guess(&cloud.points), Ok)?;
+    let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
+    let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
+    drop_bridges(&mut whole);
+    let plate = plate_of(&whole, unit, options)?;
+    let near = near_plate(&whole, &plate.centre);
+    let mesh = weld(&near);
+    let beside = Adjacency::new(&mesh.triangles);
+    let cut = underside::find(&mesh, &beside, &plate, options.specimen_side_m)?;
+    let (mesh, cut, weak) = match cut {
+        None => (mesh, None, Vec::new()),
+        Some(cut) => {
+            let facts = CutFacts { removed_share: cut.removed_share, crease_rad: cut.crease_rad };
+            let kept = mesh.triangles.iter().zip(&cut.keep).filter(|(_, keep)| **keep);
+            let triangles = kept.map(|(t, _)| *t).collect();
+            (Mesh { triangles, ..mesh }, Some(facts), cut.weak)
+        }
+    };
+    let weak = Neighbours::new(&weak);
+    let clear = |p: &Point3| weak.nearest(p, 1).first().is_none_or(|n| n.1 > WEAK_M * WEAK_M);
+    let samples = spread(&mesh, spacing_m(&mesh, MOST_FINE)).filter(|s| clear(&s.at));
+    let (points, corners): (Vec<Point3>, Vec<u32>) = samples.map(|s| (s.at, s.vertex)).unzip();
+    let colored = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
+    let colors = if colored { colors_of(&whole, &mesh, &cloud.colors, &corners) } else { vec![] };
+    let edge_m = typical_edge_m(&mesh);
+    let facts = MeshFacts {
+        triangles: triangles.len(),
+        samples: points.len(),
+        edge_m,
+        cut,
+        own_edge_share: 0.0,
+    };
+    Ok(Scene {
+        unit,
+        points,
+        colors,
+        rim: free_edge(&mesh).into_iter().filter(clear).collect(),
+        chord_m: edge_m * edge_m / (8.0 * FOLD_RADIUS_M),
+        mesh: Some(facts),
+    })
+}
+
+/// Drops what spans the gaps of depth images in meshes that are made from them: in a
+/// mesh whose edges are alike, triangles with far longer ones. A decimated mesh has
+/// edges of all lengths and keeps its long ones.
+fn drop_bridges(mesh: &mut Mesh) {
+    let longest = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
+        (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared()).sqrt()
+    };
+    let lengths: Vec<f64> = mesh.triangles.iter().map(longest).collect();
+    let quantile = |share| robust::quantile(lengths.clone(), share).unwrap_or(0.0);
+    let usual = quantile(0.5);
+    if quantile(0.9) < ALIKE * usual {
+        let mut length = lengths.iter();
+        let limit = (BRIDGE * usual).max(LEAST_BRIDGE_M);
+        mesh.triangles.retain(|_| length.next().is_some_and(|&length| length <= limit));
+    }
+}
+
+/// The plate in a mesh. Two layers of a shell may hide it: then in what faces each of
+/// six ways.
+fn plate_of(
+    mesh: &Mesh,
+    unit: LengthUnit,
+    options: &ScanOptions,
+) -> Result<plate::Plate, ScanError> {
+    let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, MOST_COARSE)).collect();
+    if samples.len() < MIN_POINTS {
+        return Err(ScanError::TooFewPoints { points: samples.len(), limit: MIN_POINTS });
+    }
+    let find = |points: Vec<Point3>| plate::find(&points, options.plate_radius_m, unit);
+    let refused = match find(samples.iter().map(|s| s.at).collect()) {
+        Ok(plate) => return Ok(plate),
+        Err(refused) => refused,
+    };
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let ways = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    let faces = |way: Vector3| {
+        let faces = samples.iter().filter(|s| area_vector2(mesh, s.face as usize).dot(&way) > 0.0);
+        find(faces.map(|s| s.at).collect()).ok()
+    };
+    let found = ways.filter_map(faces);
+    let score = |plate: &plate::Plate| (plate.radius_m / options.plate_radius_m - 1.0).abs();
+    found.min_by(|a, b| score(a).total_cmp(&score(b))).ok_or(refused)
+}
+
+/// Distance between the points that stand for a mesh, at most `most` of them \[m\].
+fn spacing_m(mesh: &Mesh, most: f64) -> f64 {
+    let area = 0.5 * (0..mesh.triangles.len()).map(|f| area_vector2(mesh, f).norm()).sum::<f64>();
+    let own = (area / mesh.vertices.len().max(1) as f64).sqrt();
+    own.min(SAMPLE_M).max((area / most).sqrt())
+}
+
+/// The triangles around the plate, on the vertices that they use.
+fn near_plate(mesh: &Mesh, centre: &Point3) -> Mesh {
+    let near = |v: u32| (mesh.vertices[v as usize] - centre).norm() < AROUND_M;
+    let mut number = vec![u32::MAX; mesh.vertices.len()];
+    let mut vertices = Vec::new();
+    let triangles = mesh
+        .triangles
+        .iter()
+        .filter(|t| t.iter().any(|&v| near(v)))
+        .map(|t| {
+            t.map(|v| {
+                let number = &mut number[v as usize];
+                if *number == u32::MAX {
+                    *number = vertices.len() as u32;
+                    vertices.push(mesh.vertices[v as usize]);
+                }
+                *number
+            })
+        })
+        .collect();
+    Mesh { vertices, triangles }
+}
+
+/// The colours of vertices of `mesh`, by their places in the file's `whole`.
+fn colors_of(whole: &Mesh, mesh: &Mesh, colors: &[[u8; 3]], corners: &[u32]) -> Vec<[u8; 3]> {
+    let key = |p: &Point3| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
+    let by_place: std::collections::HashMap<[u64; 3], [u8; 3]> =
+        whole.vertices.iter().map(key).zip(colors.iter().copied()).collect();
+    let color = |v: &u32| by_place.get(&key(&mesh.vertices[*v as usize])).copied();
+    corners.iter().map(|v| color(v).unwrap_or_default()).collect()
+}
+
+/// Mean edge, weighted by area \[m\].
+fn typical_edge_m(mesh: &Mesh) -> f64 {
+    let (mut sum, mut areas) = (0.0, 0.0);
+    for (face, t) in mesh.triangles.iter().enumerate() {
+        let area = area_vector2(mesh, face).norm();
+        let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
+        sum += area * ((b - a).norm() + (c - b).norm() + (a - c).norm()) / 3.0;
+        areas += area;
+    }
+    if areas > 0.0 { sum / areas } else { 0.0 }
+}
+
+/// Points along the edges of a single triangle.
+fn free_edge(mesh: &Mesh) -> Vec<Point3> {
+    let beside = Adjacency::new(&mesh.triangles);
+    let mut points = Vec::new();
+    let mut owed = 0.0;
+    for (face, t) in mesh.triangles.iter().enumerate() {
+        for k in (0..3).filter(|&k| beside.is_boundary(face, k)) {
+            let [a, b] = [t[k], t[(k + 1) % 3]].map(|v| mesh.vertices[v as usize]);
+            let steps = (b - a).norm() / RIM_STEP_M + owed;
+            let count = steps.floor().max(0.0);
+            owed = steps - count;
+            let count = count as u32;
+            let at = |i: u32| a + (b - a) * ((f64::from(i) + 0.5) / f64::from(count));
+            points.extend((0..count).map(at));
+        }
+    }
+    points
+}
