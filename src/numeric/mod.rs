@@ -4,3 +4,4 @@ pub mod banded;
 pub mod bspline;
 pub mod robust;
 pub mod sparse;
+pub mod spline_system;

@@ -17,6 +17,7 @@
 //! occlusion looks like a rim.
 
 mod cloth;
+mod conform;
 mod coverage;
 mod edge;
 pub mod error;
@@ -173,19 +174,26 @@ pub fn boundary_from_scan(
     let (square, unrolled) = (orient(square, &local_from_scan, options.warp_toward), unrolled);
 
     let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
-    let (sheet, material, misfit_m) = fitted?;
-    let origin = origin::find(&sheet, &square, options).unwrap_or(origin::Origin {
+    let (sheet, mut material, misfit_m) = fitted?;
+    let mut conformed = conform_rounds(&cloth, &unrolled, &mut material, sheet, plate.noise_m, options);
+    let sheet = &conformed.sheet;
+    let origin = origin::find(sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
         axis_sigma_m: plate.centre_sigma_m,
         face_y_m: options.cloth_height_m,
     });
     let half_m = 0.5 * options.specimen_side_m;
-    let near_edge = edge_points(&cloth, &unrolled.points, &material, &sheet, plate.noise_m, half_m);
+    let near_edge = edge_points(&cloth, &unrolled.points, &material, sheet, plate.noise_m, half_m);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
-    let widths_m = rim::widths_m(&sheet, &edges, half_m);
-    let edge_sigma_m = edge::undo_shift(&mut edges, half_m, plate.noise_m);
-    let mut traced = rim::trace(&sheet, &edges, half_m);
+    let widths_m = rim::widths_m(sheet, &edges, half_m);
+    let edge_sigma_m = 0.1e-3;
+    if env("STRAIGHT", 0.0) > 0.0 {
+        edges.iter_mut().for_each(|e| e.outward.iter_mut().for_each(|w| *w = half_m));
+    } else {
+        edges.iter_mut().for_each(|e| e.outward.iter_mut().for_each(|w| *w -= conformed.shift_m));
+    }
+    let mut traced = rim::trace(sheet, &edges, half_m);
     let explained = trust::Explained {
         surface: &cloth.surface,
         unrolled: &unrolled.points,
@@ -195,7 +203,7 @@ pub fn boundary_from_scan(
         origin_sigma_m: origin.axis_sigma_m,
         edge_sigma_m,
     };
-    trust::assess(&mut traced, &sheet, &explained, half_m);
+    trust::assess(&mut traced, sheet, &explained, half_m);
     rim::judge(&traced, &square, plate.noise_m, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
@@ -365,7 +373,7 @@ fn fit_sheet(
     let half_m = 0.5 * options.specimen_side_m;
     let settings = sheet::SheetSettings {
         half_m: 1.1 * half_m,
-        knot_m: 6e-3,
+        knot_m: env("KNOT", 6e-3),
         point_sigma_m: 0.1e-3 + noise_m,
         curvature_sigma: 100.0,
         strain_sigma: 0.05,
@@ -417,4 +425,53 @@ fn edge_points(
             (off < on_sheet).then_some((*p, m))
         })
         .collect()
+}
+
+fn env(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+}
+
+fn conform_rounds(
+    cloth: &cloth::Cloth,
+    unrolled: &unroll::Unrolled,
+    material: &mut [[f64; 2]],
+    sheet: sheet::Sheet,
+    noise_m: f64,
+    options: &ScanOptions,
+) -> conform::Conformed {
+    let half_m = 0.5 * options.specimen_side_m;
+    let priors = conform::Priors {
+        half_m,
+        plate_radius_m: options.plate_radius_m,
+        point_sigma_m: env("PSIG", 0.1e-3) + noise_m,
+        curvature_sigma: env("CURV", 100.0),
+        strain_sigma: env("STRAIN", 0.02),
+        shift_sigma_m: env("SHIFT0", 0.3e-3) + env("SHIFTN", 0.5) * noise_m,
+    };
+    let tree = Neighbours::new(&unrolled.points);
+    let stride = cloth.raw.len().div_ceil(env("RAW", 40000.0) as usize);
+    let points = cloth.raw.par_iter().step_by(stride).filter_map(|p| {
+        let &(i, squared) = tree.nearest(p, 1).first()?;
+        (squared.sqrt() < 4.0 * cloth.spacing_m + 3.0 * noise_m).then_some((*p, material[i]))
+    });
+    let mut conformed = conform::Conformed::new(sheet, points.collect(), priors);
+    for _ in 0..env("ROUNDS", 3.0) as usize {
+        let t = std::time::Instant::now();
+        let near = edge_points(cloth, &unrolled.points, material, &conformed.sheet, noise_m, half_m);
+        let flat: Vec<[f64; 2]> = near.iter().map(|e| e.1).collect();
+        let edges = rim::edges(&flat, half_m, noise_m);
+        let t1 = t.elapsed().as_secs_f64();
+        let _ = conformed.draw(&edges);
+        if std::env::var("DBG").is_ok() {
+            eprintln!("edges {:.2} s conform {:.2} s", t1, t.elapsed().as_secs_f64() - t1);
+        }
+        let sheet = &conformed.sheet;
+        unrolled.points.par_iter().zip(&mut *material).for_each(|(p, m)| {
+            for _ in 0..2 { *m = sheet.nearest(p, *m, 1.09 * half_m).0; }
+        });
+    }
+    if std::env::var("ALPHA").is_ok() {
+    eprintln!("  alpha {:.4} shift {:.3}", conformed.stretch_per_m, conformed.shift_m*1e3);
+    }
+    conformed
 }
