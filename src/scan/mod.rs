@@ -187,12 +187,11 @@ pub fn boundary_from_scan(
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
     let widths_m = rim::widths_m(sheet, &edges, half_m);
-    let edge_sigma_m = 0.1e-3;
-    if env("STRAIGHT", 0.0) > 0.0 {
-        edges.iter_mut().for_each(|e| e.outward.iter_mut().for_each(|w| *w = half_m));
-    } else {
-        edges.iter_mut().for_each(|e| e.outward.iter_mut().for_each(|w| *w -= conformed.shift_m));
-    }
+    let sensor = (env("SHIFT0", 0.3e-3) + env("SHIFTN", 0.2) * plate.noise_m).powi(2);
+    let model = (env("MODEL0", 0.25e-3) + env("MODELA", 2e-3) * conformed.stretch_per_m).powi(2);
+    let part = sensor / (sensor + model);
+    let edge_sigma_m = (part * model).sqrt();
+    edges.iter_mut().for_each(|e| e.outward.iter_mut().for_each(|w| *w -= part * conformed.shift_m));
     let mut traced = rim::trace(sheet, &edges, half_m);
     let explained = trust::Explained {
         surface: &cloth.surface,
@@ -203,7 +202,13 @@ pub fn boundary_from_scan(
         origin_sigma_m: origin.axis_sigma_m,
         edge_sigma_m,
     };
-    trust::assess(&mut traced, sheet, &explained, half_m);
+    trust::assess(&mut traced, &conformed.sheet, &explained, half_m);
+    let t0 = std::time::Instant::now();
+    let material_of = traced.material.clone();
+    let cov: Vec<f64> = (0..61).map(|k| (conformed.covariance(material_of[4 * k]).trace() / 3.0).sqrt()).collect();
+    if std::env::var("COV").is_ok() {
+        eprintln!("cov {:.2} s: {}", t0.elapsed().as_secs_f64(), cov.iter().enumerate().map(|(k, c)| format!("{:.2}{}", c * 1e3, if traced.points[4*k].observed {""} else {"b"})).collect::<Vec<_>>().join(" "));
+    }
     rim::judge(&traced, &square, plate.noise_m, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
@@ -446,7 +451,7 @@ fn conform_rounds(
         point_sigma_m: env("PSIG", 0.1e-3) + noise_m,
         curvature_sigma: env("CURV", 100.0),
         strain_sigma: env("STRAIN", 0.02),
-        shift_sigma_m: env("SHIFT0", 0.3e-3) + env("SHIFTN", 0.5) * noise_m,
+        shift_sigma_m: 3e-3,
     };
     let tree = Neighbours::new(&unrolled.points);
     let stride = cloth.raw.len().div_ceil(env("RAW", 40000.0) as usize);
