@@ -219,38 +219,6 @@ impl<const Z: usize> SplineSystem<Z> {
         }
         (step, common)
     }
-
-    /// Variance of the common unknowns.
-    #[must_use]
-    pub fn common_covariance(&self) -> SMatrix<f64, Z, Z> {
-        self.schur_inverse
-    }
-
-    /// Covariance of the place at which the controls act with `weights`.
-    #[must_use]
-    pub fn covariance(&mut self, first: [usize; 2], weights: &[f64; ACTING]) -> Matrix3<f64> {
-        let control = |k: usize| self.grid.index(first[0] + k / 4, first[1] + k % 4);
-        let mut covariance = Matrix3::zeros();
-        // What the common unknowns move here.
-        let moved: [Vector3<f64>; Z] = std::array::from_fn(|z| {
-            (0..ACTING).map(|k| self.images[z][control(k)] * weights[k]).sum()
-        });
-        for axis in 0..3 {
-            let mut unit = vec![Vector3::zeros(); self.right.len()];
-            for (k, weight) in weights.iter().enumerate() {
-                unit[control(k)][axis] = *weight;
-            }
-            self.factor.solve(&mut unit);
-            let column: Vector3<f64> = (0..ACTING).map(|k| unit[control(k)] * weights[k]).sum();
-            covariance.set_column(axis, &column);
-        }
-        for a in 0..Z {
-            for b in 0..Z {
-                covariance += moved[a] * moved[b].transpose() * self.schur_inverse[(a, b)];
-            }
-        }
-        covariance
-    }
 }
 
 fn dot(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
@@ -295,9 +263,5 @@ mod tests {
         let w = grid.weights(at);
         let found: Vector3<f64> = (0..16).map(|k| step[grid.control(&w, k)] * w.value[k]).sum();
         assert!((found - truth(at)).norm() < 1e-9, "{found}");
-        // Twice the information, half the variance; the common unknown makes z worse.
-        let covariance = system.covariance(w.first, &w.value);
-        assert!(covariance[(2, 2)] > covariance[(0, 0)] && covariance[(0, 0)] > 0.0);
-        assert!((covariance - covariance.transpose()).norm() < 1e-9 * covariance.norm());
     }
 }

@@ -23,7 +23,7 @@
 //! sheet and the posterior covariance of its places. Fails where the sheet has been
 //! laid into the wrong one of two layers: it stays there.
 
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 
 use super::edge::Edge;
@@ -47,12 +47,12 @@ pub(super) struct Priors {
     pub curvature_sigma: f64,
     /// Standard deviation of the strain of a span.
     pub strain_sigma: f64,
-    /// Standard deviation of the sensor's shift of the edge \[m\].
-    pub shift_sigma_m: f64,
 }
 
 /// Gauss-Newton steps between two measurements of the edge.
 const STEPS: usize = 4;
+/// A step this small ends them [m].
+const CONVERGED_M: f64 = 0.1e-3;
 /// Largest move of a control in one step [m].
 const MOST_MOVE_M: f64 = 4e-3;
 /// A control is held to its place with this standard deviation [m].
@@ -67,6 +67,17 @@ const STRETCH_SIGMA_PER_M: f64 = 0.10;
 /// hang from its edge [m], and shear against stretch. Empirical, as above.
 const ON_PLATE_M: f64 = 0.13;
 const SHEAR: f64 = 2.0;
+
+/// Standard deviation of the shift b in the fit: nothing is known [m].
+const SHIFT_SIGMA_M: f64 = 3e-3;
+/// Standard deviation of a sensor's shift of the edge [m]: a pixel of a good
+/// scanner, and this share of the noise.
+const SENSOR_SHIFT_M: f64 = 0.3e-3;
+const SENSOR_SHIFT_PER_NOISE: f64 = 0.2;
+/// What W and the lengths of the sheet are off by at the edge [m]: empirical, from
+/// simulated drapes, and what it grows by for a = 1 / m [m^2].
+const MODEL_SHIFT_M: f64 = 0.25e-3;
+const MODEL_SHIFT_PER_STRETCH_M2: f64 = 2e-3;
 
 /// The two unknowns that are common to the whole sheet.
 type Row = SVector<f64, 2>;
@@ -107,19 +118,16 @@ impl Conformed {
     pub fn draw(&mut self, edges: &[Edge; SIDES]) -> Option<()> {
         let anchors = self.anchors(edges);
         for _ in 0..STEPS {
-            let t0 = std::time::Instant::now();
             let (sheet, reach_m) = (&self.sheet, 1.09 * self.priors.half_m);
             self.points.par_iter().zip(&mut self.places).for_each(|(p, place)| {
                 *place = sheet.nearest(p, *place, reach_m).0;
             });
-            let t1 = t0.elapsed().as_secs_f64();
             self.assemble(&anchors);
-            let t2 = t0.elapsed().as_secs_f64();
             if !self.system.factorize() {
                 return None;
             }
             let (step, common) = self.system.step();
-            let most_m = step.iter().map(Vector3::norm).fold(0.0, f64::max);
+            let most_m: f64 = step.iter().map(Vector3::norm).fold(0.0, f64::max);
             let share = (MOST_MOVE_M / most_m).min(1.0);
             for (control, step) in self.sheet.controls.iter_mut().zip(&step) {
                 *control += step * share;
@@ -127,18 +135,24 @@ impl Conformed {
             // Cloth does not shrink under its weight.
             self.stretch_per_m = (self.stretch_per_m + common[0] * share).max(0.0);
             self.shift_m += common[1] * share;
-            if std::env::var("DBG").is_ok() {
-                let t3 = t0.elapsed().as_secs_f64();
-                eprintln!("step {:.3} mm alpha {:.4} shift {:.3} t {:.2} {:.2} {:.2}", most_m * 1e3, self.stretch_per_m, self.shift_m * 1e3, t1, t2 - t1, t3 - t2);
+            if most_m < CONVERGED_M {
+                break;
             }
         }
         Some(())
     }
 
-    /// Covariance of a place of the sheet at the last step \[m^2\].
-    pub fn covariance(&mut self, material: [f64; 2]) -> Matrix3<f64> {
-        let w = self.sheet.grid.weights(material);
-        self.system.covariance(w.first, &w.value)
+    /// The part of the shift of the edges that is the sensor's \[m\], and its standard
+    /// deviation.
+    ///
+    /// The rest is what the strain of a hanging sheet is off by; it grows with the
+    /// stretch. Both are common to the whole rim, and only their sizes tell them
+    /// apart.
+    pub fn sensor_shift_m(&self, noise_m: f64) -> (f64, f64) {
+        let sensor = (SENSOR_SHIFT_M + SENSOR_SHIFT_PER_NOISE * noise_m).powi(2);
+        let model = (MODEL_SHIFT_M + MODEL_SHIFT_PER_STRETCH_M2 * self.stretch_per_m).powi(2);
+        let share = sensor / (sensor + model);
+        (share * self.shift_m, (share * model).sqrt())
     }
 
     fn assemble(&mut self, anchors: &[Anchor]) {
@@ -175,7 +189,7 @@ impl Conformed {
         self.system.hold(HELD_M.powi(-2));
         let from_mean = STRETCH_PER_M - self.stretch_per_m;
         self.system.hold_common(0, from_mean, STRETCH_SIGMA_PER_M.powi(-2));
-        self.system.hold_common(1, -self.shift_m, self.priors.shift_sigma_m.powi(-2));
+        self.system.hold_common(1, -self.shift_m, SHIFT_SIGMA_M.powi(-2));
     }
 
     /// One point to its tangent plane; robust: points far off count little.
@@ -218,13 +232,12 @@ impl Conformed {
     fn hanging(&self, at: [f64; 2]) -> [f64; 3] {
         let r = at[0].hypot(at[1]);
         if r < self.priors.plate_radius_m {
-            let p = super::env("PLATE", ON_PLATE_M);
-            return [p, p, 0.0];
+            return [ON_PLATE_M, ON_PLATE_M, 0.0];
         }
         let (c, s) = (at[0] / r, at[1] / r);
         let end = self.priors.half_m / c.abs().max(s.abs());
         let below = ((end * end - r * r) / (2.0 * r)).max(0.0);
-        [below * c * c, below * s * s, super::env("SHEAR", SHEAR) * below * c * s]
+        [below * c * c, below * s * s, SHEAR * below * c * s]
     }
 
     fn add_bending(&mut self, grid: Grid) {
@@ -268,7 +281,7 @@ impl Conformed {
                 end: from_side(side, [edge.along[k], half_m]),
                 outward: from_side(side, [0.0, 1.0]),
                 at: self.sheet.at(from_side(side, [edge.along[k], edge.outward[k]])),
-                sigma_m: edge.sigma[k].hypot(super::env("EDGES", EDGE_SIGMA_M)),
+                sigma_m: edge.sigma[k].hypot(EDGE_SIGMA_M),
             })
         };
         (0..SIDES).flat_map(strips).collect()

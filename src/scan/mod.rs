@@ -61,6 +61,10 @@ const FLOOR_SIGMA_RAD: f64 = 2e-3;
 const MOST_EDGE_CANDIDATES: usize = 200_000;
 /// Points farther apart than this many spacings have unseen cloth between them.
 const LONGEST_EDGE: f64 = 4.0;
+/// Raw points that the sheet is drawn onto: every 1.5 mm of a cloth's surface.
+const MOST_CONFORMED: usize = 40_000;
+/// Times that the edge is measured and the sheet drawn.
+const CONFORM_ROUNDS: usize = 3;
 /// Rounds of relaxing the unrolled cloth with the plate's part loose.
 const LOOSE_ROUNDS: usize = 6;
 /// Rounds of pulling the unrolled edges straight.
@@ -141,6 +145,9 @@ pub struct Quality {
     pub noise_m: f64,
     /// Root mean square distance of the smoothed surface to the fitted sheet \[m\].
     pub sheet_rms_m: f64,
+    /// Largest area of scanned cloth within 12 mm of a rim point that the sheet does
+    /// not explain \[m^2\].
+    pub unexplained_m2: f64,
 }
 
 /// Intermediate products, simulation frame \[m\].
@@ -175,7 +182,8 @@ pub fn boundary_from_scan(
 
     let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
     let (sheet, mut material, misfit_m) = fitted?;
-    let mut conformed = conform_rounds(&cloth, &unrolled, &mut material, sheet, plate.noise_m, options);
+    let conformed =
+        conform_sheet(sheet, &cloth, &unrolled, &mut material, plate.noise_m, options)?;
     let sheet = &conformed.sheet;
     let origin = origin::find(sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
@@ -187,11 +195,8 @@ pub fn boundary_from_scan(
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
     let widths_m = rim::widths_m(sheet, &edges, half_m);
-    let sensor = (env("SHIFT0", 0.3e-3) + env("SHIFTN", 0.2) * plate.noise_m).powi(2);
-    let model = (env("MODEL0", 0.25e-3) + env("MODELA", 2e-3) * conformed.stretch_per_m).powi(2);
-    let part = sensor / (sensor + model);
-    let edge_sigma_m = (part * model).sqrt();
-    edges.iter_mut().for_each(|e| e.outward.iter_mut().for_each(|w| *w -= part * conformed.shift_m));
+    let (shift_m, edge_sigma_m) = conformed.sensor_shift_m(plate.noise_m);
+    edges.iter_mut().for_each(|edge| edge.shift(-shift_m));
     let mut traced = rim::trace(sheet, &edges, half_m);
     let explained = trust::Explained {
         surface: &cloth.surface,
@@ -202,14 +207,8 @@ pub fn boundary_from_scan(
         origin_sigma_m: origin.axis_sigma_m,
         edge_sigma_m,
     };
-    trust::assess(&mut traced, &conformed.sheet, &explained, half_m);
-    let t0 = std::time::Instant::now();
-    let material_of = traced.material.clone();
-    let cov: Vec<f64> = (0..61).map(|k| (conformed.covariance(material_of[4 * k]).trace() / 3.0).sqrt()).collect();
-    if std::env::var("COV").is_ok() {
-        eprintln!("cov {:.2} s: {}", t0.elapsed().as_secs_f64(), cov.iter().enumerate().map(|(k, c)| format!("{:.2}{}", c * 1e3, if traced.points[4*k].observed {""} else {"b"})).collect::<Vec<_>>().join(" "));
-    }
-    rim::judge(&traced, &square, plate.noise_m, options)?;
+    let unexplained = trust::assess(&mut traced, &conformed.sheet, &explained, half_m);
+    rim::judge(&traced, &square, &unexplained, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
@@ -247,6 +246,7 @@ pub fn boundary_from_scan(
         point_spacing_m: cloth.raw_spacing_m,
         noise_m: plate.noise_m,
         sheet_rms_m: misfit_m,
+        unexplained_m2: unexplained.area_m2,
     };
     let corners = std::array::from_fn(|s| traced.points[61 * s + 60].position_m);
     let on_edge = |e: &&(Point3, [f64; 2])| e.1[0].abs().max(e.1[1].abs()) > half_m - 2e-3;
@@ -378,7 +378,7 @@ fn fit_sheet(
     let half_m = 0.5 * options.specimen_side_m;
     let settings = sheet::SheetSettings {
         half_m: 1.1 * half_m,
-        knot_m: env("KNOT", 6e-3),
+        knot_m: 6e-3,
         point_sigma_m: 0.1e-3 + noise_m,
         curvature_sigma: 100.0,
         strain_sigma: 0.05,
@@ -432,51 +432,44 @@ fn edge_points(
         .collect()
 }
 
-fn env(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
-
-fn conform_rounds(
+/// Draws the sheet onto the raw points, without changing its lengths, and measures
+/// the free edge on it, in turns; the surface points' places follow.
+fn conform_sheet(
+    sheet: sheet::Sheet,
     cloth: &cloth::Cloth,
     unrolled: &unroll::Unrolled,
     material: &mut [[f64; 2]],
-    sheet: sheet::Sheet,
     noise_m: f64,
     options: &ScanOptions,
-) -> conform::Conformed {
+) -> Result<conform::Conformed, ScanError> {
     let half_m = 0.5 * options.specimen_side_m;
     let priors = conform::Priors {
         half_m,
         plate_radius_m: options.plate_radius_m,
-        point_sigma_m: env("PSIG", 0.1e-3) + noise_m,
-        curvature_sigma: env("CURV", 100.0),
-        strain_sigma: env("STRAIN", 0.02),
-        shift_sigma_m: 3e-3,
+        point_sigma_m: 0.1e-3 + noise_m,
+        curvature_sigma: 100.0,
+        strain_sigma: 0.02,
     };
     let tree = Neighbours::new(&unrolled.points);
-    let stride = cloth.raw.len().div_ceil(env("RAW", 40000.0) as usize);
+    let stride = cloth.raw.len().div_ceil(MOST_CONFORMED);
+    let near = 4.0 * cloth.spacing_m + 3.0 * noise_m;
     let points = cloth.raw.par_iter().step_by(stride).filter_map(|p| {
         let &(i, squared) = tree.nearest(p, 1).first()?;
-        (squared.sqrt() < 4.0 * cloth.spacing_m + 3.0 * noise_m).then_some((*p, material[i]))
+        (squared.sqrt() < near).then_some((*p, material[i]))
     });
     let mut conformed = conform::Conformed::new(sheet, points.collect(), priors);
-    for _ in 0..env("ROUNDS", 3.0) as usize {
-        let t = std::time::Instant::now();
-        let near = edge_points(cloth, &unrolled.points, material, &conformed.sheet, noise_m, half_m);
-        let flat: Vec<[f64; 2]> = near.iter().map(|e| e.1).collect();
-        let edges = rim::edges(&flat, half_m, noise_m);
-        let t1 = t.elapsed().as_secs_f64();
-        let _ = conformed.draw(&edges);
-        if std::env::var("DBG").is_ok() {
-            eprintln!("edges {:.2} s conform {:.2} s", t1, t.elapsed().as_secs_f64() - t1);
-        }
+    for _ in 0..CONFORM_ROUNDS {
+        let sheet = &conformed.sheet;
+        let near_edge = edge_points(cloth, &unrolled.points, material, sheet, noise_m, half_m);
+        let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
+        let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
+        conformed.draw(&rim::edges(&flat, half_m, noise_m)).ok_or(too_few)?;
         let sheet = &conformed.sheet;
         unrolled.points.par_iter().zip(&mut *material).for_each(|(p, m)| {
-            for _ in 0..2 { *m = sheet.nearest(p, *m, 1.09 * half_m).0; }
+            for _ in 0..2 {
+                *m = sheet.nearest(p, *m, 1.09 * half_m).0;
+            }
         });
     }
-    if std::env::var("ALPHA").is_ok() {
-    eprintln!("  alpha {:.4} shift {:.3}", conformed.stretch_per_m, conformed.shift_m*1e3);
-    }
-    conformed
+    Ok(conformed)
 }

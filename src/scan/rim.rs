@@ -11,6 +11,7 @@ use super::options::ScanOptions;
 use super::relax::Tie;
 use super::sheet::Sheet;
 use super::square::Square;
+use super::trust::Unexplained;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::{BoundaryPoint, Point3};
 
@@ -179,33 +180,37 @@ pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, usize) {
     best
 }
 
-/// Refuses a rim that cannot be trusted. Noise makes bridges worse: the more of it,
-/// the shorter the arcs and the smaller the share of the rim that may be bridged.
+/// Refuses a rim that cannot be trusted.
 pub(super) fn judge(
     rim: &Rim,
     square: &Square,
-    noise_m: f64,
+    unexplained: &Unexplained,
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
-    let min_observed = options.min_observed + options.min_observed_per_noise * noise_m;
-    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * noise_m).max(0.0);
     let bearing = |i: usize| square.bearing_deg(rim.material[i]);
     let observed =
         rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
     let (gap_m, middle) = longest_gap(&rim.points);
-    if observed < min_observed {
+    if observed < options.min_observed {
         return Err(ScanError::TooLittleRim {
             observed_percent: observed * 100.0,
-            limit_percent: min_observed * 100.0,
+            limit_percent: options.min_observed * 100.0,
             length_mm: gap_m * 1e3,
             bearing_deg: bearing(middle),
         });
     }
-    if gap_m > max_gap_m {
+    if gap_m > options.max_gap_m {
         return Err(ScanError::Gap {
             length_mm: gap_m * 1e3,
-            limit_mm: max_gap_m * 1e3,
+            limit_mm: options.max_gap_m * 1e3,
             bearing_deg: bearing(middle),
+        });
+    }
+    if unexplained.area_m2 > options.max_unexplained_m2 {
+        return Err(ScanError::Unexplained {
+            area_mm2: unexplained.area_m2 * 1e6,
+            limit_mm2: options.max_unexplained_m2 * 1e6,
+            bearing_deg: bearing(unexplained.rim_point),
         });
     }
     for (s, length) in rim.side_lengths_m.iter().enumerate() {

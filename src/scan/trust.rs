@@ -60,8 +60,22 @@ pub(super) struct Explained<'a> {
     pub edge_sigma_m: f64,
 }
 
+/// Scanned cloth that the sheet does not explain, around the rim point with most of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unexplained {
+    /// Its area \[m^2\].
+    pub area_m2: f64,
+    /// The point's number.
+    pub rim_point: usize,
+}
+
 /// Sets flags and sigmas of the rim's points.
-pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f64) {
+pub(super) fn assess(
+    rim: &mut Rim,
+    sheet: &Sheet,
+    points: &Explained,
+    half_m: f64,
+) -> Unexplained {
     let bound = UNEXPLAINED_M + points.noise_m;
     // Everything on the sheet, so that a surface point can ask how far it is off.
     let step = 2.5e-3;
@@ -73,13 +87,18 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     let on_sheet = Neighbours::new(&samples);
     let all = Neighbours::new(points.surface);
     let own = Neighbours::new(points.unrolled);
-    for (point, &m) in rim.points.iter_mut().zip(&rim.material) {
+    let mut most = Unexplained { area_m2: 0.0, rim_point: 0 };
+    for (index, (point, &m)) in rim.points.iter_mut().zip(&rim.material).enumerate() {
         let at = point.position_m;
         let near = all.within(&at, AROUND_M);
         let off = |p: &Point3| {
             on_sheet.nearest(p, 1).first().is_none_or(|n| n.1.sqrt() > bound + 0.7 * step)
         };
         let unexplained = near.iter().filter(|&&i| off(&points.surface[i])).count() as f64;
+        let area_m2 = unexplained * points.spacing_m.powi(2);
+        if area_m2 > most.area_m2 {
+            most = Unexplained { area_m2, rim_point: index };
+        }
         let mine = own.within(&at, AROUND_M);
         let support = mine
             .iter()
@@ -108,6 +127,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
         point.sigma_m = variance.sqrt();
     }
     widen_bridges(rim, points.noise_m);
+    most
 }
 
 /// Adds what bridging costs to the sigmas of the points that were not observed.
