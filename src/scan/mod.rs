@@ -181,10 +181,11 @@ pub fn boundary_from_scan(
     let (square, unrolled) = (orient(square, &local_from_scan, options.warp_toward), unrolled);
 
     let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
-    let (sheet, mut material, misfit_m) = fitted?;
+    let (sheet, mut material) = fitted?;
     let conformed =
         conform_sheet(sheet, &cloth, &unrolled, &mut material, plate.noise_m, options)?;
     let sheet = &conformed.sheet;
+    let misfit_m = misfit(sheet, &unrolled, &material, &square, options)?;
     let origin = origin::find(sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
         axis_sigma_m: plate.centre_sigma_m,
@@ -208,7 +209,7 @@ pub fn boundary_from_scan(
         edge_sigma_m,
     };
     let unexplained = trust::assess(&mut traced, &conformed.sheet, &explained, half_m);
-    rim::judge(&traced, &square, &unexplained, options)?;
+    rim::judge(&traced, &square, &unexplained, plate.noise_m, options)?;
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
@@ -366,7 +367,7 @@ fn straighten(
     Ok(square)
 }
 
-type Fitted = (sheet::Sheet, Vec<[f64; 2]>, f64);
+type Fitted = (sheet::Sheet, Vec<[f64; 2]>);
 
 fn fit_sheet(
     unrolled: &unroll::Unrolled,
@@ -388,8 +389,19 @@ fn fit_sheet(
     let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
     let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings)
         .ok_or(too_few)?;
+    Ok((sheet, material))
+}
+
+/// Root mean square distance of the surface points to the sheet \[m\].
+fn misfit(
+    sheet: &sheet::Sheet,
+    unrolled: &unroll::Unrolled,
+    material: &[[f64; 2]],
+    square: &Square,
+    options: &ScanOptions,
+) -> Result<f64, ScanError> {
     let off: Vec<f64> =
-        unrolled.points.iter().zip(&material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
+        unrolled.points.iter().zip(material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
     let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
     if rms_m > options.max_misfit_m {
         let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
@@ -399,7 +411,7 @@ fn fit_sheet(
             bearing_deg: square.bearing_deg(material[worst]),
         });
     }
-    Ok((sheet, material, rms_m))
+    Ok(rms_m)
 }
 
 /// Raw points that lie on the sheet near its edge, with their material

@@ -32,9 +32,12 @@ pub struct ScanOptions {
     pub warp_toward: Option<WarpToward>,
     /// Seed of the plane consensus.
     pub seed: u64,
-    /// Largest arc of the rim that is bridged \[m\]. Empirical, as the three below, from
+    /// Largest arc of the rim that is bridged \[m\]. Empirical, as the four below, from
     /// `evaluate scan`: a scan that is answered must not be off by 5 mm anywhere.
     pub max_gap_m: f64,
+    /// By how much shorter it must be for each metre of noise beyond 1 mm \[-\]: then
+    /// folds are missed that the lengths cannot bring back.
+    pub max_gap_per_noise: f64,
     /// Largest area of scanned cloth near a point of the rim that lies off the fitted
     /// sheet \[m^2\]: more means that the sheet has missed a fold.
     pub max_unexplained_m2: f64,
@@ -43,6 +46,8 @@ pub struct ScanOptions {
     pub max_misfit_m: f64,
     /// Smallest share of the rim that must be observed.
     pub min_observed: f64,
+    /// By how much larger it must be for each metre of noise beyond 1 mm \[1/m\].
+    pub min_observed_per_noise: f64,
     /// Shortest and longest accepted side of the specimen \[m\]: 300 mm less what
     /// smoothing takes, and plus the stretch of the softest knit.
     pub side_range_m: [f64; 2],
@@ -58,9 +63,11 @@ impl Default for ScanOptions {
             warp_toward: None,
             seed: 0,
             max_gap_m: 0.068,
-            max_unexplained_m2: 40e-6,
+            max_gap_per_noise: 42.0,
+            max_unexplained_m2: 33e-6,
             max_misfit_m: 2.5e-3,
             min_observed: 0.75,
+            min_observed_per_noise: 120.0,
             side_range_m: [0.280, 0.330],
         }
     }

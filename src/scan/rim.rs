@@ -15,6 +15,8 @@ use super::trust::Unexplained;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::{BoundaryPoint, Point3};
 
+/// Noise up to which bridges are held by the sheet's lengths [m].
+const BRIDGED_WELL_NOISE_M: f64 = 1e-3;
 /// Points this close to the edge are tied to the square's side [m].
 const EDGE_BAND_M: f64 = 4e-3;
 
@@ -185,24 +187,28 @@ pub(super) fn judge(
     rim: &Rim,
     square: &Square,
     unexplained: &Unexplained,
+    noise_m: f64,
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
+    let more_noise_m = (noise_m - BRIDGED_WELL_NOISE_M).max(0.0);
+    let min_observed = options.min_observed + options.min_observed_per_noise * more_noise_m;
+    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * more_noise_m).max(0.0);
     let bearing = |i: usize| square.bearing_deg(rim.material[i]);
     let observed =
         rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
     let (gap_m, middle) = longest_gap(&rim.points);
-    if observed < options.min_observed {
+    if observed < min_observed {
         return Err(ScanError::TooLittleRim {
             observed_percent: observed * 100.0,
-            limit_percent: options.min_observed * 100.0,
+            limit_percent: min_observed * 100.0,
             length_mm: gap_m * 1e3,
             bearing_deg: bearing(middle),
         });
     }
-    if gap_m > options.max_gap_m {
+    if gap_m > max_gap_m {
         return Err(ScanError::Gap {
             length_mm: gap_m * 1e3,
-            limit_mm: options.max_gap_m * 1e3,
+            limit_mm: max_gap_m * 1e3,
             bearing_deg: bearing(middle),
         });
     }
