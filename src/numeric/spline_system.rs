@@ -157,7 +157,12 @@ impl<const Z: usize> SplineSystem<Z> {
 
     /// Adds weight |sum_k scale_k (c_k + dc_k)|^2 over the controls (a, b, scale),
     /// those at `now`; the controls in increasing order.
-    pub fn add_stencil(&mut self, cells: &[(usize, usize, f64)], now: &[Vector3<f64>], weight: f64) {
+    pub fn add_stencil(
+        &mut self,
+        cells: &[(usize, usize, f64)],
+        now: &[Vector3<f64>],
+        weight: f64,
+    ) {
         let at = |cell: &(usize, usize, f64)| self.grid.index(cell.0, cell.1);
         let sum: Vector3<f64> = cells.iter().map(|cell| now[at(cell)] * cell.2).sum();
         for (k, high) in cells.iter().enumerate() {
@@ -200,8 +205,7 @@ impl<const Z: usize> SplineSystem<Z> {
         for image in &mut self.images {
             self.factor.solve(image);
         }
-        let schur = self.corner
-            - SMatrix::from_fn(|a, b| dot(&self.border[a], &self.images[b]));
+        let schur = self.corner - SMatrix::from_fn(|a, b| dot(&self.border[a], &self.images[b]));
         let Some(inverse) = schur.try_inverse() else { return false };
         self.schur_inverse = inverse;
         true

@@ -6,7 +6,8 @@
 //!
 //! load (`io`) -> unit (`unit`) -> plate and up (`plate`) -> floor, pedestal and
 //! background cut away, denoised (`cloth`) -> unrolled (`unroll`) -> the square in
-//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`) -> the plate under it
+//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`), drawn onto the points
+//! without changing its lengths (`conform`; both from `fit`) -> the plate under it
 //! (`origin`) -> free edge (`edge`) -> rim (`rim`) -> what it is worth (`trust`).
 //!
 //! The idea that carries it: a draped cloth is nearly an isometric image of a
@@ -21,6 +22,7 @@ mod conform;
 mod coverage;
 mod edge;
 pub mod error;
+mod fit;
 pub mod neighbours;
 pub mod options;
 mod origin;
@@ -45,7 +47,6 @@ pub use unit::LengthUnit;
 
 use crate::base::{Boundary, BoundaryPoint, Isometry3, Point3, Vector3};
 use crate::geom::Cloud;
-use neighbours::Neighbours;
 use square::Square;
 
 /// Degrees, counter-clockwise seen from above, from the scan's own x axis laid
@@ -57,14 +58,8 @@ const MIN_POINTS: usize = 3000;
 
 /// How far from level a floor under a scanned drape is \[rad\].
 const FLOOR_SIGMA_RAD: f64 = 2e-3;
-/// Raw points that are tried for the edge: every 0.7 mm of a cloth's surface.
-const MOST_EDGE_CANDIDATES: usize = 200_000;
 /// Points farther apart than this many spacings have unseen cloth between them.
 const LONGEST_EDGE: f64 = 4.0;
-/// Raw points that the sheet is drawn onto: every 1.5 mm of a cloth's surface.
-const MOST_CONFORMED: usize = 40_000;
-/// Times that the edge is measured and the sheet drawn.
-const CONFORM_ROUNDS: usize = 3;
 /// Rounds of relaxing the unrolled cloth with the plate's part loose.
 const LOOSE_ROUNDS: usize = 6;
 /// Rounds of pulling the unrolled edges straight.
@@ -180,19 +175,20 @@ pub fn boundary_from_scan(
     let square = straighten(&mut unrolled, cloth.spacing_m, options)?;
     let (square, unrolled) = (orient(square, &local_from_scan, options.warp_toward), unrolled);
 
-    let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
+    let fitted = fit::fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
     let (sheet, mut material) = fitted?;
     let conformed =
-        conform_sheet(sheet, &cloth, &unrolled, &mut material, plate.noise_m, options)?;
+        fit::conform_sheet(sheet, &cloth, &unrolled, &mut material, plate.noise_m, options)?;
     let sheet = &conformed.sheet;
-    let misfit_m = misfit(sheet, &unrolled, &material, &square, options)?;
+    let misfit_m = fit::misfit(sheet, &unrolled, &material, &square, options)?;
     let origin = origin::find(sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
         axis_sigma_m: plate.centre_sigma_m,
         face_y_m: options.cloth_height_m,
     });
     let half_m = 0.5 * options.specimen_side_m;
-    let near_edge = edge_points(&cloth, &unrolled.points, &material, sheet, plate.noise_m, half_m);
+    let near_edge =
+        fit::edge_points(&cloth, &unrolled.points, &material, sheet, plate.noise_m, half_m);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
     let widths_m = rim::widths_m(sheet, &edges, half_m);
@@ -365,123 +361,4 @@ fn straighten(
         *p = square.flat(m);
     }
     Ok(square)
-}
-
-type Fitted = (sheet::Sheet, Vec<[f64; 2]>);
-
-fn fit_sheet(
-    unrolled: &unroll::Unrolled,
-    square: &Square,
-    cloth: &cloth::Cloth,
-    noise_m: f64,
-    options: &ScanOptions,
-) -> Result<Fitted, ScanError> {
-    let half_m = 0.5 * options.specimen_side_m;
-    let settings = sheet::SheetSettings {
-        half_m: 1.1 * half_m,
-        knot_m: 6e-3,
-        point_sigma_m: 0.1e-3 + noise_m,
-        curvature_sigma: 100.0,
-        strain_sigma: 0.05,
-        rounds: 6,
-    };
-    let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
-    let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
-    let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings)
-        .ok_or(too_few)?;
-    Ok((sheet, material))
-}
-
-/// Root mean square distance of the surface points to the sheet \[m\].
-fn misfit(
-    sheet: &sheet::Sheet,
-    unrolled: &unroll::Unrolled,
-    material: &[[f64; 2]],
-    square: &Square,
-    options: &ScanOptions,
-) -> Result<f64, ScanError> {
-    let off: Vec<f64> =
-        unrolled.points.iter().zip(material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
-    let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
-    if rms_m > options.max_misfit_m {
-        let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
-        return Err(ScanError::Misfit {
-            rms_mm: rms_m * 1e3,
-            limit_mm: options.max_misfit_m * 1e3,
-            bearing_deg: square.bearing_deg(material[worst]),
-        });
-    }
-    Ok(rms_m)
-}
-
-/// Raw points that lie on the sheet near its edge, with their material
-/// coordinates.
-fn edge_points(
-    cloth: &cloth::Cloth,
-    surface: &[Point3],
-    material: &[[f64; 2]],
-    sheet: &sheet::Sheet,
-    noise_m: f64,
-    half_m: f64,
-) -> Vec<(Point3, [f64; 2])> {
-    let tree = Neighbours::new(surface);
-    let on_sheet = 0.4e-3 + 3.0 * noise_m;
-    let stride = cloth.raw.len().div_ceil(MOST_EDGE_CANDIDATES);
-    cloth
-        .raw
-        .par_iter()
-        .step_by(stride)
-        .filter_map(|p| {
-            let &(i, squared) = tree.nearest(p, 1).first()?;
-            let m = material[i];
-            let far = squared.sqrt() > 4.0 * cloth.spacing_m + 3.0 * noise_m;
-            if far || m[0].abs().max(m[1].abs()) < half_m - 20e-3 {
-                return None;
-            }
-            let (m, off) = sheet.nearest(p, m, 1.09 * half_m);
-            (off < on_sheet).then_some((*p, m))
-        })
-        .collect()
-}
-
-/// Draws the sheet onto the raw points, without changing its lengths, and measures
-/// the free edge on it, in turns; the surface points' places follow.
-fn conform_sheet(
-    sheet: sheet::Sheet,
-    cloth: &cloth::Cloth,
-    unrolled: &unroll::Unrolled,
-    material: &mut [[f64; 2]],
-    noise_m: f64,
-    options: &ScanOptions,
-) -> Result<conform::Conformed, ScanError> {
-    let half_m = 0.5 * options.specimen_side_m;
-    let priors = conform::Priors {
-        half_m,
-        plate_radius_m: options.plate_radius_m,
-        point_sigma_m: 0.1e-3 + noise_m,
-        curvature_sigma: 100.0,
-        strain_sigma: 0.02,
-    };
-    let tree = Neighbours::new(&unrolled.points);
-    let stride = cloth.raw.len().div_ceil(MOST_CONFORMED);
-    let near = 4.0 * cloth.spacing_m + 3.0 * noise_m;
-    let points = cloth.raw.par_iter().step_by(stride).filter_map(|p| {
-        let &(i, squared) = tree.nearest(p, 1).first()?;
-        (squared.sqrt() < near).then_some((*p, material[i]))
-    });
-    let mut conformed = conform::Conformed::new(sheet, points.collect(), priors);
-    for _ in 0..CONFORM_ROUNDS {
-        let sheet = &conformed.sheet;
-        let near_edge = edge_points(cloth, &unrolled.points, material, sheet, noise_m, half_m);
-        let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
-        let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
-        conformed.draw(&rim::edges(&flat, half_m, noise_m)).ok_or(too_few)?;
-        let sheet = &conformed.sheet;
-        unrolled.points.par_iter().zip(&mut *material).for_each(|(p, m)| {
-            for _ in 0..2 {
-                *m = sheet.nearest(p, *m, 1.09 * half_m).0;
-            }
-        });
-    }
-    Ok(conformed)
 }

@@ -73,12 +73,7 @@ pub(super) struct Unexplained {
 }
 
 /// Sets flags and sigmas of the rim's points.
-pub(super) fn assess(
-    rim: &mut Rim,
-    sheet: &Sheet,
-    points: &Explained,
-    half_m: f64,
-) -> Unexplained {
+pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f64) -> Unexplained {
     let bound = UNEXPLAINED_M + points.noise_m;
     let views_sigma_m = VIEWS_SIGMA_M
         * (points.noise_m / 1e-3).powf(VIEWS_POWER)
