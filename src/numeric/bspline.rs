@@ -44,6 +44,12 @@ impl Grid {
         Self { half, intervals: ((2.0 * half / spacing).round() as usize).max(1) }
     }
 
+    /// Half the square's side.
+    #[must_use]
+    pub fn half(&self) -> f64 {
+        self.half
+    }
+
     /// Length of a span.
     #[must_use]
     pub fn spacing(&self) -> f64 {

@@ -5,4 +5,5 @@ pub mod bspline;
 pub mod min_cut;
 pub mod robust;
 pub mod sparse;
+pub mod spline_system;
 mod triangular;

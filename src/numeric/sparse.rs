@@ -296,29 +296,35 @@ impl<T: Real> Factor<T> {
 }
 
 /// An order of elimination for a `rows` x `columns` grid of blocks (index
-/// row * columns + column) whose stencil reaches two cells: nested dissection
-/// with separators two wide.
+/// row * columns + column) whose stencil reaches `reach` cells: nested dissection
+/// with separators as wide.
 #[must_use]
-pub fn grid_dissection(rows: usize, columns: usize) -> Vec<u32> {
-    fn visit(r: (usize, usize), c: (usize, usize), columns: usize, order: &mut Vec<u32>) {
+pub fn grid_dissection(rows: usize, columns: usize, reach: usize) -> Vec<u32> {
+    fn visit(
+        r: (usize, usize),
+        c: (usize, usize),
+        (columns, reach): (usize, usize),
+        order: &mut Vec<u32>,
+    ) {
         let (height, width) = (r.1 - r.0, c.1 - c.0);
-        if height.min(width) <= 2 || height * width <= 20 {
+        let grid = (columns, reach);
+        if height.min(width) <= reach || height * width <= 5 * reach * reach {
             order
                 .extend((r.0..r.1).flat_map(|i| (c.0..c.1).map(move |j| (i * columns + j) as u32)));
         } else if height >= width {
-            let middle = r.0 + height / 2 - 1;
-            visit((r.0, middle), c, columns, order);
-            visit((middle + 2, r.1), c, columns, order);
-            visit((middle, middle + 2), c, columns, order);
+            let middle = r.0 + (height - reach) / 2;
+            visit((r.0, middle), c, grid, order);
+            visit((middle + reach, r.1), c, grid, order);
+            visit((middle, middle + reach), c, grid, order);
         } else {
-            let middle = c.0 + width / 2 - 1;
-            visit(r, (c.0, middle), columns, order);
-            visit(r, (middle + 2, c.1), columns, order);
-            visit(r, (middle, middle + 2), columns, order);
+            let middle = c.0 + (width - reach) / 2;
+            visit(r, (c.0, middle), grid, order);
+            visit(r, (middle + reach, c.1), grid, order);
+            visit(r, (middle, middle + reach), grid, order);
         }
     }
     let mut order = Vec::with_capacity(rows * columns);
-    visit((0, rows), (0, columns), columns, &mut order);
+    visit((0, rows), (0, columns), (columns, reach), &mut order);
     order
 }
 
@@ -355,7 +361,7 @@ mod tests {
     #[test]
     fn factor_solves_under_both_orderings() {
         let n = 13;
-        for order in [None, Some(grid_dissection(n, n))] {
+        for order in [None, Some(grid_dissection(n, n, 2))] {
             let (pattern, values) = grid_matrix(n);
             let analysis = Analysis::new(pattern, order.as_deref());
             let mut factor = Factor::<f64>::new(&analysis);
@@ -381,8 +387,8 @@ mod tests {
 
     #[test]
     fn dissection_is_a_permutation() {
-        for (rows, columns) in [(1, 1), (3, 50), (61, 61), (16, 31)] {
-            let mut order = grid_dissection(rows, columns);
+        for (rows, columns, reach) in [(1, 1, 2), (3, 50, 3), (61, 61, 2), (16, 31, 3)] {
+            let mut order = grid_dissection(rows, columns, reach);
             order.sort_unstable();
             assert!(order.iter().enumerate().all(|(k, &v)| k == v as usize));
             assert_eq!(order.len(), rows * columns);

@@ -122,5 +122,6 @@ pub fn quality(scanned: &ScannedBoundary) -> Value {
         "point_spacing_mm": mm(q.point_spacing_m),
         "noise_mm": mm(q.noise_m),
         "sheet_rms_mm": mm(q.sheet_rms_m),
+        "unexplained_mm2": q.unexplained_m2 / (M_PER_MM * M_PER_MM),
     })
 }

@@ -29,20 +29,6 @@ const COARSE_STEPS: usize = 6;
 /// Density of strays relative to the cloth. Empirical: flying pixels that lie
 /// within the noise of the sheet's plane.
 const BACKGROUND: f64 = 0.01;
-/// Mean stretch of the cloth under its own weight, from its middle to an edge [m].
-/// Empirical: 0.05 mm (stiff) to 2 mm (the softest knit) over simulated drapes of
-/// the paper's range.
-const STRETCH_M: f64 = 0.6e-3;
-/// What unrolling loses of that length, and the standard deviation of its error
-/// [m]. Empirical, as the two below.
-const UNROLLING_LOSS_M: f64 = 0.2e-3;
-const UNROLLING_SIGMA_M: f64 = 0.2e-3;
-/// Standard deviation of a sensor's shift of the edge [m]: a pixel of a good
-/// scanner,
-const SENSOR_SHIFT_M: f64 = 0.3e-3;
-/// and this share of the noise.
-const SENSOR_SHIFT_PER_NOISE: f64 = 0.5;
-
 /// The edge of one side.
 #[derive(Clone, Debug)]
 pub(super) struct Edge {
@@ -78,7 +64,7 @@ impl Edge {
     }
 
     /// Moves the whole edge outward.
-    fn shift(&mut self, by_m: f64) {
+    pub fn shift(&mut self, by_m: f64) {
         self.outward.iter_mut().for_each(|w| *w += by_m);
     }
 
@@ -93,38 +79,6 @@ impl Edge {
         let (k, t) = self.locate(along);
         self.observed[if t < 0.5 { k } else { k + 1 }]
     }
-}
-
-/// Undoes what the sensor did to the free edge; returns the standard deviation of
-/// what is left \[m\].
-///
-/// Sensors erode edges or spread them over what lies behind, all round by the same
-/// length, and no local evidence tells by how much. The specimen's size does: its
-/// edges lie half a side and the cloth's stretch t from its middle. The edges found
-/// are off by t + b + u with the sensor's shift b ~ N(0, s_b^2), unrolling's error
-/// u ~ N(-loss, s_u^2), and t >= 0 exponential: cloth stretches but does not shrink.
-/// The posterior mean of b is taken off.
-pub(super) fn undo_shift(edges: &mut [Edge; 4], half_m: f64, noise_m: f64) -> f64 {
-    let off_m = edges.iter().map(Edge::mean_m).sum::<f64>() / 4.0 - half_m + UNROLLING_LOSS_M;
-    let sensor = (SENSOR_SHIFT_M + SENSOR_SHIFT_PER_NOISE * noise_m).powi(2);
-    let unrolling = UNROLLING_SIGMA_M.powi(2);
-    let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
-    for k in 0..500 {
-        let t = f64::from(k) * 1e-5;
-        let p = (-t / STRETCH_M - 0.5 * (off_m - t).powi(2) / (sensor + unrolling)).exp();
-        total += p;
-        mean += p * t;
-        square += p * t * t;
-    }
-    // Far outside of what can be: all weights vanish and nothing is known of t.
-    let (stretch, variance) = if total > 0.0 {
-        (mean / total, square / total - (mean / total).powi(2))
-    } else {
-        (0.0, STRETCH_M.powi(2))
-    };
-    let share = sensor / (sensor + unrolling);
-    edges.iter_mut().for_each(|edge| edge.shift(-share * (off_m - stretch)));
-    (share * share * variance + share * unrolling).sqrt()
 }
 
 /// What differs between a first look and the measurement.
@@ -312,30 +266,6 @@ mod tests {
                 (mean - 0.151) * 1e3
             );
         }
-    }
-
-    #[test]
-    fn a_sensors_shift_is_taken_off_as_far_as_the_size_tells() {
-        let shifted = |by_m: f64, noise_m: f64| {
-            let along: Vec<f64> = (0..61).map(|k| f64::from(k) * STATION_M - 0.15).collect();
-            let edge = Edge {
-                outward: vec![0.15 + by_m; 61],
-                sigma: vec![0.1e-3; 61],
-                observed: vec![true; 61],
-                along,
-            };
-            let mut edges = std::array::from_fn(|_| edge.clone());
-            let left_m = undo_shift(&mut edges, 0.15, noise_m);
-            (edges[0].mean_m() - 0.15, left_m)
-        };
-        // A noisy sensor's edges are drawn to the size, a good one's less.
-        assert!(shifted(2.0e-3, 2e-3).0 < 0.8e-3);
-        assert!(shifted(2.0e-3, 0.1e-3).0 > 1.2e-3);
-        assert!(shifted(-1.5e-3, 0.1e-3).0 > -0.9e-3);
-        // Cloth that seems short is not; cloth that seems long may be.
-        let [short, long] = [-1e-3, 1e-3].map(|by_m| (shifted(by_m, 0.5e-3).0 - by_m).abs());
-        assert!(short > 1.5 * long, "{short} {long}");
-        assert!(shifted(0.0, 2e-3).1 > shifted(0.0, 0.1e-3).1);
     }
 
     #[test]

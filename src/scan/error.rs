@@ -191,6 +191,20 @@ pub enum ScanError {
         /// Its middle.
         bearing_deg: f64,
     },
+    /// Scanned cloth near the rim lies off the fitted sheet.
+    #[error(
+        "{area_mm2:.0} square millimetres of scanned cloth near the rim at {bearing_deg:.0} degrees lie off \
+         the fitted sheet (limit {limit_mm2:.0}): a fold is hidden there; add a view from there or lay the \
+         specimen anew"
+    )]
+    Unexplained {
+        /// Largest area of it around one point of the rim.
+        area_mm2: f64,
+        /// Largest accepted.
+        limit_mm2: f64,
+        /// Where.
+        bearing_deg: f64,
+    },
     /// The fitted sheet and the scanned points disagree.
     #[error(
         "the fitted sheet is {rms_mm:.1} mm rms off the scanned cloth (limit {limit_mm:.1} mm), most towards \

@@ -7,7 +7,8 @@
 //! load (`io`) -> points in metres, meshes sampled and opened (`scene`, `underside`),
 //! unit (`unit`) -> plate and up (`plate`) -> floor, pedestal and
 //! background cut away, denoised (`cloth`) -> unrolled (`unroll`) -> the square in
-//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`) -> the plate under it
+//! the unrolled cloth (`square`) -> a smooth sheet (`sheet`), drawn onto the points
+//! without changing its lengths (`conform`; both from `fit`) -> the plate under it
 //! (`origin`) -> free edge (`edge`, of a mesh `loops`) -> rim (`rim`) -> what it is worth (`trust`).
 //!
 //! The idea that carries it: a draped cloth is nearly an isometric image of a
@@ -18,9 +19,11 @@
 //! occlusion looks like a rim.
 
 mod cloth;
+mod conform;
 mod coverage;
 mod edge;
 pub mod error;
+mod fit;
 mod loops;
 pub mod mark;
 pub mod neighbours;
@@ -52,7 +55,6 @@ pub use unit::LengthUnit;
 use crate::base::clock::Stages;
 use crate::base::{Boundary, BoundaryPoint, Isometry3, Point3, Vector3};
 use crate::geom::Cloud;
-use neighbours::Neighbours;
 use square::Square;
 
 /// Degrees, counter-clockwise seen from above, from the scan's own x axis laid
@@ -64,8 +66,6 @@ const MIN_POINTS: usize = 3000;
 
 /// How far from level a floor under a scanned drape is \[rad\].
 const FLOOR_SIGMA_RAD: f64 = 2e-3;
-/// Raw points that are tried for the edge: every 0.7 mm of a cloth's surface.
-const MOST_EDGE_CANDIDATES: usize = 200_000;
 /// Points farther apart than this many spacings have unseen cloth between them.
 const LONGEST_EDGE: f64 = 4.0;
 /// A mesh whose chords cut more off its folds is too coarse for its length along the
@@ -153,6 +153,9 @@ pub struct Quality {
     pub noise_m: f64,
     /// Root mean square distance of the smoothed surface to the fitted sheet \[m\].
     pub sheet_rms_m: f64,
+    /// Largest area of scanned cloth within 12 mm of a rim point that the sheet does
+    /// not explain \[m^2\].
+    pub unexplained_m2: f64,
 }
 
 /// Intermediate products, simulation frame \[m\].
@@ -228,33 +231,40 @@ pub fn boundary_in_stages(
     stages.done("square");
     let (square, unrolled) = (orient(square, &local_from_scan, warp_toward), unrolled);
 
-    let fitted = fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
-    let (sheet, material, misfit_m) = fitted?;
+    let fitted = fit::fit_sheet(&unrolled, &square, &cloth, plate.noise_m, options);
+    let (sheet, mut material) = fitted?;
     stages.done("sheet");
-    let origin = origin::find(&sheet, &square, options).unwrap_or(origin::Origin {
+    let conformed =
+        fit::conform_sheet(sheet, &cloth, &unrolled, &mut material, plate.noise_m, options)?;
+    let sheet = &conformed.sheet;
+    let misfit_m = fit::misfit(sheet, &unrolled, &material, &square, options)?;
+    stages.done("lengths");
+    let origin = origin::find(sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
         axis_sigma_m: plate.centre_sigma_m,
         face_y_m: options.cloth_height_m,
     });
     let half_m = 0.5 * options.specimen_side_m;
-    let near_edge = edge_points(&cloth, &unrolled.points, &material, &sheet, plate.noise_m, half_m);
+    let near_edge =
+        fit::edge_points(&cloth, &unrolled.points, &material, sheet, plate.noise_m, half_m);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
     if let Some(facts) = &mut mesh {
         let off_m = 0.4e-3 + 3.0 * plate.noise_m;
         let own: Vec<Point3> = free_edge.iter().map(|p| local_from_scan * p).collect();
-        let own = loops::on_sheet(&own, &unrolled.points, &material, &sheet, off_m, half_m);
+        let own = loops::on_sheet(&own, &unrolled.points, &material, sheet, off_m, half_m);
         facts.own_edge_share = loops::refine(&mut edges, &own, scene::RIM_STEP_M, half_m);
         underside::judge(facts)?;
     }
-    let widths_m = rim::widths_m(&sheet, &edges, half_m);
+    let widths_m = rim::widths_m(sheet, &edges, half_m);
     // Chords make the unrolled cloth short: it then says nothing of the edge.
-    let edge_sigma_m = if chord_m < MOST_CHORD_M {
-        edge::undo_shift(&mut edges, half_m, sensor_noise_m)
+    let (shift_m, edge_sigma_m) = if chord_m < MOST_CHORD_M {
+        conformed.sensor_shift_m(sensor_noise_m)
     } else {
-        chord_m
+        (0.0, chord_m)
     };
-    let mut traced = rim::trace(&sheet, &edges, half_m);
+    edges.iter_mut().for_each(|edge| edge.shift(-shift_m));
+    let mut traced = rim::trace(sheet, &edges, half_m);
     stages.done("edge and rim");
     let explained = trust::Explained {
         surface: &cloth.surface,
@@ -265,8 +275,8 @@ pub fn boundary_in_stages(
         origin_sigma_m: origin.axis_sigma_m,
         edge_sigma_m,
     };
-    trust::assess(&mut traced, &sheet, &explained, half_m);
-    rim::judge(&traced, &square, plate.noise_m, options)?;
+    let unexplained = trust::assess(&mut traced, sheet, &explained, half_m);
+    rim::judge(&traced, &square, &unexplained, plate.noise_m, options)?;
     stages.done("trust");
     let (gap_m, gap_at) = rim::longest_gap(&traced.points);
 
@@ -306,6 +316,7 @@ pub fn boundary_in_stages(
         point_spacing_m: cloth.raw_spacing_m,
         noise_m: plate.noise_m,
         sheet_rms_m: misfit_m,
+        unexplained_m2: unexplained.area_m2,
     };
     let corners = std::array::from_fn(|s| traced.points[61 * s + 60].position_m);
     let on_edge = |e: &&(Point3, [f64; 2])| e.1[0].abs().max(e.1[1].abs()) > half_m - 2e-3;
@@ -413,70 +424,4 @@ fn straighten(
         *p = square.flat(m);
     }
     Ok(square)
-}
-
-type Fitted = (sheet::Sheet, Vec<[f64; 2]>, f64);
-
-fn fit_sheet(
-    unrolled: &unroll::Unrolled,
-    square: &Square,
-    cloth: &cloth::Cloth,
-    noise_m: f64,
-    options: &ScanOptions,
-) -> Result<Fitted, ScanError> {
-    let half_m = 0.5 * options.specimen_side_m;
-    let settings = sheet::SheetSettings {
-        half_m: 1.1 * half_m,
-        knot_m: 6e-3,
-        point_sigma_m: 0.1e-3 + noise_m,
-        curvature_sigma: 100.0,
-        strain_sigma: 0.05,
-        rounds: 6,
-    };
-    let mut material: Vec<[f64; 2]> = unrolled.flat.iter().map(|&p| square.material(p)).collect();
-    let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
-    let sheet = sheet::fit(&unrolled.points, &unrolled.disorder, &mut material, &settings)
-        .ok_or(too_few)?;
-    let off: Vec<f64> =
-        unrolled.points.iter().zip(&material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
-    let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
-    if rms_m > options.max_misfit_m {
-        let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
-        return Err(ScanError::Misfit {
-            rms_mm: rms_m * 1e3,
-            limit_mm: options.max_misfit_m * 1e3,
-            bearing_deg: square.bearing_deg(material[worst]),
-        });
-    }
-    Ok((sheet, material, rms_m))
-}
-
-/// Raw points that lie on the sheet near its edge, with their material
-/// coordinates.
-fn edge_points(
-    cloth: &cloth::Cloth,
-    surface: &[Point3],
-    material: &[[f64; 2]],
-    sheet: &sheet::Sheet,
-    noise_m: f64,
-    half_m: f64,
-) -> Vec<(Point3, [f64; 2])> {
-    let tree = Neighbours::new(surface);
-    let on_sheet = 0.4e-3 + 3.0 * noise_m;
-    let stride = cloth.raw.len().div_ceil(MOST_EDGE_CANDIDATES);
-    cloth
-        .raw
-        .par_iter()
-        .step_by(stride)
-        .filter_map(|p| {
-            let &(i, squared) = tree.nearest(p, 1).first()?;
-            let m = material[i];
-            let far = squared.sqrt() > 4.0 * cloth.spacing_m + 3.0 * noise_m;
-            if far || m[0].abs().max(m[1].abs()) < half_m - 20e-3 {
-                return None;
-            }
-            let (m, off) = sheet.nearest(p, m, 1.09 * half_m);
-            (off < on_sheet).then_some((*p, m))
-        })
-        .collect()
 }

@@ -36,20 +36,21 @@ pub struct ScanOptions {
     pub mark: Option<MarkColor>,
     /// Seed of the plane consensus.
     pub seed: u64,
-    /// Largest arc of the rim that is bridged in a scan without noise \[m\].
-    /// Empirical: up to about one fold's half width the bridge stays within its
-    /// stated sigma.
+    /// Largest arc of the rim that is bridged \[m\]. Empirical, as the four below, from
+    /// `evaluate scan`: a scan that is answered must not be off by 5 mm anywhere.
     pub max_gap_m: f64,
-    /// By how much shorter it must be for a noise of 1 m \[-\]. Empirical, like
-    /// `min_observed_per_noise`, from `evaluate scan`: a scan that is answered must
-    /// not be off by 5 mm anywhere.
+    /// By how much shorter it must be for each metre of noise beyond 1 mm \[-\]: then
+    /// folds are missed that the lengths cannot bring back.
     pub max_gap_per_noise: f64,
+    /// Largest area of scanned cloth near a point of the rim that lies off the fitted
+    /// sheet \[m^2\]: more means that the sheet has missed a fold.
+    pub max_unexplained_m2: f64,
     /// Largest root mean square distance of the smoothed points to the fitted
     /// sheet \[m\]; more means that the sheet took a wrong turn.
     pub max_misfit_m: f64,
-    /// Smallest share of the rim that must be observed in a scan without noise.
+    /// Smallest share of the rim that must be observed.
     pub min_observed: f64,
-    /// By how much larger it must be for a noise of 1 m \[1/m\].
+    /// By how much larger it must be for each metre of noise beyond 1 mm \[1/m\].
     pub min_observed_per_noise: f64,
     /// Shortest and longest accepted side of the specimen \[m\]: 300 mm less what
     /// smoothing takes, and plus the stretch of the softest knit.
@@ -66,11 +67,12 @@ impl Default for ScanOptions {
             warp_toward: None,
             mark: None,
             seed: 0,
-            max_gap_m: 0.060,
-            max_gap_per_noise: 18.0,
+            max_gap_m: 0.068,
+            max_gap_per_noise: 42.0,
+            max_unexplained_m2: 33e-6,
             max_misfit_m: 2.5e-3,
-            min_observed: 0.70,
-            min_observed_per_noise: 90.0,
+            min_observed: 0.75,
+            min_observed_per_noise: 120.0,
             side_range_m: [0.280, 0.330],
         }
     }

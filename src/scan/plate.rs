@@ -13,7 +13,7 @@
 //! circle through the edges of all bearings. Fails where the cloth is so stiff
 //! that it hardly bends (then nothing falls away and the scan is refused).
 
-use nalgebra::{Matrix3, SymmetricEigen, UnitVector3};
+use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, UnitVector3};
 use rayon::prelude::*;
 
 use super::error::{PlateCandidate, ScanError};
@@ -116,7 +116,9 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
         return Err(refuse(Some(best)));
     }
     let plate = refine(points, best, radius_m).ok_or_else(|| refuse(Some(best)))?;
-    if (plate.radius_m / radius_m - 1.0).abs() > RADIUS_TOLERANCE {
+    // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
+    let sigma_m = plate.radius_scatter_m / (BEARINGS as f64 / 4.0).sqrt();
+    if (plate.radius_m - radius_m).abs() > RADIUS_TOLERANCE * radius_m + 2.0 * sigma_m {
         let found = Candidate { radius_m: plate.radius_m, ..*best };
         return Err(refuse(Some(&found)));
     }
@@ -270,6 +272,7 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
         centre += u * shift[0] + v * shift[1];
         circle = (radius, scatter);
     }
+    let (u, v) = horizontal_axes(&up, &Vector3::x());
     Some(Plate {
         centre,
         up: UnitVector3::new_normalize(up),
@@ -277,9 +280,48 @@ fn refine(points: &[Point3], rough: &Candidate, radius_m: f64) -> Option<Plate> 
         radius_scatter_m: circle.1,
         // Each bearing tells one direction; edges of the same fold go together.
         centre_sigma_m: circle.1 / (BEARINGS as f64 / 4.0).sqrt() * 0.5,
-        noise_m,
+        noise_m: noise_over_arch(&near, &centre, [&u, &v, &up], radius_m).unwrap_or(noise_m),
         tilt_sigma_rad: inner,
     })
+}
+
+/// Robust scatter of the points on the plate about a quartic surface: stiff cloth
+/// arches over the plate, which is not noise.
+fn noise_over_arch(
+    near: &[Point3],
+    centre: &Point3,
+    [u, v, up]: [&Vector3; 3],
+    radius_m: f64,
+) -> Option<f64> {
+    const TERMS: usize = 15;
+    let powers = (0..=4).flat_map(|degree| (0..=degree).map(move |k| (degree - k, k)));
+    let powers: Vec<(i32, i32)> = powers.collect();
+    let rows: Vec<(SVector<f64, TERMS>, f64)> = near
+        .iter()
+        .map(|p| (p - centre) / radius_m)
+        .filter(|d| (d - up * d.dot(up)).norm() < 0.8 && d.dot(up).abs() < 0.2)
+        .map(|d| {
+            let (x, z) = (d.dot(u), d.dot(v));
+            let row = SVector::from_fn(|k, _| x.powi(powers[k].0) * z.powi(powers[k].1));
+            (row, d.dot(up) * radius_m)
+        })
+        .collect();
+    let mut found = SVector::<f64, TERMS>::zeros();
+    let mut scatter_m = f64::INFINITY;
+    for _ in 0..3 {
+        let mut normal = SMatrix::<f64, TERMS, TERMS>::identity() * 1e-9;
+        let mut right = SVector::<f64, TERMS>::zeros();
+        for (row, height) in &rows {
+            let off = (height - row.dot(&found)).abs();
+            let weight = (1.5 * scatter_m / off.max(1e-9)).min(1.0);
+            normal += row * row.transpose() * weight;
+            right += row * (weight * height);
+        }
+        found = normal.cholesky()?.solve(&right);
+        let off: Vec<f64> = rows.iter().map(|(row, height)| height - row.dot(&found)).collect();
+        scatter_m = robust::sigma(&off)?.max(1e-6);
+    }
+    Some(scatter_m)
 }
 
 /// Where the cloth leaves the plane, per bearing, in the plane's axes.

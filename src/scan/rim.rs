@@ -11,9 +11,12 @@ use super::options::ScanOptions;
 use super::relax::Tie;
 use super::sheet::Sheet;
 use super::square::Square;
+use super::trust::Unexplained;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::{BoundaryPoint, Point3};
 
+/// Noise up to which bridges are held by the sheet's lengths [m].
+const BRIDGED_WELL_NOISE_M: f64 = 1e-3;
 /// Points this close to the edge are tied to the square's side [m].
 const EDGE_BAND_M: f64 = 4e-3;
 
@@ -179,16 +182,17 @@ pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, usize) {
     best
 }
 
-/// Refuses a rim that cannot be trusted. Noise makes bridges worse: the more of it,
-/// the shorter the arcs and the smaller the share of the rim that may be bridged.
+/// Refuses a rim that cannot be trusted.
 pub(super) fn judge(
     rim: &Rim,
     square: &Square,
+    unexplained: &Unexplained,
     noise_m: f64,
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
-    let min_observed = options.min_observed + options.min_observed_per_noise * noise_m;
-    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * noise_m).max(0.0);
+    let more_noise_m = (noise_m - BRIDGED_WELL_NOISE_M).max(0.0);
+    let min_observed = options.min_observed + options.min_observed_per_noise * more_noise_m;
+    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * more_noise_m).max(0.0);
     let bearing = |i: usize| square.bearing_deg(rim.material[i]);
     let observed =
         rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
@@ -206,6 +210,13 @@ pub(super) fn judge(
             length_mm: gap_m * 1e3,
             limit_mm: max_gap_m * 1e3,
             bearing_deg: bearing(middle),
+        });
+    }
+    if unexplained.area_m2 > options.max_unexplained_m2 {
+        return Err(ScanError::Unexplained {
+            area_mm2: unexplained.area_m2 * 1e6,
+            limit_mm2: options.max_unexplained_m2 * 1e6,
+            bearing_deg: bearing(unexplained.rim_point),
         });
     }
     for (s, length) in rim.side_lengths_m.iter().enumerate() {

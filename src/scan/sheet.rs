@@ -22,8 +22,8 @@ use crate::numeric::bspline::{Grid, Weights};
 
 /// The fitted map and its information matrix.
 pub(super) struct Sheet {
-    grid: Grid,
-    controls: Vec<Vector3>,
+    pub(super) grid: Grid,
+    pub(super) controls: Vec<Vector3>,
     factor: Option<Factor>,
 }
 

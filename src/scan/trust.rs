@@ -12,6 +12,7 @@ use super::neighbours::Neighbours;
 use super::rim::Rim;
 use super::sheet::Sheet;
 use crate::base::Point3;
+use crate::base::boundary::POINTS_PER_SIDE;
 
 /// Points farther off the sheet than this are not explained by it [m], plus the
 /// noise of smoothed points.
@@ -29,15 +30,17 @@ const MIN_SUPPORT: f64 = 0.3;
 /// Standard deviation added where the rim is bridged: this share of the distance to
 /// the next observed point, and this share of the noise. This and all below:
 /// empirical, from `evaluate scan`, whose `sigma_factor` columns must be near 1.
-const BRIDGED_SHARE: f64 = 0.1;
-const BRIDGED_NOISE_SHARE: f64 = 0.4;
+const BRIDGED_SHARE: f64 = 0.04;
+const BRIDGED_NOISE_SHARE: f64 = 0.15;
 /// Smallest standard deviation: what folds cost in smoothing and unrolling [m].
 const FLOOR_SIGMA_M: f64 = 0.05e-3;
 /// What the views disagree by does not average out over the points of a place: the
-/// standard deviation at 1 mm of noise [m], and the power of the noise with which
-/// it grows.
-const VIEWS_SIGMA_M: f64 = 0.50e-3;
-const VIEWS_POWER: f64 = 0.8;
+/// standard deviation of a straight rim at 1 mm of noise [m], the power of the noise
+/// with which it grows, and the root mean square curvature of the rim that doubles it
+/// [1/m]: the sharper the folds, the more a shifted view moves the sheet.
+const VIEWS_SIGMA_M: f64 = 0.34e-3;
+const VIEWS_POWER: f64 = 0.87;
+const DOUBLING_CURVATURE_PER_M: f64 = 75.0;
 /// Share of the sheet's posterior deviation that counts: it takes thinned points as
 /// as noisy as single ones.
 const POSTERIOR_SHARE: f64 = 0.5;
@@ -60,9 +63,21 @@ pub(super) struct Explained<'a> {
     pub edge_sigma_m: f64,
 }
 
+/// Scanned cloth that the sheet does not explain, around the rim point with most of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unexplained {
+    /// Its area \[m^2\].
+    pub area_m2: f64,
+    /// The point's number.
+    pub rim_point: usize,
+}
+
 /// Sets flags and sigmas of the rim's points.
-pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f64) {
+pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f64) -> Unexplained {
     let bound = UNEXPLAINED_M + points.noise_m;
+    let views_sigma_m = VIEWS_SIGMA_M
+        * (points.noise_m / 1e-3).powf(VIEWS_POWER)
+        * (1.0 + curvature_per_m(rim) / DOUBLING_CURVATURE_PER_M);
     // Everything on the sheet, so that a surface point can ask how far it is off.
     let step = 2.5e-3;
     let count = (2.0 * half_m / step).round() as i32;
@@ -73,13 +88,18 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     let on_sheet = Neighbours::new(&samples);
     let all = Neighbours::new(points.surface);
     let own = Neighbours::new(points.unrolled);
-    for (point, &m) in rim.points.iter_mut().zip(&rim.material) {
+    let mut most = Unexplained { area_m2: 0.0, rim_point: 0 };
+    for (index, (point, &m)) in rim.points.iter_mut().zip(&rim.material).enumerate() {
         let at = point.position_m;
         let near = all.within(&at, AROUND_M);
         let off = |p: &Point3| {
             on_sheet.nearest(p, 1).first().is_none_or(|n| n.1.sqrt() > bound + 0.7 * step)
         };
         let unexplained = near.iter().filter(|&&i| off(&points.surface[i])).count() as f64;
+        let area_m2 = unexplained * points.spacing_m.powi(2);
+        if area_m2 > most.area_m2 {
+            most = Unexplained { area_m2, rim_point: index };
+        }
         let mine = own.within(&at, AROUND_M);
         let support = mine
             .iter()
@@ -102,12 +122,30 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
         point.observed &= trusted;
         let variance = (POSTERIOR_SHARE * point.sigma_m).powi(2)
             + FLOOR_SIGMA_M.powi(2)
-            + (VIEWS_SIGMA_M * (points.noise_m / 1e-3).powf(VIEWS_POWER)).powi(2)
+            + views_sigma_m.powi(2)
             + points.origin_sigma_m.powi(2)
             + points.edge_sigma_m.powi(2) / 3.0;
         point.sigma_m = variance.sqrt();
     }
     widen_bridges(rim, points.noise_m);
+    most
+}
+
+/// Root mean square curvature of the rim's sides \[1/m\].
+fn curvature_per_m(rim: &Rim) -> f64 {
+    let squares: Vec<f64> = rim
+        .points
+        .chunks_exact(POINTS_PER_SIDE)
+        .zip(rim.side_lengths_m)
+        .flat_map(|(side, length_m)| {
+            let step_m = length_m / (POINTS_PER_SIDE - 1) as f64;
+            side.windows(3).map(move |p| {
+                let [before, at, after] = [0, 1, 2].map(|k| p[k].position_m.coords);
+                ((before + after - at * 2.0) / step_m.powi(2)).norm_squared()
+            })
+        })
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
 /// Adds what bridging costs to the sigmas of the points that were not observed.

@@ -496,7 +496,7 @@ fn analyse(rows: usize, n: usize, wide: bool) -> Analysis {
             }
         }
     }
-    Analysis::new(BlockPattern::new(below), Some(&grid_dissection(rows, n)))
+    Analysis::new(BlockPattern::new(below), Some(&grid_dissection(rows, n, 2)))
 }
 
 /// First of four neighbouring samples and their Lagrange weights at `at` in

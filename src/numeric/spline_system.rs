@@ -1,0 +1,271 @@
+//! Least squares over the controls of a spline map from a square into space, with
+//! a few unknowns common to all of it.
+//!
+//! The sum over rows of `weight (sum_k row_k . dc_k + share . dz - residual)^2`, with
+//! the 16 controls c_k that act at a place and the common unknowns z, has the normal
+//! matrix `[K C; C^T D]`. K is sparse on a fixed pattern; z is eliminated last, by its
+//! Schur complement. Rows of one span meet in a [`SpanSum`] first, so that spans can
+//! be summed on many threads and the result does not depend on their number.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use super::bspline::Grid;
+use super::sparse::{Analysis, BlockPattern, BlockSlot, Factor, grid_dissection};
+
+/// Cells that a spline's controls reach.
+const REACH: usize = 3;
+/// Controls that act at a place.
+const ACTING: usize = 16;
+/// Pairs of them.
+const PAIRS: usize = ACTING * (ACTING + 1) / 2;
+
+/// Sums of one span, for `Z` common unknowns.
+pub struct SpanSum<const Z: usize> {
+    blocks: Vec<Matrix3<f64>>,
+    right: [Vector3<f64>; ACTING],
+    border: [[Vector3<f64>; ACTING]; Z],
+    corner: SMatrix<f64, Z, Z>,
+    corner_right: SVector<f64, Z>,
+}
+
+impl<const Z: usize> Default for SpanSum<Z> {
+    fn default() -> Self {
+        Self {
+            blocks: vec![Matrix3::zeros(); PAIRS],
+            right: [Vector3::zeros(); ACTING],
+            border: [[Vector3::zeros(); ACTING]; Z],
+            corner: SMatrix::zeros(),
+            corner_right: SVector::zeros(),
+        }
+    }
+}
+
+impl<const Z: usize> SpanSum<Z> {
+    /// Adds `weight (sum_k row_k . dc_k + share . dz - residual)^2`.
+    pub fn add(
+        &mut self,
+        row: &[Vector3<f64>; ACTING],
+        share: &SVector<f64, Z>,
+        residual: f64,
+        weight: f64,
+    ) {
+        let mut pair = 0;
+        for k in 0..ACTING {
+            let scaled = row[k] * weight;
+            self.right[k] += scaled * residual;
+            for z in 0..Z {
+                self.border[z][k] += scaled * share[z];
+            }
+            for l in &row[..=k] {
+                self.blocks[pair] += scaled * l.transpose();
+                pair += 1;
+            }
+        }
+        self.corner += share * share.transpose() * weight;
+        self.corner_right += share * (weight * residual);
+    }
+}
+
+/// The normal equations, their pattern and their factor.
+pub struct SplineSystem<const Z: usize> {
+    grid: Grid,
+    analysis: Analysis,
+    /// Slot of the pair (control, control + (da, db - REACH)), if there is one.
+    slots: Vec<Option<BlockSlot>>,
+    values: Vec<f64>,
+    right: Vec<Vector3<f64>>,
+    border: [Vec<Vector3<f64>>; Z],
+    corner: SMatrix<f64, Z, Z>,
+    corner_right: SVector<f64, Z>,
+    factor: Factor,
+    /// K^-1 C and the inverse of the Schur complement, once factorised.
+    images: [Vec<Vector3<f64>>; Z],
+    schur_inverse: SMatrix<f64, Z, Z>,
+}
+
+impl<const Z: usize> SplineSystem<Z> {
+    /// The system of a grid, empty.
+    #[must_use]
+    pub fn new(grid: Grid) -> Self {
+        let n = grid.side();
+        let pairs = |j: usize| {
+            let (a, b) = (j / n, j % n);
+            let offsets = (0..=REACH).flat_map(|da| (0..=2 * REACH).map(move |db| (da, db)));
+            offsets.map(move |(da, db)| {
+                let inside = a + da < n && (REACH..n + REACH).contains(&(b + db));
+                (inside && (da, db) > (0, REACH)).then(|| (a + da) * n + b + db - REACH)
+            })
+        };
+        let below = (0..n * n).map(|j| pairs(j).flatten().map(|i| i as u32).collect()).collect();
+        let analysis = Analysis::new(BlockPattern::new(below), Some(&grid_dissection(n, n, REACH)));
+        let slots = (0..n * n)
+            .flat_map(|j| pairs(j).map(move |i| (i, j)))
+            .map(|(i, j)| i.and_then(|i| analysis.pattern().slot(i, j)))
+            .collect();
+        let zeros = || vec![Vector3::zeros(); n * n];
+        Self {
+            grid,
+            slots,
+            values: vec![0.0; analysis.pattern().nonzeros()],
+            right: zeros(),
+            border: std::array::from_fn(|_| zeros()),
+            corner: SMatrix::zeros(),
+            corner_right: SVector::zeros(),
+            factor: Factor::new(&analysis),
+            images: std::array::from_fn(|_| zeros()),
+            schur_inverse: SMatrix::zeros(),
+            analysis,
+        }
+    }
+
+    /// Forgets all sums.
+    pub fn clear(&mut self) {
+        self.values.fill(0.0);
+        self.right.fill(Vector3::zeros());
+        self.border.iter_mut().for_each(|column| column.fill(Vector3::zeros()));
+        self.corner = SMatrix::zeros();
+        self.corner_right = SVector::zeros();
+    }
+
+    /// Adds the sums of the span whose first controls are `first`.
+    pub fn add_span(&mut self, first: [usize; 2], sum: &SpanSum<Z>) {
+        let control = |k: usize| self.grid.index(first[0] + k / 4, first[1] + k % 4);
+        let mut pair = 0;
+        for k in 0..ACTING {
+            let i = control(k);
+            self.right[i] += sum.right[k];
+            for z in 0..Z {
+                self.border[z][i] += sum.border[z][k];
+            }
+            for l in 0..=k {
+                let (block, j) = (&sum.blocks[pair], control(l));
+                pair += 1;
+                if k == l {
+                    self.analysis.pattern().add_diagonal(&mut self.values, i, block);
+                } else if let Some(slot) = self.slot(j, k / 4 - l / 4, REACH + k % 4 - l % 4) {
+                    BlockPattern::add_block(&mut self.values, slot, block);
+                }
+            }
+        }
+        self.corner += sum.corner;
+        self.corner_right += sum.corner_right;
+    }
+
+    fn slot(&self, j: usize, da: usize, db: usize) -> Option<BlockSlot> {
+        self.slots[(j * (REACH + 1) + da) * (2 * REACH + 1) + db]
+    }
+
+    /// Adds weight |sum_k scale_k (c_k + dc_k)|^2 over the controls (a, b, scale),
+    /// those at `now`; the controls in increasing order.
+    pub fn add_stencil(
+        &mut self,
+        cells: &[(usize, usize, f64)],
+        now: &[Vector3<f64>],
+        weight: f64,
+    ) {
+        let at = |cell: &(usize, usize, f64)| self.grid.index(cell.0, cell.1);
+        let sum: Vector3<f64> = cells.iter().map(|cell| now[at(cell)] * cell.2).sum();
+        for (k, high) in cells.iter().enumerate() {
+            let i = at(high);
+            self.right[i] -= sum * (weight * high.2);
+            for low in &cells[..=k] {
+                let block = Matrix3::identity() * (weight * high.2 * low.2);
+                if at(low) == i {
+                    self.analysis.pattern().add_diagonal(&mut self.values, i, &block);
+                } else if let Some(slot) =
+                    self.slot(at(low), high.0 - low.0, REACH + high.1 - low.1)
+                {
+                    BlockPattern::add_block(&mut self.values, slot, &block);
+                }
+            }
+        }
+    }
+
+    /// Adds weight |dc|^2 of every control.
+    pub fn hold(&mut self, weight: f64) {
+        for i in 0..self.right.len() {
+            let block = Matrix3::identity() * weight;
+            self.analysis.pattern().add_diagonal(&mut self.values, i, &block);
+        }
+    }
+
+    /// Adds weight (dz - residual)^2 of one common unknown.
+    pub fn hold_common(&mut self, which: usize, residual: f64, weight: f64) {
+        self.corner[(which, which)] += weight;
+        self.corner_right[which] += weight * residual;
+    }
+
+    /// Factorises; false if the system is singular.
+    #[must_use]
+    pub fn factorize(&mut self) -> bool {
+        if !self.factor.factorize(&self.values) {
+            return false;
+        }
+        self.images.clone_from(&self.border);
+        for image in &mut self.images {
+            self.factor.solve(image);
+        }
+        let schur = self.corner - SMatrix::from_fn(|a, b| dot(&self.border[a], &self.images[b]));
+        let Some(inverse) = schur.try_inverse() else { return false };
+        self.schur_inverse = inverse;
+        true
+    }
+
+    /// The least-squares step of the controls and of the common unknowns.
+    #[must_use]
+    pub fn step(&mut self) -> (Vec<Vector3<f64>>, SVector<f64, Z>) {
+        let mut step = self.right.clone();
+        self.factor.solve(&mut step);
+        let left = self.corner_right - SVector::from_fn(|z, _| dot(&self.border[z], &step));
+        let common = self.schur_inverse * left;
+        for (z, image) in self.images.iter().enumerate() {
+            step.iter_mut().zip(image).for_each(|(s, i)| *s -= i * common[z]);
+        }
+        (step, common)
+    }
+}
+
+fn dot(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane in space, shifted by an unknown common height, seen at scattered places.
+    #[test]
+    fn controls_and_a_common_unknown_are_found_together() {
+        let grid = Grid::new(0.05, 0.01);
+        let n = grid.side();
+        let mut system = SplineSystem::<1>::new(grid);
+        let now = vec![Vector3::zeros(); n * n];
+        let truth = |at: [f64; 2]| Vector3::new(at[0], 2.0 * at[1], at[0] - at[1]);
+        for k in 0..400 {
+            let at = [f64::from(k % 20) * 5e-3 - 0.0475, f64::from(k / 20) * 5e-3 - 0.0475];
+            let w = grid.weights(at);
+            let mut sum = SpanSum::default();
+            for axis in 0..3 {
+                let row = w.value.map(|value| Vector3::ith(axis, value));
+                // Every other place is off by the common unknown, 0.3 along z.
+                let share = if axis == 2 && k % 2 == 0 { 1.0 } else { 0.0 };
+                let residual = truth(at)[axis] + 0.3 * share;
+                sum.add(&row, &SVector::from([share]), residual, 1.0);
+            }
+            system.add_span(w.first, &sum);
+        }
+        for a in 0..n {
+            for b in 0..n - 2 {
+                system.add_stencil(&[(a, b, 1.0), (a, b + 1, -2.0), (a, b + 2, 1.0)], &now, 1e-3);
+                system.add_stencil(&[(b, a, 1.0), (b + 1, a, -2.0), (b + 2, a, 1.0)], &now, 1e-3);
+            }
+        }
+        assert!(system.factorize());
+        let (step, common) = system.step();
+        assert!((common[0] - 0.3).abs() < 1e-9, "{common}");
+        let at = [0.0123, -0.031];
+        let w = grid.weights(at);
+        let found: Vector3<f64> = (0..16).map(|k| step[grid.control(&w, k)] * w.value[k]).sum();
+        assert!((found - truth(at)).norm() < 1e-9, "{found}");
+    }
+}

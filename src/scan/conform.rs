@@ -1,0 +1,289 @@
+//! The sheet drawn onto the scan without changing its lengths.
+//!
+//! `sheet` fits points that keep their material coordinates but for a slow slide;
+//! where unrolling has cut a fold short, all that lies behind it stays shifted.
+//! Here the sheet slides freely under the points and its lengths hold it. Over the
+//! controls of the map x(m), a stretch a and a shift b of the free edge,
+//!
+//! `sum (n . (p_i - x(m_i)))^2 / s_i^2` from raw points to the tangent planes they lie over,
+//! `+ integral |E - a W|^2 / e^2` of the strain E = (F^T F - 1) / 2, F = dx/dm,
+//! `+ sum |second differences|^2 / d^2`,
+//! `+ sum (o . (q - x(end)) - b)^2 / s_q^2` of the free edge q along outward tangents o,
+//! `+ (a - a_0)^2 / s_a^2 + b^2 / s_b^2`
+//!
+//! is lowered by Gauss-Newton steps, the points moved to their nearest places on the
+//! sheet before each. A fold that was cut short shows as strain beside it, and the
+//! step that removes the strain brings the cloth behind it back. (Tangent planes
+//! instead of points: Chen and Medioni 1992.) W is the strain of a sheet that hangs
+//! from the plate by its own weight; a is that weight over the stretch stiffness. W
+//! grows from the free edge inward and b does not, which tells the cloth's stretch
+//! from the sensor's erosion of its edge.
+//!
+//! In: a sheet within a few millimetres and raw points, local frame \[m\]. Out: the
+//! sheet and the posterior covariance of its places. Fails where the sheet has been
+//! laid into the wrong one of two layers: it stays there.
+
+use nalgebra::{SVector, Vector3};
+use rayon::prelude::*;
+
+use super::edge::Edge;
+use super::rim::from_side;
+use super::sheet::Sheet;
+use crate::base::Point3;
+use crate::base::boundary::SIDES;
+use crate::numeric::bspline::Grid;
+use crate::numeric::spline_system::{SpanSum, SplineSystem};
+
+/// Priors of the fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Priors {
+    /// Half side of the specimen \[m\].
+    pub half_m: f64,
+    /// Radius of the plate \[m\].
+    pub plate_radius_m: f64,
+    /// Standard deviation of a point \[m\].
+    pub point_sigma_m: f64,
+    /// Standard deviation of curvature \[1/m\].
+    pub curvature_sigma: f64,
+    /// Standard deviation of the strain of a span.
+    pub strain_sigma: f64,
+}
+
+/// Gauss-Newton steps between two measurements of the edge.
+const STEPS: usize = 4;
+/// A step this small ends them [m].
+const CONVERGED_M: f64 = 0.1e-3;
+/// Largest move of a control in one step [m].
+const MOST_MOVE_M: f64 = 4e-3;
+/// A control is held to its place with this standard deviation [m].
+const HELD_M: f64 = 8e-3;
+/// Standard deviation of a strip's edge, over what the strip says itself [m].
+const EDGE_SIGMA_M: f64 = 0.5e-3;
+/// Mean and standard deviation of the cloth's weight over its stretch stiffness [1/m].
+/// Empirical: 0.02 (stiff) to 0.3 (soft) over simulated drapes.
+const STRETCH_PER_M: f64 = 0.07;
+const STRETCH_SIGMA_PER_M: f64 = 0.10;
+/// Strain of the cloth on the plate, in lengths of cloth of the same weight that
+/// hang from its edge [m], and shear against stretch. Empirical, as above.
+const ON_PLATE_M: f64 = 0.13;
+const SHEAR: f64 = 2.0;
+
+/// Standard deviation of the shift b in the fit: nothing is known [m].
+const SHIFT_SIGMA_M: f64 = 3e-3;
+/// Standard deviation of a sensor's shift of the edge [m]: a pixel of a good
+/// scanner, and this share of the noise.
+const SENSOR_SHIFT_M: f64 = 0.3e-3;
+const SENSOR_SHIFT_PER_NOISE: f64 = 0.2;
+/// What W and the lengths of the sheet are off by at the edge [m]: empirical, from
+/// simulated drapes, and what it grows by for a = 1 / m [m^2].
+const MODEL_SHIFT_M: f64 = 0.25e-3;
+const MODEL_SHIFT_PER_STRETCH_M2: f64 = 2e-3;
+
+/// The two unknowns that are common to the whole sheet.
+type Row = SVector<f64, 2>;
+
+/// The sheet on its points.
+pub(super) struct Conformed {
+    pub sheet: Sheet,
+    priors: Priors,
+    points: Vec<Point3>,
+    places: Vec<[f64; 2]>,
+    system: SplineSystem<2>,
+    /// Weight over stretch stiffness \[1/m\].
+    pub stretch_per_m: f64,
+    /// Outward shift of the free edge by the sensor \[m\].
+    pub shift_m: f64,
+}
+
+/// A strip of the free edge, as measured.
+struct Anchor {
+    /// The sheet's end there, material coordinates \[m\], and outward in those.
+    end: [f64; 2],
+    outward: [f64; 2],
+    /// The edge's place \[m\] and its standard deviation across the edge.
+    at: Point3,
+    sigma_m: f64,
+}
+
+impl Conformed {
+    /// A sheet and points over it, each with its place on the sheet.
+    pub fn new(sheet: Sheet, points: Vec<(Point3, [f64; 2])>, priors: Priors) -> Self {
+        let system = SplineSystem::new(sheet.grid);
+        let (points, places) = points.into_iter().unzip();
+        Self { sheet, priors, points, places, system, stretch_per_m: 0.0, shift_m: 0.0 }
+    }
+
+    /// Draws the sheet onto the points and onto the measured edges. `None` if the
+    /// system is singular.
+    pub fn draw(&mut self, edges: &[Edge; SIDES]) -> Option<()> {
+        let anchors = self.anchors(edges);
+        for _ in 0..STEPS {
+            let (sheet, reach_m) = (&self.sheet, 1.09 * self.priors.half_m);
+            self.points.par_iter().zip(&mut self.places).for_each(|(p, place)| {
+                *place = sheet.nearest(p, *place, reach_m).0;
+            });
+            self.assemble(&anchors);
+            if !self.system.factorize() {
+                return None;
+            }
+            let (step, common) = self.system.step();
+            let most_m: f64 = step.iter().map(Vector3::norm).fold(0.0, f64::max);
+            let share = (MOST_MOVE_M / most_m).min(1.0);
+            for (control, step) in self.sheet.controls.iter_mut().zip(&step) {
+                *control += step * share;
+            }
+            // Cloth does not shrink under its weight.
+            self.stretch_per_m = (self.stretch_per_m + common[0] * share).max(0.0);
+            self.shift_m += common[1] * share;
+            if most_m < CONVERGED_M {
+                break;
+            }
+        }
+        Some(())
+    }
+
+    /// The part of the shift of the edges that is the sensor's \[m\], and its standard
+    /// deviation.
+    ///
+    /// The rest is what the strain of a hanging sheet is off by; it grows with the
+    /// stretch. Both are common to the whole rim, and only their sizes tell them
+    /// apart.
+    pub fn sensor_shift_m(&self, noise_m: f64) -> (f64, f64) {
+        let sensor = (SENSOR_SHIFT_M + SENSOR_SHIFT_PER_NOISE * noise_m).powi(2);
+        let model = (MODEL_SHIFT_M + MODEL_SHIFT_PER_STRETCH_M2 * self.stretch_per_m).powi(2);
+        let share = sensor / (sensor + model);
+        (share * self.shift_m, (share * model).sqrt())
+    }
+
+    fn assemble(&mut self, anchors: &[Anchor]) {
+        let grid = self.sheet.grid;
+        let spans = grid.side() - 3;
+        let mut in_span = vec![(Vec::new(), Vec::new()); spans * spans];
+        let span = |at: [f64; 2]| {
+            let [a, b] = grid.weights(at).first;
+            a * spans + b
+        };
+        for (i, &place) in self.places.iter().enumerate() {
+            in_span[span(place)].0.push(i);
+        }
+        for anchor in anchors {
+            in_span[span(anchor.end)].1.push(anchor);
+        }
+        let this = &*self;
+        let sums: Vec<SpanSum<2>> = in_span
+            .par_iter()
+            .enumerate()
+            .map(|(k, (points, anchors))| {
+                let mut sum = SpanSum::default();
+                points.iter().for_each(|&i| this.add_point(i, &mut sum));
+                this.add_strain([k / spans, k % spans], &mut sum);
+                anchors.iter().for_each(|anchor| this.add_anchor(anchor, &mut sum));
+                sum
+            })
+            .collect();
+        self.system.clear();
+        for (k, sum) in sums.iter().enumerate() {
+            self.system.add_span([k / spans, k % spans], sum);
+        }
+        self.add_bending(grid);
+        self.system.hold(HELD_M.powi(-2));
+        let from_mean = STRETCH_PER_M - self.stretch_per_m;
+        self.system.hold_common(0, from_mean, STRETCH_SIGMA_PER_M.powi(-2));
+        self.system.hold_common(1, -self.shift_m, SHIFT_SIGMA_M.powi(-2));
+    }
+
+    /// One point to its tangent plane; robust: points far off count little.
+    fn add_point(&self, i: usize, sum: &mut SpanSum<2>) {
+        let (place, sigma_m) = (self.places[i], self.priors.point_sigma_m);
+        let off = self.points[i] - self.sheet.at(place);
+        let slopes = self.sheet.slopes(place);
+        let normal = slopes.column(0).cross(&slopes.column(1));
+        let Some(normal) = normal.try_normalize(1e-6) else { return };
+        let bound_m = (4.0 * sigma_m).max(1.5e-3);
+        let weight = 1.0 / (sigma_m * (1.0 + off.norm_squared() / (bound_m * bound_m))).powi(2);
+        let row = self.sheet.grid.weights(place).value.map(|value| normal * value);
+        sum.add(&row, &Row::zeros(), normal.dot(&off), weight);
+    }
+
+    /// The strain at four places of a span.
+    fn add_strain(&self, span: [usize; 2], sum: &mut SpanSum<2>) {
+        let (grid, a) = (self.sheet.grid, self.stretch_per_m);
+        let weight = 0.25 / self.priors.strain_sigma.powi(2);
+        for quarter in [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]] {
+            let at = [0, 1].map(|c| (span[c] as f64 + quarter[c]) * grid.spacing() - grid.half());
+            let w = grid.weights(at);
+            let slopes = self.sheet.slopes(at);
+            let (xu, xv): (Vector3<f64>, Vector3<f64>) =
+                (slopes.column(0).into(), slopes.column(1).into());
+            let unit = self.hanging(at);
+            let rows = [
+                (w.du.map(|d| xu * d), 0.5 * (xu.dot(&xu) - 1.0), 1.0),
+                (w.dv.map(|d| xv * d), 0.5 * (xv.dot(&xv) - 1.0), 1.0),
+                (std::array::from_fn(|k| xu * w.dv[k] + xv * w.du[k]), xu.dot(&xv), 0.5),
+            ];
+            for ((row, strain, share), unit) in rows.into_iter().zip(unit) {
+                sum.add(&row, &Row::new(-unit, 0.0), a * unit - strain, share * weight);
+            }
+        }
+    }
+
+    /// Strain (uu, vv, 2 uv) of the hanging cloth for a = 1 / m: radial, by the weight
+    /// below on each bearing; even on the plate.
+    fn hanging(&self, at: [f64; 2]) -> [f64; 3] {
+        let r = at[0].hypot(at[1]);
+        if r < self.priors.plate_radius_m {
+            return [ON_PLATE_M, ON_PLATE_M, 0.0];
+        }
+        let (c, s) = (at[0] / r, at[1] / r);
+        let end = self.priors.half_m / c.abs().max(s.abs());
+        let below = ((end * end - r * r) / (2.0 * r)).max(0.0);
+        [below * c * c, below * s * s, SHEAR * below * c * s]
+    }
+
+    fn add_bending(&mut self, grid: Grid) {
+        let spread = self.priors.curvature_sigma * grid.spacing().powi(2);
+        let weight = 1.0 / (spread * spread);
+        let (n, now) = (grid.side(), &self.sheet.controls);
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            if i + 2 < n {
+                let along = [(i, j, 1.0), (i + 1, j, -2.0), (i + 2, j, 1.0)];
+                self.system.add_stencil(&along, now, weight);
+            }
+            if j + 2 < n {
+                let along = [(i, j, 1.0), (i, j + 1, -2.0), (i, j + 2, 1.0)];
+                self.system.add_stencil(&along, now, weight);
+            }
+            if i + 1 < n && j + 1 < n {
+                let twist = [(i, j, 1.0), (i, j + 1, -1.0), (i + 1, j, -1.0), (i + 1, j + 1, 1.0)];
+                self.system.add_stencil(&twist, now, 2.0 * weight);
+            }
+        }
+    }
+
+    /// The free edge lies where the sheet ends, up to the sensor's shift.
+    fn add_anchor(&self, anchor: &Anchor, sum: &mut SpanSum<2>) {
+        let slopes = self.sheet.slopes(anchor.end);
+        let outward: Vector3<f64> =
+            slopes.column(0) * anchor.outward[0] + slopes.column(1) * anchor.outward[1];
+        let Some(outward) = outward.try_normalize(1e-6) else { return };
+        let row = self.sheet.grid.weights(anchor.end).value.map(|value| outward * value);
+        let residual = outward.dot(&(anchor.at - self.sheet.at(anchor.end))) - self.shift_m;
+        sum.add(&row, &Row::new(0.0, 1.0), residual, anchor.sigma_m.powi(-2));
+    }
+
+    /// The observed strips of the free edge, where the sheet puts them now.
+    fn anchors(&self, edges: &[Edge; SIDES]) -> Vec<Anchor> {
+        let half_m = self.priors.half_m;
+        let strips = |side: usize| {
+            let edge = &edges[side];
+            let seen = move |k: &usize| edge.observed[*k] && edge.along[*k].abs() <= half_m;
+            (0..edge.along.len()).filter(seen).map(move |k| Anchor {
+                end: from_side(side, [edge.along[k], half_m]),
+                outward: from_side(side, [0.0, 1.0]),
+                at: self.sheet.at(from_side(side, [edge.along[k], edge.outward[k]])),
+                sigma_m: edge.sigma[k].hypot(EDGE_SIGMA_M),
+            })
+        };
+        (0..SIDES).flat_map(strips).collect()
+    }
+}
