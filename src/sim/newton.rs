@@ -65,7 +65,8 @@ pub struct Iteration {
 const LONGEST_STEP_M: f64 = 0.03;
 /// Sufficient decrease (Armijo), the usual value.
 const ARMIJO: f64 = 1e-4;
-/// Rounding of an energy, as a part of it; a decrease below it cannot be seen.
+/// Rounding of an energy, as a part of it; a decrease below it cannot be seen, and a
+/// step that promises no more is taken whole.
 const ROUNDING: f64 = 1e-13;
 /// Halvings before a step is given up.
 const HALVINGS: usize = 14;
@@ -112,12 +113,13 @@ impl Newton {
         });
         let start = self.objective(model, x, inertia);
         let slope = dot(&self.gradient, &self.direction);
+        let unseen = -slope < ROUNDING * start.abs();
         for _ in 0..HALVINGS {
             self.try_fraction(x, fraction);
             let trial = std::mem::take(&mut self.trial);
             let value = self.objective(model, &trial, inertia);
             self.trial = trial;
-            if is_lower(value, start, fraction * slope) {
+            if unseen || is_lower(value, start, fraction * slope) {
                 model.foresee(x, &self.direction, fraction);
                 x.copy_from_slice(&self.trial);
                 result.fraction = fraction;
