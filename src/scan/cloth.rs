@@ -147,7 +147,8 @@ pub(super) fn isolate(
             && over > above_floor
             && !stand
     };
-    let raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
+    let mut raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
+    raw.shrink_to_fit();
     let raw_spacing_m = spacing(&raw, options);
     let cell = CELL_M.max(1.1 * raw_spacing_m);
     stages.done("cut to the cloth");

@@ -29,6 +29,9 @@ const COARSE_STEPS: usize = 6;
 /// Density of strays relative to the cloth. Empirical: flying pixels that lie
 /// within the noise of the sheet's plane.
 const BACKGROUND: f64 = 0.01;
+/// Standard deviations of the blur beyond which it is whole or nothing, to 1e-10.
+const BLURRED: f64 = 6.0;
+
 /// The edge of one side.
 #[derive(Clone, Debug)]
 pub(super) struct Edge {
@@ -147,7 +150,8 @@ fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Ed
 fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
     // More points do not help: the strip's edge is not that straight.
     let stride = across.len().div_ceil(MOST_POINTS);
-    let across: Vec<f64> = across.iter().step_by(stride).copied().collect();
+    let mut across: Vec<f64> = across.iter().step_by(stride).copied().collect();
+    across.sort_unstable_by(f64::total_cmp);
     let (low, high) = (-look.inward_m, look.outward_m);
     let step = 0.1e-3;
     let first = low + 4e-3;
@@ -155,7 +159,13 @@ fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
     let blur = blur_m.max(0.1e-3);
     let log_of = |e: f64| -> f64 {
         let mass = (e - low) + BACKGROUND * (high - low);
-        across.iter().map(|w| (normal_share((e - w) / blur) + BACKGROUND).ln()).sum::<f64>()
+        // Away from the edge a point's density is that of the cloth or of the strays.
+        let inside = across.partition_point(|w| e - w > BLURRED * blur);
+        let blurred = across.partition_point(|w| e - w > -BLURRED * blur);
+        let near = across[inside..blurred].iter();
+        near.map(|w| (normal_share((e - w) / blur) + BACKGROUND).ln()).sum::<f64>()
+            + inside as f64 * BACKGROUND.ln_1p()
+            + (across.len() - blurred) as f64 * BACKGROUND.ln()
             - across.len() as f64 * mass.ln()
     };
     // A coarse look finds the peak, a fine one its shape.

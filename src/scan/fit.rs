@@ -13,8 +13,10 @@ use super::square::Square;
 use super::{MIN_POINTS, cloth, conform, rim, sheet, unroll};
 use crate::base::Point3;
 
-/// Raw points that are tried for the edge: every 0.7 mm of a cloth's surface.
-const MOST_EDGE_CANDIDATES: usize = 200_000;
+/// Raw points that are tried for the edge: every 0.7 mm of a cloth's surface,
+pub(super) const MOST_EDGE_CANDIDATES: usize = 200_000;
+/// and while the sheet is not yet drawn, every 1.3 mm.
+const MOST_FIRST_CANDIDATES: usize = 50_000;
 /// Raw points that the sheet is drawn onto: every 1.5 mm of a cloth's surface.
 const MOST_CONFORMED: usize = 40_000;
 /// Times that the edge is measured and the sheet drawn.
@@ -69,8 +71,8 @@ pub(super) fn misfit(
     Ok(rms_m)
 }
 
-/// Raw points that lie on the sheet near its edge, with their material
-/// coordinates.
+/// Raw points, of at most `most` of the cloth's, that lie on the sheet near its edge, with
+/// their material coordinates.
 pub(super) fn edge_points(
     cloth: &cloth::Cloth,
     surface: &[Point3],
@@ -78,10 +80,11 @@ pub(super) fn edge_points(
     sheet: &sheet::Sheet,
     noise_m: f64,
     half_m: f64,
+    most: usize,
 ) -> Vec<(Point3, [f64; 2])> {
     let tree = Neighbours::new(surface);
     let on_sheet = 0.4e-3 + 3.0 * noise_m;
-    let stride = cloth.raw.len().div_ceil(MOST_EDGE_CANDIDATES);
+    let stride = cloth.raw.len().div_ceil(most);
     cloth
         .raw
         .par_iter()
@@ -127,7 +130,9 @@ pub(super) fn conform_sheet(
     let mut conformed = conform::Conformed::new(sheet, points.collect(), priors);
     for _ in 0..CONFORM_ROUNDS {
         let sheet = &conformed.sheet;
-        let near_edge = edge_points(cloth, &unrolled.points, material, sheet, noise_m, half_m);
+        let most = MOST_FIRST_CANDIDATES;
+        let near_edge =
+            edge_points(cloth, &unrolled.points, material, sheet, noise_m, half_m, most);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
         let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
         conformed.draw(&rim::edges(&flat, half_m, noise_m)).ok_or(too_few)?;

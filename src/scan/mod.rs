@@ -245,8 +245,9 @@ pub fn boundary_in_stages(
         face_y_m: options.cloth_height_m,
     });
     let half_m = 0.5 * options.specimen_side_m;
+    let most = fit::MOST_EDGE_CANDIDATES;
     let near_edge =
-        fit::edge_points(&cloth, &unrolled.points, &material, sheet, plate.noise_m, half_m);
+        fit::edge_points(&cloth, &unrolled.points, &material, sheet, plate.noise_m, half_m, most);
     let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
     let mut edges = rim::edges(&flat, half_m, plate.noise_m);
     if let Some(facts) = &mut mesh {
@@ -390,7 +391,7 @@ fn orient(square: Square, local_from_scan: &Isometry3, warp: Option<WarpToward>)
 }
 
 /// Relaxes the unrolled cloth and pulls its free edges onto the sides of the
-/// square that fits best; returns that square.
+/// square that fits best; returns that square. Uses the links up.
 ///
 /// The front that unrolled the cloth may have carried it round the plate by a
 /// degree, and ties to a square that is turned as far keep it there. So at the end
@@ -401,7 +402,8 @@ fn straighten(
     spacing_m: f64,
     options: &ScanOptions,
 ) -> Result<Square, ScanError> {
-    let unroll::Unrolled { links, fixed, flat, .. } = unrolled;
+    let links = &std::mem::take(&mut unrolled.links);
+    let unroll::Unrolled { fixed, flat, .. } = unrolled;
     relax::relax(links, fixed, &[], spacing_m, 6, flat);
     let mut square = square::find(flat, options.specimen_side_m)?;
     let half_m = 0.5 * options.specimen_side_m;

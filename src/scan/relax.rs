@@ -20,6 +20,7 @@ const COARSE_M: f64 = 12e-3;
 const COARSE_HALF_M: f64 = 0.21;
 
 /// Directed links with the step in the tangent plane of their start.
+#[derive(Default)]
 pub(super) struct Links {
     start: Vec<usize>,
     to: Vec<u32>,
