@@ -21,15 +21,14 @@ fn done(arguments: &[&str]) -> Output {
     run
 }
 
-/// A folder with `stiff.obj`, a coarse drape of a stiff knit; made once.
+/// A folder with `stiff.obj`, a drape of a stiff knit; made once.
 fn drapes() -> &'static Path {
     static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
     let make = || {
         let folder = tempfile::tempdir().unwrap();
         let knit = [240_000.0, 310_000.0, 90_000.0, 5200.0, 3600.0, 4100.0, 260.0];
-        let options = SimOptions { vertices: 31, ..SimOptions::default() };
-        let canonical = Drop { start: DropStart::Canonical };
-        let drape = drape(&Fabric::from_paper_units(knit), &canonical, &options);
+        let drop = Drop { start: DropStart::Perturbed(2) };
+        let drape = drape(&Fabric::from_paper_units(knit), &drop, &SimOptions::default());
         write_obj(folder.path().join("stiff.obj"), &drape.mesh()).unwrap();
         folder
     };

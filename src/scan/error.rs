@@ -47,6 +47,20 @@ pub enum ScanError {
         /// The unit in use.
         unit: super::LengthUnit,
     },
+    /// A disc with cloth falling away around it, whose edge shows nowhere near enough.
+    #[error(
+        "a flat disc is there, but the cloth bends off it sharply enough to show the plate's edge on less than \
+         {least} of {bearings} bearings: too few points around it, or cloth too stiff for a plate of {:.0} mm radius",
+        radius_m * 1e3
+    )]
+    NoPlateEdge {
+        /// Bearings that it must show on.
+        least: usize,
+        /// Bearings looked at.
+        bearings: usize,
+        /// Radius of the plate \[m\].
+        radius_m: f64,
+    },
     /// A closed mesh whose cloth ends nowhere.
     #[error(
         "the mesh is closed underneath, and where the cloth ends it turns by {crease_deg:.0} degrees only \
@@ -163,6 +177,22 @@ pub enum ScanError {
         /// The side's middle.
         bearing_deg: f64,
     },
+    /// The sides differ in length.
+    #[error(
+        "the rim's side towards {bearing_deg:.0} degrees measures {measured_mm:.1} mm, the four sides' median is \
+         {median_mm:.1} mm (limit {limit_mm:.1} mm apart): cloth there was joined wrongly; lay the specimen anew \
+         or add views from there"
+    )]
+    UnevenSides {
+        /// Length found.
+        measured_mm: f64,
+        /// Median of the four.
+        median_mm: f64,
+        /// Largest difference accepted.
+        limit_mm: f64,
+        /// The side's middle.
+        bearing_deg: f64,
+    },
     /// Too long an arc of the rim is hidden.
     #[error(
         "the rim is missing {length_mm:.0} mm at {bearing_deg:.0} degrees (limit {limit_mm:.0} mm); add a \
@@ -207,8 +237,9 @@ pub enum ScanError {
     },
     /// The fitted sheet and the scanned points disagree.
     #[error(
-        "the fitted sheet is {rms_mm:.1} mm rms off the scanned cloth (limit {limit_mm:.1} mm), most towards \
-         {bearing_deg:.0} degrees: the cloth touches itself or something else there; lay the specimen anew"
+        "the fitted sheet is {rms_mm:.2} mm rms off the scanned cloth (limit {limit_mm:.2} mm), most towards \
+         {bearing_deg:.0} degrees: the cloth is creased or touches itself or something else there; lay \
+         the specimen anew"
     )]
     Misfit {
         /// Root mean square distance.

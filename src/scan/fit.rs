@@ -49,22 +49,25 @@ pub(super) fn fit_sheet(
     Ok((sheet, material))
 }
 
-/// Root mean square distance of the surface points to the sheet \[m\].
+/// Root mean square distance of the surface points to the sheet \[m\]. An error where it
+/// is more than the noise explains.
 pub(super) fn misfit(
     sheet: &sheet::Sheet,
     unrolled: &unroll::Unrolled,
     material: &[[f64; 2]],
     square: &Square,
+    noise_m: f64,
     options: &ScanOptions,
 ) -> Result<f64, ScanError> {
     let off: Vec<f64> =
         unrolled.points.iter().zip(material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
     let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
-    if rms_m > options.max_misfit_m {
+    let limit_m = options.max_misfit_m + options.max_misfit_per_noise * noise_m;
+    if rms_m > limit_m {
         let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
         return Err(ScanError::Misfit {
             rms_mm: rms_m * 1e3,
-            limit_mm: options.max_misfit_m * 1e3,
+            limit_mm: limit_m * 1e3,
             bearing_deg: square.bearing_deg(material[worst]),
         });
     }

@@ -237,7 +237,7 @@ pub fn boundary_in_stages(
     let conformed =
         fit::conform_sheet(sheet, &cloth, &unrolled, &mut material, plate.noise_m, options)?;
     let sheet = &conformed.sheet;
-    let misfit_m = fit::misfit(sheet, &unrolled, &material, &square, options)?;
+    let misfit_m = fit::misfit(sheet, &unrolled, &material, &square, plate.noise_m, options)?;
     stages.done("lengths");
     let origin = origin::find(sheet, &square, options).unwrap_or(origin::Origin {
         axis: [0.0; 2],
@@ -277,9 +277,9 @@ pub fn boundary_in_stages(
         edge_sigma_m,
     };
     let unexplained = trust::assess(&mut traced, sheet, &explained, half_m);
-    rim::judge(&traced, &square, &unexplained, plate.noise_m, options)?;
+    rim::judge(&traced, &unexplained, plate.noise_m, options)?;
     stages.done("trust");
-    let (gap_m, gap_at) = rim::longest_gap(&traced.points);
+    let (gap_m, gap_bearing_deg) = rim::longest_gap(&traced.points);
 
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -square.turn_rad);
     let rise_m = options.cloth_height_m - origin.face_y_m;
@@ -307,7 +307,7 @@ pub fn boundary_in_stages(
         centre_offset_m: (square.centre[0] - origin.axis[0])
             .hypot(square.centre[1] - origin.axis[1]),
         longest_gap_m: gap_m,
-        longest_gap_bearing_deg: square.bearing_deg(traced.material[gap_at]),
+        longest_gap_bearing_deg: gap_bearing_deg,
         plate_radius_m: plate.radius_m,
         plate_radius_scatter_m: plate.radius_scatter_m,
         origin_sigma_m: origin.axis_sigma_m,

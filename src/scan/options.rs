@@ -46,8 +46,11 @@ pub struct ScanOptions {
     /// sheet \[m^2\]: more means that the sheet has missed a fold.
     pub max_unexplained_m2: f64,
     /// Largest root mean square distance of the smoothed points to the fitted
-    /// sheet \[m\]; more means that the sheet took a wrong turn.
+    /// sheet \[m\], and what each metre of noise adds; more means that the sheet took a wrong
+    /// turn, or that the cloth has creases.
     pub max_misfit_m: f64,
+    /// See [`ScanOptions::max_misfit_m`].
+    pub max_misfit_per_noise: f64,
     /// Smallest share of the rim that must be observed.
     pub min_observed: f64,
     /// By how much larger it must be for each metre of noise beyond 1 mm \[1/m\].
@@ -55,6 +58,11 @@ pub struct ScanOptions {
     /// Shortest and longest accepted side of the specimen \[m\]: 300 mm less what
     /// smoothing takes, and plus the stretch of the softest knit.
     pub side_range_m: [f64; 2],
+    /// Most that a side's length may differ from the four sides' median \[m\], and what each
+    /// metre of noise adds.
+    pub max_uneven_m: f64,
+    /// See [`ScanOptions::max_uneven_m`].
+    pub max_uneven_per_noise: f64,
 }
 
 impl Default for ScanOptions {
@@ -70,10 +78,13 @@ impl Default for ScanOptions {
             max_gap_m: 0.068,
             max_gap_per_noise: 42.0,
             max_unexplained_m2: 33e-6,
-            max_misfit_m: 2.5e-3,
+            max_misfit_m: 0.15e-3,
+            max_misfit_per_noise: 0.45,
             min_observed: 0.75,
             min_observed_per_noise: 120.0,
             side_range_m: [0.280, 0.330],
+            max_uneven_m: 2.5e-3,
+            max_uneven_per_noise: 0.5,
         }
     }
 }

@@ -115,7 +115,11 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
     {
         return Err(refuse(Some(best)));
     }
-    let plate = refine(points, best, radius_m).ok_or_else(|| refuse(Some(best)))?;
+    let plate = refine(points, best, radius_m).ok_or(ScanError::NoPlateEdge {
+        least: LEAST_EDGES,
+        bearings: BEARINGS,
+        radius_m,
+    })?;
     // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
     let sigma_m = plate.radius_scatter_m / (BEARINGS as f64 / 4.0).sqrt();
     if (plate.radius_m - radius_m).abs() > RADIUS_TOLERANCE * radius_m + 2.0 * sigma_m {

@@ -10,10 +10,10 @@ use super::error::ScanError;
 use super::options::ScanOptions;
 use super::relax::Tie;
 use super::sheet::Sheet;
-use super::square::Square;
 use super::trust::Unexplained;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::{BoundaryPoint, Point3};
+use crate::numeric::robust;
 
 /// Noise up to which bridges are held by the sheet's lengths [m].
 const BRIDGED_WELL_NOISE_M: f64 = 1e-3;
@@ -102,7 +102,7 @@ pub(super) fn widths_m(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> [Op
                 (0..count).map(|k| (at(k + 1) - at(k)).norm()).sum()
             })
             .collect();
-        crate::numeric::robust::median(lengths)
+        robust::median(lengths)
     })
 }
 
@@ -159,22 +159,24 @@ pub(super) fn trace(sheet: &Sheet, edges: &[Edge; SIDES], half_m: f64) -> Rim {
     rim
 }
 
-/// The longest run of bridged points: its length along the rim \[m\] and the
-/// index of its middle.
-pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, usize) {
+/// The longest run of bridged points: its length along the rim \[m\] and the bearing
+/// halfway between its ends \[degrees\].
+pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, f64) {
     let n = points.len();
     let Some(first) = points.iter().position(|p| p.observed) else {
-        return (f64::INFINITY, 0);
+        return (f64::INFINITY, 0.0);
     };
-    let (mut best, mut run, mut run_m) = ((0.0, 0), 0, 0.0);
-    for step in 1..=n {
-        let (before, now) = ((first + step - 1) % n, (first + step) % n);
-        run_m += (points[now].position_m - points[before].position_m).norm();
-        if points[now].observed {
+    let bearing = |i: usize| bearing_deg(&points[i % n].position_m);
+    let mut best = (0.0, 0.0);
+    let (mut run, mut run_m, mut turned_deg) = (0, 0.0, 0.0);
+    for step in first + 1..=first + n {
+        run_m += (points[step % n].position_m - points[(step - 1) % n].position_m).norm();
+        turned_deg += (bearing(step) - bearing(step - 1) + 540.0).rem_euclid(360.0) - 180.0;
+        if points[step % n].observed {
             if run > 0 && run_m > best.0 {
-                best = (run_m, (first + step - 1 - run / 2) % n);
+                best = (run_m, (bearing(step) - 0.5 * turned_deg).rem_euclid(360.0));
             }
-            (run, run_m) = (0, 0.0);
+            (run, run_m, turned_deg) = (0, 0.0, 0.0);
         } else {
             run += 1;
         }
@@ -182,10 +184,14 @@ pub(super) fn longest_gap(points: &[BoundaryPoint]) -> (f64, usize) {
     best
 }
 
+/// Bearing of a place in the local frame, seen from the plate's axis \[degrees\].
+pub(super) fn bearing_deg(at: &Point3) -> f64 {
+    (-at.z).atan2(at.x).to_degrees().rem_euclid(360.0)
+}
+
 /// Refuses a rim that cannot be trusted.
 pub(super) fn judge(
     rim: &Rim,
-    square: &Square,
     unexplained: &Unexplained,
     noise_m: f64,
     options: &ScanOptions,
@@ -193,23 +199,23 @@ pub(super) fn judge(
     let more_noise_m = (noise_m - BRIDGED_WELL_NOISE_M).max(0.0);
     let min_observed = options.min_observed + options.min_observed_per_noise * more_noise_m;
     let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * more_noise_m).max(0.0);
-    let bearing = |i: usize| square.bearing_deg(rim.material[i]);
+    let bearing = |i: usize| bearing_deg(&rim.points[i].position_m);
     let observed =
         rim.points.iter().filter(|p| p.observed).count() as f64 / rim.points.len() as f64;
-    let (gap_m, middle) = longest_gap(&rim.points);
+    let (gap_m, gap_bearing_deg) = longest_gap(&rim.points);
     if observed < min_observed {
         return Err(ScanError::TooLittleRim {
             observed_percent: observed * 100.0,
             limit_percent: min_observed * 100.0,
             length_mm: gap_m * 1e3,
-            bearing_deg: bearing(middle),
+            bearing_deg: gap_bearing_deg,
         });
     }
     if gap_m > max_gap_m {
         return Err(ScanError::Gap {
             length_mm: gap_m * 1e3,
             limit_mm: max_gap_m * 1e3,
-            bearing_deg: bearing(middle),
+            bearing_deg: gap_bearing_deg,
         });
     }
     if unexplained.area_m2 > options.max_unexplained_m2 {
@@ -219,15 +225,28 @@ pub(super) fn judge(
             bearing_deg: bearing(unexplained.rim_point),
         });
     }
+    let side_bearing = |s: usize| bearing(s * POINTS_PER_SIDE + POINTS_PER_SIDE / 2);
     for (s, length) in rim.side_lengths_m.iter().enumerate() {
         if !(options.side_range_m[0]..=options.side_range_m[1]).contains(length) {
             return Err(ScanError::SideLength {
                 measured_mm: length * 1e3,
                 min_mm: options.side_range_m[0] * 1e3,
                 max_mm: options.side_range_m[1] * 1e3,
-                bearing_deg: bearing(s * POINTS_PER_SIDE + POINTS_PER_SIDE / 2),
+                bearing_deg: side_bearing(s),
             });
         }
+    }
+    let median_m = robust::median(rim.side_lengths_m.to_vec()).unwrap_or(0.0);
+    let off = |s: usize| (rim.side_lengths_m[s] - median_m).abs();
+    let worst = (0..SIDES).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+    let limit_m = options.max_uneven_m + options.max_uneven_per_noise * noise_m;
+    if off(worst) > limit_m {
+        return Err(ScanError::UnevenSides {
+            measured_mm: rim.side_lengths_m[worst] * 1e3,
+            median_mm: median_m * 1e3,
+            limit_mm: limit_m * 1e3,
+            bearing_deg: side_bearing(worst),
+        });
     }
     Ok(())
 }
@@ -251,17 +270,15 @@ mod tests {
 
     #[test]
     fn the_longest_gap_is_found_across_the_seam() {
-        let point = |i: usize, observed| BoundaryPoint {
-            position_m: Point3::new(i as f64 * 0.005, 0.0, 0.0),
-            sigma_m: 0.0,
-            observed,
+        let at = |i: usize| {
+            let angle = (i as f64).to_radians();
+            Point3::new(0.3 * angle.cos(), 0.0, -0.3 * angle.sin())
         };
-        let mut points: Vec<_> = (0..244).map(|i| point(i, true)).collect();
-        for i in 100..104 {
-            points[i].observed = false;
-        }
-        let (length, middle) = longest_gap(&points);
-        assert!((length - 0.025).abs() < 1e-9);
-        assert!((101..103).contains(&middle));
+        let seen = |i: usize| !(100..104).contains(&i) && (6..354).contains(&i);
+        let point = |i: usize| BoundaryPoint { position_m: at(i), sigma_m: 0.0, observed: seen(i) };
+        let points: Vec<_> = (0..360).map(point).collect();
+        let (length_m, bearing_deg) = longest_gap(&points);
+        assert!((length_m - 0.3 * 13_f64.to_radians()).abs() < 1e-4, "{length_m}");
+        assert!((bearing_deg + 0.5).rem_euclid(360.0) < 1e-9, "{bearing_deg}");
     }
 }
