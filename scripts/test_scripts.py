@@ -5,6 +5,7 @@ import jax
 import numpy as np
 
 import drape_data
+import fit_measured_prior
 import snn
 import train
 
@@ -84,6 +85,15 @@ def test_conformal_quantile_covers_at_least_its_level():
         q = train.conformal_quantiles(error[:200], np.ones((200, 1)))
         covered.append(np.mean(np.abs(error[200:]) <= q))
     assert 0.895 < np.mean(covered) < 0.92, np.mean(covered)
+
+
+def test_the_mixture_of_the_measured_prior_finds_two_groups_again():
+    rng = np.random.default_rng(1)
+    groups = [rng.normal([0.0, 1.0], [0.2, 0.4], (400, 2)), rng.normal([3.0, -1.0], [0.5, 0.3], (400, 2))]
+    means, covs, _ = fit_measured_prior.fit_mixture(np.concatenate(groups), 2, rng)
+    order = np.argsort(means[:, 0])
+    assert np.abs(means[order] - [[0.0, 1.0], [3.0, -1.0]]).max() < 0.1
+    assert np.abs(np.sqrt(covs[order].diagonal(axis1=1, axis2=2)) - [[0.2, 0.4], [0.5, 0.3]]).max() < 0.06
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ OURS = {
     "plane": ["plate", "floor"],
     "outliers": ["strays"],
     "normals": ["smooth and normals"],
-    "boundary": ["unroll", "square", "sheet", "edge and rim", "trust"],
+    "boundary": ["unroll", "square", "sheet", "lengths", "edge and rim", "trust"],
 }
 
 

@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use super::Failure;
 use super::experiment::ExperimentFlags;
 use crate::base::units::M_PER_MM;
-use crate::fabric::Fabric;
+use crate::fabric::{DEFAULT_PRIOR, Fabric};
 use crate::io::{DepthSource, Intrinsics, ReadOptions, intrinsics};
 use crate::report::augment::{Form, Unit};
 use crate::report::rim::parse_warp_toward;
@@ -389,25 +389,12 @@ pub(crate) enum Evaluate {
         seed: u64,
     },
     /// The simulator against known answers: strips, friction, meshes, Cusick drapes.
-    Physics {
-        /// What to run, all if not given
-        #[arg(value_enum)]
-        parts: Vec<PhysicsPart>,
-        /// Folder for charts and pictures
-        #[arg(long, short, value_name = "DIR")]
-        out: Option<PathBuf>,
-        /// Folder of measured data; what needs it is left out without it
-        #[arg(long, value_name = "DIR")]
-        data: Option<PathBuf>,
-        /// Fabrics of `meshes`, 1 to 3
-        #[arg(long, default_value_t = 3)]
-        mesh_fabrics: usize,
-        /// Measured fabrics of `cusick`, each also with its softening
-        #[arg(long, default_value_t = 12)]
-        cusick_fabrics: usize,
-    },
+    Physics(Physics),
     /// Drapes of many fabrics, the corners of Table 2's box among them: how they end.
     Soak {
+        /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+        #[arg(long, default_value = DEFAULT_PRIOR)]
+        prior: String,
         /// Fabrics; every eighth is a corner of the box
         #[arg(long, default_value_t = 1024)]
         count: u64,
@@ -444,6 +431,31 @@ pub(crate) enum Evaluate {
     },
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct Physics {
+    /// What to run, all if not given
+    #[arg(value_enum)]
+    pub(crate) parts: Vec<PhysicsPart>,
+    /// Folder for charts and pictures
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Folder of measured data; what needs it is left out without it
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+    /// Fabrics of `meshes`, 1 to 3
+    #[arg(long, default_value_t = 3)]
+    pub(crate) mesh_fabrics: usize,
+    /// Measured fabrics of `cusick`, each also with its softening
+    #[arg(long, default_value_t = 12)]
+    pub(crate) cusick_fabrics: usize,
+    /// Drops of each fabric of `branches`
+    #[arg(long, default_value_t = 50)]
+    pub(crate) drops: u64,
+    /// Fabrics of `variance`
+    #[arg(long, default_value_t = 40)]
+    pub(crate) variance_fabrics: u64,
+}
+
 /// Parts of `evaluate physics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum PhysicsPart {
@@ -457,6 +469,10 @@ pub(crate) enum PhysicsPart {
     Meshes,
     /// Standard Cusick drapes of measured fabrics (minutes; needs --data).
     Cusick,
+    /// Perturbed drops of one fabric, beside repeated drops of real ones with --data (minutes).
+    Branches,
+    /// How much the rim tells fabrics apart in this experiment and the standard one (minutes).
+    Variance,
 }
 
 #[derive(Debug, Args)]
@@ -496,8 +512,8 @@ pub(crate) struct Generate {
     /// Seed of the whole run
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Mixture that the fabrics are drawn from
-    #[arg(long, default_value = "knit-2020")]
+    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+    #[arg(long, default_value = DEFAULT_PRIOR)]
     pub(crate) prior: String,
     /// Make part i of N only
     #[arg(long, value_name = "i/N", default_value = "0/1")]

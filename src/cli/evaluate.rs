@@ -9,10 +9,11 @@ use rayon::prelude::*;
 use super::{Failure, Outcome, args};
 use crate::base::clock::Stage;
 use crate::dataset::drapes::dataset_options;
+use crate::fabric::Mixture;
 use crate::report::evaluate::{another_drop, read_drape, rim_of, timed_drape};
 use crate::report::rims::{self, Case, Setup, Summary};
 use crate::report::soak::{self, Soaked, Tally};
-use crate::report::{physics, physics_drapes, speed, stages};
+use crate::report::{physics, physics_branches, physics_drapes, speed, stages};
 use crate::sensor::Profile;
 use crate::sim::SimOptions;
 
@@ -24,11 +25,10 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         }
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
-        args::Evaluate::Physics { parts, out, data, mesh_fabrics, cusick_fabrics } => {
-            let counts = [*mesh_fabrics, *cusick_fabrics];
-            run_physics(parts, out.as_deref(), data.as_deref(), counts)
+        args::Evaluate::Physics(given) => run_physics(given),
+        args::Evaluate::Soak { prior, count, first, seed } => {
+            run_soak(prior, *first, *count, *seed)
         }
-        args::Evaluate::Soak { count, first, seed } => run_soak(*first, *count, *seed),
         args::Evaluate::Speed { count, seed, dataset, vertices } => {
             run_speed(*count, *seed, *dataset, vertices)
         }
@@ -248,13 +248,14 @@ fn sensitivities(seed: u64, index: u64) -> Outcome {
     Ok(())
 }
 
-fn run_soak(first: u64, count: u64, seed: u64) -> Outcome {
+fn run_soak(prior: &str, first: u64, count: u64, seed: u64) -> Outcome {
+    let prior = Mixture::named(prior).map_err(Failure::usage)?;
     println!("{}", Soaked::COLUMNS);
     let (send, receive) = std::sync::mpsc::channel();
     let mut drapes: Vec<Soaked> = std::thread::scope(|scope| {
         scope.spawn(move || {
             (first..first + count).into_par_iter().for_each_with(send, |send, index| {
-                let _ = send.send(soak::soak(seed, index, &SimOptions::default()));
+                let _ = send.send(soak::soak(&prior, seed, index, &SimOptions::default()));
             });
         });
         let print = |soaked: Soaked| {
@@ -288,14 +289,10 @@ fn run_soak(first: u64, count: u64, seed: u64) -> Outcome {
     Ok(())
 }
 
-fn run_physics(
-    parts: &[args::PhysicsPart],
-    out: Option<&Path>,
-    data: Option<&Path>,
-    [mesh_fabrics, cusick_fabrics]: [usize; 2],
-) -> Outcome {
+fn run_physics(given: &args::Physics) -> Outcome {
     use args::PhysicsPart as Part;
-    let parts = if parts.is_empty() { Part::value_variants() } else { parts };
+    let (out, data) = (given.out.as_deref(), given.data.as_deref());
+    let parts = if given.parts.is_empty() { Part::value_variants() } else { &given.parts };
     if let Some(out) = out {
         std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     }
@@ -335,13 +332,23 @@ fn run_physics(
             Part::Meshes => {
                 println!("# square drapes on one branch\n{}", physics_drapes::MESH_COLUMNS);
                 let mut pictures = Vec::new();
-                physics_drapes::meshes(mesh_fabrics, |name, row, image| {
+                physics_drapes::meshes(given.mesh_fabrics, |name, row, image| {
                     println!("{}", row.join(", "));
                     pictures.push((name.to_owned(), image));
                 });
                 for (name, image) in pictures {
                     save(&format!("{}.png", name.replace(' ', "_")), image)?;
                 }
+            }
+            Part::Branches => {
+                if let Some(data) = data {
+                    let measured = physics_branches::measured_branches(data);
+                    println!("{}", measured.with_context(|| data.display().to_string())?);
+                }
+                println!("{}", physics_branches::branches(given.drops));
+            }
+            Part::Variance => {
+                println!("{}", physics_branches::variance(given.variance_fabrics, 1)?);
             }
             Part::Cusick => {
                 let Some(data) = data else {
@@ -350,7 +357,7 @@ fn run_physics(
                 };
                 let mut pictures = Vec::new();
                 let keep = |name: &str, image| pictures.push((name.to_owned(), image));
-                let (tables, chart) = physics_drapes::cusick(data, cusick_fabrics, keep)
+                let (tables, chart) = physics_drapes::cusick(data, given.cusick_fabrics, keep)
                     .with_context(|| data.display().to_string())?;
                 for table in tables {
                     println!("{table}");

@@ -7,7 +7,8 @@
 //! positive bending energy, is drawn again from the same stream.
 //!
 //! `knit-2020` is constructed, not fitted to fabrics (the paper's 400 sets are
-//! not public): see its `provenance` and `scripts/fit_prior.py`.
+//! not public): see its `provenance` and `scripts/fit_prior.py`. `measured` is fitted to
+//! the bending and density of 618 fabrics (`scripts/fit_measured_prior.py`).
 //!
 //! Where it fails: bit equality of samples needs the same build, because `exp`
 //! is the platform's and the normal deviates are `rand_distr`'s (pinned by the
@@ -27,6 +28,9 @@ type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 /// Name of the prior that is used unless another is asked for.
 pub const DEFAULT_PRIOR: &str = "knit-2020";
 const KNIT_2020: &str = include_str!("knit-2020.json");
+/// Name of the prior of measured bending and density.
+pub const MEASURED_PRIOR: &str = "measured";
+const MEASURED: &str = include_str!("measured.json");
 const SCHEMA: &str = "scan2params/prior/1";
 /// Draws per sample before a prior is declared useless. The shipped one accepts
 /// more than half of its draws per component.
@@ -53,7 +57,7 @@ struct Component {
 #[derive(Debug, thiserror::Error)]
 pub enum MixtureError {
     /// No such prior ships.
-    #[error("no prior is called `{name}`: use `{DEFAULT_PRIOR}`, or give a file")]
+    #[error("no prior is called `{name}`: use `{DEFAULT_PRIOR}` or `{MEASURED_PRIOR}`")]
     Unknown {
         /// What was asked for.
         name: String,
@@ -115,15 +119,25 @@ impl Mixture {
         Self::from_json(KNIT_2020).expect("the shipped prior is sound")
     }
 
+    /// The prior fitted to bending and density of 618 measured fabrics.
+    ///
+    /// # Panics
+    /// Never: the file is part of the package, and a test reads it.
+    #[must_use]
+    pub fn measured() -> Self {
+        Self::from_json(MEASURED).expect("the shipped prior is sound")
+    }
+
     /// A shipped prior by name.
     ///
     /// # Errors
     /// [`MixtureError::Unknown`].
     pub fn named(name: &str) -> Result<Self, MixtureError> {
-        if name == DEFAULT_PRIOR {
-            return Ok(Self::knit_2020());
+        match name {
+            DEFAULT_PRIOR => Ok(Self::knit_2020()),
+            MEASURED_PRIOR => Ok(Self::measured()),
+            _ => Err(MixtureError::Unknown { name: name.into() }),
         }
-        Err(MixtureError::Unknown { name: name.into() })
     }
 
     /// A prior from the text of its file (schema `scan2params/prior/1`; values in
@@ -275,6 +289,30 @@ mod tests {
                 assert!((low..high).contains(&c), "{} {} {c}", TABLE_2[j].key, TABLE_2[i].key);
             }
         }
+    }
+
+    #[test]
+    fn measured_spreads_as_the_618_fabrics() {
+        let prior = Mixture::measured();
+        let samples: Vec<_> =
+            (0..20_000).map(|k| prior.sample(7, k).unwrap().to_paper_units()).collect();
+        // 5th, 50th and 95th percentile of the fabrics, from `check.fabrics_quantiles`;
+        // truncation to the fabrics' own ends and to positive bending moves them a little.
+        for (i, quantiles) in [
+            (3, [886.09, 8756.2, 49_671.3]),
+            (4, [1104.3, 13_777.9, 109_632.95]),
+            (5, [864.97, 11_455.2, 66_444.6]),
+            (6, [30.69, 196.85, 488.18]),
+        ] {
+            let mut column: Vec<f64> = samples.iter().map(|s| s[i]).collect();
+            column.sort_by(f64::total_cmp);
+            for (share, wanted) in [0.05, 0.5, 0.95].into_iter().zip(quantiles) {
+                let found = column[(share * column.len() as f64) as usize];
+                assert!((found / wanted).ln().abs() < 0.25, "{} {share}: {found}", TABLE_2[i].key);
+            }
+        }
+        let (mean, _) = mean_sd(samples.iter().map(|s| s[0]));
+        assert!((mean / TABLE_2[0].mean - 1.0).abs() < 0.05, "{mean}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 mod mixture;
 mod range;
 
-pub use mixture::{DEFAULT_PRIOR, Mixture, MixtureError};
+pub use mixture::{DEFAULT_PRIOR, MEASURED_PRIOR, Mixture, MixtureError};
 pub use range::{
     DENSITY_LIMITS_G_M2, FabricError, Fault, PARAMETERS, ParameterRange, STIFFNESSES, TABLE_2,
     Warning, check_density,

@@ -9,6 +9,7 @@ pub mod json;
 pub mod overlay;
 pub mod params;
 pub mod physics;
+pub mod physics_branches;
 pub mod physics_drapes;
 pub mod rim;
 pub mod rims;

@@ -1,7 +1,7 @@
 //! A soak: many fabrics, those at the edge of what is allowed among them, each draped once.
 //!
-//! In: how many, a seed. Out: one row a drape, and a table of how they ended. Fabrics come in
-//! turn from the shipped priors and from the corners of Table 2's box, where soft meets heavy
+//! In: a prior, how many, a seed. Out: one row a drape, and a table of how they ended. Fabrics come in
+//! turn from the prior and from the corners of Table 2's box, where soft meets heavy
 //! and stiff to stretch meets limp to bend.
 
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 /// Where a fabric of the soak comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Source {
-    /// A draw from the prior `knit-2020`.
+    /// A draw from the prior.
     Prior,
     /// A corner of Table 2's box, its bending made positive where it is not.
     Corner,
@@ -25,7 +25,7 @@ impl Source {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Prior => "knit-2020",
+            Self::Prior => "prior",
             Self::Corner => "corner",
         }
     }
@@ -79,9 +79,9 @@ impl Soaked {
 ///
 /// # Errors
 /// When the prior gives no fabric inside its range.
-pub fn fabric(seed: u64, index: u64) -> Result<(Source, Fabric), MixtureError> {
+pub fn fabric(prior: &Mixture, seed: u64, index: u64) -> Result<(Source, Fabric), MixtureError> {
     if index % 8 != 7 {
-        return Ok((Source::Prior, Mixture::knit_2020().sample(seed, index)?));
+        return Ok((Source::Prior, prior.sample(seed, index)?));
     }
     let bits = index / 8;
     let corner: [f64; PARAMETERS] =
@@ -93,8 +93,13 @@ pub fn fabric(seed: u64, index: u64) -> Result<(Source, Fabric), MixtureError> {
 ///
 /// # Errors
 /// As [`fabric`].
-pub fn soak(seed: u64, index: u64, options: &SimOptions) -> Result<Soaked, MixtureError> {
-    let (source, fabric) = fabric(seed, index)?;
+pub fn soak(
+    prior: &Mixture,
+    seed: u64,
+    index: u64,
+    options: &SimOptions,
+) -> Result<Soaked, MixtureError> {
+    let (source, fabric) = fabric(prior, seed, index)?;
     let before = thread_cpu_s();
     let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, options);
     let cpu_s = before.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
@@ -159,20 +164,21 @@ mod tests {
     fn corners_are_the_box_s_and_can_be_simulated() {
         let mut seen = std::collections::BTreeSet::new();
         for index in (7..1024).step_by(8) {
-            let (source, fabric) = fabric(1, index).unwrap();
+            let (source, fabric) = fabric(&Mixture::knit_2020(), 1, index).unwrap();
             assert_eq!(source, Source::Corner);
             fabric.check().unwrap();
             seen.insert(fabric.to_paper_units().map(f64::to_bits));
         }
         // 2^7 corners; where both B^u and B^v are extreme the projected B^h may coincide
         assert!(seen.len() > 90, "{}", seen.len());
-        assert_eq!(fabric(1, 2).unwrap().0, Source::Prior);
+        assert_eq!(fabric(&Mixture::measured(), 1, 2).unwrap().0, Source::Prior);
     }
 
     #[test]
     fn a_tally_counts_what_it_is_given() {
         let options = SimOptions { vertices: 13, fall_vertices: 13, ..SimOptions::default() };
-        let drapes: Vec<_> = (0..3).map(|k| soak(5, k, &options).unwrap()).collect();
+        let drapes: Vec<_> =
+            (0..3).map(|k| soak(&Mixture::measured(), 5, k, &options).unwrap()).collect();
         let tally = Tally::of(&drapes);
         assert_eq!(tally.stops.values().sum::<usize>(), 3);
         assert_eq!(tally.diverged, 0);

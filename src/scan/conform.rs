@@ -56,8 +56,6 @@ const STEPS: usize = 4;
 const CONVERGED_M: f64 = 0.25e-3;
 /// Spans whose sums (10 kB each) are held at once.
 const SPANS_AT_ONCE: usize = 256;
-/// After a smaller step the factor at hand serves again [m].
-const STALE_M: f64 = 0.5e-3;
 /// Largest move of a control in one step [m].
 const MOST_MOVE_M: f64 = 4e-3;
 /// A control is held to its place with this standard deviation [m].
@@ -94,8 +92,6 @@ pub(super) struct Conformed {
     points: Vec<Point3>,
     places: Vec<[f64; 2]>,
     system: SplineSystem<2>,
-    /// Largest move of a control in the step before \[m\].
-    moved_m: f64,
     /// Weight over stretch stiffness \[1/m\].
     pub stretch_per_m: f64,
     /// Outward shift of the free edge by the sensor \[m\].
@@ -118,8 +114,7 @@ impl Conformed {
         let system = SplineSystem::new(sheet.grid);
 
         let (points, places) = points.into_iter().unzip();
-        let moved_m = f64::INFINITY;
-        Self { sheet, priors, points, places, system, moved_m, stretch_per_m: 0.0, shift_m: 0.0 }
+        Self { sheet, priors, points, places, system, stretch_per_m: 0.0, shift_m: 0.0 }
     }
 
     /// Draws the sheet onto the points and onto the measured edges. `None` if the
@@ -132,7 +127,7 @@ impl Conformed {
                 *place = sheet.nearest(p, *place, reach_m).0;
             });
             self.assemble(&anchors);
-            if self.moved_m > STALE_M && !self.system.factorize() {
+            if !self.system.factorize() {
                 return None;
             }
             let (step, common) = self.system.step()?;
@@ -144,7 +139,6 @@ impl Conformed {
             // Cloth does not shrink under its weight.
             self.stretch_per_m = (self.stretch_per_m + common[0] * share).max(0.0);
             self.shift_m += common[1] * share;
-            self.moved_m = most_m;
             if most_m < CONVERGED_M {
                 break;
             }
