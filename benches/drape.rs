@@ -8,11 +8,11 @@
 //! how far the loop got in its 3,000 steps and the ratio of one run of each.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Matrix3;
 use scan2params::base::Vector3;
+use scan2params::base::clock::thread_cpu_s;
 use scan2params::fabric::Fabric;
 use scan2params::numeric::sparse::Factor;
 use scan2params::sim::grid::Grid;
@@ -71,10 +71,11 @@ fn options(vertices: usize) -> SimOptions {
     SimOptions { vertices, fall_vertices: vertices.min(31), ..SimOptions::default() }
 }
 
-fn seconds<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let begun = Instant::now();
+/// Processor time of some work on this thread \[s\]; NaN where the system does not tell it.
+fn cpu_s<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let begun = thread_cpu_s();
     let result = work();
-    (result, begun.elapsed().as_secs_f64())
+    (result, begun.zip(thread_cpu_s()).map_or(f64::NAN, |(a, b)| b - a))
 }
 
 fn drapes(criterion: &mut Criterion) {
@@ -82,8 +83,8 @@ fn drapes(criterion: &mut Criterion) {
     let fabrics = [("mean", Fabric::mean_knit()), ("stiff", stiff)];
     for (name, fabric) in &fabrics {
         for vertices in [31, 61] {
-            let (ours, ours_s) = seconds(|| drape(fabric, &Drop::canonical(), &options(vertices)));
-            let ((steps, residual), plain_s) = seconds(|| plain_euler(fabric, vertices));
+            let (ours, ours_s) = cpu_s(|| drape(fabric, &Drop::canonical(), &options(vertices)));
+            let ((steps, residual), plain_s) = cpu_s(|| plain_euler(fabric, vertices));
             println!(
                 "{name}, {vertices} vertices a side: drape {ours_s:.2} s ({}, self-contact), plain \
                  Euler {plain_s:.2} s ({steps} steps, residual {residual:.1e} of a cell's weight, \

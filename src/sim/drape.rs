@@ -180,9 +180,36 @@ pub(super) fn fallen(
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
     let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));
-    let (fallen, effort) = fall(fabric, drop, &coarse, options);
-    let start = if coarse.n == fine.n { fallen } else { refine(&fine, &coarse, &fallen) };
+    let (mut x, mut effort) = fall(fabric, drop, &coarse, options);
+    let mut from = coarse;
+    // Carried over more than one halving of the cells, layers that touch would cross.
+    while 2 * from.n - 1 < fine.n {
+        let between = Grid::of(specimen, 2 * from.n - 1);
+        x = refine(&between, &from, &x);
+        effort += settle_between(fabric, drop, &between, &mut x, options);
+        from = between;
+    }
+    let start = if from.n == fine.n { x } else { refine(&fine, &from, &x) };
     (fine, start, effort)
+}
+
+/// Lets the sheet move on a grid between the one that it fell on and the one that it rests on.
+fn settle_between(
+    fabric: &Fabric,
+    drop: &Drop,
+    grid: &Arc<Grid>,
+    x: &mut [Vector3],
+    options: &SimOptions,
+) -> Effort {
+    let mut model = Model::new(grid, fabric, &options.experiment, FALL_GAP);
+    let mut newton = Newton::new(&model);
+    if let DropStart::Guided(rim) = &drop.start {
+        model.guide = guide(grid, rim, fabric);
+    }
+    lift_clear(&model, grid, x);
+    let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
+    evolve(&mut model, &mut newton, x, pace, options.settle_steps, SETTLED_M_S);
+    newton.effort
 }
 
 /// Drapes on a finer grid from the drape `from` of the same specimen: its branch, if
