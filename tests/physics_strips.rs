@@ -4,7 +4,7 @@ use scan2params::fabric::Fabric;
 use scan2params::report::physics::{Cantilever, elastica_against, extension};
 use scan2params::sim::Experiment;
 use scan2params::sim::elastica::Elastica;
-use scan2params::sim::experiment::{Curl, Softening};
+use scan2params::sim::experiment::{Curl, LineCurl, Softening};
 use scan2params::sim::strip::{Cut, cantilever, slide};
 
 /// 142.5 mm from the clamp on 5 mm cells.
@@ -119,6 +119,21 @@ fn natural_curvature_bends_a_heavy_strip_as_the_elastica_with_it() {
             assert!(s.at_rest && error < 3e-3, "{degrees} {gamma} {natural}: {error:e}");
         }
     }
+}
+
+#[test]
+fn a_crease_turns_a_strip_without_weight_by_curvature_times_width() {
+    let strip = cut(0.0, 6);
+    let (curvature_per_m, width_m) = (20.0, 0.02);
+    let angle_rad = std::f64::consts::FRAC_PI_2;
+    let line = LineCurl { curvature_per_m, width_m, angle_rad, offset_m: 0.0 };
+    let curl = Curl { line, ..Curl::default() };
+    let experiment = Experiment { curl, ..Experiment::default() };
+    let s = cantilever(&knit(1e-3, strip.clamped_length_m()), &strip, &experiment);
+    let end = s.row_m(s.grid.rows - 1) - s.row_m(s.grid.rows - 4);
+    let turn = end.y.atan2(end.x);
+    // observed: 0.39992
+    assert!(s.at_rest && (turn / (curvature_per_m * width_m) - 1.0).abs() < 0.01, "{turn}");
 }
 
 #[test]

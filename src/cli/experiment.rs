@@ -58,6 +58,25 @@ pub(crate) struct ExperimentFlags {
         allow_negative_numbers = true
     )]
     pub(crate) curl: Option<Vec<f64>>,
+    /// Natural curvature across the free edges [1/m] and how far in it reaches [mm]
+    #[arg(
+        long,
+        value_name = "CURVATURE,WIDTH",
+        value_delimiter = ',',
+        num_args = 2,
+        allow_negative_numbers = true
+    )]
+    pub(crate) edge_curl: Option<Vec<f64>>,
+    /// Crease: natural curvature across a line [1/m], how far from it [mm], the line's direction
+    /// from the warp towards the weft [degrees] and its distance from the centre [mm]
+    #[arg(
+        long,
+        value_name = "CURVATURE,WIDTH,ANGLE,OFFSET",
+        value_delimiter = ',',
+        num_args = 4,
+        allow_negative_numbers = true
+    )]
+    pub(crate) crease: Option<Vec<f64>>,
     /// Softening of bending M = B k (1 - s k), s along weft, warp, bias [mm]
     #[arg(long, value_name = "WEFT,WARP,BIAS", value_delimiter = ',', num_args = 3)]
     pub(crate) softening: Option<Vec<f64>>,
@@ -96,6 +115,12 @@ impl ExperimentFlags {
         if let Some(curl) = &self.curl {
             e.curl = Curl::uniform([curl[0], curl[1], curl[2]]);
         }
+        set(&mut e.curl.edge.curvature_per_m, part(&self.edge_curl, 0), 1.0);
+        set(&mut e.curl.edge.width_m, part(&self.edge_curl, 1), M_PER_MM);
+        set(&mut e.curl.line.curvature_per_m, part(&self.crease, 0), 1.0);
+        set(&mut e.curl.line.width_m, part(&self.crease, 1), M_PER_MM);
+        set(&mut e.curl.line.angle_rad, part(&self.crease, 2), degree);
+        set(&mut e.curl.line.offset_m, part(&self.crease, 3), M_PER_MM);
         e.check()?;
         Ok(e)
     }

@@ -113,22 +113,66 @@ pub const CURL_NODES: usize = 5;
 pub struct Curl {
     /// Curvature along the weft, along the warp, and twist, at each node \[1/m\].
     pub nodes: [[[f64; 3]; CURL_NODES]; CURL_NODES],
+    /// Besides, along the free edges.
+    pub edge: EdgeCurl,
+    /// Besides, along a line: a crease.
+    pub line: LineCurl,
+}
+
+/// Natural curvature across the free edges, full at the edge and falling to nothing over a
+/// width: a knit whose edges roll.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct EdgeCurl {
+    /// Curvature at the edge, towards the face \[1/m\].
+    pub curvature_per_m: f64,
+    /// How far in from the edge it reaches \[m\].
+    pub width_m: f64,
+}
+
+impl Default for EdgeCurl {
+    fn default() -> Self {
+        Self { curvature_per_m: 0.0, width_m: 10e-3 }
+    }
+}
+
+/// Natural curvature across a straight line on the specimen, full on the line and falling to
+/// nothing over a width on both sides: a crease. Weightless, it turns the cloth by curvature
+/// times width.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct LineCurl {
+    /// Curvature on the line, towards the face \[1/m\].
+    pub curvature_per_m: f64,
+    /// How far from the line it reaches \[m\].
+    pub width_m: f64,
+    /// Direction of the line, from the warp towards the weft \[rad\].
+    pub angle_rad: f64,
+    /// Distance of the line from the specimen's centre, to its left when looking along it with
+    /// the warp to the right and the weft up \[m\].
+    pub offset_m: f64,
+}
+
+impl Default for LineCurl {
+    fn default() -> Self {
+        Self { curvature_per_m: 0.0, width_m: 10e-3, angle_rad: 0.0, offset_m: 0.0 }
+    }
 }
 
 impl Curl {
     /// The same curvature everywhere: along the weft, along the warp, twist \[1/m\].
     #[must_use]
     pub fn uniform(weft_warp_twist: [f64; 3]) -> Self {
-        Self { nodes: [[weft_warp_twist; CURL_NODES]; CURL_NODES] }
+        Self { nodes: [[weft_warp_twist; CURL_NODES]; CURL_NODES], ..Self::default() }
     }
 
     /// Whether it is zero everywhere.
     #[must_use]
     pub fn is_off(&self) -> bool {
         self.nodes.iter().flatten().flatten().all(|&k| k == 0.0)
+            && self.edge.curvature_per_m == 0.0
+            && self.line.curvature_per_m == 0.0
     }
 
-    /// The curvature at the fractions (along warp, along weft) of the specimen's
+    /// The field's curvature, without edges and line, at the fractions (along warp, along weft) of the specimen's
     /// sides, each in 0 to 1.
     #[must_use]
     pub fn at(&self, warp: f64, weft: f64) -> [f64; 3] {
@@ -252,10 +296,20 @@ impl Experiment {
             ("softening.warp", self.softening.warp_m * 1e3, 0.0, 100.0, "mm"),
             ("softening.bias", self.softening.bias_m * 1e3, 0.0, 100.0, "mm"),
         ];
+        let (edge, line) = (self.curl.edge, self.curl.line);
+        let bands = [
+            ("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
+            ("curl.edge_width", edge.width_m * 1e3, 0.5, 100.0, "mm"),
+            ("curl.line", line.curvature_per_m, -500.0, 500.0, "1/m"),
+            ("curl.line_width", line.width_m * 1e3, 0.5, 100.0, "mm"),
+            ("curl.line_angle", degrees(line.angle_rad), -360.0, 360.0, "deg"),
+            ("curl.line_offset", line.offset_m * 1e3, -500.0, 500.0, "mm"),
+        ];
         let curls = self.curl.nodes.iter().flatten().flatten();
         let curls = curls.map(|&k| ("curl", k, -500.0, 500.0, "1/m"));
         let mut faults: Vec<_> = rows
             .into_iter()
+            .chain(bands)
             .chain(curls)
             .filter(|&(_, value, least, most, _)| !(least..=most).contains(&value))
             .map(|(key, value, least, most, unit)| ExperimentFault::Outside {
@@ -338,8 +392,18 @@ mod tests {
         bad.tilt.down_z_rad = 2.0;
         bad.softening.bias_m = f64::INFINITY;
         bad.curl.nodes[2][3][1] = 1e6;
+        bad.curl.edge.width_m = 0.0;
+        bad.curl.line.curvature_per_m = f64::NAN;
         let error = bad.check().unwrap_err();
-        let keys = ["specimen.warp", "plate.friction", "tilt.down_z", "softening.bias", "curl"];
+        let keys = [
+            "specimen.warp",
+            "plate.friction",
+            "tilt.down_z",
+            "softening.bias",
+            "curl",
+            "curl.edge_width",
+            "curl.line",
+        ];
         assert_eq!(error.faults.len(), keys.len(), "{error}");
         for key in keys {
             assert!(error.to_string().contains(key), "{error}");

@@ -304,6 +304,12 @@ impl Grid {
         triangles
     }
 
+    /// Radius of a disc \[m\].
+    #[must_use]
+    pub fn disc_radius_m(&self) -> Option<f64> {
+        self.plan.disc_radius_m
+    }
+
     /// The mesh at vertex positions `x` \[m\]. A disc's outermost vertices are drawn in to
     /// its rim.
     #[must_use]

@@ -31,6 +31,10 @@ pub enum Parameter {
     Curl(usize),
     /// The same at one node of the field: along the warp, along the weft, component \[1/m\].
     CurlNode(usize, usize, usize),
+    /// Natural curvature across the free edges \[1/m\].
+    EdgeCurl,
+    /// Natural curvature across a line \[1/m\].
+    LineCurl,
     /// Softening of bending: weft, warp, bias \[m\].
     Softening(usize),
     /// Fall of the plate towards +x \[rad\].
@@ -59,7 +63,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// All of them, the natural curvature's nodes one by one left out.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 26] = [
         Self::Fabric(0),
         Self::Fabric(1),
         Self::Fabric(2),
@@ -70,6 +74,8 @@ impl Parameter {
         Self::Curl(0),
         Self::Curl(1),
         Self::Curl(2),
+        Self::EdgeCurl,
+        Self::LineCurl,
         Self::Softening(0),
         Self::Softening(1),
         Self::Softening(2),
@@ -98,6 +104,8 @@ impl Parameter {
             ),
             Self::Curl(k) => (format!("curl_{}", DIRECTIONS[k]), "1/m"),
             Self::CurlNode(i, j, k) => (format!("curl_{}_{i}_{j}", DIRECTIONS[k]), "1/m"),
+            Self::EdgeCurl => ("curl_edge".into(), "1/m"),
+            Self::LineCurl => ("curl_line".into(), "1/m"),
             Self::Softening(k) => (format!("softening_{}", BIAS[k]), "m"),
             Self::TiltX => ("tilt_down_x".into(), "rad"),
             Self::TiltZ => ("tilt_down_z".into(), "rad"),
@@ -160,6 +168,8 @@ impl Setup {
                 .nth(k);
             }
             Parameter::CurlNode(i, j, k) => &mut e.curl.nodes[i][j][k],
+            Parameter::EdgeCurl => &mut e.curl.edge.curvature_per_m,
+            Parameter::LineCurl => &mut e.curl.line.curvature_per_m,
             Parameter::Softening(0) => &mut e.softening.weft_m,
             Parameter::Softening(1) => &mut e.softening.warp_m,
             Parameter::Softening(_) => &mut e.softening.bias_m,
@@ -199,7 +209,10 @@ impl Setup {
     fn step(&mut self, parameter: Parameter) -> f64 {
         match parameter {
             Parameter::Fabric(_) => 1e-3 * self.number(parameter).map_or(0.0, |n| *n),
-            Parameter::Curl(_) | Parameter::CurlNode(..) => 0.1,
+            Parameter::Curl(_)
+            | Parameter::CurlNode(..)
+            | Parameter::EdgeCurl
+            | Parameter::LineCurl => 0.1,
             Parameter::Softening(_) => 1e-6,
             Parameter::TiltX | Parameter::TiltZ | Parameter::Rotation | Parameter::Skew => 1e-5,
             Parameter::Friction => 1e-3,

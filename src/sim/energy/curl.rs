@@ -51,9 +51,10 @@ impl CurlEnergy {
         let n = grid.n;
         let [[ui, uj], [vi, vj]] = grid.lay.derivatives();
         // moments on the second differences along i, along j and mixed
-        let moments = |row: f64, column: f64| {
-            let [weft, warp, twist] =
-                curl.at(row / (grid.rows - 1) as f64, column / (n - 1) as f64);
+        let moments = |row: f64, column: f64, across: Option<usize>| {
+            let field = curl.at(row / (grid.rows - 1) as f64, column / (n - 1) as f64);
+            let bands = bands(grid, curl, [row, column], across);
+            let [weft, warp, twist] = std::array::from_fn(|k| field[k] + bands[k]);
             let uu = rigidity.weft_nm * weft + rigidity.coupling_nm * warp;
             let vv = rigidity.warp_nm * warp + rigidity.coupling_nm * weft;
             let uv = 4.0 * rigidity.twist_nm * twist;
@@ -67,9 +68,9 @@ impl CurlEnergy {
         let mut places = Vec::new();
         for v in 0..grid.vertices() {
             let (i, j) = (v / n, v % n);
-            let [along_i, along_j, _] = moments(i as f64, j as f64);
+            let along = |axis: usize| moments(i as f64, j as f64, Some(axis))[axis];
             let mut a = Vec::new();
-            for (step, moment) in [(n, along_i), (1, along_j)] {
+            for (step, moment) in [(n, along(0)), (1, along(1))] {
                 if moment != 0.0 && grid.has_second(v, step) {
                     let weight = moment * unit * grid.share(v);
                     a.extend([(v - step, weight), (v, -2.0 * weight), (v + step, weight)]);
@@ -82,7 +83,7 @@ impl CurlEnergy {
         for (cell, fill) in grid.cells.iter().zip(&grid.fill) {
             let [first, _, _, _] = cell.map(|v| v as usize);
             let (i, j) = ((first / n) as f64 + 0.5, (first % n) as f64 + 0.5);
-            let [_, _, mixed] = moments(i, j);
+            let [_, _, mixed] = moments(i, j, None);
             if mixed != 0.0 {
                 let a = twist_of(cell).map(|(v, w)| (v, w * mixed * unit * fill));
                 let [c00, c10, c01, c11] = cell.map(|v| v as usize);
@@ -186,6 +187,64 @@ impl State {
             - n * n.transpose() * (3.0 * self.part);
         -sum / (self.length * self.length)
     }
+}
+
+/// Curvature of edges and line along the weft, along the warp, and twist \[1/m\], mean over a
+/// cell around the place (row, column). A second difference `across` an edge, along that axis
+/// of the grid, has the half cell at the edge added to its own: the outermost vertices have
+/// none.
+fn bands(grid: &Grid, curl: &experiment::Curl, place: [f64; 2], across: Option<usize>) -> [f64; 3] {
+    let (edge, line, lay, h) = (&curl.edge, &curl.line, &grid.lay, grid.spacing_m);
+    let mut sum = [0.0; 3];
+    if edge.curvature_per_m == 0.0 && line.curvature_per_m == 0.0 {
+        return sum;
+    }
+    // In the order weft, warp; the flat place from the specimen's centre.
+    let (sin, cos) = lay.warp_rad.sin_cos();
+    let yarns = |[x, z]: [f64; 2]| [z * cos - x * sin, x * cos + z * sin];
+    let steps = [place[0] - 0.5 * (grid.rows - 1) as f64, place[1] - 0.5 * (grid.n - 1) as f64];
+    let flat = [0, 1].map(|c| h * (steps[0] * lay.step_i[c] + steps[1] * lay.step_j[c]));
+    let mut add = |[weft, warp]: [f64; 2], curvature: f64| {
+        let square = weft * weft + warp * warp;
+        for (own, part) in sum.iter_mut().zip([weft * weft, warp * warp, weft * warp]) {
+            *own += curvature * part / square;
+        }
+    };
+    let of_edge = |low: f64, high: f64| {
+        let until = |d: f64| faded_m(d, edge.width_m);
+        edge.curvature_per_m * (until(high) - until(low.max(0.0))) / h
+    };
+    if let Some(radius_m) = grid.disc_radius_m() {
+        let r = flat[0].hypot(flat[1]);
+        if r > 0.0 {
+            add(yarns(flat), of_edge(radius_m - r - 0.5 * h, radius_m - r + 0.5 * h));
+        }
+    } else {
+        let last = [grid.rows - 1, grid.n - 1].map(|count| count as f64);
+        for (axis, along) in [(0, lay.step_j), (1, lay.step_i)] {
+            // Rows lie this far apart, in steps.
+            let height = lay.area() / along[0].hypot(along[1]);
+            for from_edge in [place[axis], last[axis] - place[axis]] {
+                let first = across == Some(axis) && from_edge <= 1.0;
+                let low = if first { 0.0 } else { from_edge - 0.5 };
+                let [low, high] = [low, from_edge + 0.5].map(|steps| steps * height * h);
+                add(yarns([-along[1], along[0]]), of_edge(low, high) / height);
+            }
+        }
+    }
+    let (line_sin, line_cos) = line.angle_rad.sin_cos();
+    let [weft, warp] = yarns(flat);
+    let off = weft * line_cos - warp * line_sin - line.offset_m;
+    let until = |d: f64| faded_m(d.abs(), line.width_m).copysign(d);
+    let mean = (until(off + 0.5 * h) - until(off - 0.5 * h)) / h;
+    add([line_cos, -line_sin], line.curvature_per_m * mean);
+    sum
+}
+
+/// Integral of `1 - t / width` from 0 to d >= 0, no further than the width \[m\].
+fn faded_m(d: f64, width_m: f64) -> f64 {
+    let d = d.min(width_m);
+    d - 0.5 * d * d / width_m
 }
 
 #[cfg(test)]
@@ -316,5 +375,76 @@ mod tests {
         let error = curl.energy_j(&x) / nominal - 1.0;
         // second difference and normal of a circle: -(k h)^2 / 12
         assert!(error.abs() < (k * h).powi(2) / 5.0, "{error:e}");
+    }
+
+    /// Energy of a cylinder of curvature k along the warp with this natural curvature.
+    fn of_cylinder(grid: &Grid, fabric: &Fabric, curl: &Curl, k: f64) -> f64 {
+        let x: Vec<_> = (0..grid.vertices())
+            .map(|v| {
+                let p = grid.flat(v);
+                Vector3::new((k * p.x).sin() / k, (1.0 - (k * p.x).cos()) / k, p.z)
+            })
+            .collect();
+        CurlEnergy::new(grid, &PlateRigidity::new(fabric), curl).unwrap().energy_j(&x)
+    }
+
+    #[test]
+    fn edges_and_a_line_do_the_work_of_their_bands_on_a_cylinder() {
+        // D12 = 0 for this set, so that only what bends along the warp counts
+        let fabric = Fabric::from_paper_units([1e5, 1e5, 1e5, 1500.0, 1500.0, 1500.0, 200.0]);
+        let rigidity = PlateRigidity::new(&fabric);
+        let (side, k, c, width) = (0.3, 5.0, 30.0, 0.02);
+        for n in [31, 61] {
+            let grid = Grid::shared(n, side);
+            let mut edge = Curl::default();
+            (edge.edge.curvature_per_m, edge.edge.width_m) = (c, width);
+            // two bands across the warp, two along it that only couple; each width / 2 on average
+            let nominal = -(rigidity.warp_nm + rigidity.coupling_nm) * k * c * width * side;
+            let error = of_cylinder(&grid, &fabric, &edge, k) / nominal - 1.0;
+            assert!(error.abs() < 0.02, "edge, {n}: {error:e}");
+            for degrees in [90.0_f64, 60.0, 45.0] {
+                let mut line = Curl::default();
+                line.line = experiment::LineCurl {
+                    curvature_per_m: c,
+                    width_m: width,
+                    angle_rad: degrees.to_radians(),
+                    offset_m: 0.01,
+                };
+                // along the line bending counts by the square of the sine
+                let (sin, cos) = line.line.angle_rad.sin_cos();
+                let length = chord_m(side, sin, cos, 0.01);
+                let bending = rigidity.warp_nm * sin * sin + rigidity.coupling_nm * cos * cos;
+                let nominal = -bending * k * c * width * length;
+                let error = of_cylinder(&grid, &fabric, &line, k) / nominal - 1.0;
+                assert!(error.abs() < 0.04, "line at {degrees}, {n}: {error:e}");
+            }
+        }
+    }
+
+    /// Length of the line `weft cos - warp sin = offset` inside a square.
+    fn chord_m(side: f64, sin: f64, cos: f64, offset: f64) -> f64 {
+        let steps = 100_000;
+        let at = |k: i32| {
+            let t = (f64::from(k) / f64::from(steps) - 0.5) * 2.0 * side;
+            [offset * cos + t * sin, -offset * sin + t * cos]
+        };
+        let inside = (0..steps).filter(|&k| at(k).iter().all(|c| c.abs() < 0.5 * side)).count();
+        inside as f64 * 2.0 * side / f64::from(steps)
+    }
+
+    #[test]
+    fn a_weightless_band_curls_towards_the_face_all_round() {
+        // on a flat sheet the force of an edge's curl lifts the edge and presses what is inside it
+        let fabric = Fabric::mean_knit();
+        let grid = Grid::shared(31, 0.3);
+        let mut curl = Curl::default();
+        curl.edge.curvature_per_m = 20.0;
+        let energy = CurlEnergy::new(&grid, &PlateRigidity::new(&fabric), &curl).unwrap();
+        let x: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
+        let mut force = vec![Vector3::zeros(); x.len()];
+        energy.add_gradient(&x, &mut force);
+        for middle in [15, 30 * 31 + 15, 15 * 31, 15 * 31 + 30] {
+            assert!(-force[middle].y > 0.0, "{middle}: {}", -force[middle].y);
+        }
     }
 }
