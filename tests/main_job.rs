@@ -207,6 +207,52 @@ fn the_simulator_drapes_from_flags() {
 }
 
 #[test]
+fn every_effect_of_the_experiment_has_a_flag() {
+    let folder = tempfile::tempdir().unwrap();
+    let params = fixture("drapes/stiff.params.json");
+    let obj = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let drape = |name: &str, flags: &str| {
+        let more = ["simulate", "--params", params.to_str().unwrap(), "--vertices", "31", "--out"];
+        let out = obj(name);
+        let words: Vec<&str> = flags.split_whitespace().collect();
+        let run = scan2params(&[&more[..], &[&out], &words].concat());
+        (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
+    };
+    let points = |name: &str| read_scan(obj(name)).unwrap().0.points;
+    assert_eq!(drape("plain.obj", "").0, Some(0));
+    for flags in [
+        "--size 280,300",
+        "--skew -2",
+        "--offset -4,3",
+        "--rotation 20",
+        "--tilt 2,-1",
+        "--plate-radius 55",
+        "--edge-radius 3",
+        "--friction 0.1",
+        "--curl -3,0,2",
+        "--edge-curl 60,12",
+        "--crease -60,10,30,20",
+        "--softening 2,2,2",
+        "--fold-correction 0.04",
+    ] {
+        let (code, said) = drape("other.obj", flags);
+        assert_eq!(code, Some(0), "{flags}: {said}");
+        let [before, after] = ["plain.obj", "other.obj"].map(points);
+        let moved = before.iter().zip(&after).map(|(a, b)| (a - b).norm());
+        assert!(moved.fold(0.0, f64::max) > 0.05, "{flags} does nothing");
+    }
+    for (flags, remedy) in [
+        ("--crease 1,2", "give 4 with commas"),
+        ("--tilt 1,north", "give 2 numbers"),
+        ("--edge-curl 60,0", "curl.edge_width"),
+    ] {
+        let (code, said) = drape("no.obj", flags);
+        assert_eq!(code, Some(2), "{flags}: {said}");
+        assert!(said.contains(remedy), "{flags}: {said}");
+    }
+}
+
+#[test]
 fn a_boundary_survives_its_file() {
     let truth = boundary_csv::read(fixture("drapes/mean.boundary.csv")).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -14,32 +14,20 @@ pub(crate) struct ExperimentFlags {
     #[arg(long)]
     pub(crate) cusick: bool,
     /// Extents of the specimen along warp and weft [mm]
-    #[arg(long, value_name = "WARP,WEFT", value_delimiter = ',', num_args = 2)]
-    pub(crate) size: Option<Vec<f64>>,
+    #[arg(long, value_name = "WARP,WEFT", value_parser = numbers::<2>)]
+    pub(crate) size: Option<[f64; 2]>,
     /// Angle by which the sides along the weft lean towards the warp [degrees]
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) skew: Option<f64>,
     /// Place of the specimen's centre on the plate [mm]
-    #[arg(
-        long,
-        value_name = "X,Z",
-        value_delimiter = ',',
-        num_args = 2,
-        allow_negative_numbers = true
-    )]
-    pub(crate) offset: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Z", value_parser = numbers::<2>, allow_hyphen_values = true)]
+    pub(crate) offset: Option<[f64; 2]>,
     /// Turn of the specimen, from +x towards -z [degrees]
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) rotation: Option<f64>,
     /// Fall of the plate towards +x and +z [degrees]
-    #[arg(
-        long,
-        value_name = "X,Z",
-        value_delimiter = ',',
-        num_args = 2,
-        allow_negative_numbers = true
-    )]
-    pub(crate) tilt: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Z", value_parser = numbers::<2>, allow_hyphen_values = true)]
+    pub(crate) tilt: Option<[f64; 2]>,
     /// Radius of the plate [mm]
     #[arg(long)]
     pub(crate) plate_radius: Option<f64>,
@@ -50,36 +38,18 @@ pub(crate) struct ExperimentFlags {
     #[arg(long)]
     pub(crate) friction: Option<f64>,
     /// Natural curvature of the whole sheet along weft, warp, and twist [1/m]
-    #[arg(
-        long,
-        value_name = "WEFT,WARP,TWIST",
-        value_delimiter = ',',
-        num_args = 3,
-        allow_negative_numbers = true
-    )]
-    pub(crate) curl: Option<Vec<f64>>,
+    #[arg(long, value_name = "WEFT,WARP,TWIST", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    pub(crate) curl: Option<[f64; 3]>,
     /// Natural curvature across the free edges [1/m] and how far in it reaches [mm]
-    #[arg(
-        long,
-        value_name = "CURVATURE,WIDTH",
-        value_delimiter = ',',
-        num_args = 2,
-        allow_negative_numbers = true
-    )]
-    pub(crate) edge_curl: Option<Vec<f64>>,
+    #[arg(long, value_name = "CURVATURE,WIDTH", value_parser = numbers::<2>, allow_hyphen_values = true)]
+    pub(crate) edge_curl: Option<[f64; 2]>,
     /// Crease: natural curvature across a line [1/m], how far from it [mm], the line's direction
     /// from the warp towards the weft [degrees] and its distance from the centre [mm]
-    #[arg(
-        long,
-        value_name = "CURVATURE,WIDTH,ANGLE,OFFSET",
-        value_delimiter = ',',
-        num_args = 4,
-        allow_negative_numbers = true
-    )]
-    pub(crate) crease: Option<Vec<f64>>,
+    #[arg(long, value_name = "CURVATURE,WIDTH,ANGLE,OFFSET", value_parser = numbers::<4>, allow_hyphen_values = true)]
+    pub(crate) crease: Option<[f64; 4]>,
     /// Softening of bending M = B k (1 - s k), s along weft, warp, bias [mm]
-    #[arg(long, value_name = "WEFT,WARP,BIAS", value_delimiter = ',', num_args = 3)]
-    pub(crate) softening: Option<Vec<f64>>,
+    #[arg(long, value_name = "WEFT,WARP,BIAS", value_parser = numbers::<3>)]
+    pub(crate) softening: Option<[f64; 3]>,
     /// Correction of the mesh for folds (0.04 mends cantilevers); 0: none
     #[arg(long)]
     pub(crate) fold_correction: Option<f64>,
@@ -94,34 +64,42 @@ impl ExperimentFlags {
                 *number = value * unit;
             }
         };
-        let part = |values: &Option<Vec<f64>>, k: usize| values.as_ref().map(|v| v[k]);
         let degree = 1_f64.to_radians();
-        set(&mut e.specimen.warp_m, part(&self.size, 0), M_PER_MM);
-        set(&mut e.specimen.weft_m, part(&self.size, 1), M_PER_MM);
+        set(&mut e.specimen.warp_m, self.size.map(|v| v[0]), M_PER_MM);
+        set(&mut e.specimen.weft_m, self.size.map(|v| v[1]), M_PER_MM);
         set(&mut e.specimen.skew_rad, self.skew, degree);
         set(&mut e.specimen.rotation_rad, self.rotation, degree);
-        set(&mut e.tilt.down_x_rad, part(&self.tilt, 0), degree);
-        set(&mut e.tilt.down_z_rad, part(&self.tilt, 1), degree);
+        set(&mut e.tilt.down_x_rad, self.tilt.map(|v| v[0]), degree);
+        set(&mut e.tilt.down_z_rad, self.tilt.map(|v| v[1]), degree);
         set(&mut e.plate.radius_m, self.plate_radius, M_PER_MM);
         set(&mut e.plate.edge_radius_m, self.edge_radius, M_PER_MM);
         set(&mut e.plate.friction, self.friction, 1.0);
-        set(&mut e.softening.weft_m, part(&self.softening, 0), M_PER_MM);
-        set(&mut e.softening.warp_m, part(&self.softening, 1), M_PER_MM);
-        set(&mut e.softening.bias_m, part(&self.softening, 2), M_PER_MM);
+        set(&mut e.softening.weft_m, self.softening.map(|v| v[0]), M_PER_MM);
+        set(&mut e.softening.warp_m, self.softening.map(|v| v[1]), M_PER_MM);
+        set(&mut e.softening.bias_m, self.softening.map(|v| v[2]), M_PER_MM);
         set(&mut e.fold_correction, self.fold_correction, 1.0);
         for (k, number) in e.specimen.offset_m.iter_mut().enumerate() {
-            set(number, part(&self.offset, k), M_PER_MM);
+            set(number, self.offset.map(|v| v[k]), M_PER_MM);
         }
-        if let Some(curl) = &self.curl {
-            e.curl = Curl::uniform([curl[0], curl[1], curl[2]]);
+        if let Some(curl) = self.curl {
+            e.curl = Curl::uniform(curl);
         }
-        set(&mut e.curl.edge.curvature_per_m, part(&self.edge_curl, 0), 1.0);
-        set(&mut e.curl.edge.width_m, part(&self.edge_curl, 1), M_PER_MM);
-        set(&mut e.curl.line.curvature_per_m, part(&self.crease, 0), 1.0);
-        set(&mut e.curl.line.width_m, part(&self.crease, 1), M_PER_MM);
-        set(&mut e.curl.line.angle_rad, part(&self.crease, 2), degree);
-        set(&mut e.curl.line.offset_m, part(&self.crease, 3), M_PER_MM);
+        set(&mut e.curl.edge.curvature_per_m, self.edge_curl.map(|v| v[0]), 1.0);
+        set(&mut e.curl.edge.width_m, self.edge_curl.map(|v| v[1]), M_PER_MM);
+        set(&mut e.curl.line.curvature_per_m, self.crease.map(|v| v[0]), 1.0);
+        set(&mut e.curl.line.width_m, self.crease.map(|v| v[1]), M_PER_MM);
+        set(&mut e.curl.line.angle_rad, self.crease.map(|v| v[2]), degree);
+        set(&mut e.curl.line.offset_m, self.crease.map(|v| v[3]), M_PER_MM);
         e.check()?;
         Ok(e)
     }
+}
+
+/// `N` numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
+    let given =
+        numbers.map_err(|error| format!("{error}; give {N} numbers with commas between"))?;
+    let count = given.len();
+    given.try_into().map_err(|_| format!("{count} numbers; give {N} with commas between"))
 }
