@@ -41,7 +41,7 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Evaluate(Evaluate),
     /// Drape one fabric and write the sheet as OBJ.
-    Simulate(Simulate),
+    Simulate(Box<Simulate>),
     /// Fill a folder with simulated drapes of fabrics drawn from a prior.
     Generate(Generate),
 }

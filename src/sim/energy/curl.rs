@@ -403,13 +403,13 @@ mod tests {
             let error = of_cylinder(&grid, &fabric, &edge, k) / nominal - 1.0;
             assert!(error.abs() < 0.02, "edge, {n}: {error:e}");
             for degrees in [90.0_f64, 60.0, 45.0] {
-                let mut line = Curl::default();
-                line.line = experiment::LineCurl {
+                let crease = experiment::LineCurl {
                     curvature_per_m: c,
                     width_m: width,
                     angle_rad: degrees.to_radians(),
                     offset_m: 0.01,
                 };
+                let line = Curl { line: crease, ..Curl::default() };
                 // along the line bending counts by the square of the sine
                 let (sin, cos) = line.line.angle_rad.sin_cos();
                 let length = chord_m(side, sin, cos, 0.01);
