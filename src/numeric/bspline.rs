@@ -83,7 +83,7 @@ impl Grid {
         let mut part = [0.0; 2];
         for c in 0..2 {
             let s = (at[c] + self.half) / h;
-            first[c] = (s.floor().max(0.0) as usize).min(self.intervals - 1);
+            first[c] = (s.max(0.0) as usize).min(self.intervals - 1);
             part[c] = s - first[c] as f64;
         }
         let (u, v) = (cubic(part[0]), cubic(part[1]));

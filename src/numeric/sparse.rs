@@ -117,15 +117,22 @@ impl BlockPattern {
     pub fn multiply(&self, values: &[f64], x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         out.fill(Vector3::zeros());
         for j in 0..self.blocks {
+            let rows = &self.block_rows[self.block_col_ptr[j]..self.block_col_ptr[j + 1]];
             for c in 0..3 {
-                let range = self.col_ptr[3 * j + c]..self.col_ptr[3 * j + c + 1];
+                let column = &values[self.col_ptr[3 * j + c]..self.col_ptr[3 * j + c + 1]];
+                let (own, below) = column.split_at(3 - c);
                 let xc = x[j][c];
+                out[j][c] += own[0] * xc;
                 let mut sum = 0.0;
-                for (k, &row) in range.clone().zip(&self.row_idx[range.clone()]) {
-                    let (i, r) = (row / 3, row % 3);
-                    out[i][r] += values[k] * xc;
-                    if row != 3 * j + c {
-                        sum += values[k] * x[i][r];
+                for (value, r) in own[1..].iter().zip(c + 1..) {
+                    out[j][r] += value * xc;
+                    sum += value * x[j][r];
+                }
+                for (block, &i) in below.chunks_exact(3).zip(rows) {
+                    let (y, x) = (&mut out[i as usize], &x[i as usize]);
+                    for r in 0..3 {
+                        y[r] += block[r] * xc;
+                        sum += block[r] * x[r];
                     }
                 }
                 out[j][c] += sum;
@@ -235,9 +242,15 @@ pub struct Factor<T: Real = f64> {
     analysis: Analysis,
     values: Vec<T>,
     l_values: Vec<T>,
+    work: Work<T>,
+    memory: MemBuffer,
+}
+
+/// Work space of one substitution.
+#[derive(Clone, Debug)]
+pub struct Work<T: Real = f64> {
     rhs: Vec<T>,
     gathered: Vec<T>,
-    memory: MemBuffer,
 }
 
 impl<T: Real> Factor<T> {
@@ -252,8 +265,7 @@ impl<T: Real> Factor<T> {
         Self {
             values: vec![T::of(0.0); analysis.pattern().nonzeros()],
             l_values: vec![T::of(0.0); symbolic.len_val()],
-            rhs: vec![T::of(0.0); analysis.pattern().unknowns()],
-            gathered: Vec::new(),
+            work: Work::new(analysis),
             memory: MemBuffer::new(need),
             analysis: analysis.clone(),
         }
@@ -283,15 +295,40 @@ impl<T: Real> Factor<T> {
 
     /// Solves A x = b in place with the last factor.
     pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
-        let analysis = &self.analysis;
-        let order = analysis.order();
-        for (own, &old) in self.rhs.iter_mut().zip(order) {
-            *own = T::of(x[old / 3][old % 3]);
-        }
-        solve_in_place(analysis.supernodes(), &self.l_values, &mut self.rhs, &mut self.gathered);
-        for (value, &old) in self.rhs.iter().zip(order) {
-            x[old / 3][old % 3] = value.wide();
-        }
+        substitute(&self.analysis, &self.l_values, &mut self.work, x);
+    }
+
+    /// Work space for [`Factor::solve_with`].
+    #[must_use]
+    pub fn work(&self) -> Work<T> {
+        Work::new(&self.analysis)
+    }
+
+    /// The same as [`Factor::solve`], for several threads at a time.
+    pub fn solve_with(&self, work: &mut Work<T>, x: &mut [Vector3<f64>]) {
+        substitute(&self.analysis, &self.l_values, work, x);
+    }
+}
+
+impl<T: Real> Work<T> {
+    fn new(analysis: &Analysis) -> Self {
+        Self { rhs: vec![T::of(0.0); analysis.pattern().unknowns()], gathered: Vec::new() }
+    }
+}
+
+fn substitute<T: Real>(
+    analysis: &Analysis,
+    l_values: &[T],
+    work: &mut Work<T>,
+    x: &mut [Vector3<f64>],
+) {
+    let order = analysis.order();
+    for (own, &old) in work.rhs.iter_mut().zip(order) {
+        *own = T::of(x[old / 3][old % 3]);
+    }
+    solve_in_place(analysis.supernodes(), l_values, &mut work.rhs, &mut work.gathered);
+    for (value, &old) in work.rhs.iter().zip(order) {
+        x[old / 3][old % 3] = value.wide();
     }
 }
 

@@ -11,6 +11,7 @@
 //! preconditions conjugate gradients on K itself.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use rayon::prelude::*;
 
 use super::bspline::Grid;
 use super::sparse::{Analysis, BlockPattern, BlockSlot, Factor, grid_dissection};
@@ -120,9 +121,6 @@ impl<const Z: usize> SplineSystem<Z> {
         }
     }
 
-    pub fn factor_len(&self) -> usize {
-        self.analysis.factor_len()
-    }
     /// Forgets all sums.
     pub fn clear(&mut self) {
         self.values.fill(0.0);
@@ -209,11 +207,12 @@ impl<const Z: usize> SplineSystem<Z> {
     /// The least-squares step of the controls and of the common unknowns, with the last
     /// factor; `None` if they cannot be told apart.
     #[must_use]
-    pub fn step(&mut self) -> Option<(Vec<Vector3<f64>>, SVector<f64, Z>)> {
+    pub fn step(&self) -> Option<(Vec<Vector3<f64>>, SVector<f64, Z>)> {
         let Self { factor, analysis, values, right, border, .. } = self;
-        let mut solve = |b: &[Vector3<f64>]| gradients(factor, analysis.pattern(), values, b);
-        let images: [Vec<Vector3<f64>>; Z] = std::array::from_fn(|z| solve(&border[z]));
-        let mut step = solve(right);
+        let sides: Vec<&Vec<Vector3<f64>>> = std::iter::once(&*right).chain(&*border).collect();
+        let solve = |b: &Vec<Vector3<f64>>| gradients(factor, analysis.pattern(), values, b);
+        let mut images: Vec<Vec<Vector3<f64>>> = sides.into_par_iter().map(solve).collect();
+        let mut step = images.remove(0);
         let schur = self.corner - SMatrix::from_fn(|a, b| dot(&border[a], &images[b]));
         let left = self.corner_right - SVector::from_fn(|z, _| dot(&border[z], &step));
         let common = schur.try_inverse()? * left;
@@ -226,7 +225,7 @@ impl<const Z: usize> SplineSystem<Z> {
 
 /// K^-1 of a right-hand side by conjugate gradients, preconditioned with the rough factor.
 fn gradients(
-    factor: &mut Factor<f32>,
+    factor: &Factor<f32>,
     pattern: &BlockPattern,
     values: &[f64],
     right: &[Vector3<f64>],
@@ -235,7 +234,8 @@ fn gradients(
     let mut solution = vec![Vector3::zeros(); residual.len()];
     let mut product = solution.clone();
     let mut near = residual.clone();
-    factor.solve(&mut near);
+    let mut work = factor.work();
+    factor.solve_with(&mut work, &mut near);
     let mut search = near.clone();
     let mut rho = dot(&residual, &near);
     let enough = rho * TOLERANCE * TOLERANCE;
@@ -250,7 +250,7 @@ fn gradients(
             *r -= p * share;
         }
         near.copy_from_slice(&residual);
-        factor.solve(&mut near);
+        factor.solve_with(&mut work, &mut near);
         let before = std::mem::replace(&mut rho, dot(&residual, &near));
         search.iter_mut().zip(&near).for_each(|(d, z)| *d = z + *d * (rho / before));
     }

@@ -203,13 +203,13 @@ impl Conformed {
     /// One point to its tangent plane; robust: points far off count little.
     fn add_point(&self, i: usize, sum: &mut SpanSum<2>) {
         let (place, sigma_m) = (self.places[i], self.priors.point_sigma_m);
-        let off = self.points[i] - self.sheet.at(place);
-        let slopes = self.sheet.slopes(place);
+        let (weights, at, slopes) = self.sheet.near(place);
+        let off = self.points[i] - at;
         let normal = slopes.column(0).cross(&slopes.column(1));
         let Some(normal) = normal.try_normalize(1e-6) else { return };
         let bound_m = (4.0 * sigma_m).max(1.5e-3);
         let weight = 1.0 / (sigma_m * (1.0 + off.norm_squared() / (bound_m * bound_m))).powi(2);
-        let row = self.sheet.grid.weights(place).value.map(|value| normal * value);
+        let row = weights.value.map(|value| normal * value);
         sum.add(&row, &Row::zeros(), normal.dot(&off), weight);
     }
 
@@ -219,8 +219,7 @@ impl Conformed {
         let weight = 0.25 / self.priors.strain_sigma.powi(2);
         for quarter in [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]] {
             let at = [0, 1].map(|c| (span[c] as f64 + quarter[c]) * grid.spacing() - grid.half());
-            let w = grid.weights(at);
-            let slopes = self.sheet.slopes(at);
+            let (w, _, slopes) = self.sheet.near(at);
             let (xu, xv): (Vector3<f64>, Vector3<f64>) =
                 (slopes.column(0).into(), slopes.column(1).into());
             let unit = self.hanging(at);

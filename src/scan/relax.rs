@@ -15,6 +15,8 @@ use crate::numeric::banded::{Banded, Factor};
 
 /// Conjugate gradient steps in each round.
 const STEPS_PER_ROUND: usize = 12;
+/// A round that moves the points by less than this in the mean is the last [m].
+const RELAXED_M: f64 = 0.02e-3;
 /// Cell of the coarse grid of the preconditioner [m], and its half side.
 const COARSE_M: f64 = 12e-3;
 const COARSE_HALF_M: f64 = 0.21;
@@ -152,7 +154,7 @@ impl Links {
     }
 }
 
-/// Relaxes `x` in place; `fixed` points stay. Each round is one local and one
+/// Relaxes `x` in place, in `rounds` rounds at most; `fixed` points stay. Each round is one local and one
 /// global step; Anderson acceleration over the last rounds takes the place of the
 /// hundreds that a long strip of cloth needs to swing.
 pub(super) fn relax(
@@ -169,7 +171,12 @@ pub(super) fn relax(
         let turned = links.turned(x, &weights);
         let mut next = x.to_vec();
         solve(links, &weights, &turned, fixed, ties, &mut next);
+        let before = x.to_vec();
         mixer.step(x, next);
+        let moves = x.iter().zip(&before).map(|(a, b)| norm([a[0] - b[0], a[1] - b[1]]));
+        if moves.sum::<f64>() < RELAXED_M * x.len() as f64 {
+            break;
+        }
     }
 }
 

@@ -27,6 +27,9 @@ pub(super) struct Sheet {
     factor: Option<Factor>,
 }
 
+/// Points that slide less than this in the mean have found their places [m].
+const SETTLED_M: f64 = 0.02e-3;
+
 /// Priors and loops of the fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SheetSettings {
@@ -40,7 +43,7 @@ pub(super) struct SheetSettings {
     pub curvature_sigma: f64,
     /// Prior standard deviation of strain.
     pub strain_sigma: f64,
-    /// Fits; points slide after each.
+    /// Most fits; points slide after each.
     pub rounds: usize,
 }
 
@@ -54,6 +57,15 @@ impl Sheet {
     pub fn slopes(&self, material: [f64; 2]) -> Matrix3x2<f64> {
         let w = self.grid.weights(material);
         Matrix3x2::from_columns(&[self.blend(&w, |w| &w.du), self.blend(&w, |w| &w.dv)])
+    }
+
+    /// The place and its derivatives, with the controls' weights there.
+    pub fn near(&self, material: [f64; 2]) -> (Weights, Point3, Matrix3x2<f64>) {
+        let w = self.grid.weights(material);
+        let at = Point3::from(self.blend(&w, |w| &w.value));
+        let slopes =
+            Matrix3x2::from_columns(&[self.blend(&w, |w| &w.du), self.blend(&w, |w| &w.dv)]);
+        (w, at, slopes)
     }
 
     fn blend(&self, w: &Weights, which: impl Fn(&Weights) -> &[f64; 16]) -> Vector3 {
@@ -76,8 +88,8 @@ impl Sheet {
     pub fn nearest(&self, p: &Point3, from: [f64; 2], half_m: f64) -> ([f64; 2], f64) {
         let mut m = from;
         for _ in 0..3 {
-            let jacobian = self.slopes(m);
-            let residual = p - self.at(m);
+            let (_, at, jacobian) = self.near(m);
+            let residual = p - at;
             let normal: Matrix2<f64> = jacobian.transpose() * jacobian + Matrix2::identity() * 1e-3;
             let Some(inverse) = normal.try_inverse() else { break };
             let step: Vector2<f64> = inverse * (jacobian.transpose() * residual);
@@ -108,7 +120,12 @@ pub(super) fn fit(
                 .zip(material.par_iter())
                 .map(|(p, &m)| sheet.nearest(p, m, settings.half_m).0)
                 .collect();
+            let slid: f64 =
+                moved.iter().zip(&*material).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum();
             material.copy_from_slice(&moved);
+            if strained && slid < SETTLED_M * material.len() as f64 {
+                break;
+            }
         }
     }
     Some(sheet)
