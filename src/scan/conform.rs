@@ -49,8 +49,12 @@ pub(super) struct Priors {
     pub strain_sigma: f64,
 }
 
-/// Gauss-Newton steps between two measurements of the edge.
-const STEPS: usize = 4;
+/// Most Gauss-Newton steps after each measurement of the edge; the first is made on a sheet
+/// that still lies off.
+pub(super) const STEPS: [usize; 3] = [2, 5, 5];
+/// After a step longer than this the system is factorised anew [m]; until then the last
+/// factor preconditions well.
+const FACTOR_M: f64 = 0.6e-3;
 /// A step this small ends them [m]: where nothing holds it, beyond the edge, the sheet
 /// goes on by half of it.
 const CONVERGED_M: f64 = 0.25e-3;
@@ -96,6 +100,8 @@ pub(super) struct Conformed {
     pub stretch_per_m: f64,
     /// Outward shift of the free edge by the sensor \[m\].
     pub shift_m: f64,
+    /// Largest move of a control in the last step \[m\].
+    last_move_m: f64,
 }
 
 /// A strip of the free edge, as measured.
@@ -114,25 +120,27 @@ impl Conformed {
         let system = SplineSystem::new(sheet.grid);
 
         let (points, places) = points.into_iter().unzip();
-        Self { sheet, priors, points, places, system, stretch_per_m: 0.0, shift_m: 0.0 }
+        let (stretch_per_m, shift_m, last_move_m) = (0.0, 0.0, f64::INFINITY);
+        Self { sheet, priors, points, places, system, stretch_per_m, shift_m, last_move_m }
     }
 
-    /// Draws the sheet onto the points and onto the measured edges. `None` if the
-    /// system is singular.
-    pub fn draw(&mut self, edges: &[Edge; SIDES]) -> Option<()> {
+    /// Draws the sheet onto the points and onto the measured edges, in `steps` steps at most.
+    /// `None` if the system is singular.
+    pub fn draw(&mut self, edges: &[Edge; SIDES], steps: usize) -> Option<()> {
         let anchors = self.anchors(edges);
-        for _ in 0..STEPS {
+        for _ in 0..steps {
             let (sheet, reach_m) = (&self.sheet, 1.09 * self.priors.half_m);
             self.points.par_iter().zip(&mut self.places).for_each(|(p, place)| {
                 *place = sheet.nearest(p, *place, reach_m).0;
             });
             self.assemble(&anchors);
-            if !self.system.factorize() {
+            if self.last_move_m > FACTOR_M && !self.system.factorize() {
                 return None;
             }
             let (step, common) = self.system.step()?;
             let most_m: f64 = step.iter().map(Vector3::norm).fold(0.0, f64::max);
             let share = (MOST_MOVE_M / most_m).min(1.0);
+            self.last_move_m = most_m;
             for (control, step) in self.sheet.controls.iter_mut().zip(&step) {
                 *control += step * share;
             }

@@ -19,8 +19,6 @@ pub(super) const MOST_EDGE_CANDIDATES: usize = 200_000;
 const MOST_FIRST_CANDIDATES: usize = 50_000;
 /// Raw points that the sheet is drawn onto: every 1.5 mm of a cloth's surface.
 const MOST_CONFORMED: usize = 40_000;
-/// Times that the edge is measured and the sheet drawn.
-const CONFORM_ROUNDS: usize = 3;
 
 /// A sheet and the surface points' places on it.
 type Fitted = (sheet::Sheet, Vec<[f64; 2]>);
@@ -131,14 +129,14 @@ pub(super) fn conform_sheet(
         (squared.sqrt() < near).then_some((*p, material[i]))
     });
     let mut conformed = conform::Conformed::new(sheet, points.collect(), priors);
-    for _ in 0..CONFORM_ROUNDS {
+    for steps in conform::STEPS {
         let sheet = &conformed.sheet;
         let most = MOST_FIRST_CANDIDATES;
         let near_edge =
             edge_points(cloth, &unrolled.points, material, sheet, noise_m, half_m, most);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.1).collect();
         let too_few = ScanError::TooFewPoints { points: cloth.raw.len(), limit: MIN_POINTS };
-        conformed.draw(&rim::edges(&flat, half_m, noise_m)).ok_or(too_few)?;
+        conformed.draw(&rim::edges(&flat, half_m, noise_m), steps).ok_or(too_few)?;
         let sheet = &conformed.sheet;
         unrolled.points.par_iter().zip(&mut *material).for_each(|(p, m)| {
             for _ in 0..2 {
