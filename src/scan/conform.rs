@@ -83,8 +83,8 @@ const SENSOR_SHIFT_M: f64 = 0.3e-3;
 const SENSOR_SHIFT_PER_NOISE: f64 = 0.2;
 /// What W and the lengths of the sheet are off by at the edge [m]: empirical, from
 /// simulated drapes, and what it grows by for a = 1 / m [m^2].
-const MODEL_SHIFT_M: f64 = 0.25e-3;
-const MODEL_SHIFT_PER_STRETCH_M2: f64 = 2e-3;
+const MODEL_SHIFT_M: f64 = 0.15e-3;
+const MODEL_SHIFT_PER_STRETCH_M2: f64 = 2.4e-3;
 
 /// The two unknowns that are common to the whole sheet.
 type Row = SVector<f64, 2>;

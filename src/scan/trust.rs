@@ -32,15 +32,17 @@ const MIN_SUPPORT: f64 = 0.3;
 /// empirical, from `evaluate scan`, whose `sigma_factor` columns must be near 1.
 const BRIDGED_SHARE: f64 = 0.04;
 const BRIDGED_NOISE_SHARE: f64 = 0.15;
-/// Smallest standard deviation: what folds cost in smoothing and unrolling [m].
-const FLOOR_SIGMA_M: f64 = 0.05e-3;
+/// What folds cost in smoothing and unrolling: the standard deviation at a root mean
+/// square curvature of the rim of 40 / m [m], growing with its square.
+const FOLDS_SIGMA_M: f64 = 0.03e-3;
+const FOLDS_CURVATURE_PER_M: f64 = 40.0;
 /// What the views disagree by does not average out over the points of a place: the
-/// standard deviation of a straight rim at 1 mm of noise [m], the power of the noise
-/// with which it grows, and the root mean square curvature of the rim that doubles it
-/// [1/m]: the sharper the folds, the more a shifted view moves the sheet.
-const VIEWS_SIGMA_M: f64 = 0.34e-3;
-const VIEWS_POWER: f64 = 0.87;
-const DOUBLING_CURVATURE_PER_M: f64 = 75.0;
+/// standard deviation that it tends to on a straight rim [m], by the square of
+/// noise / (noise + this) [m], and the curvature that doubles it [1/m]: the sharper the
+/// folds, the more a shifted view moves the sheet.
+const VIEWS_SIGMA_M: f64 = 1.1e-3;
+const VIEWS_NOISE_M: f64 = 0.6e-3;
+const DOUBLING_CURVATURE_PER_M: f64 = 150.0;
 /// Share of the sheet's posterior deviation that counts: it takes thinned points as
 /// as noisy as single ones.
 const POSTERIOR_SHARE: f64 = 0.5;
@@ -75,9 +77,11 @@ pub(super) struct Unexplained {
 /// Sets flags and sigmas of the rim's points.
 pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f64) -> Unexplained {
     let bound = UNEXPLAINED_M + points.noise_m;
+    let curvature_per_m = curvature_per_m(rim);
+    let folds_sigma_m = FOLDS_SIGMA_M * (curvature_per_m / FOLDS_CURVATURE_PER_M).powi(2);
     let views_sigma_m = VIEWS_SIGMA_M
-        * (points.noise_m / 1e-3).powf(VIEWS_POWER)
-        * (1.0 + curvature_per_m(rim) / DOUBLING_CURVATURE_PER_M);
+        * (points.noise_m / (points.noise_m + VIEWS_NOISE_M)).powi(2)
+        * (1.0 + curvature_per_m / DOUBLING_CURVATURE_PER_M);
     // Everything on the sheet, so that a surface point can ask how far it is off.
     let step = 2.5e-3;
     let count = (2.0 * half_m / step).round() as i32;
@@ -121,7 +125,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             && support > MIN_SUPPORT * wanted;
         point.observed &= trusted;
         let variance = (POSTERIOR_SHARE * point.sigma_m).powi(2)
-            + FLOOR_SIGMA_M.powi(2)
+            + folds_sigma_m.powi(2)
             + views_sigma_m.powi(2)
             + points.origin_sigma_m.powi(2)
             + points.edge_sigma_m.powi(2) / 3.0;
