@@ -34,7 +34,7 @@ const FLAT_RMS_M: f64 = 3e-3;
 const MOST_LEVEL: f64 = 0.85;
 /// Bearings at which the edge is looked at.
 const BEARINGS: usize = 36;
-/// Points in which the plate is looked for: every 2 mm of a scene of a square metre.
+/// Points in which the plate is looked for: every 3 mm of a scene of a square metre.
 const MOST_COARSE: usize = 250_000;
 /// Points that are used around the plate.
 const MOST_NEAR: usize = 100_000;

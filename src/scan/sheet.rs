@@ -62,10 +62,17 @@ impl Sheet {
     /// The place and its derivatives, with the controls' weights there.
     pub fn near(&self, material: [f64; 2]) -> (Weights, Point3, Matrix3x2<f64>) {
         let w = self.grid.weights(material);
-        let at = Point3::from(self.blend(&w, |w| &w.value));
-        let slopes =
-            Matrix3x2::from_columns(&[self.blend(&w, |w| &w.du), self.blend(&w, |w| &w.dv)]);
-        (w, at, slopes)
+        let (mut at, mut along_u, mut along_v) =
+            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        for a in 0..4 {
+            let first = self.grid.index(w.first[0] + a, w.first[1]);
+            for (k, control) in (4 * a..).zip(&self.controls[first..first + 4]) {
+                at += control * w.value[k];
+                along_u += control * w.du[k];
+                along_v += control * w.dv[k];
+            }
+        }
+        (w, Point3::from(at), Matrix3x2::from_columns(&[along_u, along_v]))
     }
 
     fn blend(&self, w: &Weights, which: impl Fn(&Weights) -> &[f64; 16]) -> Vector3 {
