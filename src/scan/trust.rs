@@ -36,6 +36,8 @@ const BRIDGED_NOISE_SHARE: f64 = 0.15;
 /// square curvature of the rim of 40 / m [m], growing with its square.
 const FOLDS_SIGMA_M: f64 = 0.03e-3;
 const FOLDS_CURVATURE_PER_M: f64 = 40.0;
+/// What the cloth's turn on the plate is off by, 0.05 degrees at the rim [m].
+const TURN_SIGMA_M: f64 = 0.06e-3;
 /// What the views disagree by does not average out over the points of a place: the
 /// standard deviation that it tends to on a straight rim [m], by the square of
 /// noise / (noise + this) [m], and the curvature that doubles it [1/m]: the sharper the
@@ -125,6 +127,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             && support > MIN_SUPPORT * wanted;
         point.observed &= trusted;
         let variance = (POSTERIOR_SHARE * point.sigma_m).powi(2)
+            + TURN_SIGMA_M.powi(2)
             + folds_sigma_m.powi(2)
             + views_sigma_m.powi(2)
             + points.origin_sigma_m.powi(2)
