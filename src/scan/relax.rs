@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::numeric::banded::{Banded, Factor};
 
 /// Conjugate gradient steps in each round.
-const STEPS_PER_ROUND: usize = 12;
+const STEPS_PER_ROUND: usize = 8;
 /// A round that moves the points by less than this in the mean is the last [m].
 const RELAXED_M: f64 = 0.02e-3;
 /// Cell of the coarse grid of the preconditioner [m], and its half side.
