@@ -34,8 +34,9 @@ const FLAT_RMS_M: f64 = 3e-3;
 const MOST_LEVEL: f64 = 0.85;
 /// Bearings at which the edge is looked at.
 const BEARINGS: usize = 36;
-/// Points in which the plate is looked for: every 3 mm of a scene of a square metre.
-const MOST_COARSE: usize = 250_000;
+/// Points in which the plate is looked for: every 3 mm of a scene of a square metre, and
+/// where none is found in these, more: every 2 mm.
+const MOST_COARSE: [usize; 2] = [110_000, 250_000];
 /// Points that are used around the plate.
 const MOST_NEAR: usize = 100_000;
 /// Fewest bearings that make a circle.
@@ -94,15 +95,14 @@ struct Candidate {
 
 /// Finds the plate in a scene of points \[m\].
 pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result<Plate, ScanError> {
-    let stride = points.len().div_ceil(MOST_COARSE);
-    let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
-    let coarse = thin(&some, None, radius_m * 0.1).points;
-    let tree = Neighbours::new(&coarse);
-    let seeds = thin(&coarse, None, radius_m * 0.4).points;
-    let candidates: Vec<Candidate> =
-        seeds.par_iter().filter_map(|seed| candidate(seed, &coarse, &tree, radius_m)).collect();
-    let score = |c: &Candidate| c.falling - 2.0 * (c.radius_m / radius_m - 1.0).abs();
-    let best = candidates.iter().max_by(|a, b| score(a).total_cmp(&score(b)));
+    let is_plate = |c: &Candidate| {
+        c.falling >= FALLING_LIMIT && (c.radius_m / radius_m - 1.0).abs() <= 2.0 * RADIUS_TOLERANCE
+    };
+    let [few, more] = MOST_COARSE;
+    let mut best = best_candidate(points, radius_m, few);
+    if points.len() > few && !best.as_ref().is_some_and(is_plate) {
+        best = best_candidate(points, radius_m, more);
+    }
     let refuse = |best: Option<&Candidate>| ScanError::NoPlate {
         best: best.map(|c| PlateCandidate { radius_m: c.radius_m, falling: c.falling }),
         radius_m,
@@ -110,12 +110,10 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
         unit,
     };
     let best = best.ok_or_else(|| refuse(None))?;
-    if best.falling < FALLING_LIMIT
-        || (best.radius_m / radius_m - 1.0).abs() > 2.0 * RADIUS_TOLERANCE
-    {
-        return Err(refuse(Some(best)));
+    if !is_plate(&best) {
+        return Err(refuse(Some(&best)));
     }
-    let plate = refine(points, best, radius_m).ok_or(ScanError::NoPlateEdge {
+    let plate = refine(points, &best, radius_m).ok_or(ScanError::NoPlateEdge {
         least: LEAST_EDGES,
         bearings: BEARINGS,
         radius_m,
@@ -123,10 +121,23 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
     // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
     let sigma_m = plate.radius_scatter_m / (BEARINGS as f64 / 4.0).sqrt();
     if (plate.radius_m - radius_m).abs() > RADIUS_TOLERANCE * radius_m + 2.0 * sigma_m {
-        let found = Candidate { radius_m: plate.radius_m, ..*best };
+        let found = Candidate { radius_m: plate.radius_m, ..best };
         return Err(refuse(Some(&found)));
     }
     Ok(plate)
+}
+
+/// The flat disc that looks most like a plate of this radius, among `most` of the points.
+fn best_candidate(points: &[Point3], radius_m: f64, most: usize) -> Option<Candidate> {
+    let stride = points.len().div_ceil(most);
+    let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
+    let coarse = thin(&some, None, radius_m * 0.1).points;
+    let tree = Neighbours::new(&coarse);
+    let seeds = thin(&coarse, None, radius_m * 0.4).points;
+    let candidates: Vec<Candidate> =
+        seeds.par_iter().filter_map(|seed| candidate(seed, &coarse, &tree, radius_m)).collect();
+    let score = |c: &Candidate| c.falling - 2.0 * (c.radius_m / radius_m - 1.0).abs();
+    candidates.into_iter().max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
 /// Looks for a flat disc around `seed`: moves to the middle of the flat patch,
