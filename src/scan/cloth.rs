@@ -202,7 +202,7 @@ fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions)
 /// to itself on the plate's disc.
 fn spacing(points: &[Point3], options: &ScanOptions) -> f64 {
     let radius = 0.9 * options.plate_radius_m;
-    let flat = |p: &&Point3| p.x.hypot(p.z) < radius && p.y.abs() < 0.2 * radius;
+    let flat = |p: &&Point3| p.y.abs() < 0.2 * radius && p.x * p.x + p.z * p.z < radius * radius;
     let count = points.iter().filter(flat).count().max(1) as f64;
     (std::f64::consts::PI / count).sqrt() * radius
 }

@@ -71,8 +71,11 @@ const LONGEST_EDGE: f64 = 4.0;
 /// A mesh whose chords cut more off its folds is too coarse for its length along the
 /// cloth to tell what the sensor did to its edge [m].
 const MOST_CHORD_M: f64 = 0.1e-3;
-/// Rounds of relaxing the unrolled cloth with the plate's part loose.
-const LOOSE_ROUNDS: usize = 6;
+/// Relaxing the unrolled cloth: first, while its edges are pulled straight,
+const FIRST: relax::Effort = relax::Effort { rounds: 6, steps: 8, enough_m: 0.02e-3 };
+const STRAIGHTENING: relax::Effort = relax::Effort { rounds: 3, ..FIRST };
+/// and with the plate's part loose, whose turn settles slowly.
+const LOOSE: relax::Effort = relax::Effort { rounds: 6, steps: 12, enough_m: 0.002e-3 };
 /// Rounds of pulling the unrolled edges straight.
 const STRAIGHTENINGS: usize = 2;
 
@@ -404,13 +407,13 @@ fn straighten(
 ) -> Result<Square, ScanError> {
     let links = &std::mem::take(&mut unrolled.links);
     let unroll::Unrolled { fixed, flat, .. } = unrolled;
-    relax::relax(links, fixed, &[], spacing_m, 6, flat);
+    relax::relax(links, fixed, &[], spacing_m, FIRST, flat);
     let mut square = square::find(flat, options.specimen_side_m)?;
     let half_m = 0.5 * options.specimen_side_m;
     for _ in 0..STRAIGHTENINGS {
         let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
         let ties = rim::ties(&material, half_m);
-        relax::relax(links, fixed, &ties, spacing_m, 3, &mut material);
+        relax::relax(links, fixed, &ties, spacing_m, STRAIGHTENING, &mut material);
         for (p, &m) in flat.iter_mut().zip(&material) {
             *p = square.flat(m);
         }
@@ -420,7 +423,8 @@ fn straighten(
     let on_plate: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
     let places: Vec<[f64; 2]> = on_plate.iter().map(|&i| flat[i]).collect();
     let ties = rim::ties(&material, half_m);
-    relax::relax(links, &vec![false; fixed.len()], &ties, spacing_m, LOOSE_ROUNDS, &mut material);
+    let loose = vec![false; fixed.len()];
+    relax::relax(links, &loose, &ties, spacing_m, LOOSE, &mut material);
     square = square.turned_to(on_plate.iter().map(|&i| material[i]).zip(places));
     for (p, &m) in flat.iter_mut().zip(&material) {
         *p = square.flat(m);

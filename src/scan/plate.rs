@@ -221,7 +221,7 @@ fn falling_edge(
     for p in points {
         let d = p - centre;
         let (x, z, height) = (d.dot(&u), d.dot(&v), d.dot(up));
-        let ring = (x.hypot(z) / radius_m * RINGS_PER_RADIUS) as usize;
+        let ring = ((x * x + z * z).sqrt() / radius_m * RINGS_PER_RADIUS) as usize;
         if ring < RINGS && height < drop {
             let sector = (z.atan2(x) / std::f64::consts::TAU).rem_euclid(1.0) * BEARINGS as f64;
             rings[(sector as usize).min(BEARINGS - 1)][ring][usize::from(height < -drop)] += 1;

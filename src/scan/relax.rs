@@ -13,13 +13,20 @@ use rayon::prelude::*;
 
 use crate::numeric::banded::{Banded, Factor};
 
-/// Conjugate gradient steps in each round.
-const STEPS_PER_ROUND: usize = 8;
-/// A round that moves the points by less than this in the mean is the last [m].
-const RELAXED_M: f64 = 0.02e-3;
 /// Cell of the coarse grid of the preconditioner [m], and its half side.
 const COARSE_M: f64 = 12e-3;
 const COARSE_HALF_M: f64 = 0.21;
+
+/// How far to go.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Most rounds.
+    pub rounds: usize,
+    /// Conjugate gradient steps in each.
+    pub steps: usize,
+    /// A round that moves the points by less than this in the mean is the last \[m\].
+    pub enough_m: f64,
+}
 
 /// Directed links with the step in the tangent plane of their start.
 #[derive(Default)]
@@ -154,7 +161,7 @@ impl Links {
     }
 }
 
-/// Relaxes `x` in place, in `rounds` rounds at most; `fixed` points stay. Each round is one local and one
+/// Relaxes `x` in place; `fixed` points stay. Each round is one local and one
 /// global step; Anderson acceleration over the last rounds takes the place of the
 /// hundreds that a long strip of cloth needs to swing.
 pub(super) fn relax(
@@ -162,19 +169,19 @@ pub(super) fn relax(
     fixed: &[bool],
     ties: &[Tie],
     spacing_m: f64,
-    rounds: usize,
+    effort: Effort,
     x: &mut [[f64; 2]],
 ) {
     let mut mixer = Mixer::default();
-    for _ in 0..rounds {
+    for _ in 0..effort.rounds {
         let weights = links.weights(x, spacing_m);
         let turned = links.turned(x, &weights);
         let mut next = x.to_vec();
-        solve(links, &weights, &turned, fixed, ties, &mut next);
+        solve(links, &weights, &turned, (fixed, ties), effort.steps, &mut next);
         let before = x.to_vec();
         mixer.step(x, next);
         let moves = x.iter().zip(&before).map(|(a, b)| norm([a[0] - b[0], a[1] - b[1]]));
-        if moves.sum::<f64>() < RELAXED_M * x.len() as f64 {
+        if moves.sum::<f64>() < effort.enough_m * x.len() as f64 {
             break;
         }
     }
@@ -306,8 +313,8 @@ fn solve(
     links: &Links,
     weights: &[f64],
     turned: &[[f64; 2]],
-    fixed: &[bool],
-    ties: &[Tie],
+    (fixed, ties): (&[bool], &[Tie]),
+    steps: usize,
     x: &mut [[f64; 2]],
 ) {
     let count = x.len();
@@ -371,7 +378,7 @@ fn solve(
     let mut z = precondition(&r);
     let mut p = z.clone();
     let mut rz = dot(&r, &z);
-    for _ in 0..STEPS_PER_ROUND {
+    for _ in 0..steps {
         let ap = product(&p);
         let pap = dot(&p, &ap);
         let alpha = [0, 1].map(|c| if pap[c] > 1e-300 { rz[c] / pap[c] } else { 0.0 });
@@ -416,7 +423,8 @@ mod tests {
         let mut x: Vec<[f64; 2]> = truth.iter().map(|p| [p[0], p[1] + 2.0 * p[0] * p[0]]).collect();
         let fixed: Vec<bool> = (0..400).map(|k| k < 40).collect();
         x[..40].copy_from_slice(&truth[..40]);
-        relax(&links, &fixed, &[], 2e-3, 20, &mut x);
+        let effort = Effort { rounds: 20, steps: 12, enough_m: 1e-6 };
+        relax(&links, &fixed, &[], 2e-3, effort, &mut x);
         let worst =
             x.iter().zip(&truth).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max);
         assert!(worst < 0.05e-3, "{:.3} mm", worst * 1e3);
