@@ -209,7 +209,7 @@ impl<const Z: usize> SplineSystem<Z> {
     #[must_use]
     pub fn step(&self) -> Option<(Vec<Vector3<f64>>, SVector<f64, Z>)> {
         let Self { factor, analysis, values, right, border, .. } = self;
-        let sides: Vec<&Vec<Vector3<f64>>> = std::iter::once(&*right).chain(&*border).collect();
+        let sides: Vec<&Vec<Vector3<f64>>> = std::iter::once(right).chain(border).collect();
         let solve = |b: &Vec<Vector3<f64>>| gradients(factor, analysis.pattern(), values, b);
         let mut images: Vec<Vec<Vector3<f64>>> = sides.into_par_iter().map(solve).collect();
         let mut step = images.remove(0);
