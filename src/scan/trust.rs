@@ -42,7 +42,7 @@ const TURN_SIGMA_M: f64 = 0.06e-3;
 /// standard deviation that it tends to on a straight rim [m], by the square of
 /// noise / (noise + this) [m], and the curvature that doubles it [1/m]: the sharper the
 /// folds, the more a shifted view moves the sheet.
-const VIEWS_SIGMA_M: f64 = 1.1e-3;
+const VIEWS_SIGMA_M: f64 = 1.04e-3;
 const VIEWS_NOISE_M: f64 = 0.6e-3;
 const DOUBLING_CURVATURE_PER_M: f64 = 150.0;
 /// Share of the sheet's posterior deviation that counts: it takes thinned points as
