@@ -7,8 +7,8 @@
 //! Schur complement. Rows of one span meet in a [`SpanSum`] first, so that spans can
 //! be summed on many threads and the result does not depend on their number.
 //!
-//! K is factorised in single precision, for half the memory and time; the factor
-//! preconditions conjugate gradients on K itself.
+//! K is factorised in single precision, for half the memory and time; the factor, also
+//! of a K some steps ago, preconditions conjugate gradients on K itself.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
@@ -223,7 +223,8 @@ impl<const Z: usize> SplineSystem<Z> {
     }
 }
 
-/// K^-1 of a right-hand side by conjugate gradients, preconditioned with the rough factor.
+/// K^-1 of a right-hand side by conjugate gradients, preconditioned with a rough factor of K
+/// or of a matrix near it.
 fn gradients(
     factor: &Factor<f32>,
     pattern: &BlockPattern,
@@ -278,8 +279,8 @@ mod tests {
             let w = grid.weights(at);
             (0..16).map(|k| now[grid.control(&w, k)] * w.value[k]).sum()
         };
-        // Each step goes all but 1e-3 of the way.
-        for _ in 0..5 {
+        // Each step goes all but 1e-3 of the way, also with the factor of a step before.
+        for round in 0..5 {
             system.clear();
             for k in 0..400 {
                 let at = [f64::from(k % 20) * 5e-3 - 0.0475, f64::from(k / 20) * 5e-3 - 0.0475];
@@ -298,7 +299,7 @@ mod tests {
                 system.add_stencil(&[(a, b, 1.0), (a, b + 1, -2.0), (a, b + 2, 1.0)], &now, 1e-3);
                 system.add_stencil(&[(b, a, 1.0), (b + 1, a, -2.0), (b + 2, a, 1.0)], &now, 1e-3);
             }
-            assert!(system.factorize());
+            assert!(round > 1 || system.factorize());
             let (step, common) = system.step().unwrap();
             now.iter_mut().zip(&step).for_each(|(c, s)| *c += s);
             height += common[0];

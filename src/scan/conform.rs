@@ -49,9 +49,6 @@ pub(super) struct Priors {
     pub strain_sigma: f64,
 }
 
-/// Most Gauss-Newton steps after each measurement of the edge; the first is made on a sheet
-/// that still lies off.
-pub(super) const STEPS: [usize; 3] = [2, 5, 5];
 /// After a step longer than this the system is factorised anew [m]; until then the last
 /// factor preconditions well.
 const FACTOR_M: f64 = 0.6e-3;

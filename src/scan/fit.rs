@@ -20,6 +20,10 @@ const MOST_FIRST_CANDIDATES: usize = 50_000;
 /// Raw points that the sheet is drawn onto: every 1.5 mm of a cloth's surface.
 const MOST_CONFORMED: usize = 40_000;
 
+/// Most steps in which the sheet is drawn after each measurement of its edge; the first is
+/// made on a sheet that still lies off.
+const CONFORM_STEPS: [usize; 3] = [2, 5, 5];
+
 /// A sheet and the surface points' places on it.
 type Fitted = (sheet::Sheet, Vec<[f64; 2]>);
 
@@ -129,7 +133,7 @@ pub(super) fn conform_sheet(
         (squared.sqrt() < near).then_some((*p, material[i]))
     });
     let mut conformed = conform::Conformed::new(sheet, points.collect(), priors);
-    for steps in conform::STEPS {
+    for steps in CONFORM_STEPS {
         let sheet = &conformed.sheet;
         let most = MOST_FIRST_CANDIDATES;
         let near_edge =

@@ -50,13 +50,15 @@ pub(super) struct SheetSettings {
 impl Sheet {
     /// The place of material coordinates.
     pub fn at(&self, material: [f64; 2]) -> Point3 {
-        Point3::from(self.blend(&self.grid.weights(material), |w| &w.value))
+        let w = self.grid.weights(material);
+        let sum: Vector3 =
+            (0..16).map(|k| self.controls[self.grid.control(&w, k)] * w.value[k]).sum();
+        Point3::from(sum)
     }
 
     /// Derivatives of the place to both material coordinates.
     pub fn slopes(&self, material: [f64; 2]) -> Matrix3x2<f64> {
-        let w = self.grid.weights(material);
-        Matrix3x2::from_columns(&[self.blend(&w, |w| &w.du), self.blend(&w, |w| &w.dv)])
+        self.near(material).2
     }
 
     /// The place and its derivatives, with the controls' weights there.
@@ -73,11 +75,6 @@ impl Sheet {
             }
         }
         (w, Point3::from(at), Matrix3x2::from_columns(&[along_u, along_v]))
-    }
-
-    fn blend(&self, w: &Weights, which: impl Fn(&Weights) -> &[f64; 16]) -> Vector3 {
-        let weights = which(w);
-        (0..16).map(|k| self.controls[self.grid.control(w, k)] * weights[k]).sum()
     }
 
     /// Posterior standard deviation of a place, per coordinate \[m\], if the
