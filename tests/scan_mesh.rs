@@ -271,10 +271,10 @@ fn a_shell_is_cut_at_its_upper_edge() {
     for thickness_mm in [1.0, 3.0, 6.0] {
         let closed = finer(&finer(&shell(open(knit(), 1), thickness_mm * 1e-3)));
         let name = format!("shell of {thickness_mm} mm");
-        // observed: 0.8 to 1.0 mm, largest 1.3 to 2.4, bias -0.26 to -0.32: the cut runs half a
+        // observed: 0.8 to 1.0 mm, largest 1.3 to 2.5, bias -0.16 to -0.20: the cut runs half a
         // triangle inside the crease
         let found = run(&name, knit(), &closed, 0.05e-3).unwrap();
-        assert!(found.mean_mm < 1.2 && found.max_mm < 3.5 && found.bias_mm.abs() < 0.5);
+        assert!(found.mean_mm < 1.2 && found.max_mm < 3.5 && found.bias_mm.abs() < 0.3);
         let cut = found.rim.quality.mesh.unwrap().cut.unwrap();
         assert!((0.45..0.55).contains(&cut.removed_share), "{}", cut.removed_share);
     }
