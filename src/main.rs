@@ -1,7 +1,9 @@
-//! The `scan2params` program: see [`scan2params::cli`].
+//! The `scan2params` program: see [`cli`].
+
+mod cli;
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    scan2params::cli::run(std::env::args_os())
+    cli::run(std::env::args_os())
 }

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 const ORDER: &[&[&str]] = &[
     &["base"],
     &["geom", "numeric"],
+    &["picture"],
     &["io"],
     &["fabric"],
     &["sim"],
@@ -23,7 +24,10 @@ const ORDER: &[&[&str]] = &[
     &["estimate"],
     &["refine"],
     &["calibrate"],
+    &["job"],
     &["report"],
+    &["batch"],
+    &["evaluate"],
     &["cli"],
 ];
 

@@ -1,7 +1,7 @@
 //! Strips and a sliding piece against their known answers.
 
+use scan2params::evaluate::physics::strips::{Cantilever, elastica_against, extension};
 use scan2params::fabric::Fabric;
-use scan2params::report::physics::{Cantilever, elastica_against, extension};
 use scan2params::sim::Experiment;
 use scan2params::sim::elastica::Elastica;
 use scan2params::sim::experiment::{Curl, LineCurl, Softening};

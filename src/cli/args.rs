@@ -9,12 +9,12 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::Failure;
 use super::experiment::ExperimentFlags;
-use crate::base::units::M_PER_MM;
-use crate::fabric::{DEFAULT_PRIOR, Fabric};
-use crate::io::{DepthSource, Intrinsics, ReadOptions, intrinsics};
-use crate::report::augment::{Form, Unit};
-use crate::report::rim::parse_warp_toward;
-use crate::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
+use scan2params::base::units::M_PER_MM;
+use scan2params::dataset::augment::{Form, Unit};
+use scan2params::fabric::{DEFAULT_PRIOR, Fabric};
+use scan2params::io::{DepthSource, Intrinsics, ReadOptions, intrinsics};
+use scan2params::job::rim::parse_warp_toward;
+use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
 /// simulator reproduces it.
@@ -517,7 +517,7 @@ pub(crate) struct Generate {
     pub(crate) prior: String,
     /// Make part i of N only
     #[arg(long, value_name = "i/N", default_value = "0/1")]
-    pub(crate) shard: crate::dataset::Shard,
+    pub(crate) shard: scan2params::dataset::Shard,
     /// Drops of each fabric
     #[arg(long, default_value_t = 1)]
     pub(crate) drops_per_fabric: u64,

@@ -5,9 +5,9 @@ use std::path::Path;
 use anyhow::anyhow;
 
 use super::{Failure, Outcome, args};
-use crate::report::augment::{self, AugmentError, AugmentOptions, Made};
-use crate::sensor::Profile;
-use crate::sim::SimOptions;
+use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made};
+use scan2params::sensor::Profile;
+use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Augment) -> Outcome {
     let options = AugmentOptions {

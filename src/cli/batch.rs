@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, anyhow};
 
 use super::{Failure, Outcome, args};
-use crate::base::units::KG_M2_PER_G_M2;
-use crate::report::batch::{self, BatchError, BatchOptions, Progress, Row, Status, Summary};
+use scan2params::base::units::KG_M2_PER_G_M2;
+use scan2params::batch::{self, BatchError, BatchOptions, Progress, Row, Status, Summary};
 
 pub(crate) fn run(given: &args::Batch) -> Outcome {
     let options = BatchOptions {

@@ -1,8 +1,9 @@
 //! `estimate`, the main job.
 
 use super::{Failure, Outcome, args};
-use crate::base::units::KG_M2_PER_G_M2;
-use crate::report::{Job, json, table};
+use scan2params::base::units::KG_M2_PER_G_M2;
+use scan2params::job::Job;
+use scan2params::report::{files, json, table};
 
 pub(crate) fn run(given: &args::Estimate) -> Outcome {
     let job = Job {
@@ -19,7 +20,7 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         print!("{}", table::text(&outcome));
     }
     if let Some(folder) = &given.out {
-        for path in outcome.write(folder).map_err(Failure::of_job)? {
+        for path in files::write(&outcome, folder).map_err(Failure::of_job)? {
             eprintln!("wrote {}", path.display());
         }
     }

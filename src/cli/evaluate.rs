@@ -7,15 +7,17 @@ use clap::ValueEnum as _;
 use rayon::prelude::*;
 
 use super::{Failure, Outcome, args};
-use crate::base::clock::Stage;
-use crate::dataset::drapes::dataset_options;
-use crate::fabric::Mixture;
-use crate::report::evaluate::{another_drop, read_drape, rim_of, timed_drape};
-use crate::report::rims::{self, Case, Setup, Summary};
-use crate::report::soak::{self, Soaked, Tally};
-use crate::report::{physics, physics_branches, physics_drapes, speed, stages};
-use crate::sensor::Profile;
-use crate::sim::SimOptions;
+use scan2params::base::clock::Stage;
+use scan2params::dataset::drape_file::{read_drape, rim_of};
+use scan2params::dataset::drapes::dataset_options;
+use scan2params::evaluate::physics::{branches, drapes, strips};
+use scan2params::evaluate::scan::{self as rims, Case, Setup, Summary};
+use scan2params::evaluate::soak::{self, Soaked, Tally};
+use scan2params::evaluate::timed::{another_drop, timed_drape};
+use scan2params::evaluate::{speed, stages};
+use scan2params::fabric::Mixture;
+use scan2params::sensor::Profile;
+use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
@@ -306,13 +308,13 @@ fn run_physics(given: &args::Physics) -> Outcome {
     for part in parts {
         match part {
             Part::Cantilever => {
-                let (table, chart) = physics::master_curve();
+                let (table, chart) = strips::master_curve();
                 println!("{table}");
                 save("cantilever.png", chart.draw())?;
                 if let Some(data) = data {
                     let path = data.join("cantilever_master_curve.csv");
                     for most_gamma in [1e3, 1e4] {
-                        let error = physics::elastica_against(&path, most_gamma)
+                        let error = strips::elastica_against(&path, most_gamma)
                             .with_context(|| path.display().to_string())?;
                         println!("elastica against {}: {error}", path.display());
                     }
@@ -320,19 +322,19 @@ fn run_physics(given: &args::Physics) -> Outcome {
                     eprintln!("without --data the elastica is not held against a file");
                 }
                 for fold_correction in [0.0, 0.04] {
-                    println!("{}", physics::resolution(fold_correction));
+                    println!("{}", strips::resolution(fold_correction));
                 }
-                let (table, chart) = physics::refinement();
+                let (table, chart) = strips::refinement();
                 println!("{table}");
                 save("cantilever_cells.png", chart.draw())?;
-                println!("{}", physics::bias_alone());
+                println!("{}", strips::bias_alone());
             }
-            Part::Hanging => println!("{}", physics::hanging_strips()),
-            Part::Friction => println!("{}", physics::friction()),
+            Part::Hanging => println!("{}", strips::hanging_strips()),
+            Part::Friction => println!("{}", strips::friction()),
             Part::Meshes => {
-                println!("# square drapes on one branch\n{}", physics_drapes::MESH_COLUMNS);
+                println!("# square drapes on one branch\n{}", drapes::MESH_COLUMNS);
                 let mut pictures = Vec::new();
-                physics_drapes::meshes(given.mesh_fabrics, |name, row, image| {
+                drapes::meshes(given.mesh_fabrics, |name, row, image| {
                     println!("{}", row.join(", "));
                     pictures.push((name.to_owned(), image));
                 });
@@ -342,13 +344,13 @@ fn run_physics(given: &args::Physics) -> Outcome {
             }
             Part::Branches => {
                 if let Some(data) = data {
-                    let measured = physics_branches::measured_branches(data);
+                    let measured = branches::measured_branches(data);
                     println!("{}", measured.with_context(|| data.display().to_string())?);
                 }
-                println!("{}", physics_branches::branches(given.drops));
+                println!("{}", branches::branches(given.drops));
             }
             Part::Variance => {
-                println!("{}", physics_branches::variance(given.variance_fabrics, 1)?);
+                println!("{}", branches::variance(given.variance_fabrics, 1)?);
             }
             Part::Cusick => {
                 let Some(data) = data else {
@@ -357,7 +359,7 @@ fn run_physics(given: &args::Physics) -> Outcome {
                 };
                 let mut pictures = Vec::new();
                 let keep = |name: &str, image| pictures.push((name.to_owned(), image));
-                let (tables, chart) = physics_drapes::cusick(data, given.cusick_fabrics, keep)
+                let (tables, chart) = drapes::cusick(data, given.cusick_fabrics, keep)
                     .with_context(|| data.display().to_string())?;
                 for table in tables {
                     println!("{table}");

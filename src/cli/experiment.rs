@@ -2,9 +2,9 @@
 
 use clap::Args;
 
-use crate::base::units::M_PER_MM;
-use crate::sim::Experiment;
-use crate::sim::experiment::{Curl, ExperimentError};
+use scan2params::base::units::M_PER_MM;
+use scan2params::sim::Experiment;
+use scan2params::sim::experiment::{Curl, ExperimentError};
 
 /// Specimen, plate and effects; without a flag the modified Cusick drape.
 #[derive(Debug, Args)]

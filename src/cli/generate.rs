@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::{Failure, Outcome, args};
-use crate::dataset::{GenerateOptions, Progress, drapes, generate};
-use crate::fabric::Mixture;
+use scan2params::dataset::{GenerateOptions, Progress, drapes, generate};
+use scan2params::fabric::Mixture;
 
 pub(crate) fn run(given: &args::Generate) -> Outcome {
     let simulator = drapes::dataset_options();

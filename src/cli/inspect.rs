@@ -3,9 +3,10 @@
 use anyhow::anyhow;
 
 use super::{Failure, Outcome, args};
-use crate::io::{ReadNotes, boundary_csv};
-use crate::report::{json, rim, table};
-use crate::scan::{ScannedBoundary, picture};
+use scan2params::io::{ReadNotes, boundary_csv};
+use scan2params::job::rim;
+use scan2params::report::{inspection, json, table};
+use scan2params::scan::ScannedBoundary;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     let (scanned, notes) = rim_of(&given.scan)?;
@@ -16,7 +17,7 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
         print!("{}", table::scan(&scanned));
     }
     if let Some(path) = &given.out {
-        picture::draw(&scanned).save(path)?;
+        inspection::draw(&scanned).save(path)?;
         eprintln!("wrote {}", path.display());
     }
     Ok(())

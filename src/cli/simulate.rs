@@ -1,10 +1,10 @@
 //! `simulate`: one drape.
 
 use super::{Failure, Outcome, args};
-use crate::base::clock::thread_cpu_s;
-use crate::fabric::Fabric;
-use crate::report::params;
-use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::fabric::Fabric;
+use scan2params::fabric::params;
+use scan2params::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
     let fabric = fabric(&given.fabric)?;
@@ -23,9 +23,9 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     let cpu_before_s = thread_cpu_s();
     let drape = drape(&fabric, &Drop { start }, &options);
     let cpu_s = cpu_before_s.zip(thread_cpu_s()).map(|(before, after)| after - before);
-    crate::io::write_obj(&given.out, &drape.mesh())?;
+    scan2params::io::write_obj(&given.out, &drape.mesh())?;
     if let Some(path) = &given.boundary {
-        crate::io::boundary_csv::write(path, &drape.boundary)?;
+        scan2params::io::boundary_csv::write(path, &drape.boundary)?;
     }
     for warning in &drape.warnings {
         eprintln!("warning: {warning}");

@@ -30,6 +30,8 @@
 //! what is left out of a training is decided where it is trained, and can be
 //! counted. Times are not in it: they differ from run to run.
 
+pub mod augment;
+pub mod drape_file;
 pub mod drapes;
 mod generate;
 mod manifest;

@@ -2,6 +2,7 @@
 //! they are known, and the mixtures they are drawn from.
 
 mod mixture;
+pub mod params;
 mod range;
 
 pub use mixture::{DEFAULT_PRIOR, MEASURED_PRIOR, Mixture, MixtureError};

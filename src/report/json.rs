@@ -4,8 +4,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::Outcome;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
+use crate::job::Outcome;
 use crate::scan::ScannedBoundary;
 use crate::sim::NUMERICS_VERSION;
 

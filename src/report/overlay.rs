@@ -1,14 +1,13 @@
 //! boundary.png: the scanned rim on the re-simulated one, from above and from the
 //! side, over the scanned cloth.
 
-use font8x8::UnicodeFonts as _;
 use image::{Rgb, RgbImage};
-use imageproc::drawing::{draw_antialiased_line_segment_mut, draw_filled_circle_mut};
-use imageproc::pixelops::interpolate;
+use imageproc::drawing::draw_filled_circle_mut;
 
-use super::Outcome;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
+use crate::job::Outcome;
+use crate::picture::draw::{line, text};
 
 const PANE: i32 = 720;
 const MARGIN: i32 = 46;
@@ -115,29 +114,9 @@ fn rim(
     }
 }
 
-pub(super) fn line(image: &mut RgbImage, a: [f32; 2], b: [f32; 2], color: Rgb<u8>) {
-    let ends = |p: [f32; 2]| (p[0].round() as i32, p[1].round() as i32);
-    draw_antialiased_line_segment_mut(image, ends(a), ends(b), color, interpolate);
-}
-
 fn dot(image: &mut RgbImage, left: i32, at: [f64; 2], color: Rgb<u8>, radius: i32) {
     let [x, y] = pixel(left, at).map(|v| v.round() as i32);
     if (left..left + PANE).contains(&x) && (0..PANE).contains(&y) {
         draw_filled_circle_mut(image, (x, y), radius, color);
-    }
-}
-
-pub(super) fn text(image: &mut RgbImage, x: i32, y: i32, text: &str, color: Rgb<u8>) {
-    for (k, character) in text.chars().enumerate() {
-        let Some(glyph) = font8x8::BASIC_FONTS.get(character) else { continue };
-        for (row, bits) in glyph.iter().enumerate() {
-            for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                let (px, py) = (x + 9 * k as i32 + column, y + row as i32);
-                if px >= 0 && py >= 0 && (px as u32) < image.width() && (py as u32) < image.height()
-                {
-                    image.put_pixel(px as u32, py as u32, color);
-                }
-            }
-        }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{Outcome, Rim};
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::io::ReadNotes;
+use crate::job::{Outcome, Rim};
 use crate::scan::{Orientation, ScannedBoundary};
 
 /// The whole result as text.

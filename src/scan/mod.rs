@@ -29,7 +29,6 @@ pub mod mark;
 pub mod neighbours;
 pub mod options;
 mod origin;
-pub mod picture;
 mod plate;
 mod relax;
 mod rim;

@@ -5,34 +5,13 @@
 
 use std::path::Path;
 
+use super::{DataError, Table, text_rows};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
-use crate::report::chart::{Axis, COLOURS, Chart, Mark, Series};
+use crate::picture::chart::{Axis, COLOURS, Chart, Mark, Series};
 use crate::sim::Experiment;
 use crate::sim::elastica::{Elastica, End};
 use crate::sim::strip::{Cut, Strip, cantilever, hanging, slide};
-
-/// A table of results.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// What was measured.
-    pub title: String,
-    /// Columns with their units.
-    pub columns: Vec<&'static str>,
-    /// Rows of formatted numbers.
-    pub rows: Vec<Vec<String>>,
-}
-
-impl std::fmt::Display for Table {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(f, "# {}", self.title)?;
-        writeln!(f, "{}", self.columns.join(", "))?;
-        for row in &self.rows {
-            writeln!(f, "{}", row.join(", "))?;
-        }
-        Ok(())
-    }
-}
 
 /// The stretch of a strip that hardly stretches \[g/s^2\].
 const STIFF: f64 = 1e6;
@@ -136,56 +115,6 @@ impl std::fmt::Display for CurveError {
         let (points, percent) = (self.points, 100.0 * self.largest);
         write!(f, "{points} points, largest error {percent:.3} % at gamma {:.0}", self.at_gamma)
     }
-}
-
-/// Why a file of measured data was not used.
-#[derive(Debug, thiserror::Error)]
-pub enum DataError {
-    /// It cannot be read.
-    #[error(transparent)]
-    Read(#[from] std::io::Error),
-    /// A line is not of the kind expected.
-    #[error("line {line}: {fault}")]
-    Line {
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong.
-        fault: String,
-    },
-}
-
-/// A line of a comma-separated file.
-pub(super) struct TextRow {
-    line: usize,
-    cells: Vec<String>,
-}
-
-impl TextRow {
-    pub(super) fn fault(&self, fault: String) -> DataError {
-        DataError::Line { line: self.line, fault }
-    }
-
-    pub(super) fn cell(&self, column: usize) -> Result<&str, DataError> {
-        let missing = || self.fault(format!("no column {}", column + 1));
-        self.cells.get(column).map(String::as_str).ok_or_else(missing)
-    }
-
-    pub(super) fn number(&self, column: usize) -> Result<f64, DataError> {
-        let cell = self.cell(column)?;
-        cell.trim().parse().map_err(|_| self.fault(format!("{cell} is no number")))
-    }
-
-    pub(super) fn numbers(&self) -> Result<Vec<f64>, DataError> {
-        (0..self.cells.len()).map(|column| self.number(column)).collect()
-    }
-}
-
-/// The lines below one line of heads.
-pub(super) fn text_rows(path: &Path) -> Result<Vec<TextRow>, DataError> {
-    let text = std::fs::read_to_string(path)?;
-    let lines = text.lines().enumerate().skip(1).filter(|(_, line)| !line.is_empty());
-    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
-    Ok(lines.map(|(k, line)| TextRow { line: k + 1, cells: cells(line) }).collect())
 }
 
 /// Holds the elastica against a file of gamma and droop over width (Romero et al. 2021), up

@@ -1,18 +1,21 @@
 //! The main job: a scan file to six stiffnesses, and back to a drape.
 //!
 //! read -> rim -> estimate -> re-simulate. In: a path and what the user knows. Out:
-//! an [`Outcome`], which [`super::table`], [`super::json`] and [`super::overlay`]
-//! show.
+//! an [`Outcome`], which `report` shows.
 
-use std::path::{Path, PathBuf};
+pub mod rim;
 
-use super::rim::{self, Rim, RimError};
+use std::path::PathBuf;
+
+pub use rim::Rim;
+
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fault, check_density};
 use crate::io::{self, ReadError, ReadOptions, WriteError};
 use crate::refine::{Resimulation, resimulate};
 use crate::scan::{Orientation, ScanError, ScanOptions};
 use crate::sim::SimOptions;
+use rim::RimError;
 use serde::{Deserialize, Serialize};
 
 /// What to do with one scan.
@@ -150,38 +153,5 @@ impl Job {
             .then(|| resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default()));
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
         Ok(Outcome { job: self, rim, estimate, resimulation, model })
-    }
-}
-
-impl Outcome {
-    /// Writes `<stem>.params.json`, `<stem>.boundary.csv` and `<stem>.boundary.png`
-    /// into `folder`, which is made if it is not there. Returns their paths.
-    ///
-    /// # Errors
-    /// When the system refuses.
-    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, JobError> {
-        let stem = self.job.input.file_stem().unwrap_or_default().to_string_lossy();
-        self.write_as(folder, &stem)
-    }
-
-    /// [`Self::write`] with a stem of the caller's.
-    ///
-    /// # Errors
-    /// When the system refuses.
-    pub fn write_as(&self, folder: &Path, stem: &str) -> Result<Vec<PathBuf>, JobError> {
-        let path = |ending: &str| folder.join(format!("{stem}.{ending}"));
-        let [json, csv, png] = ["params.json", "boundary.csv", "boundary.png"].map(path);
-        std::fs::create_dir_all(folder)
-            .map_err(|source| JobError::Write(WriteError { path: folder.to_owned(), source }))?;
-        let text = super::json::params(self);
-        io::atomically(&json, |out| {
-            serde_json::to_writer_pretty(&mut *out, &text)?;
-            writeln!(out)
-        })?;
-        io::boundary_csv::write(&csv, self.rim.boundary())?;
-        super::overlay::draw(self)
-            .save(&png)
-            .map_err(|source| JobError::Picture { path: png.clone(), source })?;
-        Ok(vec![json, csv, png])
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::FailureKind;
+use crate::job::FailureKind;
 
 /// Version of the layout of a [`Row`].
 pub const SCHEMA_VERSION: u32 = 1;

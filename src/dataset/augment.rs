@@ -25,9 +25,9 @@ use std::path::{Path, PathBuf};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt as _;
 
-use super::evaluate::{DrapeFileError, read_drape, rim_of};
-use super::params::{self, ParamsError};
+use super::drape_file::{DrapeFileError, read_drape, rim_of};
 use crate::base::{Boundary, seed};
+use crate::fabric::params::{self, ParamsError};
 use crate::geom::Mesh;
 use crate::io::{self, WriteError, boundary_csv};
 use crate::scan::{MarkColor, ScanError, ScanOptions, WarpToward, boundary_from_scan};

@@ -9,7 +9,7 @@ use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::check_density;
 use crate::io::density_csv::{self, DensityRow};
 use crate::io::{VIEWS_FILE, is_views_folder};
-use crate::report::rim::parse_warp_toward;
+use crate::job::rim::parse_warp_toward;
 use crate::scan::WarpToward;
 
 /// Files that are scans by their name alone, besides folders of views. Tables

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::{JobError, rim};
 use crate::base::clock::{Stage, Stages};
 use crate::io::ReadOptions;
+use crate::job::{JobError, rim};
 use crate::scan::{ScanOptions, ScannedBoundary};
 
 /// Reads a scan and finds its rim; the stages in order, the first is `read`.

@@ -8,12 +8,12 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::drapes::drape_coefficient;
+use super::{DataError, Table, text_rows};
 use crate::base::Boundary;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::base::units::M_PER_MM;
 use crate::fabric::{Fabric, Mixture, MixtureError};
-use crate::report::physics::{DataError, Table, text_rows};
-use crate::report::physics_drapes::drape_coefficient;
 use crate::sim::{Drop, DropStart, Experiment, SimOptions, Stop, drape};
 
 /// Bending lengths of [`branches`] \[mm\].

@@ -1,18 +1,15 @@
-//! Measurements of what the program promises, for `evaluate` and docs/validation.md;
-//! those of the scan path are in [`super::rims`].
+//! Drapes read back from files: the mesh and its true rim.
 //!
-//! In: drapes with known truth, or a prior. Out: one row per case, as numbers.
+//! In: an OBJ as `simulate` writes it (mm, simulation frame). Out: the mesh in metres, and the
+//! rim if the mesh is a square grid of vertices.
 
 use std::path::Path;
 
-use crate::base::clock::thread_cpu_s;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3, Vector3};
-use crate::fabric::{Fabric, Mixture, MixtureError};
 use crate::geom::Mesh;
 use crate::io::{ReadError, read_scan};
 use crate::sim::grid::Grid;
-use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
 /// Why a drape file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -59,44 +56,4 @@ pub fn rim_of(mesh: &Mesh) -> Option<Boundary> {
     let grid = Grid::shared(n, crate::base::frame::SPECIMEN_SIDE_M);
     let x: Vec<Vector3> = mesh.vertices.iter().map(|p| p.coords).collect();
     Some(grid.boundary(&x))
-}
-
-/// One timed drape.
-#[derive(Clone, Debug)]
-pub struct TimedDrape {
-    /// The fabric.
-    pub fabric: Fabric,
-    /// Its drape.
-    pub drape: Drape,
-    /// Processor time \[s\]; `None` where the system does not tell it.
-    pub cpu_s: Option<f64>,
-}
-
-/// Drapes fabric `index` of the prior `knit-2020` with a perturbed drop.
-///
-/// # Errors
-/// When the prior gives no fabric inside its range.
-pub fn timed_drape(
-    run_seed: u64,
-    index: u64,
-    options: &SimOptions,
-) -> Result<TimedDrape, MixtureError> {
-    let fabric = Mixture::knit_2020().sample(run_seed, index)?;
-    let before = thread_cpu_s();
-    let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(run_seed ^ index) }, options);
-    let cpu_s = before.zip(thread_cpu_s()).map(|(before, after)| after - before);
-    Ok(TimedDrape { fabric, drape, cpu_s })
-}
-
-/// The fabric of [`timed_drape`] with another drop.
-///
-/// # Errors
-/// As there.
-pub fn another_drop(
-    run_seed: u64,
-    index: u64,
-    options: &SimOptions,
-) -> Result<Drape, MixtureError> {
-    let fabric = Mixture::knit_2020().sample(run_seed, index)?;
-    Ok(drape(&fabric, &Drop { start: DropStart::Perturbed(!(run_seed ^ index)) }, options))
 }

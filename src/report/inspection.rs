@@ -3,8 +3,8 @@
 
 use image::{Rgb, RgbImage};
 
-use super::ScannedBoundary;
 use crate::base::Point3;
+use crate::scan::ScannedBoundary;
 
 const PANE: u32 = 700;
 const PIXELS_PER_M: f64 = 1900.0;

@@ -30,11 +30,12 @@ pub use inputs::{Input, inputs};
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
 
-use super::{FailureKind, Job, JobError, json};
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fault, sha256_hex};
 use crate::io::{self, ReadError, ReadOptions, WriteError};
+use crate::job::{FailureKind, Job, JobError};
+use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
 use journal::Journal;
@@ -325,7 +326,7 @@ impl Batch<'_> {
             Some((folder, name)) => (self.files().join(folder), name),
             None => (self.files(), input.file.as_str()),
         };
-        outcome.write_as(&folder, name)?;
+        files::write_as(&outcome, &folder, name)?;
         Ok(Row { result: Some(json::params(&outcome)), ..Row::new(&input.file, Status::Ok) })
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
+use super::{Fabric, STIFFNESSES, TABLE_2};
 
 /// Why a params.json gives no fabric.
 #[derive(Debug, thiserror::Error)]

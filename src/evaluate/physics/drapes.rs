@@ -7,12 +7,13 @@ use std::path::Path;
 
 use image::RgbImage;
 
+use super::{DataError, Table, text_rows};
 use crate::base::Boundary;
 use crate::base::clock::thread_cpu_s;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
-use crate::report::chart::{Axis, COLOURS, Chart, Mark, Series, picture};
-use crate::report::physics::{DataError, Table, text_rows};
+use crate::picture::chart::{Axis, COLOURS, Chart, Mark, Series};
+use crate::picture::shaded::picture;
 use crate::sim::experiment::{Softening, bending_length_m};
 use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on_finer};
 

@@ -4,10 +4,10 @@
 
 use std::fmt;
 
+use super::timed::{TimedDrape, timed_drape};
 use crate::base::Vector3;
 use crate::base::clock::thread_cpu_s;
 use crate::fabric::MixtureError;
-use crate::report::evaluate::{TimedDrape, timed_drape};
 use crate::sim::drape::drape_with_sensitivities;
 use crate::sim::effort::Effort;
 use crate::sim::experiment::bending_length_m;

@@ -1,0 +1,10 @@
+//! The laboratory: what the program promises, measured, for `evaluate` and docs/validation.md.
+//!
+//! In: drapes with known truth, a prior, measured data. Out: rows, tables and pictures.
+
+pub mod physics;
+pub mod scan;
+pub mod soak;
+pub mod speed;
+pub mod stages;
+pub mod timed;

@@ -1,0 +1,84 @@
+//! The simulator against known answers and measured drapes, for `evaluate physics` and
+//! docs/validation.md: strips ([`strips`]), drapes on several meshes and of measured fabrics
+//! ([`drapes`]), the spread of drops and of fabrics ([`branches`]).
+//!
+//! In: nothing, or a folder of measured data. Out: [`Table`]s of numbers with their known
+//! answers, charts, pictures.
+
+pub mod branches;
+pub mod drapes;
+pub mod strips;
+
+use std::path::Path;
+
+/// A table of results.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// What was measured.
+    pub title: String,
+    /// Columns with their units.
+    pub columns: Vec<&'static str>,
+    /// Rows of formatted numbers.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl std::fmt::Display for Table {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "# {}", self.title)?;
+        writeln!(f, "{}", self.columns.join(", "))?;
+        for row in &self.rows {
+            writeln!(f, "{}", row.join(", "))?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a file of measured data was not used.
+#[derive(Debug, thiserror::Error)]
+pub enum DataError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(#[from] std::io::Error),
+    /// A line is not of the kind expected.
+    #[error("line {line}: {fault}")]
+    Line {
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        fault: String,
+    },
+}
+
+/// A line of a comma-separated file.
+pub(super) struct TextRow {
+    line: usize,
+    cells: Vec<String>,
+}
+
+impl TextRow {
+    pub(super) fn fault(&self, fault: String) -> DataError {
+        DataError::Line { line: self.line, fault }
+    }
+
+    pub(super) fn cell(&self, column: usize) -> Result<&str, DataError> {
+        let missing = || self.fault(format!("no column {}", column + 1));
+        self.cells.get(column).map(String::as_str).ok_or_else(missing)
+    }
+
+    pub(super) fn number(&self, column: usize) -> Result<f64, DataError> {
+        let cell = self.cell(column)?;
+        cell.trim().parse().map_err(|_| self.fault(format!("{cell} is no number")))
+    }
+
+    pub(super) fn numbers(&self) -> Result<Vec<f64>, DataError> {
+        (0..self.cells.len()).map(|column| self.number(column)).collect()
+    }
+}
+
+/// The lines below one line of heads.
+pub(super) fn text_rows(path: &Path) -> Result<Vec<TextRow>, DataError> {
+    let text = std::fs::read_to_string(path)?;
+    let lines = text.lines().enumerate().skip(1).filter(|(_, line)| !line.is_empty());
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+    Ok(lines.map(|(k, line)| TextRow { line: k + 1, cells: cells(line) }).collect())
+}
