@@ -22,10 +22,17 @@ use scan2params::sim::{Drop, DropStart, SimOptions, drape};
 const PARTS: [(&str, &[&str]); 3] = [
     ("frame", &["points and unit", "plate", "floor"]),
     (
-        "surface and unrolling",
-        &["cut to the cloth", "voxel", "strays", "smooth and normals", "unroll", "square"],
+        "surface and parameterisation",
+        &[
+            "cut to the cloth",
+            "voxel",
+            "strays",
+            "smooth and normals",
+            "parameterisation",
+            "square",
+        ],
     ),
-    ("rim", &["sheet", "edge and rim", "trust"]),
+    ("rim", &["sheet", "registration", "edge", "rim", "uncertainty"]),
 ];
 
 fn generated() -> Cloud {

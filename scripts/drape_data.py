@@ -80,7 +80,7 @@ def symmetries():
     identity = (index, np.eye(3), False)
     mirror_x = ((182 - index) % POINTS, np.diag([-1.0, 1.0, 1.0]), False)
     half_turn = ((index + 2 * POINTS_PER_SIDE) % POINTS, np.diag([-1.0, 1.0, -1.0]), False)
-    # (x, y, z) -> (z, y, -x), as Boundary::turned(1).
+    # (x, y, z) -> (z, y, -x), as Boundary::rotated(1).
     quarter = ((index + POINTS_PER_SIDE) % POINTS, np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), True)
 
     def then(first, second):

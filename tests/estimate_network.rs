@@ -117,9 +117,9 @@ fn a_symmetric_view_gives_the_same_fabric_and_a_quarter_turn_exchanges_weft_and_
     };
     for case in cases() {
         let plain = fabric(&case.boundary, &case);
-        assert!(apart(&fabric(&case.boundary.turned(2), &case), &plain) < SAME);
+        assert!(apart(&fabric(&case.boundary.rotated(2), &case), &plain) < SAME);
         for quarters in [1, 3] {
-            let turned = fabric(&case.boundary.turned(quarters), &case);
+            let turned = fabric(&case.boundary.rotated(quarters), &case);
             assert!(apart(&turned, &swapped(&plain)) < SAME);
             assert!(apart(&turned, &plain) > 0.01);
         }

@@ -126,7 +126,7 @@ fn warp_direction_turns_the_boundary_by_quarters_and_its_absence_is_flagged() {
     let along_minus_z = toward(Some(WarpToward::Direction([0.0, 0.2, -1.0])));
     let apart = |other: &ScannedBoundary| {
         (0..4)
-            .map(|q| along_x.boundary.turned(q).mean_distance_m(&other.boundary) * 1e3)
+            .map(|q| along_x.boundary.rotated(q).mean_distance_m(&other.boundary) * 1e3)
             .collect::<Vec<_>>()
     };
     let turned = apart(&along_minus_z);

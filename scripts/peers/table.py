@@ -15,7 +15,9 @@ OURS = {
     "plane": ["plate", "floor"],
     "outliers": ["strays"],
     "normals": ["smooth and normals"],
-    "boundary": ["unroll", "square", "sheet", "lengths", "edge and rim", "trust"],
+    "boundary": [
+        "parameterisation", "square", "sheet", "registration", "edge", "rim", "uncertainty",
+    ],
 }
 
 

@@ -83,14 +83,14 @@ impl Boundary {
         sum / POINTS as f64
     }
 
-    /// The same rim with the specimen turned by `quarters` quarter turns about
-    /// the vertical: index 0 moves to the next corner and the positions turn
-    /// with it, so that the result is again in the module's frame. Two quarter
-    /// turns keep weft and warp; one swaps them.
+    /// The same rim with the specimen rotated by `quarter_turns` about the vertical:
+    /// index 0 moves to the next corner and the positions rotate with it, so that the
+    /// result is again in the module's frame. Two quarter turns keep weft and warp; one
+    /// swaps them.
     #[must_use]
-    pub fn turned(&self, quarters: usize) -> Self {
-        let quarters = quarters % SIDES;
-        let turn = |p: Point3| match quarters {
+    pub fn rotated(&self, quarter_turns: usize) -> Self {
+        let quarter_turns = quarter_turns % SIDES;
+        let rotate = |p: Point3| match quarter_turns {
             0 => p,
             1 => Point3::new(p.z, p.y, -p.x),
             2 => Point3::new(-p.x, p.y, -p.z),
@@ -98,8 +98,8 @@ impl Boundary {
         };
         let points = (0..POINTS)
             .map(|index| {
-                let from = self.points[(index + quarters * POINTS_PER_SIDE) % POINTS];
-                BoundaryPoint { position_m: turn(from.position_m), ..from }
+                let from = self.points[(index + quarter_turns * POINTS_PER_SIDE) % POINTS];
+                BoundaryPoint { position_m: rotate(from.position_m), ..from }
             })
             .collect();
         Self { points }
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn a_flat_square_is_unchanged_by_quarter_turns() {
         for quarters in 0..4 {
-            assert!(flat().turned(quarters).mean_distance_m(&flat()) < 1e-12, "{quarters}");
+            assert!(flat().rotated(quarters).mean_distance_m(&flat()) < 1e-12, "{quarters}");
         }
     }
 
@@ -143,9 +143,9 @@ mod tests {
             point.position_m.y = (i as f64).sin();
             point.position_m.x += 0.01 * (i as f64).cos();
         }
-        let once_thrice = rim.turned(1).turned(3);
+        let once_thrice = rim.rotated(1).rotated(3);
         assert!(once_thrice.mean_distance_m(&rim) < 1e-15);
-        assert!(rim.turned(1).turned(1).mean_distance_m(&rim.turned(2)) < 1e-15);
+        assert!(rim.rotated(1).rotated(1).mean_distance_m(&rim.rotated(2)) < 1e-15);
     }
 
     #[test]

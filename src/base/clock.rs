@@ -46,35 +46,44 @@ pub struct Stage {
     pub wall_s: f64,
 }
 
-/// The stages of a job, one after another. A job notes each stage at its end.
+/// The stages of a job, one after another, each timed as a span.
 #[derive(Debug)]
 pub struct Stages {
-    /// Since the last note; `None` if nobody asked.
-    since: Option<(Option<f64>, Instant)>,
+    clock: Asked,
     noted: Vec<Stage>,
 }
 
+/// Whether anybody asked for the times.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    Yes,
+    No,
+}
+
 impl Stages {
-    /// Notes stages from now on.
+    /// Notes every span.
     #[must_use]
     pub fn start() -> Self {
-        Self { since: Some((process_cpu_s(), Instant::now())), noted: Vec::new() }
+        Self { clock: Asked::Yes, noted: Vec::new() }
     }
 
     /// Notes nothing, at no cost.
     #[must_use]
     pub fn off() -> Self {
-        Self { since: None, noted: Vec::new() }
+        Self { clock: Asked::No, noted: Vec::new() }
     }
 
-    /// What was done since the last note (or the start) was `name`.
-    pub fn done(&mut self, name: &'static str) {
-        let Some((cpu_before_s, before)) = self.since else { return };
-        let now = (process_cpu_s(), Instant::now());
-        let cpu_s = now.0.zip(cpu_before_s).map(|(now, before)| now - before);
-        let wall_s = (now.1 - before).as_secs_f64();
-        self.since = Some(now);
+    /// Does `work` and notes what it took as the stage `name`, also if it fails.
+    pub fn span<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        if self.clock == Asked::No {
+            return work();
+        }
+        let (cpu_before_s, before) = (process_cpu_s(), Instant::now());
+        let made = work();
+        let (cpu_now_s, wall_s) = (process_cpu_s(), before.elapsed().as_secs_f64());
+        let cpu_s = cpu_now_s.zip(cpu_before_s).map(|(now, before)| now - before);
         self.noted.push(Stage { name, cpu_s, wall_s });
+        made
     }
 
     /// The stages so far, in order.
@@ -91,12 +100,11 @@ mod tests {
     #[test]
     fn stages_come_in_order_and_only_if_asked_for() {
         let mut off = Stages::off();
-        off.done("a");
+        assert_eq!(off.span("a", || 7), 7);
         assert!(off.noted().is_empty());
         let mut stages = Stages::start();
-        let sum: f64 = (0..2_000_000).map(|k| f64::from(k).sqrt()).sum();
-        stages.done("roots");
-        stages.done("nothing");
+        let sum: f64 = stages.span("roots", || (0..2_000_000).map(|k| f64::from(k).sqrt()).sum());
+        stages.span("nothing", || ());
         assert!(sum > 0.0);
         let names: Vec<&str> = stages.noted().iter().map(|s| s.name).collect();
         assert_eq!(names, ["roots", "nothing"]);

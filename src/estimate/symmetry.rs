@@ -19,7 +19,7 @@ pub(super) fn views(boundary: &Boundary) -> Vec<View> {
     [0, 2, 1, 3]
         .into_iter()
         .flat_map(|quarters| {
-            let turned = boundary.turned(quarters);
+            let turned = boundary.rotated(quarters);
             let mirrored = mirrored_x(&turned);
             [turned, mirrored].map(|boundary| View { boundary, swapped: quarters % 2 == 1 })
         })

@@ -185,8 +185,7 @@ pub fn of_scan_in_stages(
     options: &ScanOptions,
     stages: &mut Stages,
 ) -> Result<(ScannedBoundary, ReadNotes), JobError> {
-    let (cloud, notes) = read_scan_with(path, read)?;
-    stages.done("read");
+    let (cloud, notes) = stages.span("read", || read_scan_with(path, read))?;
     // Their reader has made metres of them.
     let known = matches!(notes.format, Format::DepthPng | Format::Views);
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
@@ -207,9 +206,9 @@ fn oriented(boundary: &Boundary, warp: Option<WarpToward>) -> Rim {
         Some(WarpToward::BearingDeg(degrees)) => degrees,
         Some(WarpToward::Direction([x, _, z])) => (-z).atan2(x).to_degrees(),
     };
-    // A quarter turn of `Boundary::turned` brings +z, bearing -90 degrees, to +x.
+    // A quarter turn of `Boundary::rotated` brings +z, bearing -90 degrees, to +x.
     let quarters = (-bearing_deg / 90.0).round().rem_euclid(SIDES as f64) as usize;
-    Rim::Given { boundary: boundary.turned(quarters), orientation: Orientation::Given }
+    Rim::Given { boundary: boundary.rotated(quarters), orientation: Orientation::Given }
 }
 
 /// Where the warp points, as a user writes it: `+x`, `-y`, `z`, three numbers
@@ -329,7 +328,7 @@ mod tests {
             ([-1.0, 0.3, 0.1], 180.0, 2),
             ([0.0, 0.0, -2.0], 85.0, 3),
         ] {
-            let want = (rim.turned(quarters), Orientation::Given);
+            let want = (rim.rotated(quarters), Orientation::Given);
             assert_eq!(turned(Some(WarpToward::Direction(direction))), want);
             assert_eq!(turned(Some(WarpToward::BearingDeg(bearing_deg))), want);
         }

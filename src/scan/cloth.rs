@@ -1,8 +1,8 @@
 //! The cloth alone: floor, pedestal and background cut away, strays dropped, the
-//! layer of noisy points drawn onto a surface without moving its free edge.
+//! layer of noisy points smoothed to a surface without moving its free edge.
 //!
 //! In: points in the local frame (origin at the plate's centre, y up) \[m\]. Out:
-//! the cloth's points as scanned, and thinned surface points with normals.
+//! the cloth's points as scanned, and downsampled surface points with normals.
 //!
 //! Smoothing moves points along the surface's normal only (moving least squares
 //! with a quadric, Alexa et al. 2003), so that the free edge stays where it is;
@@ -12,12 +12,13 @@
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
 
-use super::neighbours::Neighbours;
+use super::downsample::{Downsampled, voxel_downsample};
+use super::floor::Floor;
+use super::neighbours::{Neighbour, Neighbours};
 use super::options::ScanOptions;
 use super::plate::{Plate, horizontal_axes, principal};
-use super::thin::{Thinned, thin};
 use crate::base::clock::Stages;
-use crate::base::{Isometry3, Point3, Vector3};
+use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
 
 /// The cloth's points, local frame \[m\].
@@ -37,91 +38,17 @@ pub(super) struct Cloth {
     pub raw_spacing_m: f64,
 }
 
-/// The floor below the drape, local frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Floor {
-    /// Height at the origin \[m\], negative.
-    pub height_m: f64,
-    /// Normal, upwards.
-    pub normal: Vector3,
-    /// Root mean square of the points about it \[m\].
-    pub rms_m: f64,
-}
-
 /// Depth under the plate's top within which nothing but the plate is expected
 /// inside its edge [m].
 const UNDERSIDE_M: f64 = 15e-3;
 
-/// Points in which the floor is looked for.
-const MOST_FLOOR: usize = 250_000;
 /// Points from which the surface is made: over ten in a cell of [`CELL_M`].
 const MOST_SURFACE: usize = 350_000;
 
-/// Cell of the thinned cloth \[m\]: resolves folds of 4 mm radius.
+/// Cell of the downsampled cloth \[m\]: resolves folds of 4 mm radius.
 const CELL_M: f64 = 2.0e-3;
 
-/// The lowest large level plane: the best of consensus planes through a few
-/// points, among points lower than any cloth can hang high. The points are the
-/// scan's, the plane is in the local frame.
-pub(super) fn find_floor(
-    points: &[Point3],
-    local_from_scan: &Isometry3,
-    options: &ScanOptions,
-    noise_m: f64,
-) -> Option<Floor> {
-    let half = 0.5 * options.specimen_side_m;
-    let stride = points.len().div_ceil(MOST_FLOOR);
-    let low: Vec<Point3> = points
-        .iter()
-        .step_by(stride)
-        .map(|p| local_from_scan * p)
-        .filter(|p| p.y < -0.3 * half && p.y > -10.0 * half)
-        .collect();
-    let low = thin(&low, None, 6e-3).points;
-    if low.len() < 300 {
-        return None;
-    }
-    let tolerance = (2.0 * noise_m).max(2e-3);
-    let mut rng = crate::base::seed::rng(options.seed, "floor", 0);
-    let mut pick = || low[(rand::RngExt::random::<f64>(&mut rng) * low.len() as f64) as usize];
-    let mut best: (usize, Point3, Vector3) = (0, Point3::origin(), Vector3::y());
-    for _ in 0..300 {
-        let (a, b, c) = (pick(), pick(), pick());
-        let normal = (b - a).cross(&(c - a));
-        if normal.norm() < 1e-5 {
-            continue;
-        }
-        let normal = normal.normalize() * normal.y.signum();
-        if normal.y < 0.966 {
-            continue; // more than 15 degrees off the plate
-        }
-        let count = low.iter().filter(|p| (*p - a).dot(&normal).abs() < tolerance).count();
-        if count > best.0 {
-            best = (count, a, normal);
-        }
-    }
-    let (mut at, mut normal) = (best.1, best.2);
-    let on = |at: &Point3, normal: &Vector3| -> Vec<Point3> {
-        low.iter().copied().filter(|p| (p - at).dot(normal).abs() < 1.5 * tolerance).collect()
-    };
-    let mut rms_m = 0.0;
-    for _ in 0..4 {
-        let (mean, axis, variances) = principal(on(&at, &normal).into_iter())?;
-        at = mean;
-        normal = axis * axis.y.signum();
-        rms_m = variances[0].sqrt();
-    }
-    let support = on(&at, &normal);
-    // A floor is wide: cloth hanging level would be narrower than the specimen.
-    let wide = support.iter().filter(|p| p.x.hypot(p.z) > half).count();
-    (wide > 200 && normal.y > 0.966).then(|| Floor {
-        height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
-        normal,
-        rms_m,
-    })
-}
-
-/// Cuts the scene to the cloth and draws it onto a surface.
+/// Cuts the scene to the cloth and smooths it to a surface.
 pub(super) fn isolate(
     points: &[Point3],
     floor: Option<Floor>,
@@ -129,6 +56,41 @@ pub(super) fn isolate(
     options: &ScanOptions,
     stages: &mut Stages,
 ) -> Cloth {
+    let (raw, raw_spacing_m) = stages.span("cut to the cloth", || {
+        let raw = cut(points, floor, plate, options);
+        let raw_spacing_m = spacing(&raw, options);
+        (raw, raw_spacing_m)
+    });
+    let cell = CELL_M.max(1.1 * raw_spacing_m);
+    let downsampled = stages.span("voxel", || {
+        let stride = raw.len().div_ceil(MOST_SURFACE).max(1);
+        let some: Vec<Point3> = raw.iter().step_by(stride).copied().collect();
+        voxel_downsample(&some, None, cell)
+    });
+    let downsampled = stages.span("strays", || drop_strays(downsampled, cell));
+    stages.span("smooth and normals", || {
+        let smoothed = smooth_twice(&downsampled, cell, plate.noise_m);
+        let usual = robust::median(smoothed.iter().map(|p| p.residual_m).collect()).unwrap_or(0.0);
+        // Tight folds leave a residual too; crossing layers leave more than that.
+        let usual = usual.max(0.08 * cell);
+        Cloth {
+            raw,
+            surface: smoothed.iter().map(|p| p.at).collect(),
+            normals: smoothed.iter().map(|p| p.normal).collect(),
+            disorder: smoothed.iter().map(|p| p.residual_m / usual).collect(),
+            spacing_m: cell,
+            raw_spacing_m,
+        }
+    })
+}
+
+/// The points that may be cloth: not floor, not pedestal, not farther than it reaches.
+fn cut(
+    points: &[Point3],
+    floor: Option<Floor>,
+    plate: &Plate,
+    options: &ScanOptions,
+) -> Vec<Point3> {
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let noise = plate.noise_m;
     let above_floor = 5e-3 + 4.0 * noise;
@@ -149,32 +111,15 @@ pub(super) fn isolate(
     };
     let mut raw: Vec<Point3> = points.iter().filter(inside).copied().collect();
     raw.shrink_to_fit();
-    let raw_spacing_m = spacing(&raw, options);
-    let cell = CELL_M.max(1.1 * raw_spacing_m);
-    stages.done("cut to the cloth");
-    let stride = raw.len().div_ceil(MOST_SURFACE).max(1);
-    let some: Vec<Point3> = raw.iter().step_by(stride).copied().collect();
-    let thinned = thin(&some, None, cell);
-    drop(some);
-    stages.done("voxel");
-    let thinned = drop_strays(thinned, cell);
-    stages.done("strays");
-    let reach_m = (2.5 * cell).max(2.5 * noise + 2e-3);
-    let points: Vec<Point3> = smooth(&thinned, reach_m).into_iter().map(|p| p.at).collect();
-    let again = thin(&points, Some(&thinned.counts), cell);
-    let smoothed = smooth(&again, reach_m);
-    stages.done("smooth and normals");
-    let usual = robust::median(smoothed.iter().map(|p| p.residual_m).collect()).unwrap_or(0.0);
-    // Tight folds leave a residual too; crossing layers leave more than that.
-    let usual = usual.max(0.08 * cell);
-    Cloth {
-        raw,
-        surface: smoothed.iter().map(|p| p.at).collect(),
-        normals: smoothed.iter().map(|p| p.normal).collect(),
-        disorder: smoothed.iter().map(|p| p.residual_m / usual).collect(),
-        spacing_m: cell,
-        raw_spacing_m,
-    }
+    raw
+}
+
+/// Smooths downsampled points, downsamples what has moved together, and smooths again.
+fn smooth_twice(downsampled: &Downsampled, cell: f64, noise_m: f64) -> Vec<Smoothed> {
+    let reach_m = (2.5 * cell).max(2.5 * noise_m + 2e-3);
+    let points: Vec<Point3> = smooth(downsampled, reach_m).into_iter().map(|p| p.at).collect();
+    let again = voxel_downsample(&points, Some(&downsampled.counts), cell);
+    smooth(&again, reach_m)
 }
 
 /// The points of what stands under the plate: between the floor and the lowest
@@ -207,30 +152,34 @@ fn spacing(points: &[Point3], options: &ScanOptions) -> f64 {
     (std::f64::consts::PI / count).sqrt() * radius
 }
 
-/// Statistical outlier removal on thinned points: those whose neighbours are
+/// Statistical outlier removal on downsampled points: those whose neighbours are
 /// clearly farther than usual, or that stand for far fewer points.
-fn drop_strays(thinned: Thinned, cell: f64) -> Thinned {
-    let tree = Neighbours::new(&thinned.points);
-    let measure: Vec<(f64, f64)> = thinned
+fn drop_strays(downsampled: Downsampled, cell: f64) -> Downsampled {
+    /// Mean distance of a point's neighbours, and how many points they stand for.
+    struct Around {
+        distance: f64,
+        count: f64,
+    }
+    let tree = Neighbours::new(&downsampled.points);
+    let around: Vec<Around> = downsampled
         .points
         .par_iter()
         .map(|p| {
             let near = tree.nearest(p, 10);
-            let mean = near.iter().map(|n| n.1.sqrt()).sum::<f64>() / near.len().max(1) as f64;
-            let weight =
-                near.iter().map(|n| thinned.counts[n.0]).sum::<f64>() / near.len().max(1) as f64;
-            (mean, weight)
+            let number = near.len().max(1) as f64;
+            Around {
+                distance: near.iter().map(Neighbour::distance).sum::<f64>() / number,
+                count: near.iter().map(|n| downsampled.counts[n.index]).sum::<f64>() / number,
+            }
         })
         .collect();
-    let usual = robust::median(measure.iter().map(|m| m.0).collect()).unwrap_or(cell);
-    let usual_weight = robust::median(measure.iter().map(|m| m.1).collect()).unwrap_or(1.0);
-    let keep = |m: &(f64, f64)| m.0 < 2.2 * usual.max(cell) && m.1 > 0.08 * usual_weight;
-    let mut out = Thinned::default();
-    for (i, m) in measure.iter().enumerate() {
-        if keep(m) {
-            out.points.push(thinned.points[i]);
-            out.counts.push(thinned.counts[i]);
-        }
+    let usual = robust::median(around.iter().map(|a| a.distance).collect()).unwrap_or(cell);
+    let usual_count = robust::median(around.iter().map(|a| a.count).collect()).unwrap_or(1.0);
+    let keep = |a: &Around| a.distance < 2.2 * usual.max(cell) && a.count > 0.08 * usual_count;
+    let mut out = Downsampled::default();
+    for (i, _) in around.iter().enumerate().filter(|(_, a)| keep(a)) {
+        out.points.push(downsampled.points[i]);
+        out.counts.push(downsampled.counts[i]);
     }
     out
 }
@@ -245,22 +194,22 @@ struct Smoothed {
 
 /// Moves each point along its normal onto the quadric through its neighbours
 /// within `reach_m`.
-fn smooth(thinned: &Thinned, reach_m: f64) -> Vec<Smoothed> {
-    let tree = Neighbours::new(&thinned.points);
-    thinned
+fn smooth(downsampled: &Downsampled, reach_m: f64) -> Vec<Smoothed> {
+    let tree = Neighbours::new(&downsampled.points);
+    downsampled
         .points
         .par_iter()
         .map(|p| {
             let near = tree.within(p, reach_m);
-            project(p, &near, thinned, reach_m)
+            project(p, &near, downsampled, reach_m)
         })
         .collect()
 }
 
 /// One projection: plane by principal axes, then z = quadric(x, y) over it.
-fn project(p: &Point3, near: &[usize], thinned: &Thinned, reach_m: f64) -> Smoothed {
+fn project(p: &Point3, near: &[usize], downsampled: &Downsampled, reach_m: f64) -> Smoothed {
     let lost = |normal| Smoothed { at: *p, normal, residual_m: reach_m };
-    let Some((_, normal, _)) = principal(near.iter().map(|&i| thinned.points[i])) else {
+    let Some((_, normal, _)) = principal(near.iter().map(|&i| downsampled.points[i])) else {
         return lost(Vector3::y());
     };
     let hint = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
@@ -269,9 +218,9 @@ fn project(p: &Point3, near: &[usize], thinned: &Thinned, reach_m: f64) -> Smoot
     let mut right = Vector6::<f64>::zeros();
     let mut square = 0.0;
     for &i in near {
-        let d = (thinned.points[i] - p) / reach_m;
+        let d = (downsampled.points[i] - p) / reach_m;
         let (x, y, z) = (d.dot(&a), d.dot(&b), d.dot(&normal));
-        let weight = thinned.counts[i].sqrt() * (-2.0 * d.norm_squared()).exp();
+        let weight = downsampled.counts[i].sqrt() * (-2.0 * d.norm_squared()).exp();
         let row = Vector6::new(1.0, x, y, x * x, x * y, y * y);
         matrix += row * row.transpose() * weight;
         right += row * (z * weight);

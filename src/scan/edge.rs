@@ -1,6 +1,6 @@
 //! The free edge, measured in material coordinates.
 //!
-//! The rim of the unrolled cloth is nearly four straight lines, however deep the
+//! The rim of the parameterised cloth is nearly four straight lines, however deep the
 //! folds in space: this is where it can be measured well. Every 5 mm along a side
 //! a strip of raw points across the edge is compared with a density that is even
 //! inside and drops at the edge e, blurred by the noise s, over a thin even
@@ -16,6 +16,8 @@
 
 use rayon::prelude::*;
 
+use super::sides::to_side;
+use crate::base::boundary::SIDES;
 use crate::numeric::robust;
 
 /// Distance between the strips along a side [m].
@@ -84,6 +86,15 @@ impl Edge {
     }
 }
 
+/// The edge as one strip shows it.
+#[derive(Clone, Copy, Debug)]
+struct StripEdge {
+    /// Posterior mean, outward of the nominal edge [m].
+    outward_m: f64,
+    /// Posterior standard deviation [m].
+    sigma_m: f64,
+}
+
 /// What differs between a first look and the measurement.
 #[derive(Clone, Copy)]
 struct Look {
@@ -96,12 +107,12 @@ struct Look {
     off_line_m: f64,
 }
 
-/// Unrolling drifts slowly along a side.
+/// The parameterisation drifts slowly along a side.
 const MEASURE: Look = Look { inward_m: 12e-3, outward_m: 12e-3, bend_m: 0.05e-3, off_line_m: 4e-3 };
 /// Before the edges are pulled straight, strips between folds may have swung out.
 const FIRST: Look = Look { inward_m: 16e-3, outward_m: 16e-3, bend_m: 1.0e-3, off_line_m: 3e-3 };
 
-/// The edge of a side that need not be straight yet, from thinned points.
+/// The edge of a side that need not be straight yet, from downsampled points.
 pub(super) fn measure_bent(points: &[[f64; 2]], half_m: f64) -> Edge {
     measure_with(points, half_m, 0.3e-3, FIRST)
 }
@@ -110,6 +121,14 @@ pub(super) fn measure_bent(points: &[[f64; 2]], half_m: f64) -> Edge {
 /// `blur_m` the noise in the sheet's plane.
 pub(super) fn measure(points: &[[f64; 2]], half_m: f64, blur_m: f64) -> Edge {
     measure_with(points, half_m, blur_m, MEASURE)
+}
+
+/// Edges of the four sides from material coordinates of raw points near them.
+pub(super) fn measure_sides(material: &[[f64; 2]], half_m: f64, blur_m: f64) -> [Edge; SIDES] {
+    std::array::from_fn(|side| {
+        let points: Vec<[f64; 2]> = material.iter().map(|&m| to_side(side, m)).collect();
+        measure(&points, half_m, blur_m)
+    })
 }
 
 fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Edge {
@@ -135,7 +154,7 @@ fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Ed
     let inner = |list: &Vec<f64>| list.iter().filter(|w| inner_range.contains(*w)).count() as f64;
     let usual =
         robust::median(across.iter().map(inner).filter(|n| *n > 0.0).collect()).unwrap_or(0.0);
-    let found: Vec<Option<(f64, f64)>> = across
+    let found: Vec<Option<StripEdge>> = across
         .par_iter()
         .map(|list| {
             (inner(list) >= (0.15 * usual).max(4.0))
@@ -146,8 +165,14 @@ fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Ed
     smooth(along, &found, half_m, look)
 }
 
-/// Posterior mean and standard deviation of one strip's edge.
-fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
+/// The edge in one strip, if it is there.
+fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<StripEdge> {
+    /// A place where the edge may be, its log-likelihood, and how many steps it stands for.
+    struct Place {
+        k: usize,
+        log: f64,
+        width: f64,
+    }
     // More points do not help: the strip's edge is not that straight.
     let stride = across.len().div_ceil(MOST_POINTS);
     let mut across: Vec<f64> = across.iter().step_by(stride).copied().collect();
@@ -168,19 +193,19 @@ fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
             + (across.len() - blurred) as f64 * BACKGROUND.ln()
             - across.len() as f64 * mass.ln()
     };
-    // A coarse look finds the peak, a fine one its shape.
-    let mut coarse: Vec<(usize, f64)> =
-        (0..count).step_by(COARSE_STEPS).map(|k| (k, log_of(first + k as f64 * step))).collect();
-    let peak = coarse.iter().max_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let place =
+        |width: f64| move |k: usize| Place { k, log: log_of(first + k as f64 * step), width };
+    // A coarse look finds the peak, a fine one its shape. Far from the peak one coarse
+    // place stands for all that it skips.
+    let mut coarse: Vec<Place> =
+        (0..count).step_by(COARSE_STEPS).map(place(COARSE_STEPS as f64)).collect();
+    let peak = coarse.iter().max_by(|a, b| a.log.total_cmp(&b.log))?.k;
     let near = peak.saturating_sub(3 * COARSE_STEPS)..(peak + 3 * COARSE_STEPS + 1).min(count);
-    coarse.retain(|(k, _)| !near.contains(k));
-    let fine = near.map(|k| (k, log_of(first + k as f64 * step), 1.0));
-    // Far from the peak one coarse place stands for all that it skips.
-    let far = coarse.into_iter().map(|(k, log)| (k, log, COARSE_STEPS as f64));
-    let logs: Vec<(usize, f64, f64)> = fine.chain(far).collect();
-    let top = logs.iter().map(|l| l.1).fold(f64::NEG_INFINITY, f64::max);
+    coarse.retain(|place| !near.contains(&place.k));
+    let places: Vec<Place> = near.map(place(1.0)).chain(coarse).collect();
+    let top = places.iter().map(|place| place.log).fold(f64::NEG_INFINITY, f64::max);
     let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
-    for (k, log, width) in logs {
+    for Place { k, log, width } in places {
         let (p, e) = (width * (log - top).exp(), first + k as f64 * step);
         total += p;
         mean += p * e;
@@ -189,7 +214,8 @@ fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<(f64, f64)> {
     let mean = mean / total;
     let variance = (square / total - mean * mean).max(step * step / 12.0);
     // At the ends of the search the edge is not in the strip.
-    ((first + 0.5e-3..high - 2.5e-3).contains(&mean)).then(|| (mean, variance.sqrt()))
+    ((first + 0.5e-3..high - 2.5e-3).contains(&mean))
+        .then(|| StripEdge { outward_m: mean, sigma_m: variance.sqrt() })
 }
 
 /// The normal distribution's cumulative share, to 1e-4 (logistic-type
@@ -199,7 +225,7 @@ fn normal_share(x: f64) -> f64 {
 }
 
 /// Whittaker smoothing (second differences) with robust weights.
-fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64, look: Look) -> Edge {
+fn smooth(along: Vec<f64>, found: &[Option<StripEdge>], half_m: f64, look: Look) -> Edge {
     let n = along.len();
     let mut observed: Vec<bool> = found.iter().map(Option::is_some).collect();
     let mut line = vec![0.0; n];
@@ -210,8 +236,8 @@ fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64, look: Look
         for k in 0..n {
             // A faint pull to the nominal edge keeps an unseen side defined.
             matrix.add(k, k, 1.0 / (10e-3_f64).powi(2));
-            if let (Some((e, s)), true) = (found[k], observed[k]) {
-                let s = s.max(0.1e-3);
+            if let (Some(StripEdge { outward_m: e, sigma_m }), true) = (found[k], observed[k]) {
+                let s = sigma_m.max(0.1e-3);
                 let off = if round == 0 { e } else { e - line[k] };
                 let weight = 1.0 / (s * s) / (1.0 + (off / 1.5e-3).powi(2));
                 matrix.add(k, k, weight);
@@ -231,7 +257,7 @@ fn smooth(along: Vec<f64>, found: &[Option<(f64, f64)>], half_m: f64, look: Look
         line = right;
         for k in 0..n {
             sigma[k] = factor.inverse_form(&[(k, 1.0)]).sqrt();
-            observed[k] = found[k].is_some_and(|(e, _)| (e - line[k]).abs() < look.off_line_m);
+            observed[k] = found[k].is_some_and(|f| (f.outward_m - line[k]).abs() < look.off_line_m);
         }
     }
     Edge { along, outward: line.iter().map(|w| w + half_m).collect(), sigma, observed }

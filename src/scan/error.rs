@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
-/// A refused scan. Bearings are degrees, see [`super::Bearing`].
+use super::unit::LengthUnit;
+
+/// A refused scan. Bearings are degrees, see [`super::frame::Bearing`].
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ScanError {
     /// Not enough points to carry a rim.
@@ -45,7 +47,7 @@ pub enum ScanError {
         /// Least share of the edge where the surface falls.
         falling_limit: f64,
         /// The unit in use.
-        unit: super::LengthUnit,
+        unit: LengthUnit,
     },
     /// A disc with cloth falling away around it, whose edge shows nowhere near enough.
     #[error(

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::edge::{Edge, STATION_M};
 use super::neighbours::Neighbours;
-use super::rim::to_side;
 use super::sheet::Sheet;
+use super::sides::to_side;
 use crate::base::Point3;
 use crate::base::boundary::SIDES;
 use crate::numeric::robust;
@@ -41,9 +41,9 @@ pub(super) fn on_sheet(
     let tree = Neighbours::new(surface);
     rim.par_iter()
         .filter_map(|p| {
-            let &(i, _) = tree.nearest(p, 1).first()?;
-            let (m, off) = sheet.nearest(p, material[i], 1.09 * half_m);
-            (off < off_m).then_some(m)
+            let near = tree.one(p)?;
+            let foot = sheet.nearest(p, material[near.index], 1.09 * half_m);
+            (foot.off_m < off_m).then_some(foot.material)
         })
         .collect()
 }

@@ -11,6 +11,23 @@ pub struct Neighbours {
     tree: Option<ImmutableKdTree<f64, 3>>,
 }
 
+/// A point of the tree, as a query finds it.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    /// Its place in the list that the tree was made of.
+    pub index: usize,
+    /// The square of its distance from the place asked for.
+    pub distance_sq: f64,
+}
+
+impl Neighbour {
+    /// Its distance from the place asked for.
+    #[must_use]
+    pub fn distance(&self) -> f64 {
+        self.distance_sq.sqrt()
+    }
+}
+
 impl Neighbours {
     /// The tree of `points`; of none, every query is empty.
     #[must_use]
@@ -37,9 +54,9 @@ impl Neighbours {
         found
     }
 
-    /// The `count` nearest points: index and squared distance, nearest first.
+    /// The `count` nearest points, nearest first.
     #[must_use]
-    pub fn nearest(&self, at: &Point3, count: usize) -> Vec<(usize, f64)> {
+    pub fn nearest(&self, at: &Point3, count: usize) -> Vec<Neighbour> {
         let (Some(tree), Some(count)) = (&self.tree, NonZero::new(count)) else {
             return Vec::new();
         };
@@ -47,7 +64,13 @@ impl Neighbours {
             .nearest_n::<SquaredEuclidean<f64>>(count)
             .execute()
             .iter()
-            .map(|item| (item.item as usize, item.distance))
+            .map(|item| Neighbour { index: item.item as usize, distance_sq: item.distance })
             .collect()
+    }
+
+    /// The nearest point; `None` of no points.
+    #[must_use]
+    pub fn one(&self, at: &Point3) -> Option<Neighbour> {
+        self.nearest(at, 1).first().copied()
     }
 }

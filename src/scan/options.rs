@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::mark::MarkColor;
+use super::color::MarkColor;
 use super::unit::LengthUnit;
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 
@@ -12,8 +12,18 @@ use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 pub enum WarpToward {
     /// A direction in the scan's frame; its horizontal part counts.
     Direction([f64; 3]),
-    /// A bearing in degrees, see [`super::Bearing`].
+    /// A bearing in degrees, see [`super::frame::Bearing`].
     BearingDeg(f64),
+}
+
+/// Whether weft and warp are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Orientation {
+    /// The caller said where the warp points, or a mark on the specimen.
+    Given,
+    /// Undecided: the boundary rotated by one quarter turn is as likely.
+    Ambiguous,
 }
 
 /// The settings of one scan, all with defaults.

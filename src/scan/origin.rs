@@ -85,9 +85,9 @@ pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Opt
 
 /// Follows the sheet outward from the plate's axis on bearing `k`.
 fn ray(sheet: &Sheet, square: &Square, from: &Origin, k: usize, radius_m: f64) -> Option<Ray> {
-    let turn = std::f64::consts::TAU * k as f64 / BEARINGS as f64;
+    let bearing_rad = std::f64::consts::TAU * k as f64 / BEARINGS as f64;
     let at = |s: f64| {
-        let flat = [from.axis[0] + s * turn.cos(), from.axis[1] + s * turn.sin()];
+        let flat = [from.axis[0] + s * bearing_rad.cos(), from.axis[1] + s * bearing_rad.sin()];
         sheet.at(square.material(flat))
     };
     let from_axis = |p: &Point3| (p.x - from.axis[0]).hypot(p.z - from.axis[1]);

@@ -16,9 +16,9 @@
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, UnitVector3};
 use rayon::prelude::*;
 
+use super::downsample::voxel_downsample;
 use super::error::{PlateCandidate, ScanError};
 use super::neighbours::Neighbours;
-use super::thin::thin;
 use super::unit::LengthUnit;
 use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
@@ -131,9 +131,9 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
 fn best_candidate(points: &[Point3], radius_m: f64, most: usize) -> Option<Candidate> {
     let stride = points.len().div_ceil(most);
     let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
-    let coarse = thin(&some, None, radius_m * 0.1).points;
+    let coarse = voxel_downsample(&some, None, radius_m * 0.1).points;
     let tree = Neighbours::new(&coarse);
-    let seeds = thin(&coarse, None, radius_m * 0.4).points;
+    let seeds = voxel_downsample(&coarse, None, radius_m * 0.4).points;
     let candidates: Vec<Candidate> =
         seeds.par_iter().filter_map(|seed| candidate(seed, &coarse, &tree, radius_m)).collect();
     let score = |c: &Candidate| c.falling - 2.0 * (c.radius_m / radius_m - 1.0).abs();

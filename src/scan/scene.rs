@@ -9,13 +9,12 @@
 //!
 //! In: a cloud in the file's unit. Out: points in metres, the scan's own frame.
 
-use serde::Serialize;
-
 use super::error::ScanError;
+use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
-use super::unit::{self, LengthUnit};
-use super::{MIN_POINTS, plate, underside};
+use super::unit::LengthUnit;
+use super::{limits, plate, underside, unit_guess};
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::{Sample, area_vector2, spread, weld};
 use crate::geom::{Adjacency, Cloud, Mesh};
@@ -47,6 +46,8 @@ const FOLD_RADIUS_M: f64 = 10e-3;
 
 /// A scan in metres, in its own frame.
 pub(super) struct Scene {
+    /// Points in the file.
+    pub points_in_file: usize,
     /// The file's unit, given or guessed.
     pub unit: LengthUnit,
     /// Points of all surfaces.
@@ -54,35 +55,11 @@ pub(super) struct Scene {
     /// Their colours; empty if the file has none or nobody asks for a mark.
     pub colors: Vec<[u8; 3]>,
     /// Points on edges of a single triangle; empty for a cloud.
-    pub rim: Vec<Point3>,
+    pub free_edge: Vec<Point3>,
     /// By how much a mesh's chords cut off folds \[m\]; 0 for a cloud.
     pub chord_m: f64,
     /// What was found in a mesh.
     pub mesh: Option<MeshFacts>,
-}
-
-/// What was found in a scan that is a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct MeshFacts {
-    /// Triangles of the file.
-    pub triangles: usize,
-    /// Points that stand for them around the plate.
-    pub samples: usize,
-    /// Typical length of an edge on the cloth \[m\].
-    pub edge_m: f64,
-    /// What was cut away underneath.
-    pub cut: Option<CutFacts>,
-    /// Share of the free edge that was read from the mesh's own.
-    pub own_edge_share: f64,
-}
-
-/// The false underside of a closed mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct CutFacts {
-    /// Its area as a share of all that hung together with the cloth.
-    pub removed_share: f64,
-    /// Median angle by which the surface turns along the cut \[rad\].
-    pub crease_rad: f64,
 }
 
 /// Takes a scan.
@@ -94,18 +71,30 @@ pub(super) fn take(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanErr
 }
 
 fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
+    let points_in_file = cloud.points.len();
     let finite = |p: &Point3| p.iter().all(|c| c.is_finite());
     let wanted = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
     let colors = cloud.points.iter().zip(&cloud.colors).filter(|(p, _)| wanted && finite(p));
     let colors = colors.map(|(_, color)| *color).collect();
     let mut points = cloud.points;
     points.retain(finite);
-    if points.len() < MIN_POINTS {
-        return Err(ScanError::TooFewPoints { points: points.len(), limit: MIN_POINTS });
-    }
-    let unit = options.unit.map_or_else(|| unit::guess(&points), Ok)?;
+    limits::enough_points(points.len())?;
+    let unit = unit_of(&points, options)?;
     points.iter_mut().for_each(|p| *p *= unit.metres());
-    Ok(Scene { unit, points, colors, rim: Vec::new(), chord_m: 0.0, mesh: None })
+    Ok(Scene {
+        points_in_file,
+        unit,
+        points,
+        colors,
+        free_edge: Vec::new(),
+        chord_m: 0.0,
+        mesh: None,
+    })
+}
+
+/// The unit that the caller gives, or else the one that the scene's size leaves.
+fn unit_of(points: &[Point3], options: &ScanOptions) -> Result<LengthUnit, ScanError> {
+    options.unit.map_or_else(|| limits::unit(unit_guess::guess(points)), Ok)
 }
 
 /// The mesh that a file holds: at least half of its points carry triangles. `None`
@@ -127,7 +116,7 @@ fn of_mesh(
     triangles: &[[u32; 3]],
     options: &ScanOptions,
 ) -> Result<Scene, ScanError> {
-    let unit = options.unit.map_or_else(|| unit::guess(&cloud.points), Ok)?;
+    let unit = unit_of(&cloud.points, options)?;
     let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
     let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
     drop_bridges(&mut whole);
@@ -135,7 +124,8 @@ fn of_mesh(
     let near = near_plate(&whole, &plate.centre);
     let mesh = weld(&near);
     let beside = Adjacency::new(&mesh.triangles);
-    let cut = underside::find(&mesh, &beside, &plate, options.specimen_side_m)?;
+    let cut = underside::find(&mesh, &beside, &plate, options.specimen_side_m);
+    cut.as_ref().map_or(Ok(()), limits::crease)?;
     let (mesh, cut, weak) = match cut {
         None => (mesh, None, Vec::new()),
         Some(cut) => {
@@ -146,7 +136,7 @@ fn of_mesh(
         }
     };
     let weak = Neighbours::new(&weak);
-    let clear = |p: &Point3| weak.nearest(p, 1).first().is_none_or(|n| n.1 > WEAK_M * WEAK_M);
+    let clear = |p: &Point3| weak.one(p).is_none_or(|near| near.distance_sq > WEAK_M * WEAK_M);
     let samples = spread(&mesh, spacing_m(&mesh, MOST_FINE)).filter(|s| clear(&s.at));
     let (points, corners): (Vec<Point3>, Vec<u32>) = samples.map(|s| (s.at, s.vertex)).unzip();
     let colored = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
@@ -160,10 +150,11 @@ fn of_mesh(
         own_edge_share: 0.0,
     };
     Ok(Scene {
+        points_in_file: cloud.points.len(),
         unit,
         points,
         colors,
-        rim: free_edge(&mesh).into_iter().filter(clear).collect(),
+        free_edge: free_edge(&mesh).into_iter().filter(clear).collect(),
         chord_m: edge_m * edge_m / (8.0 * FOLD_RADIUS_M),
         mesh: Some(facts),
     })
@@ -195,9 +186,7 @@ fn plate_of(
     options: &ScanOptions,
 ) -> Result<plate::Plate, ScanError> {
     let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, MOST_COARSE)).collect();
-    if samples.len() < MIN_POINTS {
-        return Err(ScanError::TooFewPoints { points: samples.len(), limit: MIN_POINTS });
-    }
+    limits::enough_points(samples.len())?;
     let find = |points: Vec<Point3>| plate::find(&points, options.plate_radius_m, unit);
     let refused = match find(samples.iter().map(|s| s.at).collect()) {
         Ok(plate) => return Ok(plate),

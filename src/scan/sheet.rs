@@ -6,7 +6,7 @@
 //! `sum |x(m_i) - p_i|^2 / s_i^2 + sum |second differences|^2 / d^2 + sum |dx/dm - R|^2 / e^2`
 //!
 //! with R the rotation nearest to dx/dm of the round before: data, bending and
-//! inextensibility (local/global as in `unroll`). After each fit the points slide
+//! inextensibility (local/global as in `parameterisation::relax`). After each fit the points slide
 //! to their nearest places m on the sheet. Where points are missing the last two
 //! terms carry the sheet across. The posterior covariance of the same system
 //! gives the sigma of every place.
@@ -25,6 +25,24 @@ pub(super) struct Sheet {
     pub(super) grid: Grid,
     pub(super) controls: Vec<Vector3>,
     factor: Option<Factor>,
+}
+
+/// Where a point of space lies on the sheet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foot {
+    /// Material coordinates of the nearest place \[m\].
+    pub material: [f64; 2],
+    /// Distance of the point from there \[m\].
+    pub off_m: f64,
+}
+
+/// Which terms a fit has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Terms {
+    /// Points and bending: there is no sheet yet whose lengths could be held.
+    WithoutStrain,
+    /// Points, bending and inextensibility, robust about the sheet of the round before.
+    All,
 }
 
 /// Points that slide less than this in the mean have found their places [m].
@@ -87,9 +105,8 @@ impl Sheet {
         factor.inverse_form(&entries).sqrt()
     }
 
-    /// The material coordinates nearest to `p`, started at `from`, and the
-    /// distance left.
-    pub fn nearest(&self, p: &Point3, from: [f64; 2], half_m: f64) -> ([f64; 2], f64) {
+    /// The place of the sheet nearest to `p`, started at `from`.
+    pub fn nearest(&self, p: &Point3, from: [f64; 2], half_m: f64) -> Foot {
         let mut m = from;
         for _ in 0..3 {
             let (_, at, jacobian) = self.near(m);
@@ -100,7 +117,7 @@ impl Sheet {
             let step = step * (3e-3 / step.norm().max(3e-3));
             m = [(m[0] + step[0]).clamp(-half_m, half_m), (m[1] + step[1]).clamp(-half_m, half_m)];
         }
-        (m, (p - self.at(m)).norm())
+        Foot { material: m, off_m: (p - self.at(m)).norm() }
     }
 }
 
@@ -116,18 +133,18 @@ pub(super) fn fit(
     let mut sheet =
         Sheet { grid, controls: vec![Vector3::zeros(); grid.side() * grid.side()], factor: None };
     for round in 0..settings.rounds {
-        let strained = round > 0;
-        sheet = solve(&sheet, points, disorder, material, settings, strained)?;
+        let terms = if round > 0 { Terms::All } else { Terms::WithoutStrain };
+        sheet = solve(&sheet, points, disorder, material, settings, terms)?;
         if round + 1 < settings.rounds {
             let moved: Vec<[f64; 2]> = points
                 .par_iter()
                 .zip(material.par_iter())
-                .map(|(p, &m)| sheet.nearest(p, m, settings.half_m).0)
+                .map(|(p, &m)| sheet.nearest(p, m, settings.half_m).material)
                 .collect();
             let slid: f64 =
                 moved.iter().zip(&*material).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum();
             material.copy_from_slice(&moved);
-            if strained && slid < SETTLED_M * material.len() as f64 {
+            if terms == Terms::All && slid < SETTLED_M * material.len() as f64 {
                 break;
             }
         }
@@ -142,7 +159,7 @@ fn solve(
     disorder: &[f64],
     material: &[[f64; 2]],
     settings: &SheetSettings,
-    strained: bool,
+    terms: Terms,
 ) -> Option<Sheet> {
     let grid = before.grid;
     let count = grid.side() * grid.side();
@@ -152,14 +169,14 @@ fn solve(
     let bound = (4.0 * settings.point_sigma_m).max(1.5e-3);
     for ((p, &m), disorder) in points.iter().zip(material).zip(disorder) {
         let w = grid.weights(m);
-        let off = if strained { (p - before.at(m)).norm() } else { 0.0 };
+        let off = if terms == Terms::All { (p - before.at(m)).norm() } else { 0.0 };
         let weight = 1.0
             / (settings.point_sigma_m * (disorder - 1.5).max(1.0)).powi(2)
             / (1.0 + (off / bound).powi(2)).powi(2);
         add(&mut matrix, &mut right, &grid, &w, &w.value, &p.coords, weight);
     }
     bending(&mut matrix, &grid, settings);
-    if strained {
+    if terms == Terms::All {
         inextensible(&mut matrix, &mut right, before, settings);
     }
     let factor = matrix.cholesky()?;

@@ -2,14 +2,14 @@
 //!
 //! Scanning apps close open sheets: with a flat cap, with an offset copy of the sheet
 //! (a shell), or with the bulge of a Poisson surface. The cloth's free edge is then
-//! the crease at which the true side turns into the false one.
+//! the crease at which the true side becomes the false one.
 //!
 //! In: a welded mesh \[m\] and the plate. What lies along the surface within half a
 //! side of the plate's centre is cloth for sure; what lies farther than any corner
 //! can, and what runs through under the plate, is not, if the mesh joins it to the
 //! cloth. Between the two runs the cheapest closed cut (maximum
 //! flow), where a millimetre of cut costs exp(-(a / 30 degrees)^2) with a the angle
-//! by which the surface turns within 2.5 mm on either side. Out: the triangles that
+//! between its two sides within 2.5 mm (the dihedral angle). Out: the triangles that
 //! stay. Nothing is cut from a mesh that is open all round.
 //!
 //! Fails where there is no crease to find: a surface rounded over more than about
@@ -22,10 +22,8 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use super::error::ScanError;
 use super::neighbours::Neighbours;
 use super::plate::{Plate, horizontal_axes};
-use super::scene::MeshFacts;
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::area_vector2;
 use crate::geom::parry::hits;
@@ -42,12 +40,13 @@ const BEYOND: f64 = 1.2;
 const DOWN: f64 = -0.8;
 /// and then keeping it costs as much as this length of cut for its area [m per m^2].
 const DOWN_COST_PER_M: f64 = 50.0;
-/// The surface's turn is taken over this length on either side of an edge \[m\].
+/// The surface's dihedral angle is taken over this length on either side of an edge \[m\].
 const REACH_M: f64 = 2.5e-3;
 /// Normals are averaged over this length [m]: shorter than [`REACH_M`].
 const SMOOTH_M: f64 = 1.5e-3;
-/// A turn by this makes the cut cheap \[rad\]. Empirical: folds turn by 40 to 60 degrees.
-const TURN_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
+/// A dihedral angle of this makes the cut cheap \[rad\]. Empirical: folds have 40 to 60
+/// degrees.
+const CHEAP_DIHEDRAL_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
 /// Least cost of a millimetre of cut, so that of many creases the shortest is taken.
 const LEAST_COST: f64 = 2e-3;
 /// A second cut looks this far inward of the first [m]: a shell has a crease on either
@@ -55,25 +54,8 @@ const LEAST_COST: f64 = 2e-3;
 const INWARD_M: f64 = 4e-3;
 /// and of two alike the inner one is the cloth's edge: cheaper by a factor e per [m].
 const NEARER_M: f64 = 6e-3;
-/// A cut whose median turn is less has found no crease \[rad\].
+/// Where a cut has a smaller dihedral angle than this, it runs along no crease \[rad\].
 pub(super) const MIN_CREASE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
-/// A cut shorter than this only parts bridges to the surroundings \[m\].
-const WHOLE_CUT_M: f64 = 0.3;
-
-/// Share of the rim that must lie on the cut: where it does not, the false underside
-/// took a short way between two folds. Empirical: with less, points were 6 mm off.
-const MIN_CLEAR: f64 = 0.8;
-
-/// Refuses a cut that follows too little of the rim.
-pub(super) fn judge(facts: &MeshFacts) -> Result<(), ScanError> {
-    if facts.cut.is_none() || facts.own_edge_share >= MIN_CLEAR {
-        return Ok(());
-    }
-    Err(ScanError::HiddenCrease {
-        clear_percent: 100.0 * facts.own_edge_share,
-        limit_percent: 100.0 * MIN_CLEAR,
-    })
-}
 
 /// What was cut.
 pub(super) struct Cut {
@@ -81,21 +63,18 @@ pub(super) struct Cut {
     pub keep: Vec<bool>,
     /// Area that goes, as a share of what hung together with the cloth.
     pub removed_share: f64,
-    /// Median turn of the surface along the cut \[rad\].
+    /// Median dihedral angle of the surface along the cut \[rad\].
     pub crease_rad: f64,
-    /// Places on the cut where the surface turns too little to show an edge \[m\].
+    /// Length of the cut \[m\].
+    pub length_m: f64,
+    /// Places on the cut whose dihedral angle is too small to show an edge \[m\].
     pub weak: Vec<Point3>,
 }
 
 /// Finds the false underside of the sheet on the plate; `None` if it has none.
-pub(super) fn find(
-    mesh: &Mesh,
-    beside: &Adjacency,
-    plate: &Plate,
-    side_m: f64,
-) -> Result<Option<Cut>, ScanError> {
+pub(super) fn find(mesh: &Mesh, beside: &Adjacency, plate: &Plate, side_m: f64) -> Option<Cut> {
     let plumb = plumb_lines(mesh, plate);
-    let Some(&seed) = plumb.first().and_then(|line| line.first()) else { return Ok(None) };
+    let &seed = plumb.first().and_then(|line| line.first())?;
     let seed = seed as usize;
     let distance = distances(mesh, beside, seed, &plate.centre);
     let of = |face: usize| mesh.triangles[face].map(|v| distance[v as usize]);
@@ -117,7 +96,7 @@ pub(super) fn find(
         }
     }
     if !role.contains(&Role::False) || !role.contains(&Role::Cloth) {
-        return Ok(None);
+        return None;
     }
     let normals = smooth_normals(mesh, beside);
     // Outward is up on the plate.
@@ -131,7 +110,7 @@ pub(super) fn find(
     let keep = cheapest_cut(&surface, &role, |_| 1.0);
     let (near, inward_m) = around_cut(mesh, beside, &role, &keep);
     let keep = cheapest_cut(&surface, &near, |vertex| (-inward_m[vertex] / NEARER_M).exp());
-    describe(&surface, &role, keep)
+    Some(describe(&surface, &role, keep))
 }
 
 /// What is known of a triangle beforehand.
@@ -153,8 +132,8 @@ fn plumb_lines(mesh: &Mesh, plate: &Plate) -> Vec<Vec<u32>> {
         .filter_map(|k| {
             // Off the centre, where a mesh may have a vertex.
             let radius = (0.03 + 0.04 * f64::from(k)) * plate.radius_m;
-            let turn = 0.3 + f64::from(k);
-            let across = u * (radius * turn.cos()) + v * (radius * turn.sin());
+            let bearing_rad = 0.3 + f64::from(k);
+            let across = u * (radius * bearing_rad.cos()) + v * (radius * bearing_rad.sin());
             let up = plate.up.into_inner();
             let hits = hits(mesh, &(plate.centre + across + up * above_m), &-up);
             let on_plate = hits.first().is_some_and(|hit| hit.0 < 2.0 * above_m);
@@ -242,8 +221,8 @@ struct Surface<'a> {
     down: &'a [bool],
 }
 
-/// The angle by which the surface turns across edge `k` of `face` \[rad\].
-fn turn(surface: &Surface, face: usize, k: usize, other: usize) -> f64 {
+/// The dihedral angle of the surface across edge `k` of `face`: 0 where it is flat \[rad\].
+fn dihedral_rad(surface: &Surface, face: usize, k: usize, other: usize) -> f64 {
     let Surface { mesh, beside, .. } = *surface;
     let edge = [k, (k + 1) % 3].map(|c| mesh.vertices[mesh.triangles[face][c] as usize]);
     let from = nalgebra::center(&edge[0], &edge[1]);
@@ -298,7 +277,7 @@ fn edge_to(beside: &Adjacency, face: usize, other: usize) -> usize {
 }
 
 /// Normals of the triangles, averaged over about [`SMOOTH_M`] so that the noise of
-/// small triangles does not look like a turn.
+/// small triangles does not look like a crease.
 fn smooth_normals(mesh: &Mesh, beside: &Adjacency) -> Vec<Vector3> {
     let count = mesh.triangles.len();
     let mut normals: Vec<Vector3> = (0..count).map(|face| area_vector2(mesh, face)).collect();
@@ -362,9 +341,9 @@ fn cheapest_cut(surface: &Surface, role: &[Role], factor: impl Fn(usize) -> f64)
     for (face, k, other) in inner_edges(mesh, beside) {
         let (Some(a), Some(b)) = (node[face], node[other]) else { continue };
         if a != b {
-            let turned = turn(surface, face, k, other) / TURN_RAD;
+            let folded = dihedral_rad(surface, face, k, other) / CHEAP_DIHEDRAL_RAD;
             let cost =
-                ((-turned * turned).exp() + LEAST_COST) * factor(mesh.triangles[face][k] as usize);
+                ((-folded * folded).exp() + LEAST_COST) * factor(mesh.triangles[face][k] as usize);
             // In micrometres of the dearest cut.
             network.join(a, b, (1e6 * edge_m(mesh, face, k) * cost).ceil().max(1.0) as u64);
         }
@@ -400,7 +379,7 @@ fn around_cut(
         (mesh.vertices.iter().zip(&on_cut)).filter(|(_, on)| **on).map(|(p, _)| *p).collect();
     let tree = Neighbours::new(&cut);
     let inward_m: Vec<f64> = (mesh.vertices.par_iter())
-        .map(|p| tree.nearest(p, 1).first().map_or(f64::INFINITY, |n| n.1.sqrt()))
+        .map(|p| tree.one(p).map_or(f64::INFINITY, |near| near.distance()))
         .collect();
     let near = |face: usize| mesh.triangles[face].iter().any(|&v| inward_m[v as usize] < INWARD_M);
     let again = |face: usize| match (role[face], keep[face]) {
@@ -412,38 +391,38 @@ fn around_cut(
     ((0..role.len()).map(again).collect(), inward_m)
 }
 
-fn describe(surface: &Surface, role: &[Role], keep: Vec<bool>) -> Result<Option<Cut>, ScanError> {
+/// What there is to say of a cut.
+fn describe(surface: &Surface, role: &[Role], keep: Vec<bool>) -> Cut {
+    /// An edge on the cut.
+    struct CutEdge {
+        dihedral_rad: f64,
+        length_m: f64,
+    }
     let Surface { mesh, beside, .. } = *surface;
     let cut_edges = inner_edges(mesh, beside).filter(|&(f, _, g)| keep[f] != keep[g]);
     let mut weak = Vec::new();
-    let mut turns: Vec<(f64, f64)> = Vec::new();
+    let mut edges: Vec<CutEdge> = Vec::new();
     for (f, k, g) in cut_edges {
-        let turned = turn(surface, f, k, g);
-        if turned < MIN_CREASE_RAD {
+        let dihedral_rad = dihedral_rad(surface, f, k, g);
+        if dihedral_rad < MIN_CREASE_RAD {
             let corner = |c: usize| mesh.vertices[mesh.triangles[f][c % 3] as usize];
             weak.push(nalgebra::center(&corner(k), &corner(k + 1)));
         }
-        turns.push((turned, edge_m(mesh, f, k)));
+        edges.push(CutEdge { dihedral_rad, length_m: edge_m(mesh, f, k) });
     }
-    turns.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let length_m: f64 = turns.iter().map(|t| t.1).sum();
+    edges.sort_by(|a, b| a.dihedral_rad.total_cmp(&b.dihedral_rad));
+    let length_m: f64 = edges.iter().map(|e| e.length_m).sum();
     let mut walked = 0.0;
-    let middle = turns.iter().find(|t| {
-        walked += t.1;
+    let middle = edges.iter().find(|e| {
+        walked += e.length_m;
         walked >= 0.5 * length_m
     });
-    let crease_rad = middle.map_or(0.0, |t| t.0);
-    if length_m > WHOLE_CUT_M && crease_rad < MIN_CREASE_RAD {
-        return Err(ScanError::NoCrease {
-            crease_deg: crease_rad.to_degrees(),
-            limit_deg: MIN_CREASE_RAD.to_degrees(),
-        });
-    }
+    let crease_rad = middle.map_or(0.0, |e| e.dihedral_rad);
     let area = |counts: &dyn Fn(usize) -> bool| -> f64 {
         let faces = (0..mesh.triangles.len()).filter(|&f| counts(f));
         faces.map(|f| area_vector2(mesh, f).norm()).sum()
     };
     let joined = area(&|f| role[f] != Role::Elsewhere);
     let removed_share = area(&|f| !keep[f]) / joined.max(f64::MIN_POSITIVE);
-    Ok(Some(Cut { keep, removed_share, crease_rad, weak }))
+    Cut { keep, removed_share, crease_rad, length_m, weak }
 }

@@ -1,6 +1,7 @@
-//! Material coordinates: every surface point's place (u, v) on the flat cloth.
+//! Material coordinates by a geodesic front: every surface point's place (u, v) on the flat
+//! cloth.
 //!
-//! A draped cloth is nearly inextensible, so unrolling it is an isometry, known
+//! A draped cloth is nearly inextensible, so its parameterisation is an isometry, known
 //! where it lies flat on the plate (there u = x, v = z). From there a front grows
 //! over the neighbour graph in order of distance and carries the images of the
 //! u and v axes along: the discrete exponential map (Schmidt, Grimm and Wyvill
@@ -17,22 +18,22 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use super::cloth::Cloth;
-use super::neighbours::Neighbours;
-use super::relax::Links;
+use super::super::cloth::Cloth;
+use super::super::neighbours::Neighbours;
+use super::links::Links;
 use crate::base::{Point3, Vector3};
 
-/// Surface points with material coordinates.
-pub(super) struct Unrolled {
+/// Surface points with their places in the parameter plane.
+pub(crate) struct Parameterisation {
     /// Positions, local frame \[m\].
     pub points: Vec<Point3>,
-    /// Material coordinates \[m\].
+    /// Places in the parameter plane \[m\].
     pub flat: Vec<[f64; 2]>,
     /// See [`Cloth::disorder`].
     pub disorder: Vec<f64>,
     /// Whether the point lies flat on the plate, where its place is known.
     pub fixed: Vec<bool>,
-    /// Links between them.
+    /// Links between them; used up by the relaxation.
     pub links: Links,
 }
 
@@ -90,14 +91,14 @@ fn linked(cloth: &Cloth, i: usize, j: usize) -> bool {
 /// the first. Between them the surface is taken as the circular cylinder that has
 /// both normals: the part of the chord along its axis stays, the part around it
 /// becomes an arc. (The chord laid into the first tangent plane would point too
-/// much along the axis, and folds would unroll too long.)
+/// much along the axis, and folds would come out too long.)
 fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
-    let turn = from.cross(to);
-    let sine = turn.norm();
+    let cross = from.cross(to);
+    let sine = cross.norm();
     if sine < 1e-3 {
         return d - from * d.dot(from);
     }
-    let axis = turn / sine;
+    let axis = cross / sine;
     let half = 0.5 * sine.atan2(from.dot(to));
     let middle = (from + to).normalize();
     let around = axis.cross(&middle);
@@ -105,9 +106,9 @@ fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
     axis * d.dot(&axis) + axis.cross(from) * arc
 }
 
-/// Unrolls the cloth outward from the plate's disc of radius `seed_radius_m`,
+/// Parameterises the cloth outward from the plate's disc of radius `seed_radius_m`,
 /// no farther than `reach_m` along the cloth.
-pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolled {
+pub(super) fn grow(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Parameterisation {
     let graph = Graph::new(cloth);
     let count = cloth.surface.len();
     let mut front = Front {
@@ -118,56 +119,27 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
         axis: vec![Vector3::zeros(); count],
         flat: vec![[0.0; 2]; count],
     };
-    let mut distance = vec![f64::INFINITY; count];
-    let mut parent = vec![u32::MAX; count];
-    let mut fixed = vec![false; count];
-    let mut heap: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
-    for (i, p) in cloth.surface.iter().enumerate() {
-        if p.x.hypot(p.z) < seed_radius_m
-            && p.y.abs() < 0.1 * seed_radius_m
-            && front.normals[i].y.abs() > 0.8
-        {
-            fixed[i] = true;
-            distance[i] = 0.0;
-            heap.push(Reverse((0, i)));
-        }
-    }
-    while let Some(Reverse((_, j))) = heap.pop() {
-        if front.done[j] {
-            continue;
-        }
-        if fixed[j] {
-            let upward = front.normals[j].y.signum();
-            front.normals[j] *= upward;
-            front.axis[j] = tangent(&Vector3::x(), &front.normals[j]);
-            front.flat[j] = [cloth.surface[j].x, cloth.surface[j].z];
-        } else {
-            front.advance(j, parent[j] as usize);
-        }
-        front.done[j] = true;
-        if front.flat[j][0].hypot(front.flat[j][1]) > reach_m {
-            continue;
-        }
-        for k in graph.of(j) {
-            let through = distance[j]
-                + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
-            if !front.done[k] && through < distance[k] {
-                distance[k] = through;
-                parent[k] = j as u32;
-                // Non-negative floats order like their bits.
-                heap.push(Reverse((through.to_bits(), k)));
-            }
-        }
-    }
+    let fixed = front.run(seed_radius_m, reach_m);
     let reached =
         |i: &usize| front.done[*i] && front.flat[*i][0].hypot(front.flat[*i][1]) < reach_m;
     let kept: Vec<usize> = (0..count).filter(reached).collect();
-    let mut number = vec![u32::MAX; count];
+    let Front { normals, flat, .. } = front;
+    Parameterisation {
+        points: kept.iter().map(|&i| cloth.surface[i]).collect(),
+        links: links_of(&kept, &graph, cloth, &normals),
+        flat: kept.iter().map(|&i| flat[i]).collect(),
+        disorder: kept.iter().map(|&i| cloth.disorder[i]).collect(),
+        fixed: kept.iter().map(|&i| fixed[i]).collect(),
+    }
+}
+
+/// The links among the points `kept`, whose normals agree in sign.
+fn links_of(kept: &[usize], graph: &Graph, cloth: &Cloth, normals: &[Vector3]) -> Links {
+    let mut number = vec![u32::MAX; cloth.surface.len()];
     for (k, &i) in kept.iter().enumerate() {
         number[i] = k as u32;
     }
-    let Front { normals, flat, .. } = front;
-    let lists = kept.iter().map(|&i| {
+    Links::new(kept.iter().map(|&i| {
         let a = tangent(&any_across(&normals[i]), &normals[i]);
         let near: Vec<(u32, [f64; 2])> = graph
             .of(i)
@@ -178,14 +150,7 @@ pub(super) fn unroll(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Unrolle
             })
             .collect();
         near
-    });
-    Unrolled {
-        points: kept.iter().map(|&i| cloth.surface[i]).collect(),
-        links: Links::new(lists),
-        flat: kept.iter().map(|&i| flat[i]).collect(),
-        disorder: kept.iter().map(|&i| cloth.disorder[i]).collect(),
-        fixed: kept.iter().map(|&i| fixed[i]).collect(),
-    }
+    }))
 }
 
 /// How much longer a step counts that leads to a disordered point: the front
@@ -214,7 +179,67 @@ struct Front<'a> {
     flat: Vec<[f64; 2]>,
 }
 
+/// Where a neighbour that is placed already puts a point.
+struct Vote {
+    from: usize,
+    at: [f64; 2],
+    weight: f64,
+}
+
 impl Front<'_> {
+    /// Grows over all points in order of distance; says which lie flat on the plate.
+    fn run(&mut self, seed_radius_m: f64, reach_m: f64) -> Vec<bool> {
+        let (cloth, graph) = (self.cloth, self.graph);
+        let count = cloth.surface.len();
+        let mut distance = vec![f64::INFINITY; count];
+        let mut parent = vec![u32::MAX; count];
+        let mut fixed = vec![false; count];
+        let mut heap: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
+        for (i, p) in cloth.surface.iter().enumerate() {
+            if p.x.hypot(p.z) < seed_radius_m
+                && p.y.abs() < 0.1 * seed_radius_m
+                && self.normals[i].y.abs() > 0.8
+            {
+                fixed[i] = true;
+                distance[i] = 0.0;
+                heap.push(Reverse((0, i)));
+            }
+        }
+        while let Some(Reverse((_, j))) = heap.pop() {
+            if self.done[j] {
+                continue;
+            }
+            if fixed[j] {
+                self.seed(j);
+            } else {
+                self.advance(j, parent[j] as usize);
+            }
+            self.done[j] = true;
+            if self.flat[j][0].hypot(self.flat[j][1]) > reach_m {
+                continue;
+            }
+            for k in graph.of(j) {
+                let through = distance[j]
+                    + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
+                if !self.done[k] && through < distance[k] {
+                    distance[k] = through;
+                    parent[k] = j as u32;
+                    // Non-negative floats order like their bits.
+                    heap.push(Reverse((through.to_bits(), k)));
+                }
+            }
+        }
+        fixed
+    }
+
+    /// Places a point on the plate, where its place is known.
+    fn seed(&mut self, j: usize) {
+        let upward = self.normals[j].y.signum();
+        self.normals[j] *= upward;
+        self.axis[j] = tangent(&Vector3::x(), &self.normals[j]);
+        self.flat[j] = [self.cloth.surface[j].x, self.cloth.surface[j].z];
+    }
+
     /// Places point j from the neighbour that the front came from and the other
     /// placed neighbours that agree with it.
     fn advance(&mut self, j: usize, parent: usize) {
@@ -229,33 +254,31 @@ impl Front<'_> {
                 &self.axis[i],
                 &self.normals[i],
             );
-            ([self.flat[i][0] + step[0], self.flat[i][1] + step[1]], 1.0 / chord)
+            let at = [self.flat[i][0] + step[0], self.flat[i][1] + step[1]];
+            Vote { from: i, at, weight: 1.0 / chord }
         };
         // The largest group of neighbours that say the same: two layers that touch
         // put the point into two places.
-        let said: Vec<(usize, [f64; 2], f64)> = self
+        let votes: Vec<Vote> = self
             .graph
             .of(j)
             .filter(|&i| self.done[i] && self.normals[i].dot(&self.normals[j]) > 0.0)
-            .map(|i| {
-                let (at, weight) = through(i);
-                (i, at, weight)
-            })
+            .map(through)
             .collect();
-        let agree = |a: &[f64; 2], b: &[f64; 2]| {
-            (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) < self.cloth.spacing_m.powi(2)
+        let agree = |a: &Vote, b: &Vote| {
+            (a.at[0] - b.at[0]).powi(2) + (a.at[1] - b.at[1]).powi(2) < self.cloth.spacing_m.powi(2)
         };
         let support =
-            |a: &[f64; 2]| -> f64 { said.iter().filter(|s| agree(a, &s.1)).map(|s| s.2).sum() };
-        let Some(best) = said.iter().max_by(|a, b| support(&a.1).total_cmp(&support(&b.1))) else {
+            |a: &Vote| -> f64 { votes.iter().filter(|v| agree(a, v)).map(|v| v.weight).sum() };
+        let Some(best) = votes.iter().max_by(|a, b| support(a).total_cmp(&support(b))) else {
             self.flat[j] = [f64::NAN; 2];
             return;
         };
         let mut along = Vector3::zeros();
         let mut sum = [0.0; 2];
         let mut weights = 0.0;
-        for (i, at, weight) in said.iter().filter(|s| agree(&best.1, &s.1)) {
-            along += transport(&self.axis[*i], &self.normals[*i], &self.normals[j]) * *weight;
+        for Vote { from, at, weight } in votes.iter().filter(|v| agree(best, v)) {
+            along += transport(&self.axis[*from], &self.normals[*from], &self.normals[j]) * *weight;
             sum[0] += weight * at[0];
             sum[1] += weight * at[1];
             weights += weight;
@@ -267,10 +290,10 @@ impl Front<'_> {
 
 /// Parallel transport: the smallest rotation that takes normal `from` to `to`.
 fn transport(a: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
-    let turn = from.cross(to);
+    let cross = from.cross(to);
     let cosine = from.dot(to);
-    // Rodrigues with sin * axis = turn; 1 + cosine > 0 by the caller's filter.
-    a * cosine + turn.cross(a) + turn * (turn.dot(a) / (1.0 + cosine))
+    // Rodrigues with sin * axis = cross; 1 + cosine > 0 by the caller's filter.
+    a * cosine + cross.cross(a) + cross * (cross.dot(a) / (1.0 + cosine))
 }
 
 fn any_across(normal: &Vector3) -> Vector3 {

@@ -1,7 +1,7 @@
-//! The sheet drawn onto the scan without changing its lengths.
+//! Non-rigid registration: the sheet is drawn onto the scan without changing its lengths.
 //!
 //! `sheet` fits points that keep their material coordinates but for a slow slide;
-//! where unrolling has cut a fold short, all that lies behind it stays shifted.
+//! where the parameterisation has cut a fold short, all that lies behind it stays shifted.
 //! Here the sheet slides freely under the points and its lengths hold it. Over the
 //! controls of the map x(m), a stretch a and a shift b of the free edge,
 //!
@@ -27,8 +27,8 @@ use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 
 use super::edge::Edge;
-use super::rim::from_side;
 use super::sheet::Sheet;
+use super::sides::from_side;
 use crate::base::Point3;
 use crate::base::boundary::SIDES;
 use crate::numeric::bspline::Grid;
@@ -87,7 +87,7 @@ const MODEL_SHIFT_PER_STRETCH_M2: f64 = 2.4e-3;
 type Row = SVector<f64, 2>;
 
 /// The sheet on its points.
-pub(super) struct Conformed {
+pub(super) struct Registration {
     pub sheet: Sheet,
     priors: Priors,
     points: Vec<Point3>,
@@ -101,6 +101,15 @@ pub(super) struct Conformed {
     last_move_m: f64,
 }
 
+/// By how much the free edge lies farther out than the cloth ends, all round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgeShift {
+    /// Outward shift \[m\].
+    pub by_m: f64,
+    /// Its standard deviation \[m\].
+    pub sigma_m: f64,
+}
+
 /// A strip of the free edge, as measured.
 struct Anchor {
     /// The sheet's end there, material coordinates \[m\], and outward in those.
@@ -111,7 +120,7 @@ struct Anchor {
     sigma_m: f64,
 }
 
-impl Conformed {
+impl Registration {
     /// A sheet and points over it, each with its place on the sheet.
     pub fn new(sheet: Sheet, points: Vec<(Point3, [f64; 2])>, priors: Priors) -> Self {
         let system = SplineSystem::new(sheet.grid);
@@ -128,7 +137,7 @@ impl Conformed {
         for _ in 0..steps {
             let (sheet, reach_m) = (&self.sheet, 1.09 * self.priors.half_m);
             self.points.par_iter().zip(&mut self.places).for_each(|(p, place)| {
-                *place = sheet.nearest(p, *place, reach_m).0;
+                *place = sheet.nearest(p, *place, reach_m).material;
             });
             self.assemble(&anchors);
             if self.last_move_m > FACTOR_M && !self.system.factorize() {
@@ -151,17 +160,16 @@ impl Conformed {
         Some(())
     }
 
-    /// The part of the shift of the edges that is the sensor's \[m\], and its standard
-    /// deviation.
+    /// The part of the shift of the edges that is the sensor's.
     ///
     /// The rest is what the strain of a hanging sheet is off by; it grows with the
     /// stretch. Both are common to the whole rim, and only their sizes tell them
     /// apart.
-    pub fn sensor_shift_m(&self, noise_m: f64) -> (f64, f64) {
+    pub fn sensor_shift(&self, noise_m: f64) -> EdgeShift {
         let sensor = (SENSOR_SHIFT_M + SENSOR_SHIFT_PER_NOISE * noise_m).powi(2);
         let model = (MODEL_SHIFT_M + MODEL_SHIFT_PER_STRETCH_M2 * self.stretch_per_m).powi(2);
         let share = sensor / (sensor + model);
-        (share * self.shift_m, (share * model).sqrt())
+        EdgeShift { by_m: share * self.shift_m, sigma_m: (share * model).sqrt() }
     }
 
     fn assemble(&mut self, anchors: &[Anchor]) {

@@ -1,4 +1,4 @@
-//! Which parts of the rim can be trusted.
+//! The uncertainty of the rim: which of its points are observed, and each point's sigma.
 //!
 //! The sheet may be wrong where layers of cloth touch or where it had to bridge.
 //! It then shows one of three signs near the rim: scanned points that it does not
@@ -24,7 +24,7 @@ const MAX_UNEXPLAINED: f64 = 0.2;
 /// Principal stretches accepted. Empirical: the softest knit of the paper's range
 /// stretches 7 % under its own weight; the fit adds some.
 const STRETCHES: [f64; 2] = [0.85, 1.15];
-/// Least number of surface points around a rim point, in cells of the thinned
+/// Least number of surface points around a rim point, in cells of the downsampled
 /// cloth on the half disc of cloth there.
 const MIN_SUPPORT: f64 = 0.3;
 /// Standard deviation added where the rim is bridged: this share of the distance to
@@ -32,12 +32,12 @@ const MIN_SUPPORT: f64 = 0.3;
 /// empirical, from `evaluate scan`, whose `sigma_factor` columns must be near 1.
 const BRIDGED_SHARE: f64 = 0.04;
 const BRIDGED_NOISE_SHARE: f64 = 0.15;
-/// What folds cost in smoothing and unrolling: the standard deviation at a root mean
+/// What folds cost in smoothing and parameterising: the standard deviation at a root mean
 /// square curvature of the rim of 40 / m [m], growing with its square.
 const FOLDS_SIGMA_M: f64 = 0.03e-3;
 const FOLDS_CURVATURE_PER_M: f64 = 40.0;
-/// What the cloth's turn on the plate is off by, 0.05 degrees at the rim [m].
-const TURN_SIGMA_M: f64 = 0.06e-3;
+/// What the cloth's rotation on the plate is off by, 0.05 degrees at the rim [m].
+const ROTATION_SIGMA_M: f64 = 0.06e-3;
 /// What the views disagree by does not average out over the points of a place: the
 /// standard deviation that it tends to on a straight rim [m], by the square of
 /// noise / (noise + this) [m], and the curvature that doubles it [1/m]: the sharper the
@@ -45,17 +45,17 @@ const TURN_SIGMA_M: f64 = 0.06e-3;
 const VIEWS_SIGMA_M: f64 = 1.04e-3;
 const VIEWS_NOISE_M: f64 = 0.6e-3;
 const DOUBLING_CURVATURE_PER_M: f64 = 150.0;
-/// Share of the sheet's posterior deviation that counts: it takes thinned points as
+/// Share of the sheet's posterior deviation that counts: it takes downsampled points as
 /// as noisy as single ones.
 const POSTERIOR_SHARE: f64 = 0.5;
 
 /// Surface points and how they relate to the sheet.
 pub(super) struct Explained<'a> {
-    /// All surface points, also those that were not unrolled.
+    /// All surface points, also those that were not parameterised.
     pub surface: &'a [Point3],
-    /// The unrolled ones and their material coordinates on the sheet.
-    pub unrolled: &'a [Point3],
-    /// Their material coordinates [m].
+    /// The parameterised ones.
+    pub parameterised: &'a [Point3],
+    /// Material coordinates of those on the sheet [m].
     pub material: &'a [[f64; 2]],
     /// Distance between surface points [m].
     pub spacing_m: f64,
@@ -93,14 +93,13 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
         .collect();
     let on_sheet = Neighbours::new(&samples);
     let all = Neighbours::new(points.surface);
-    let own = Neighbours::new(points.unrolled);
+    let own = Neighbours::new(points.parameterised);
     let mut most = Unexplained { area_m2: 0.0, rim_point: 0 };
     for (index, (point, &m)) in rim.points.iter_mut().zip(&rim.material).enumerate() {
         let at = point.position_m;
         let near = all.within(&at, AROUND_M);
-        let off = |p: &Point3| {
-            on_sheet.nearest(p, 1).first().is_none_or(|n| n.1.sqrt() > bound + 0.7 * step)
-        };
+        let off =
+            |p: &Point3| on_sheet.one(p).is_none_or(|near| near.distance() > bound + 0.7 * step);
         let unexplained = near.iter().filter(|&&i| off(&points.surface[i])).count() as f64;
         let area_m2 = unexplained * points.spacing_m.powi(2);
         if area_m2 > most.area_m2 {
@@ -127,7 +126,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             && support > MIN_SUPPORT * wanted;
         point.observed &= trusted;
         let variance = (POSTERIOR_SHARE * point.sigma_m).powi(2)
-            + TURN_SIGMA_M.powi(2)
+            + ROTATION_SIGMA_M.powi(2)
             + folds_sigma_m.powi(2)
             + views_sigma_m.powi(2)
             + points.origin_sigma_m.powi(2)

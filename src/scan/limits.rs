@@ -1,0 +1,232 @@
+//! Limits and refusals: the one place where what was measured is held against what is
+//! accepted. (The plate's search refuses in `plate`.)
+//!
+//! In: figures of the stages and the caller's options. Out: nothing, or a [`ScanError`]
+//! that says what was measured, the limit, the place and the remedy.
+
+use super::error::ScanError;
+use super::measured::{MarkedSide, Marking, Misfit};
+use super::options::ScanOptions;
+use super::rim::{Rim, bearing_deg, longest_gap};
+use super::square::{self, SquareFit};
+use super::uncertainty::Unexplained;
+use super::underside::{Cut, MIN_CREASE_RAD};
+use super::unit::LengthUnit;
+use super::unit_guess::{Guess, LARGEST_SCENE_M, SMALLEST_SCENE_M};
+use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
+use crate::numeric::robust;
+
+/// Fewest points that can carry a rim: about one per 3 mm square. Chosen.
+const MIN_POINTS: usize = 3000;
+/// A cut shorter than this only parts bridges to the surroundings [m]. Chosen.
+const WHOLE_CUT_M: f64 = 0.3;
+/// Share of the rim that must lie on the cut: where it does not, the false underside
+/// took a short way between two folds. Measured: with less, points were 6 mm off.
+const MIN_CLEAR: f64 = 0.8;
+/// Share of the outline that must lie on the square. Chosen.
+const MIN_ON_SQUARE: f64 = 0.5;
+/// With a larger share of hidden bearings it is the view that is at fault, not the
+/// specimen. Chosen.
+const MOST_HIDDEN: f64 = 0.2;
+/// Fewer points are no mark. Chosen.
+const LEAST_MARK_POINTS: usize = 20;
+/// Share of the marked points that must lie towards one side. Chosen.
+const LEAST_MARK_SHARE: f64 = 0.8;
+/// How far the middle of the mark may lie from the middle of its side, as seen from
+/// the specimen's centre \[degrees\]: a mark in a corner tells no side. Chosen.
+const MOST_MARK_OFF_DEG: f64 = 30.0;
+/// Noise up to which bridges are held by the sheet's lengths [m]. Measured.
+const BRIDGED_WELL_NOISE_M: f64 = 1e-3;
+
+/// The refusal of a scan whose points do not carry a rim.
+pub(super) fn too_few_points(points: usize) -> ScanError {
+    ScanError::TooFewPoints { points, limit: MIN_POINTS }
+}
+
+/// Refuses a scan of too few points.
+pub(super) fn enough_points(points: usize) -> Result<(), ScanError> {
+    if points < MIN_POINTS { Err(too_few_points(points)) } else { Ok(()) }
+}
+
+/// The guessed unit, if the scene has the size of one with a drape.
+pub(super) fn unit(guess: Guess) -> Result<LengthUnit, ScanError> {
+    guess.unit.ok_or(ScanError::Size {
+        measured_units: guess.size_units,
+        smallest_m: SMALLEST_SCENE_M,
+        largest_m: LARGEST_SCENE_M,
+    })
+}
+
+/// Refuses a cut of a closed mesh that has found no crease.
+pub(super) fn crease(cut: &Cut) -> Result<(), ScanError> {
+    if cut.length_m > WHOLE_CUT_M && cut.crease_rad < MIN_CREASE_RAD {
+        return Err(ScanError::NoCrease {
+            crease_deg: cut.crease_rad.to_degrees(),
+            limit_deg: MIN_CREASE_RAD.to_degrees(),
+        });
+    }
+    Ok(())
+}
+
+/// Refuses a cut of a closed mesh that follows too little of the rim: `own_edge_share`
+/// of it is an edge of the mesh that is left.
+pub(super) fn edge_of_cut(own_edge_share: f64) -> Result<(), ScanError> {
+    if own_edge_share >= MIN_CLEAR {
+        return Ok(());
+    }
+    Err(ScanError::HiddenCrease {
+        clear_percent: 100.0 * own_edge_share,
+        limit_percent: 100.0 * MIN_CLEAR,
+    })
+}
+
+/// Refuses a parameterised cloth that is no square of the specimen's size.
+pub(super) fn square(fit: &SquareFit, options: &ScanOptions) -> Result<(), ScanError> {
+    if fit.on_share >= MIN_ON_SQUARE {
+        return Ok(());
+    }
+    if fit.hidden.share > MOST_HIDDEN {
+        return Err(ScanError::HiddenRim {
+            hidden_percent: fit.hidden.share * 100.0,
+            limit_percent: MOST_HIDDEN * 100.0,
+            arc_deg: fit.hidden.arc_deg,
+            bearing_deg: fit.hidden.bearing_deg,
+        });
+    }
+    Err(ScanError::NotASquare {
+        side_mm: options.specimen_side_m * 1e3,
+        rms_mm: fit.rms_m * 1e3,
+        limit_mm: square::BOUND_M * 1e3,
+        bearing_deg: fit.worst_bearing_deg,
+    })
+}
+
+/// The bearing of the side that a mark tells \[degrees\].
+pub(super) fn mark(marking: Marking) -> Result<f64, ScanError> {
+    let MarkedSide { points, share, off_deg, middle_bearing_deg, side_bearing_deg } = match marking
+    {
+        Marking::NoColors => return Err(ScanError::NoColors),
+        Marking::LikeCloth { cloth_percent } => {
+            return Err(ScanError::MarkLikeCloth { cloth_percent });
+        }
+        Marking::Side(side) => side,
+    };
+    if points < LEAST_MARK_POINTS {
+        return Err(ScanError::NoMark { points, limit: LEAST_MARK_POINTS });
+    }
+    if share < LEAST_MARK_SHARE || off_deg > MOST_MARK_OFF_DEG {
+        return Err(ScanError::MarkUnclear {
+            share_percent: 100.0 * share,
+            limit_percent: 100.0 * LEAST_MARK_SHARE,
+            off_deg,
+            limit_deg: MOST_MARK_OFF_DEG,
+            bearing_deg: middle_bearing_deg,
+        });
+    }
+    Ok(side_bearing_deg)
+}
+
+/// Refuses a sheet that lies farther off the points than the noise explains.
+pub(super) fn misfit(
+    misfit: &Misfit,
+    noise_m: f64,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
+    let limit_m = options.max_misfit_m + options.max_misfit_per_noise * noise_m;
+    if misfit.rms_m > limit_m {
+        return Err(ScanError::Misfit {
+            rms_mm: misfit.rms_m * 1e3,
+            limit_mm: limit_m * 1e3,
+            bearing_deg: misfit.worst_bearing_deg,
+        });
+    }
+    Ok(())
+}
+
+/// Refuses a rim whose uncertainty is not known.
+pub(super) fn rim(
+    rim: &Rim,
+    unexplained: &Unexplained,
+    noise_m: f64,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
+    observed(rim, noise_m, options)?;
+    if unexplained.area_m2 > options.max_unexplained_m2 {
+        return Err(ScanError::Unexplained {
+            area_mm2: unexplained.area_m2 * 1e6,
+            limit_mm2: options.max_unexplained_m2 * 1e6,
+            bearing_deg: bearing_deg(&rim.points[unexplained.rim_point].position_m),
+        });
+    }
+    sides(rim, noise_m, options)
+}
+
+/// Refuses a rim of which too little is observed.
+fn observed(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
+    let more_noise_m = (noise_m - BRIDGED_WELL_NOISE_M).max(0.0);
+    let min_observed = options.min_observed + options.min_observed_per_noise * more_noise_m;
+    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * more_noise_m).max(0.0);
+    let observed = rim.observed_fraction();
+    let gap = longest_gap(&rim.points);
+    if observed < min_observed {
+        return Err(ScanError::TooLittleRim {
+            observed_percent: observed * 100.0,
+            limit_percent: min_observed * 100.0,
+            length_mm: gap.length_m * 1e3,
+            bearing_deg: gap.bearing_deg,
+        });
+    }
+    if gap.length_m > max_gap_m {
+        return Err(ScanError::Gap {
+            length_mm: gap.length_m * 1e3,
+            limit_mm: max_gap_m * 1e3,
+            bearing_deg: gap.bearing_deg,
+        });
+    }
+    Ok(())
+}
+
+/// Refuses sides of a length that the specimen's cannot have, and sides that differ.
+fn sides(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
+    let bearing = |side: usize| {
+        bearing_deg(&rim.points[side * POINTS_PER_SIDE + POINTS_PER_SIDE / 2].position_m)
+    };
+    for (side, length) in rim.side_lengths_m.iter().enumerate() {
+        if !(options.side_range_m[0]..=options.side_range_m[1]).contains(length) {
+            return Err(ScanError::SideLength {
+                measured_mm: length * 1e3,
+                min_mm: options.side_range_m[0] * 1e3,
+                max_mm: options.side_range_m[1] * 1e3,
+                bearing_deg: bearing(side),
+            });
+        }
+    }
+    let median_m = robust::median(rim.side_lengths_m.to_vec()).unwrap_or(0.0);
+    let off = |side: usize| (rim.side_lengths_m[side] - median_m).abs();
+    let worst = (0..SIDES).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+    let limit_m = options.max_uneven_m + options.max_uneven_per_noise * noise_m;
+    if off(worst) > limit_m {
+        return Err(ScanError::UnevenSides {
+            measured_mm: rim.side_lengths_m[worst] * 1e3,
+            median_mm: median_m * 1e3,
+            limit_mm: limit_m * 1e3,
+            bearing_deg: bearing(worst),
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disc_is_refused() {
+        let disc: Vec<[f64; 2]> = (0..40_000)
+            .map(|k| [f64::from(k % 200) * 1e-3 - 0.1, f64::from(k / 200) * 1e-3 - 0.1])
+            .filter(|p| p[0].hypot(p[1]) < 0.1)
+            .collect();
+        let judged = square(&square::find(&disc, 0.3), &ScanOptions::default());
+        assert!(matches!(judged, Err(ScanError::HiddenRim { .. })));
+    }
+}

@@ -1,0 +1,40 @@
+//! Figures that one stage measures and `limits` judges.
+
+/// What a mark tells.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Marking {
+    /// The scan has no colours on the plate.
+    NoColors,
+    /// The cloth is of the mark's colour; its shares of red, green and blue in percent.
+    LikeCloth {
+        /// Shares in percent.
+        cloth_percent: [u8; 3],
+    },
+    /// The side with most of the mark's points.
+    Side(MarkedSide),
+}
+
+/// The side of the square that a mark's points tell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MarkedSide {
+    /// Points that have the mark's colour.
+    pub points: usize,
+    /// Share of them that lie towards the side that has most.
+    pub share: f64,
+    /// Angle between their middle and the middle of that side, seen from the specimen's
+    /// centre \[degrees\].
+    pub off_deg: f64,
+    /// Bearing of their middle in the parameter plane \[degrees\].
+    pub middle_bearing_deg: f64,
+    /// Bearing of that side in the parameter plane \[degrees\].
+    pub side_bearing_deg: f64,
+}
+
+/// How far the surface points lie off the sheet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Misfit {
+    /// Root mean square distance \[m\].
+    pub rms_m: f64,
+    /// Where it is largest, bearing in the parameter plane \[degrees\].
+    pub worst_bearing_deg: f64,
+}

@@ -1,0 +1,64 @@
+//! Anderson acceleration of a fixed-point iteration over points of a plane (Walker and Ni
+//! 2011).
+
+/// One round: the image of a point, and by how much it differs from the point.
+struct Round {
+    residual: Vec<f64>,
+    image: Vec<f64>,
+}
+
+/// The rounds of a fixed-point iteration so far.
+#[derive(Default)]
+pub(super) struct Mixer {
+    /// What changed from round to round.
+    history: Vec<Round>,
+    last: Option<Round>,
+}
+
+impl Mixer {
+    /// Rounds that are remembered.
+    const MEMORY: usize = 5;
+
+    /// Replaces `x` by the accelerated successor; `image` is the plain one.
+    pub fn step(&mut self, x: &mut [[f64; 2]], image: Vec<[f64; 2]>) {
+        let flat = |v: &[[f64; 2]]| -> Vec<f64> { v.iter().flatten().copied().collect() };
+        let image = flat(&image);
+        let residual: Vec<f64> = image.iter().zip(flat(x)).map(|(g, x)| g - x).collect();
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        if let Some(last) = self.last.take() {
+            // A residual that grows means that the links' weights have changed.
+            if dot(&residual, &residual) > 2.0 * dot(&last.residual, &last.residual) {
+                self.history.clear();
+            } else {
+                let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+                self.history.push(Round {
+                    residual: minus(&residual, &last.residual),
+                    image: minus(&image, &last.image),
+                });
+                if self.history.len() > Self::MEMORY {
+                    self.history.remove(0);
+                }
+            }
+        }
+        let m = self.history.len();
+        let mut mixed = image.clone();
+        if m > 0 {
+            let gram = nalgebra::DMatrix::from_fn(m, m, |a, b| {
+                dot(&self.history[a].residual, &self.history[b].residual)
+            });
+            let ridge = 1e-10 * gram.trace() + 1e-300;
+            let right =
+                nalgebra::DVector::from_fn(m, |a, _| dot(&self.history[a].residual, &residual));
+            let system = gram + nalgebra::DMatrix::identity(m, m) * ridge;
+            if let Some(share) = system.cholesky().map(|c| c.solve(&right)) {
+                for (k, change) in self.history.iter().enumerate() {
+                    mixed.iter_mut().zip(&change.image).for_each(|(x, d)| *x -= share[k] * d);
+                }
+            }
+        }
+        for (point, pair) in x.iter_mut().zip(mixed.chunks_exact(2)) {
+            *point = [pair[0], pair[1]];
+        }
+        self.last = Some(Round { residual, image });
+    }
+}

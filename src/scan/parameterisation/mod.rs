@@ -1,0 +1,88 @@
+//! The parameterisation of the cloth: material coordinates for every surface point.
+//!
+//! `front` places the points by geodesic distance from the plate; `relax` makes the
+//! result as rigid as possible, while `ties` pull its free edges onto the sides of the
+//! square that fits best.
+//!
+//! In: the cloth, local frame \[m\]. Out: its points with their places in the parameter
+//! plane, and the specimen's square in that plane.
+
+mod anderson;
+mod front;
+mod links;
+mod relax;
+mod system;
+mod ties;
+
+pub(super) use front::Parameterisation;
+
+use super::cloth::Cloth;
+use super::error::ScanError;
+use super::limits;
+use super::options::ScanOptions;
+use super::square::{self, Square};
+use relax::Effort;
+
+/// Relaxing the parameterised cloth: first, while its edges are pulled straight,
+const FIRST: Effort = Effort { rounds: 6, steps: 8, enough_m: 0.02e-3 };
+const STRAIGHTENING: Effort = Effort { rounds: 3, ..FIRST };
+/// and with the plate's part loose, whose rotation settles slowly.
+const LOOSE: Effort = Effort { rounds: 6, steps: 12, enough_m: 0.002e-3 };
+/// Rounds of pulling the edges straight.
+const STRAIGHTENINGS: usize = 2;
+/// Share of the plate's radius within which the cloth's place is taken as known.
+const SEED_RADII: f64 = 0.8;
+/// Farthest that the front goes, in lengths from the specimen's centre to a corner.
+const REACH_DIAGONALS: f64 = 1.12;
+
+/// Grows the front over the cloth.
+pub(super) fn grow(cloth: &Cloth, options: &ScanOptions) -> Parameterisation {
+    let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * REACH_DIAGONALS;
+    front::grow(cloth, SEED_RADII * options.plate_radius_m, reach_m)
+}
+
+/// Relaxes the parameterisation and pulls its free edges onto the sides of the
+/// square that fits best; returns that square. Uses the links up.
+///
+/// The front may have carried the cloth round the plate by a degree, and ties to a
+/// square that is rotated as far keep it there. So at the end the edges hold the cloth
+/// and the part on the plate is loose: where it comes to rest says how the square lies
+/// on the plate.
+///
+/// # Errors
+/// When the parameterised cloth is no square of the specimen's size.
+pub(super) fn straighten(
+    surface: &mut Parameterisation,
+    spacing_m: f64,
+    options: &ScanOptions,
+) -> Result<Square, ScanError> {
+    let links = &std::mem::take(&mut surface.links);
+    let Parameterisation { fixed, flat, .. } = surface;
+    let find = |flat: &[[f64; 2]]| {
+        let fit = square::find(flat, options.specimen_side_m);
+        limits::square(&fit, options).map(|()| fit.square)
+    };
+    relax::relax(links, fixed, &[], spacing_m, FIRST, flat);
+    let mut square = find(flat)?;
+    let half_m = 0.5 * options.specimen_side_m;
+    for _ in 0..STRAIGHTENINGS {
+        let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
+        let ties = ties::to_straight_sides(&material, half_m);
+        relax::relax(links, fixed, &ties, spacing_m, STRAIGHTENING, &mut material);
+        for (p, &m) in flat.iter_mut().zip(&material) {
+            *p = square.flat(m);
+        }
+        square = find(flat)?;
+    }
+    let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
+    let on_plate: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
+    let places: Vec<[f64; 2]> = on_plate.iter().map(|&i| flat[i]).collect();
+    let ties = ties::to_straight_sides(&material, half_m);
+    let loose = vec![false; fixed.len()];
+    relax::relax(links, &loose, &ties, spacing_m, LOOSE, &mut material);
+    square = square.rotated_to(on_plate.iter().map(|&i| material[i]).zip(places));
+    for (p, &m) in flat.iter_mut().zip(&material) {
+        *p = square.flat(m);
+    }
+    Ok(square)
+}

@@ -1,0 +1,357 @@
+//! The steps from a scan to its rim: each type is what is known after one of them, and
+//! each is made from the one before, which it consumes.
+//!
+//! `Scene` -> `Plated` -> `Local` -> `Isolated` -> `Parameterised` -> `Oriented` ->
+//! `Sheeted` -> `Registered` -> `Edged` -> `Assessed`
+
+use rayon::prelude::*;
+
+use super::cloth::{self, Cloth};
+use super::edge::{self, Edge};
+use super::error::ScanError;
+use super::fit::{self, EdgePoint};
+use super::floor::Floor;
+use super::mark::{self, Marked};
+use super::measured::Misfit;
+use super::mesh_facts::MeshFacts;
+use super::options::{Orientation, ScanOptions, WarpToward};
+use super::origin::{self, Origin};
+use super::parameterisation::{self, Parameterisation};
+use super::plate::{self, Plate};
+use super::registration::{EdgeShift, Registration};
+use super::rim::{self, Rim};
+use super::scene::{RIM_STEP_M, Scene};
+use super::sheet::Sheet;
+use super::square::Square;
+use super::uncertainty::{self, Explained, Unexplained};
+use super::unit::LengthUnit;
+use super::{frame, limits, loops};
+use crate::base::boundary::SIDES;
+use crate::base::clock::Stages;
+use crate::base::{Isometry3, Point3, Vector3};
+
+/// A mesh whose chords cut more off its folds is too coarse for its length along the
+/// cloth to tell what the sensor did to its edge [m].
+const MOST_CHORD_M: f64 = 0.1e-3;
+
+/// The scan besides the cloth: what stands there, and how it was seen.
+pub(super) struct Bench {
+    /// The file's unit, given or guessed.
+    pub unit: LengthUnit,
+    /// Points in the file.
+    pub points_in_file: usize,
+    /// What was found in a mesh; `None` for a cloud.
+    pub mesh: Option<MeshFacts>,
+    /// By how much a mesh's chords cut off folds \[m\]; 0 for a cloud.
+    pub chord_m: f64,
+    /// The noise of the sensor alone, without what chords add \[m\].
+    pub sensor_noise_m: f64,
+    /// The plate, in the scan's frame; its noise includes the chords.
+    pub plate: Plate,
+    /// The floor, in the local frame.
+    pub floor: Option<Floor>,
+    /// The local frame from the scan's, both in metres.
+    pub local_from_scan: Isometry3,
+}
+
+/// A scene whose plate is known.
+pub(super) struct Plated {
+    scene: Scene,
+    plate: Plate,
+    sensor_noise_m: f64,
+}
+
+/// A scene in the local frame.
+pub(super) struct Local {
+    bench: Bench,
+    points: Vec<Point3>,
+    /// Colours of the points; empty if nobody asks for a mark.
+    colors: Vec<[u8; 3]>,
+    /// Points on the mesh's own free edge; empty for a cloud.
+    free_edge: Vec<Point3>,
+}
+
+/// The cloth, cut free.
+pub(super) struct Isolated {
+    bench: Bench,
+    cloth: Cloth,
+    free_edge: Vec<Point3>,
+    colored: Colored,
+}
+
+/// The points among which a mark is looked for; empty if nobody asks for one.
+struct Colored {
+    points: Vec<Point3>,
+    colors: Vec<[u8; 3]>,
+}
+
+/// The cloth with material coordinates, up to where its square lies.
+pub(super) struct Parameterised {
+    bench: Bench,
+    cloth: Cloth,
+    free_edge: Vec<Point3>,
+    colored: Colored,
+    surface: Parameterisation,
+}
+
+/// The cloth on its square, whose x axis is the warp if that is known.
+pub(super) struct Oriented {
+    /// The scan besides the cloth.
+    pub bench: Bench,
+    /// The cloth.
+    pub cloth: Cloth,
+    /// Its surface points, relaxed.
+    pub surface: Parameterisation,
+    /// The specimen's square in their plane.
+    pub square: Square,
+    /// Whether weft and warp are known.
+    pub orientation: Orientation,
+    free_edge: Vec<Point3>,
+}
+
+/// The first sheet through the surface points.
+pub(super) struct Sheeted {
+    cloth: Oriented,
+    fitted: fit::Fitted,
+}
+
+/// The sheet, registered to the raw points.
+pub(super) struct Registered {
+    /// The cloth on its square.
+    pub cloth: Oriented,
+    /// The sheet, its stretch and the shift of its edge.
+    pub registration: Registration,
+    /// Material coordinates of the surface points on the sheet \[m\].
+    pub material: Vec<[f64; 2]>,
+    /// How far they lie off it.
+    pub misfit: Misfit,
+}
+
+/// The sheet with its free edges, and the plate under it.
+pub(super) struct Edged {
+    /// The sheet.
+    pub registered: Registered,
+    /// The plate's axis and face.
+    pub origin: Origin,
+    /// Raw points near the edge.
+    pub near_edge: Vec<EdgePoint>,
+    /// Length of the cloth from edge to opposite edge as scanned \[m\].
+    pub widths_m: [Option<f64>; 2],
+    /// Share of the edge that was read from the mesh's own.
+    pub own_edge_share: f64,
+    edges: [Edge; SIDES],
+    shift: EdgeShift,
+}
+
+/// The rim with flags and sigmas, within all limits.
+pub(super) struct Assessed {
+    /// What it was traced on.
+    pub edged: Edged,
+    /// The rim, local frame.
+    pub rim: Rim,
+    /// Scanned cloth near it that the sheet does not explain.
+    pub unexplained: Unexplained,
+}
+
+impl Plated {
+    /// Finds the plate.
+    pub fn of(scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
+        let mut plate = plate::find(&scene.points, options.plate_radius_m, scene.unit)?;
+        let sensor_noise_m = plate.noise_m;
+        plate.noise_m = plate.noise_m.hypot(scene.chord_m);
+        Ok(Self { scene, plate, sensor_noise_m })
+    }
+}
+
+impl Local {
+    /// Finds the local frame and takes the scene into it.
+    pub fn of(plated: Plated, options: &ScanOptions) -> Self {
+        let Plated { scene, plate, sensor_noise_m } = plated;
+        let Scene { points_in_file, unit, mut points, colors, mut free_edge, chord_m, mesh } =
+            scene;
+        let found = frame::find(&points, &plate, options);
+        let local_from_scan = found.local_from_scan;
+        points.par_iter_mut().for_each(|p| *p = local_from_scan * *p);
+        free_edge.iter_mut().for_each(|p| *p = local_from_scan * *p);
+        let bench = Bench {
+            unit,
+            points_in_file,
+            mesh,
+            chord_m,
+            sensor_noise_m,
+            plate,
+            floor: found.floor,
+            local_from_scan,
+        };
+        Self { bench, points, colors, free_edge }
+    }
+}
+
+impl Isolated {
+    /// Cuts the scene to the cloth.
+    pub fn of(local: Local, options: &ScanOptions, stages: &mut Stages) -> Self {
+        let Local { bench, mut points, colors, free_edge } = local;
+        let cloth = cloth::isolate(&points, bench.floor, &bench.plate, options, stages);
+        if options.mark.is_none() {
+            points = Vec::new();
+        }
+        Self { bench, cloth, free_edge, colored: Colored { points, colors } }
+    }
+}
+
+impl Parameterised {
+    /// Gives the cloth material coordinates.
+    pub fn of(isolated: Isolated, options: &ScanOptions) -> Self {
+        let Isolated { bench, cloth, free_edge, colored } = isolated;
+        let surface = parameterisation::grow(&cloth, options);
+        Self { bench, cloth, free_edge, colored, surface }
+    }
+}
+
+impl Oriented {
+    /// Straightens the edges, finds the square and which of its axes is the warp.
+    pub fn of(parameterised: Parameterised, options: &ScanOptions) -> Result<Self, ScanError> {
+        let Parameterised { bench, cloth, free_edge, colored, mut surface } = parameterised;
+        let square = parameterisation::straighten(&mut surface, cloth.spacing_m, options)?;
+        let warp_toward = match (options.warp_toward, options.mark) {
+            (None, Some(color)) => {
+                let marked = Marked {
+                    points: &colored.points,
+                    colors: &colored.colors,
+                    cloth: &surface,
+                    square: &square,
+                    reach_m: 2.0 * cloth.spacing_m + 3.0 * bench.plate.noise_m,
+                    plate_radius_m: options.plate_radius_m,
+                };
+                Some(WarpToward::BearingDeg(limits::mark(mark::find(&marked, color))?))
+            }
+            (given, _) => given,
+        };
+        let orientation =
+            if warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
+        let square = orient(square, &bench.local_from_scan, warp_toward);
+        Ok(Self { bench, cloth, surface, square, orientation, free_edge })
+    }
+
+    /// The noise of single points \[m\].
+    pub fn noise_m(&self) -> f64 {
+        self.bench.plate.noise_m
+    }
+
+    fn too_few_points(&self) -> ScanError {
+        limits::too_few_points(self.cloth.raw.len())
+    }
+}
+
+/// Rotates the square by quarter turns so that its x axis is the warp, or lies nearest
+/// to bearing 0 if nothing is known.
+fn orient(square: Square, local_from_scan: &Isometry3, warp: Option<WarpToward>) -> Square {
+    let wanted = match warp {
+        Some(WarpToward::Direction(direction)) => {
+            let local = local_from_scan * Vector3::from(direction);
+            (-local.z).atan2(local.x)
+        }
+        Some(WarpToward::BearingDeg(degrees)) => degrees.to_radians(),
+        None => 0.0,
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let quarter_turns = ((wanted - square.rotation_rad) / quarter).round();
+    Square { rotation_rad: square.rotation_rad + quarter_turns * quarter, ..square }
+}
+
+impl Sheeted {
+    /// Fits the first sheet.
+    pub fn of(cloth: Oriented, options: &ScanOptions) -> Result<Self, ScanError> {
+        let fitted = fit::fit_sheet(&cloth.surface, &cloth.square, cloth.noise_m(), options);
+        let fitted = fitted.ok_or_else(|| cloth.too_few_points())?;
+        Ok(Self { cloth, fitted })
+    }
+}
+
+impl Registered {
+    /// Registers the sheet to the raw points.
+    pub fn of(sheeted: Sheeted, options: &ScanOptions) -> Result<Self, ScanError> {
+        let Sheeted { cloth, fitted: fit::Fitted { sheet, mut material } } = sheeted;
+        let (surface, noise_m) = (&cloth.surface, cloth.noise_m());
+        let registration =
+            fit::register_sheet(sheet, &cloth.cloth, surface, &mut material, noise_m, options);
+        let registration = registration.ok_or_else(|| cloth.too_few_points())?;
+        let misfit = fit::misfit(&registration.sheet, surface, &material, &cloth.square);
+        limits::misfit(&misfit, noise_m, options)?;
+        Ok(Self { cloth, registration, material, misfit })
+    }
+
+    /// The sheet.
+    pub fn sheet(&self) -> &Sheet {
+        &self.registration.sheet
+    }
+
+    /// By how much the sensor shifted the edge.
+    fn edge_shift(&self) -> EdgeShift {
+        let bench = &self.cloth.bench;
+        if bench.chord_m < MOST_CHORD_M {
+            self.registration.sensor_shift(bench.sensor_noise_m)
+        } else {
+            // Chords make the parameterised cloth short: it then says nothing of the edge.
+            EdgeShift { by_m: 0.0, sigma_m: bench.chord_m }
+        }
+    }
+}
+
+impl Edged {
+    /// Measures the free edges on the sheet, and finds the plate under it.
+    pub fn of(registered: Registered, options: &ScanOptions) -> Result<Self, ScanError> {
+        let Registered { cloth, material, .. } = &registered;
+        let (sheet, noise_m) = (registered.sheet(), cloth.noise_m());
+        let origin = origin::find(sheet, &cloth.square, options).unwrap_or(Origin {
+            axis: [0.0; 2],
+            axis_sigma_m: cloth.bench.plate.centre_sigma_m,
+            face_y_m: options.cloth_height_m,
+        });
+        let half_m = 0.5 * options.specimen_side_m;
+        let surface = &cloth.surface.points;
+        let most = fit::MOST_EDGE_CANDIDATES;
+        let near_edge =
+            fit::edge_points(&cloth.cloth, surface, material, sheet, noise_m, half_m, most);
+        let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
+        let mut edges = edge::measure_sides(&flat, half_m, noise_m);
+        let mut own_edge_share = 0.0;
+        if let Some(mesh) = &cloth.bench.mesh {
+            let off_m = 0.4e-3 + 3.0 * noise_m;
+            let own = loops::on_sheet(&cloth.free_edge, surface, material, sheet, off_m, half_m);
+            own_edge_share = loops::refine(&mut edges, &own, RIM_STEP_M, half_m);
+            mesh.cut.map_or(Ok(()), |_| limits::edge_of_cut(own_edge_share))?;
+        }
+        let widths_m = rim::widths_m(sheet, &edges, half_m);
+        let shift = registered.edge_shift();
+        edges.iter_mut().for_each(|edge| edge.shift(-shift.by_m));
+        Ok(Self { registered, origin, near_edge, widths_m, own_edge_share, edges, shift })
+    }
+
+    /// Traces the rim along the edges.
+    pub fn trace(&self, options: &ScanOptions) -> Rim {
+        rim::trace(self.registered.sheet(), &self.edges, 0.5 * options.specimen_side_m)
+    }
+}
+
+impl Assessed {
+    /// Gives the rim its flags and sigmas.
+    pub fn of(edged: Edged, mut rim: Rim, options: &ScanOptions) -> Result<Self, ScanError> {
+        let Registered { cloth, material, .. } = &edged.registered;
+        let noise_m = cloth.noise_m();
+        let explained = Explained {
+            surface: &cloth.cloth.surface,
+            parameterised: &cloth.surface.points,
+            material,
+            spacing_m: cloth.cloth.spacing_m,
+            noise_m,
+            origin_sigma_m: edged.origin.axis_sigma_m,
+            edge_sigma_m: edged.shift.sigma_m,
+        };
+        let half_m = 0.5 * options.specimen_side_m;
+        let sheet = edged.registered.sheet();
+        let unexplained = uncertainty::assess(&mut rim, sheet, &explained, half_m);
+        limits::rim(&rim, &unexplained, noise_m, options)?;
+        Ok(Self { edged, rim, unexplained })
+    }
+}
