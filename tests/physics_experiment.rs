@@ -3,11 +3,10 @@
 use nalgebra::Rotation3;
 use scan2params::base::Vector3;
 use scan2params::fabric::Fabric;
-use scan2params::sim::energy::plate::Plate;
 use scan2params::sim::experiment::{Outline, Specimen, Tilt};
 use scan2params::sim::grid::Grid;
 use scan2params::sim::model::Model;
-use scan2params::sim::{Drape, Drop, Experiment, SimOptions, Stop, drape};
+use scan2params::sim::{Drape, Drop, Experiment, Plate, SimOptions, Stop, drape};
 
 /// Stiff enough to rest within a second on 25 x 25 vertices.
 fn fabric() -> Fabric {

@@ -8,7 +8,7 @@
 //! x = -150 towards -z, and along z = -150 towards +x.
 //! Source: section IV of the paper (its 732 numbers, 733 with the density).
 
-use super::Point3;
+use super::vectors::Point3;
 
 /// Sides of the specimen.
 pub const SIDES: usize = 4;

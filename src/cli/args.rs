@@ -420,7 +420,7 @@ pub(crate) enum Evaluate {
         #[arg(long, value_delimiter = ',', default_value = "61")]
         vertices: Vec<usize>,
     },
-    /// How the rim of one drape answers a small change of each parameter.
+    /// How far the rim of one drape moves with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
         #[arg(long, default_value_t = 1)]

@@ -232,9 +232,9 @@ fn run_speed(count: u64, seed: u64, dataset: bool, sides: &[usize]) -> Outcome {
 }
 
 fn sensitivities(seed: u64, index: u64) -> Outcome {
-    let answers = speed::answers(seed, index, &SimOptions::default())?;
+    let found = speed::rim_sensitivities(seed, index, &SimOptions::default())?;
     println!("parameter, unit, rim_mean_mm_per_part, rim_largest_mm_per_part, part");
-    for a in &answers.rows {
+    for a in &found.rows {
         println!(
             "{}, {}, {:.3e}, {:.3e}, {}",
             a.key, a.unit, a.rim_mean_mm, a.rim_largest_mm, a.part
@@ -242,10 +242,10 @@ fn sensitivities(seed: u64, index: u64) -> Outcome {
     }
     println!(
         "{} parameters in {:.2} CPU-s, {:.1} % of the drape's {:.2} CPU-s",
-        answers.rows.len(),
-        answers.cpu_s,
-        100.0 * answers.cpu_s / answers.drape_cpu_s,
-        answers.drape_cpu_s
+        found.rows.len(),
+        found.cpu_s,
+        100.0 * found.cpu_s / found.drape_cpu_s,
+        found.drape_cpu_s
     );
     Ok(())
 }

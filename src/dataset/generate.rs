@@ -8,83 +8,16 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::ops::{ControlFlow, Range};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
+use super::error::GenerateError;
 use super::manifest::Manifest;
-use super::{Row, SimulatedRow, table};
-use crate::fabric::{Fabric, Mixture, MixtureError};
-
-/// What to make, and where.
-#[derive(Clone, Debug)]
-pub struct GenerateOptions {
-    /// Where the fabrics are drawn from.
-    pub prior: Mixture,
-    /// Seed of the whole run.
-    pub seed: u64,
-    /// Samples of the whole run, over all shards.
-    pub count: u64,
-    /// Drops of each fabric: sample k is of fabric k / `drops_per_fabric`.
-    pub drops_per_fabric: u64,
-    /// The part of the run to make here.
-    pub shard: Shard,
-    /// Folder; made if it is not there.
-    pub out: PathBuf,
-    /// Drapes at once; 0 for one per core.
-    pub threads: usize,
-    /// Samples per file: what a kill can lose, against the number of files.
-    pub chunk_rows: u64,
-    /// The simulator's options, for the manifest: a folder takes one set only.
-    pub simulator: serde_json::Value,
-}
-
-impl GenerateOptions {
-    /// Defaults: `knit-2020`, seed 1, one drop per fabric, all of the run, all
-    /// cores, 64 samples per file (about 200 kB).
-    #[must_use]
-    pub fn new(out: impl Into<PathBuf>, count: u64) -> Self {
-        Self {
-            prior: Mixture::knit_2020(),
-            seed: 1,
-            count,
-            drops_per_fabric: 1,
-            shard: Shard::default(),
-            out: out.into(),
-            threads: 0,
-            chunk_rows: 64,
-            simulator: serde_json::Value::Null,
-        }
-    }
-}
-
-/// Part `index` of `of`: the chunks whose number leaves that remainder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// From 0.
-    pub index: u64,
-    /// At least 1.
-    pub of: u64,
-}
-
-impl Default for Shard {
-    fn default() -> Self {
-        Self { index: 0, of: 1 }
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    /// `i/N` with 0 <= i < N.
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let parse = |part: &str| part.trim().parse::<u64>().ok();
-        text.split_once('/')
-            .and_then(|(index, of)| Some(Self { index: parse(index)?, of: parse(of)? }))
-            .filter(|shard| shard.index < shard.of)
-            .ok_or_else(|| format!("`{text}` is not a shard: give i/N with i from 0 to N-1"))
-    }
-}
+use super::options::{GenerateOptions, Shard};
+use super::row::{Row, SimulatedRow};
+use super::table;
+use crate::fabric::Fabric;
 
 /// How far a run is; given after every drape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,51 +46,6 @@ pub struct Summary {
     pub files_remade: Vec<PathBuf>,
     /// Whether `progress` ended the run early.
     pub interrupted: bool,
-}
-
-/// Why a folder could not be filled.
-#[derive(Debug, thiserror::Error)]
-pub enum GenerateError {
-    /// An option makes no sense.
-    #[error("{0}")]
-    Options(String),
-    /// The folder was made with other options.
-    #[error(
-        "{folder} was made with other options ({differing}): give those, or another folder",
-        folder = folder.display(), differing = differing.join("; ")
-    )]
-    OtherOptions {
-        /// The folder.
-        folder: PathBuf,
-        /// Each option with its value there and now.
-        differing: Vec<String>,
-    },
-    /// The manifest cannot be understood.
-    #[error("{path}: {fault}: this folder was not made by this program, give another", path = path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        fault: String,
-    },
-    /// A file cannot be read or written.
-    #[error("{path}: {source}", path = path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The prior cannot be sampled.
-    #[error(transparent)]
-    Prior(#[from] MixtureError),
-}
-
-impl GenerateError {
-    pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::Io { path, source }
-    }
 }
 
 /// Makes the samples of a shard that its folder does not have yet.

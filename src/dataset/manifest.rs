@@ -5,7 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{GenerateError, GenerateOptions};
+use super::error::GenerateError;
+use super::options::GenerateOptions;
 use crate::fabric::PARAMETERS;
 use crate::sim::NUMERICS_VERSION;
 

@@ -16,7 +16,7 @@ use parquet::file::reader::{FileReader as _, RowGroupReader, SerializedFileReade
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
-use super::{Row, SimulatedRow};
+use super::row::{Row, SimulatedRow};
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3, boundary};
 use crate::fabric::{Fabric, PARAMETERS};

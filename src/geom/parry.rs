@@ -7,7 +7,7 @@ use parry3d_f64::math::Vec3;
 use parry3d_f64::query::{PointQuery as _, Ray, RayCast as _};
 use parry3d_f64::shape::{HalfSpace, TriMesh, Triangle};
 
-use super::Mesh;
+use super::mesh::Mesh;
 use crate::base::{Point3, Vector3};
 
 fn vec3(v: &Vector3) -> Vec3 {

@@ -8,6 +8,7 @@
 //! The lower triangle is stored by scalar columns (CSC), the layout that faer
 //! factorises; a block's entries are found by [`BlockSlot`] without searching.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -149,7 +150,13 @@ impl BlockPattern {
 /// A pattern with its ordering and symbolic factor; clones share it.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    inner: Arc<(BlockPattern, SymbolicCholesky<usize>)>,
+    inner: Arc<Analysed>,
+}
+
+#[derive(Debug)]
+struct Analysed {
+    pattern: BlockPattern,
+    symbolic: SymbolicCholesky<usize>,
 }
 
 impl Analysis {
@@ -181,18 +188,18 @@ impl Analysis {
         let symbolic =
             factorize_symbolic_cholesky(pattern.symbolic(), Side::Lower, ordering, params)
                 .unwrap_or_else(|error| panic!("symbolic factorisation: {error:?}"));
-        Self { inner: Arc::new((pattern, symbolic)) }
+        Self { inner: Arc::new(Analysed { pattern, symbolic }) }
     }
 
     /// The pattern that was analysed.
     #[must_use]
     pub fn pattern(&self) -> &BlockPattern {
-        &self.inner.0
+        &self.inner.pattern
     }
 
     /// The factor's panels.
     fn supernodes(&self) -> &SymbolicSupernodalCholesky<usize> {
-        match self.inner.1.raw() {
+        match self.inner.symbolic.raw() {
             SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
             SymbolicCholeskyRaw::Simplicial(_) => unreachable!("supernodes were asked for"),
         }
@@ -200,13 +207,13 @@ impl Analysis {
 
     /// The unknown eliminated first, second, ...
     fn order(&self) -> &[usize] {
-        self.inner.1.perm().map_or(&[], |perm| perm.arrays().0)
+        self.inner.symbolic.perm().map_or(&[], |perm| perm.arrays().0)
     }
 
     /// Entries of the factor, explicit zeros of the supernodes included.
     #[must_use]
     pub fn factor_len(&self) -> usize {
-        self.inner.1.len_val()
+        self.inner.symbolic.len_val()
     }
 }
 
@@ -257,7 +264,7 @@ impl<T: Real> Factor<T> {
     /// Allocates the work space for one thread.
     #[must_use]
     pub fn new(analysis: &Analysis) -> Self {
-        let symbolic = &analysis.inner.1;
+        let symbolic = &analysis.inner.symbolic;
         let need = StackReq::any_of(&[
             symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default()),
             symbolic.solve_in_place_scratch::<T>(1, Par::Seq),
@@ -275,7 +282,7 @@ impl<T: Real> Factor<T> {
     /// must not be used).
     #[must_use]
     pub fn factorize(&mut self, values: &[f64]) -> bool {
-        let (pattern, symbolic) = &*self.analysis.inner;
+        let Analysed { pattern, symbolic } = &*self.analysis.inner;
         for (own, &value) in self.values.iter_mut().zip(values) {
             *own = T::of(value);
         }
@@ -338,30 +345,29 @@ fn substitute<T: Real>(
 #[must_use]
 pub fn grid_dissection(rows: usize, columns: usize, reach: usize) -> Vec<u32> {
     fn visit(
-        r: (usize, usize),
-        c: (usize, usize),
+        r: Range<usize>,
+        c: Range<usize>,
         (columns, reach): (usize, usize),
         order: &mut Vec<u32>,
     ) {
-        let (height, width) = (r.1 - r.0, c.1 - c.0);
+        let (height, width) = (r.len(), c.len());
         let grid = (columns, reach);
         if height.min(width) <= reach || height * width <= 5 * reach * reach {
-            order
-                .extend((r.0..r.1).flat_map(|i| (c.0..c.1).map(move |j| (i * columns + j) as u32)));
+            order.extend(r.flat_map(|i| c.clone().map(move |j| (i * columns + j) as u32)));
         } else if height >= width {
-            let middle = r.0 + (height - reach) / 2;
-            visit((r.0, middle), c, grid, order);
-            visit((middle + reach, r.1), c, grid, order);
-            visit((middle, middle + reach), c, grid, order);
+            let middle = r.start + (height - reach) / 2;
+            visit(r.start..middle, c.clone(), grid, order);
+            visit(middle + reach..r.end, c.clone(), grid, order);
+            visit(middle..middle + reach, c, grid, order);
         } else {
-            let middle = c.0 + (width - reach) / 2;
-            visit(r, (c.0, middle), grid, order);
-            visit(r, (middle + reach, c.1), grid, order);
-            visit(r, (middle, middle + reach), grid, order);
+            let middle = c.start + (width - reach) / 2;
+            visit(r.clone(), c.start..middle, grid, order);
+            visit(r.clone(), middle + reach..c.end, grid, order);
+            visit(r, middle..middle + reach, grid, order);
         }
     }
     let mut order = Vec::with_capacity(rows * columns);
-    visit((0, rows), (0, columns), (columns, reach), &mut order);
+    visit(0..rows, 0..columns, (columns, reach), &mut order);
     order
 }
 

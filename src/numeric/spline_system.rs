@@ -166,18 +166,17 @@ impl<const Z: usize> SplineSystem<Z> {
         now: &[Vector3<f64>],
         weight: f64,
     ) {
-        let at = |cell: &(usize, usize, f64)| self.grid.index(cell.0, cell.1);
-        let sum: Vector3<f64> = cells.iter().map(|cell| now[at(cell)] * cell.2).sum();
-        for (k, high) in cells.iter().enumerate() {
-            let i = at(high);
-            self.right[i] -= sum * (weight * high.2);
-            for low in &cells[..=k] {
-                let block = Matrix3::identity() * (weight * high.2 * low.2);
-                if at(low) == i {
+        let at = |a: usize, b: usize| self.grid.index(a, b);
+        let sum: Vector3<f64> = cells.iter().map(|&(a, b, scale)| now[at(a, b)] * scale).sum();
+        for (k, &(high_a, high_b, high)) in cells.iter().enumerate() {
+            let i = at(high_a, high_b);
+            self.right[i] -= sum * (weight * high);
+            for &(low_a, low_b, low) in &cells[..=k] {
+                let block = Matrix3::identity() * (weight * high * low);
+                let j = at(low_a, low_b);
+                if j == i {
                     self.analysis.pattern().add_diagonal(&mut self.values, i, &block);
-                } else if let Some(slot) =
-                    self.slot(at(low), high.0 - low.0, REACH + high.1 - low.1)
-                {
+                } else if let Some(slot) = self.slot(j, high_a - low_a, REACH + high_b - low_b) {
                     BlockPattern::add_block(&mut self.values, slot, &block);
                 }
             }

@@ -18,84 +18,15 @@ use crate::fabric::Fabric;
 use crate::geom::Mesh;
 use crate::sim::drop::{Drop, DropStart, guide, start_positions};
 use crate::sim::effort::Effort;
-use crate::sim::experiment::{Experiment, MeshWarning, mesh_warnings};
+use crate::sim::experiment::{MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Model};
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Memory, Newton};
+use crate::sim::options::{SimOptions, Stop};
 use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, Setup, sensitivities};
-
-/// How the specimen is simulated. Lengths in metres, times in seconds.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct SimOptions {
-    /// Specimen, plate and effects.
-    pub experiment: Experiment,
-    /// Vertices on a side of the grid that rests (61: 5 mm).
-    pub vertices: usize,
-    /// Vertices on a side of the grid that falls.
-    pub fall_vertices: usize,
-    /// Time step of the fall.
-    pub fall_step_s: f64,
-    /// Longest fall, in steps.
-    pub fall_steps: usize,
-    /// Longest motion on the fine grid before Newton steps are tried, in steps.
-    pub settle_steps: usize,
-    /// At rest when no vertex feels more than this fraction of its cell's weight ...
-    pub residual: f64,
-    /// ... and the last Newton step moved no vertex more than this.
-    pub step_m: f64,
-    /// Ends as [`Stop::Slow`] when a cycle of the descent lowers the energy by less
-    /// than this fraction; 0 goes on to the residual's limit.
-    pub energy_drop: f64,
-    /// Factorisations on the fine grid before it is given up.
-    pub iterations: usize,
-}
-
-impl Default for SimOptions {
-    fn default() -> Self {
-        Self {
-            experiment: Experiment::default(),
-            vertices: 61,
-            fall_vertices: 31,
-            fall_step_s: 1.0 / 50.0,
-            fall_steps: 70,
-            settle_steps: 30,
-            residual: 1e-3,
-            step_m: 1e-5,
-            energy_drop: 0.0,
-            iterations: 200,
-        }
-    }
-}
-
-/// Why the search for rest ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// Residual and step are below their limits and the equilibrium is stable.
-    AtRest,
-    /// Residual and step are below their limits, but the tangent is not positive
-    /// definite.
-    Unstable,
-    /// The energy hardly falls any more, but a residual is left.
-    Slow,
-    /// The iterations ran out.
-    Iterations,
-}
-
-impl Stop {
-    /// The word used in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AtRest => "at_rest",
-            Self::Unstable => "unstable",
-            Self::Slow => "slow",
-            Self::Iterations => "iterations",
-        }
-    }
-}
 
 /// A drape with its report.
 #[derive(Clone, Debug)]
@@ -130,9 +61,9 @@ impl Drape {
     #[must_use]
     pub fn rim_harmonics_m(&self) -> [f64; 16] {
         let rho: Vec<f64> = self.boundary.positions_m().map(|p| p.x.hypot(p.z)).collect();
-        let turn = std::f64::consts::TAU / rho.len() as f64;
+        let step = std::f64::consts::TAU / rho.len() as f64;
         std::array::from_fn(|k| {
-            let angles = (0..rho.len()).map(|i| turn * ((k + 1) * i) as f64);
+            let angles = (0..rho.len()).map(|i| step * ((k + 1) * i) as f64);
             let (sine, cosine) = angles
                 .zip(&rho)
                 .fold((0.0, 0.0), |(s, c), (angle, r)| (s + r * angle.sin(), c + r * angle.cos()));
@@ -167,16 +98,12 @@ pub fn drape_with_sensitivities(
 ) -> Result<(Drape, Vec<Sensitivity>), SensitivityError> {
     let (fine, start, effort) = fallen(fabric, drop, options);
     let mut rested = rest(fabric, drop, &fine, start, options);
-    let answers = rested.sensitivities(fabric, options, parameters)?;
-    Ok((rested.report(fabric, effort), answers))
+    let found = rested.sensitivities(fabric, options, parameters)?;
+    Ok((rested.report(fabric, effort), found))
 }
 
 /// The sheet after its fall, on the grid that is to rest.
-pub(super) fn fallen(
-    fabric: &Fabric,
-    drop: &Drop,
-    options: &SimOptions,
-) -> (Arc<Grid>, Vec<Vector3>, Effort) {
+fn fallen(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
     let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));
@@ -268,7 +195,7 @@ const SLOW_M_S: f64 = 0.01;
 const SETTLED_M_S: f64 = 0.003;
 
 /// A sheet at the end of its search for rest, with what it was searched with.
-pub(super) struct Rested {
+struct Rested {
     model: Model,
     newton: Newton,
     x: Vec<Vector3>,
@@ -277,7 +204,7 @@ pub(super) struct Rested {
 }
 
 /// The search for equilibrium on the fine grid.
-pub(super) fn rest(
+fn rest(
     fabric: &Fabric,
     drop: &Drop,
     grid: &Arc<Grid>,
@@ -306,11 +233,6 @@ pub(super) fn rest(
 }
 
 impl Rested {
-    #[cfg(test)]
-    pub(super) fn model_and_positions(&self) -> (&Model, &[Vector3]) {
-        (&self.model, &self.x)
-    }
-
     /// The drape, with the effort before added to its own.
     fn report(self, fabric: &Fabric, mut effort: Effort) -> Drape {
         let Self { model, newton, x, stop, residual_n } = self;
@@ -331,14 +253,14 @@ impl Rested {
         }
     }
 
-    pub(super) fn sensitivities(
+    fn sensitivities(
         &mut self,
         fabric: &Fabric,
         options: &SimOptions,
         parameters: &[Parameter],
     ) -> Result<Vec<Sensitivity>, SensitivityError> {
         if self.stop != Stop::AtRest {
-            return Err(SensitivityError::NotAtRest(self.stop.name()));
+            return Err(SensitivityError::NotAtRest(self.stop));
         }
         let setup = Setup { fabric: *fabric, experiment: options.experiment };
         sensitivities(&mut self.model, &mut self.newton, &self.x, &setup, parameters)

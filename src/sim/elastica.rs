@@ -33,6 +33,22 @@ pub struct End {
     pub reach: f64,
 }
 
+/// To which side an integration left the strips that can rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Swing {
+    /// Past straight up: the end's angle was too large.
+    Outward,
+    /// Past straight down: the end's angle was too small.
+    Inward,
+}
+
+impl Swing {
+    /// The side that the sign of an angle or a moment tells.
+    fn of(signed: f64) -> Self {
+        if signed > 0.0 { Self::Outward } else { Self::Inward }
+    }
+}
+
 /// Integration steps; doubling them moves no result by 1e-8 up to gamma = 1e4 (tested).
 const STEPS: usize = 4000;
 /// Scale below which the end's angle from the vertical is resolved linearly.
@@ -59,21 +75,21 @@ impl Elastica {
             let middle = 0.5 * (low + high);
             let too_far = match self.integrate(angle(middle), steps) {
                 Ok([upright, ..]) => upright >= std::f64::consts::FRAC_PI_2,
-                Err(outward) => outward,
+                Err(swing) => swing == Swing::Outward,
             };
             if too_far { high = middle } else { low = middle }
         }
         self.integrate(angle(low), steps).ok().map(|[_, _, reach, droop]| End { droop, reach })
     }
 
-    /// From the free end at the angle `upright` from the vertical to the clamp: the angle
-    /// there, the moment, and how far reach and droop have grown. An error where the strip
-    /// turns past straight up (true) or down and on (false), from where it could swing back
-    /// to a level clamp by a shape that no strip rests in, or leaves the parabola.
-    fn integrate(&self, upright: f64, steps: usize) -> Result<[f64; 4], bool> {
+    /// Integrates from the free end, at the angle `upright` from the vertical, to the clamp. The
+    /// result is the angle there, the moment, and how far reach and droop have grown. It is an
+    /// error where the strip swings past straight up or straight down, from where it could come
+    /// back to a level clamp by a shape that no strip rests in, or where it leaves the parabola.
+    fn integrate(&self, upright: f64, steps: usize) -> Result<[f64; 4], Swing> {
         let slope = |t: f64, [upright, moment, _, _]: [f64; 4]| {
             let (sin, cos) = upright.sin_cos();
-            let curvature = self.curvature(moment).ok_or(moment > 0.0)?;
+            let curvature = self.curvature(moment).ok_or(Swing::of(moment))?;
             Ok([curvature, self.gamma * t * sin, sin, cos])
         };
         let along = |a: [f64; 4], b: [f64; 4], by: f64| -> [f64; 4] {
@@ -91,7 +107,7 @@ impl Elastica {
                 state[k] += h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
             }
             if state[0].abs() > std::f64::consts::PI {
-                return Err(state[0] > 0.0);
+                return Err(Swing::of(state[0]));
             }
         }
         Ok(state)

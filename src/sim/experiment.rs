@@ -9,7 +9,7 @@
 use crate::base::Vector3;
 use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
 use crate::fabric::Fabric;
-use crate::sim::energy::plate::Plate;
+use crate::sim::plate::Plate;
 
 /// The experiment that a drape comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -100,6 +100,30 @@ impl Tilt {
     pub fn up(&self) -> Vector3 {
         let up = Vector3::new(-self.down_x_rad.tan(), 1.0, -self.down_z_rad.tan());
         up / up.norm()
+    }
+}
+
+/// A component of the sheet's curvature. As a number it is the component's place in a node of a
+/// [`Curl`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurvatureComponent {
+    /// Curvature along the weft.
+    Weft = 0,
+    /// Curvature along the warp.
+    Warp = 1,
+    /// Twist.
+    Twist = 2,
+}
+
+impl CurvatureComponent {
+    /// The word used in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Weft => "weft",
+            Self::Warp => "warp",
+            Self::Twist => "twist",
+        }
     }
 }
 

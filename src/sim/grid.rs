@@ -2,11 +2,11 @@
 //!
 //! Vertex (i, j) has index `i * n + j`; i runs along x, j along z. The flat specimen
 //! lies in the plane y = 0, centred on the origin. On the square specimen x is the
-//! warp and z the weft; a [`Lay`] says how cells of another shape or a grid turned
+//! warp and z the weft; a [`MaterialFrame`] says how cells of another shape or a grid turned
 //! against the yarns lie on the cloth.
 //!
 //! **Discs** are cut out of the square grid. A cell that the rim cuts counts with the
-//! part of it inside (its fill), in every energy and in the mass; a cell with less
+//! part of it inside (its volume fraction), in every energy and in the mass; a cell with less
 //! than 1 % inside is left out. Vertices without a cell carry nothing and are held far
 //! above the sheet. The rim itself runs between the vertices. Taken because cells stay
 //! square, so that the energies and the pattern are those of the square specimen.
@@ -23,7 +23,7 @@ use crate::sim::experiment::{Outline, Specimen};
 
 /// How the grid lies on the cloth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lay {
+pub struct MaterialFrame {
     /// Flat (x, z) of one step in i, in spacings.
     pub step_i: [f64; 2],
     /// Flat (x, z) of one step in j, in spacings.
@@ -32,9 +32,9 @@ pub struct Lay {
     pub warp_rad: f64,
 }
 
-impl Lay {
+impl MaterialFrame {
     /// Square cells along warp and weft.
-    pub const STRAIGHT: Self = Self { step_i: [1.0, 0.0], step_j: [0.0, 1.0], warp_rad: 0.0 };
+    pub const ALIGNED: Self = Self { step_i: [1.0, 0.0], step_j: [0.0, 1.0], warp_rad: 0.0 };
 
     /// Area of a cell over the square of the spacing.
     #[must_use]
@@ -71,7 +71,7 @@ struct Plan {
     columns: usize,
     spacing_m: f64,
     half_m: [f64; 2],
-    lay: Lay,
+    frame: MaterialFrame,
     disc_radius_m: Option<f64>,
 }
 
@@ -85,11 +85,11 @@ pub struct Grid {
     /// Distance of neighbouring vertices \[m\], times the steps of the lay.
     pub spacing_m: f64,
     /// How the grid lies on the cloth.
-    pub lay: Lay,
+    pub frame: MaterialFrame,
     /// Corners of each cell: (i, j), (i+1, j), (i, j+1), (i+1, j+1).
     pub cells: Vec<[u32; 4]>,
     /// Part of each cell that is cloth: 1 but where a disc's rim cuts it.
-    pub fill: Vec<f64>,
+    pub volume_fraction: Vec<f64>,
     plan: Plan,
     shares: Vec<f64>,
     /// Slots of the six off-diagonal blocks of each cell, in the order of
@@ -113,7 +113,7 @@ impl Grid {
             columns: n,
             spacing_m: side_m / (n - 1) as f64,
             half_m: [0.5 * side_m; 2],
-            lay: Lay::STRAIGHT,
+            frame: MaterialFrame::ALIGNED,
             disc_radius_m: None,
         })
     }
@@ -136,8 +136,8 @@ impl Grid {
     #[must_use]
     pub fn strip(rows: usize, columns: usize, spacing_m: f64, warp_rad: f64) -> Arc<Self> {
         let half_m = [rows, columns].map(|k| 0.5 * spacing_m * (k - 1) as f64);
-        let lay = Lay { warp_rad, ..Lay::STRAIGHT };
-        Self::kept(Plan { rows, columns, spacing_m, half_m, lay, disc_radius_m: None })
+        let frame = MaterialFrame { warp_rad, ..MaterialFrame::ALIGNED };
+        Self::kept(Plan { rows, columns, spacing_m, half_m, frame, disc_radius_m: None })
     }
 
     fn kept(plan: Plan) -> Arc<Self> {
@@ -152,24 +152,24 @@ impl Grid {
     }
 
     fn new(plan: Plan) -> Self {
-        let Plan { rows, columns: n, spacing_m, lay, .. } = plan;
+        let Plan { rows, columns: n, spacing_m, frame, .. } = plan;
         assert!(
             rows.min(n) >= LEAST_VERTICES,
             "a grid needs at least {LEAST_VERTICES} vertices a side, got {rows} x {n}"
         );
-        let analysis = analyse(rows, n, !lay.along_yarns());
-        let (mut cells, mut fill) = (Vec::new(), Vec::new());
+        let analysis = analyse(rows, n, !frame.along_yarns());
+        let (mut cells, mut volume_fraction) = (Vec::new(), Vec::new());
         let mut shares = vec![0.0; rows * n];
         for k in 0..(rows - 1) * (n - 1) {
             let (i, j) = (k / (n - 1), k % (n - 1));
             let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
             let parts = plan.parts_inside([i, j]);
             let inside: f64 = parts.iter().sum();
-            if inside < LEAST_FILL {
+            if inside < LEAST_VOLUME_FRACTION {
                 continue;
             }
             cells.push(corners.map(|(i, j)| (i * n + j) as u32));
-            fill.push(inside);
+            volume_fraction.push(inside);
             for ((i, j), part) in corners.into_iter().zip(parts) {
                 shares[i * n + j] += part;
             }
@@ -178,7 +178,18 @@ impl Grid {
             analysis.pattern().slot(cell[row] as usize, cell[column] as usize).unwrap_or_default()
         };
         let cell_slots = cells.iter().map(|cell| CELL_PAIRS.map(|pair| slot(cell, pair))).collect();
-        Self { n, rows, spacing_m, lay, cells, fill, plan, shares, cell_slots, analysis }
+        Self {
+            n,
+            rows,
+            spacing_m,
+            frame,
+            cells,
+            volume_fraction,
+            plan,
+            shares,
+            cell_slots,
+            analysis,
+        }
     }
 
     /// Number of vertices.
@@ -197,7 +208,7 @@ impl Grid {
     /// Area of a whole cell \[m^2\].
     #[must_use]
     pub fn cell_area_m2(&self) -> f64 {
-        self.spacing_m * self.spacing_m * self.lay.area()
+        self.spacing_m * self.spacing_m * self.frame.area()
     }
 
     /// Cells' worth of material that a vertex carries: 1 inside, 1/2 on a side,
@@ -426,9 +437,9 @@ impl Grid {
 /// Least vertices on a side: the narrowest strip with a cell's inside.
 const LEAST_VERTICES: usize = 4;
 /// Part of a cell below which it is left out.
-const LEAST_FILL: f64 = 0.01;
+const LEAST_VOLUME_FRACTION: f64 = 0.01;
 /// Samples on a side with which a disc's part of a cell is found.
-const FILL_SAMPLES: usize = 64;
+const FRACTION_SAMPLES: usize = 64;
 /// Height at which vertices outside a disc are kept \[m\].
 const PARKED_M: f64 = 1.0;
 /// The eight neighbours.
@@ -438,7 +449,7 @@ const NEIGHBOURS: [(isize, isize); 8] =
 impl Plan {
     fn of(specimen: &Specimen, n: usize) -> Self {
         let side_m = specimen.weft_m;
-        let lay = Lay {
+        let frame = MaterialFrame {
             step_i: [specimen.warp_m / side_m, 0.0],
             step_j: [specimen.skew_rad.tan(), 1.0],
             warp_rad: 0.0,
@@ -448,7 +459,7 @@ impl Plan {
             columns: n,
             spacing_m: side_m / (n - 1) as f64,
             half_m: [0.5 * side_m; 2],
-            lay,
+            frame,
             disc_radius_m: (specimen.outline == Outline::Disc).then_some(0.5 * side_m),
         }
     }
@@ -457,7 +468,7 @@ impl Plan {
     fn flat(&self, [i, j]: [f64; 2]) -> [f64; 2] {
         let a = i * self.spacing_m - self.half_m[0];
         let b = j * self.spacing_m - self.half_m[1];
-        let ([ix, iz], [jx, jz]) = (self.lay.step_i, self.lay.step_j);
+        let ([ix, iz], [jx, jz]) = (self.frame.step_i, self.frame.step_j);
         [ix * a + jx * b, iz * a + jz * b]
     }
 
@@ -473,15 +484,16 @@ impl Plan {
             return [0.25; 4];
         }
         let mut parts = [0.0; 4];
-        let at = |k: usize| (k as f64 + 0.5) / FILL_SAMPLES as f64;
-        for (a, b) in (0..FILL_SAMPLES.pow(2)).map(|k| (at(k / FILL_SAMPLES), at(k % FILL_SAMPLES)))
+        let at = |k: usize| (k as f64 + 0.5) / FRACTION_SAMPLES as f64;
+        for (a, b) in (0..FRACTION_SAMPLES.pow(2))
+            .map(|k| (at(k / FRACTION_SAMPLES), at(k % FRACTION_SAMPLES)))
         {
             if inside(a, b) {
                 let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
                 parts.iter_mut().zip(weights).for_each(|(part, w)| *part += w);
             }
         }
-        parts.map(|part| part / FILL_SAMPLES.pow(2) as f64)
+        parts.map(|part| part / FRACTION_SAMPLES.pow(2) as f64)
     }
 }
 
@@ -566,18 +578,18 @@ mod tests {
 
     #[test]
     fn derivatives_of_any_lay_are_those_of_a_linear_field() {
-        let lays = [
-            Lay::STRAIGHT,
-            Lay { warp_rad: 0.7, ..Lay::STRAIGHT },
-            Lay { step_i: [1.1, 0.0], step_j: [0.2, 0.9], warp_rad: -0.3 },
+        let frames = [
+            MaterialFrame::ALIGNED,
+            MaterialFrame { warp_rad: 0.7, ..MaterialFrame::ALIGNED },
+            MaterialFrame { step_i: [1.1, 0.0], step_j: [0.2, 0.9], warp_rad: -0.3 },
         ];
-        for lay in lays {
-            let (sin, cos) = lay.warp_rad.sin_cos();
+        for frame in frames {
+            let (sin, cos) = frame.warp_rad.sin_cos();
             let warp = |[x, z]: [f64; 2]| x * cos + z * sin;
             let weft = |[x, z]: [f64; 2]| z * cos - x * sin;
-            let [by_weft, by_warp] = lay.derivatives();
+            let [by_weft, by_warp] = frame.derivatives();
             let along = |by: [f64; 2], field: &dyn Fn([f64; 2]) -> f64| {
-                by[0] * field(lay.step_i) + by[1] * field(lay.step_j)
+                by[0] * field(frame.step_i) + by[1] * field(frame.step_j)
             };
             for (by, field, slope) in [
                 (by_weft, &weft as &dyn Fn([f64; 2]) -> f64, 1.0),
@@ -585,10 +597,10 @@ mod tests {
                 (by_warp, &warp, 1.0),
                 (by_warp, &weft, 0.0),
             ] {
-                assert!((along(by, field) - slope).abs() < 1e-14, "{lay:?}");
+                assert!((along(by, field) - slope).abs() < 1e-14, "{frame:?}");
             }
         }
-        assert_eq!(Lay::STRAIGHT.derivatives(), [[0.0, 1.0], [1.0, 0.0]]);
+        assert_eq!(MaterialFrame::ALIGNED.derivatives(), [[0.0, 1.0], [1.0, 0.0]]);
     }
 
     #[test]

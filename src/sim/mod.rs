@@ -7,17 +7,23 @@ pub mod elastica;
 pub mod energy;
 pub mod experiment;
 pub mod grid;
+pub mod hessian_form;
 pub mod model;
 mod motion;
 pub mod newton;
+pub mod options;
+pub mod plate;
 mod rest;
 pub mod self_contact;
 pub mod sensitivity;
 pub mod strip;
 
-pub use drape::{Drape, SimOptions, Stop, drape, drape_on_finer};
+pub use drape::{Drape, drape, drape_on_finer};
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};
+pub use hessian_form::HessianForm;
+pub use options::{SimOptions, Stop};
+pub use plate::Plate;
 
 /// Version of the numbers that this simulator gives: raised whenever a change
 /// moves the rim of a drape by more than the solver's tolerance. The shipped

@@ -15,11 +15,13 @@ use std::sync::Arc;
 use crate::base::Vector3;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
-use crate::sim::energy::plate::{Plate, PlateContact};
+use crate::sim::energy::plate::{PlateContact, resting_depth_m};
 use crate::sim::experiment::{Experiment, Specimen, Tilt};
 use crate::sim::grid::Grid;
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
-use crate::sim::newton::{Inertia, Memory, Newton, Tangency};
+use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::plate::Plate;
 
 /// The cut and the mesh of a strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,14 +134,14 @@ fn rest(mut model: Model, fabric: &Fabric) -> Strip {
     let mut memory = Memory::default();
     let (mut residual_n, mut at_rest) = (f64::INFINITY, false);
     'rounds: for _ in 0..ROUNDS {
-        model.forget_foreseen();
+        model.forget_lagged_stress();
         model.self_contact.update(&x, 0.0);
         let near_n = NEAR_REST * limit_n;
         residual_n = newton.quasi_newton(&mut model, &mut x, &mut memory, 15, near_n).residual_n;
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         for _ in 0..NEWTON_STEPS {
             model.self_contact.update(&x, 0.0);
-            let done = newton.iterate(&mut model, &mut x, still, Tangency::Exact);
+            let done = newton.iterate(&mut model, &mut x, still, HessianForm::Exact);
             residual_n = done.residual_n;
             if !done.definite || done.fraction < 0.05 {
                 break;
@@ -181,7 +183,7 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
     let grid = Grid::of(&specimen, 9);
     let mut model = Model::new(&grid, fabric, &experiment, SELF_GAP_CELLS);
     let mut newton = Newton::new(&model);
-    let height = plate.gap_m - plate.resting_depth_m();
+    let height = plate.gap_m - resting_depth_m(&plate);
     let mut x: Vec<_> =
         (0..grid.vertices()).map(|v| grid.flat(v) + Vector3::new(0.0, height, 0.0)).collect();
     let centre = |x: &[Vector3]| x.iter().map(|p| p.x).sum::<f64>() / x.len() as f64;
@@ -199,8 +201,8 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
         model.plate.renew(&grid, &x);
         for _ in 0..3 {
             let inertia = Inertia { dt_s: SLIDE_STEP_S, free_flight: Some(&free) };
-            model.forget_foreseen();
-            newton.iterate(&mut model, &mut x, inertia, Tangency::Projected);
+            model.forget_lagged_stress();
+            newton.iterate(&mut model, &mut x, inertia, HessianForm::Projected);
         }
         for ((u, p), q) in velocity.iter_mut().zip(&x).zip(&before) {
             *u = (p - q) / SLIDE_STEP_S;

@@ -1,8 +1,10 @@
+use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::base::{Boundary, Point3, boundary};
-use crate::dataset::{MANIFEST_FILE, read_file, read_folder};
+use crate::dataset::manifest::MANIFEST_FILE;
+use crate::dataset::table::{read_file, read_folder};
 
 /// A cheap stand-in for the simulator: deterministic in its arguments, and it
 /// fails for every seventh sample.

@@ -31,7 +31,7 @@
 use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::{BlockPattern, BlockSlot};
-use crate::sim::grid::{Grid, Lay};
+use crate::sim::grid::{Grid, MaterialFrame};
 
 /// The four constants of the orthotropic plate energy \[N m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +79,8 @@ struct GridRigidity {
 
 impl PlateRigidity {
     /// The same energy in second differences along the grid's own directions.
-    fn on(&self, lay: &Lay) -> GridRigidity {
-        let [[ui, uj], [vi, vj]] = lay.derivatives();
+    fn on(&self, frame: &MaterialFrame) -> GridRigidity {
+        let [[ui, uj], [vi, vj]] = frame.derivatives();
         // x_uu, x_vv, x_uv by (ii, jj, ij)
         let weft = [ui * ui, uj * uj, 2.0 * ui * uj];
         let warp = [vi * vi, vj * vj, 2.0 * vi * vj];
@@ -146,9 +146,9 @@ impl Bending {
             }
         };
         let n = grid.n;
-        let rigidity = rigidity.on(&grid.lay);
+        let rigidity = rigidity.on(&grid.frame);
         // area / h^4 for a whole cell
-        let unit = grid.spacing_m.powi(-2) * grid.lay.area();
+        let unit = grid.spacing_m.powi(-2) * grid.frame.area();
         let around = grid.cells_around();
         for vertex in 0..grid.vertices() {
             let share = grid.share(vertex);
@@ -171,8 +171,8 @@ impl Bending {
                 }
             }
         }
-        for (cell, fill) in grid.cells.iter().zip(&grid.fill) {
-            add(&twist_of(cell), &twist_of(cell), rigidity.ij * unit * fill);
+        for (cell, fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
+            add(&twist_of(cell), &twist_of(cell), rigidity.ij * unit * fraction);
         }
         let mut bending = Self { diagonal: vec![0.0; grid.vertices()], pairs: Vec::new() };
         for ((row, column), value) in sums {

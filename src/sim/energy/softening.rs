@@ -32,6 +32,7 @@ use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
+use crate::sim::hessian_form::HessianForm;
 
 /// Least tangent stiffness over the linear one.
 const FLOOR: f64 = 0.05;
@@ -112,7 +113,7 @@ impl SofteningEnergy {
             Law::new(8.0 * bias - weft - warp, fold * twist_fold, 4.0 * rigidity.twist_nm),
         ];
         // components uu, vv, uv by second differences along i, along j, mixed
-        let [[ui, uj], [vi, vj]] = grid.lay.derivatives();
+        let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
         let components = [
             [ui * ui, uj * uj, 2.0 * ui * uj],
             [vi * vi, vj * vj, 2.0 * vi * vj],
@@ -127,7 +128,7 @@ impl SofteningEnergy {
         };
         let around = grid.cells_around();
         // along the yarns the twist is a cell's own; else it is taken at vertices too
-        let at_vertices = if grid.lay.along_yarns() { 2 } else { 3 };
+        let at_vertices = if grid.frame.along_yarns() { 2 } else { 3 };
         for (parts, law) in components.into_iter().zip(laws).take(at_vertices) {
             for v in 0..grid.vertices() {
                 if let Some(combination) = combine(grid, v, parts, &around[v]) {
@@ -136,10 +137,10 @@ impl SofteningEnergy {
             }
         }
         if at_vertices == 2 {
-            for (cell, &fill) in grid.cells.iter().zip(&grid.fill) {
+            for (cell, &fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
                 let mixed = components[2][2];
                 let twist = twist_of(cell).map(|(v, weight)| (v, weight * mixed));
-                place(twist.to_vec(), fill, laws[2]);
+                place(twist.to_vec(), fraction, laws[2]);
             }
         }
         Some(Self { places, convex: rigidity.coupling_nm == 0.0 })
@@ -171,10 +172,10 @@ impl SofteningEnergy {
         &self,
         pattern: &BlockPattern,
         x: &[Vector3],
-        project: bool,
+        form: HessianForm,
         values: &mut [f64],
     ) {
-        if project && !self.convex {
+        if form == HessianForm::Projected && !self.convex {
             return;
         }
         for place in &self.places {
@@ -258,7 +259,7 @@ mod tests {
             let g = gradient(&x);
             let pattern = grid.analysis.pattern();
             let mut values = vec![0.0; pattern.nonzeros()];
-            energy.add_hessian(pattern, &x, false, &mut values);
+            energy.add_hessian(pattern, &x, HessianForm::Exact, &mut values);
             for _ in 0..5 {
                 let d: Vec<_> = x
                     .iter()
