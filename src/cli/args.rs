@@ -164,6 +164,11 @@ fn depth_source(text: &str) -> Result<DepthSource, String> {
     DepthSource::named(text).ok_or_else(|| format!("give one of {names}, or --depth-scale"))
 }
 
+fn key_value(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').ok_or("give STAGE.NAME=VALUE")?;
+    Ok((pair.0.to_owned(), pair.1.to_owned()))
+}
+
 fn unit(text: &str) -> Result<LengthUnit, String> {
     match text {
         "m" => Ok(LengthUnit::Metre),
@@ -368,6 +373,10 @@ pub(crate) enum Evaluate {
         /// Folder for a picture of each rim found, on the true one
         #[arg(long, value_name = "DIR")]
         pictures: Option<PathBuf>,
+        /// A tuned constant of the scan path in place of the one that ships, as in
+        /// `sheet.knot_m=4.5e-3`; src/scan/tuning.rs lists them. May be given often
+        #[arg(long, value_name = "STAGE.NAME=VALUE", value_parser = key_value)]
+        tune: Vec<(String, String)>,
     },
     /// Where the time of one scan goes, from file to rim: stage, processor time of all
     /// threads, time on the wall. RAYON_NUM_THREADS=1 keeps it to one thread.

@@ -16,14 +16,16 @@ use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages};
 use scan2params::fabric::Mixture;
+use scan2params::scan::Tuning;
 use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
-        args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures } => {
+        args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures, tune } => {
             let seeds = *first_seed..first_seed.saturating_add(*seeds);
-            scan(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref() })
+            let tuning = tuned(tune)?;
+            scan(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref(), tuning })
         }
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
@@ -64,6 +66,13 @@ struct Sweep<'a> {
     profiles: &'a [String],
     seeds: std::ops::Range<u64>,
     pictures: Option<&'a Path>,
+    tuning: Tuning,
+}
+
+/// The shipped constants with those of `--tune` in place of their own.
+fn tuned(tune: &[(String, String)]) -> Result<Tuning, Failure> {
+    let set = |tuning: Tuning, (key, value): &(String, String)| tuning.with(key, value);
+    tune.iter().try_fold(Tuning::default(), set).map_err(Failure::usage)
 }
 
 fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
@@ -90,13 +99,13 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
             for seed in sweep.seeds.clone() {
                 let made = setup.scan(&mesh, seed)?;
                 if let Some(folder) = sweep.pictures
-                    && let Ok(found) = rims::find(&made)
+                    && let Ok(found) = rims::find(&made, &sweep.tuning)
                 {
                     let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
                     std::fs::create_dir_all(folder)?;
                     rims::picture(&found, &truth).save(file)?;
                 }
-                let case = rims::case(&made, &mesh, &truth);
+                let case = rims::case(&made, &mesh, &truth, &sweep.tuning);
                 println!("{name}, {}, {seed}, {}", setup.name, row(&case));
                 cases.push((name.clone(), number, case));
             }

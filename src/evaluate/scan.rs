@@ -11,7 +11,9 @@ use nalgebra::{Matrix6, Vector6};
 use crate::base::{Boundary, Point3, Vector3};
 use crate::geom::Mesh;
 use crate::numeric::robust;
-use crate::scan::{ScanError, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan};
+use crate::scan::{
+    ScanError, ScanOptions, ScannedBoundary, Tuning, WarpToward, boundary_from_scan,
+};
 use crate::sensor::{
     CameraPose, Profile, Ring, Scene, SceneError, VirtualScan, default_ring, scan,
 };
@@ -69,14 +71,15 @@ impl Setup {
     }
 }
 
-/// Finds the rim in a virtual scan, told where the warp points.
+/// Finds the rim in a virtual scan, told where the warp points, with these constants.
 ///
 /// # Errors
 /// When the scan is refused.
-pub fn find(made: &VirtualScan) -> Result<ScannedBoundary, ScanError> {
+pub fn find(made: &VirtualScan, tuning: &Tuning) -> Result<ScannedBoundary, ScanError> {
     let warp = made.truth.simulation_from_scanner.inverse() * Vector3::x();
     let options = ScanOptions {
         warp_toward: Some(WarpToward::Direction(warp.into())),
+        tuning: tuning.clone(),
         ..ScanOptions::default()
     };
     boundary_from_scan(&made.cloud, &options)
@@ -102,7 +105,7 @@ pub struct RimError {
     pub without_motion_m: f64,
     /// That motion: shift of the rim's middle \[m\].
     pub shift_m: f64,
-    /// And turn about the vertical \[rad\].
+    /// And rotation about the vertical \[rad\].
     pub yaw_rad: f64,
     /// Mean error of the observed points across the free edge, along the cloth;
     /// outward is positive \[m\].
@@ -115,9 +118,9 @@ pub struct RimError {
 
 /// Runs one case.
 #[must_use]
-pub fn case(made: &VirtualScan, drape: &Mesh, truth: &Boundary) -> Case {
+pub fn case(made: &VirtualScan, drape: &Mesh, truth: &Boundary, tuning: &Tuning) -> Case {
     let before = Instant::now();
-    let found = find(made);
+    let found = find(made, tuning);
     let seconds = before.elapsed().as_secs_f64();
     Case { answer: found.map(|found| rim_error(&found, drape, truth)), seconds }
 }

@@ -17,6 +17,7 @@ use super::floor::Floor;
 use super::neighbours::{Neighbour, Neighbours};
 use super::options::ScanOptions;
 use super::plate::{Plate, horizontal_axes, principal};
+use super::tuning::ClothTuning;
 use crate::base::clock::Stages;
 use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
@@ -38,16 +39,6 @@ pub(super) struct Cloth {
     pub raw_spacing_m: f64,
 }
 
-/// Depth under the plate's top within which nothing but the plate is expected
-/// inside its edge [m].
-const UNDERSIDE_M: f64 = 15e-3;
-
-/// Points from which the surface is made: over ten in a cell of [`CELL_M`].
-const MOST_SURFACE: usize = 350_000;
-
-/// Cell of the downsampled cloth \[m\]: resolves folds of 4 mm radius.
-const CELL_M: f64 = 2.0e-3;
-
 /// Cuts the scene to the cloth and smooths it to a surface.
 pub(super) fn isolate(
     points: &[Point3],
@@ -61,18 +52,19 @@ pub(super) fn isolate(
         let raw_spacing_m = spacing(&raw, options);
         (raw, raw_spacing_m)
     });
-    let cell = CELL_M.max(1.1 * raw_spacing_m);
+    let tuning = &options.tuning.cloth;
+    let cell = tuning.cell_m.max(tuning.cell_spacings * raw_spacing_m);
     let downsampled = stages.span("voxel", || {
-        let stride = raw.len().div_ceil(MOST_SURFACE).max(1);
+        let stride = raw.len().div_ceil(tuning.most_surface).max(1);
         let some: Vec<Point3> = raw.iter().step_by(stride).copied().collect();
         voxel_downsample(&some, None, cell)
     });
-    let downsampled = stages.span("strays", || drop_strays(downsampled, cell));
+    let downsampled = stages.span("strays", || drop_strays(downsampled, cell, tuning));
     stages.span("smooth and normals", || {
-        let smoothed = smooth_twice(&downsampled, cell, plate.noise_m);
+        let smoothed = smooth_twice(&downsampled, cell, plate.noise_m, tuning);
         let usual = robust::median(smoothed.iter().map(|p| p.residual_m).collect()).unwrap_or(0.0);
         // Tight folds leave a residual too; crossing layers leave more than that.
-        let usual = usual.max(0.08 * cell);
+        let usual = usual.max(tuning.usual_residual_cells * cell);
         Cloth {
             raw,
             surface: smoothed.iter().map(|p| p.at).collect(),
@@ -91,21 +83,24 @@ fn cut(
     plate: &Plate,
     options: &ScanOptions,
 ) -> Vec<Point3> {
+    let tuning = &options.tuning.cloth;
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let noise = plate.noise_m;
-    let above_floor = 5e-3 + 4.0 * noise;
-    let column = column_radius(points, floor, options).map_or(0.0, |r| r + 2e-3 + 3.0 * noise);
-    let under_plate = options.plate_radius_m - 3e-3 - noise;
+    let clear = tuning.clear_noises * noise;
+    let above_floor = tuning.above_floor_m + clear;
+    let column = column_radius(points, floor, options)
+        .map_or(0.0, |r| r + tuning.column_m + tuning.column_noises * noise);
+    let under_plate = options.plate_radius_m - tuning.inside_plate_m - noise;
     let inside = |p: &&Point3| {
         let radius = (p.x * p.x + p.z * p.z).sqrt();
         let over =
             floor.map_or(f64::INFINITY, |f| p.coords.dot(&f.normal) - f.height_m * f.normal.y);
         // Cloth may swing in below the plate, but not closely under it.
-        let stand = p.y < -(2e-3 + 4.0 * noise)
-            && (radius < column || (radius < under_plate && p.y > -UNDERSIDE_M));
-        radius < 1.05 * reach
-            && p.y < 10e-3 + 4.0 * noise
-            && p.y > -(reach - options.plate_radius_m) * 1.12
+        let stand = p.y < -(tuning.below_top_m + clear)
+            && (radius < column || (radius < under_plate && p.y > -tuning.under_plate_m));
+        radius < tuning.reach * reach
+            && p.y < tuning.rise_m + clear
+            && p.y > -(reach - options.plate_radius_m) * tuning.hang
             && over > above_floor
             && !stand
     };
@@ -115,11 +110,18 @@ fn cut(
 }
 
 /// Smooths downsampled points, downsamples what has moved together, and smooths again.
-fn smooth_twice(downsampled: &Downsampled, cell: f64, noise_m: f64) -> Vec<Smoothed> {
-    let reach_m = (2.5 * cell).max(2.5 * noise_m + 2e-3);
-    let points: Vec<Point3> = smooth(downsampled, reach_m).into_iter().map(|p| p.at).collect();
+fn smooth_twice(
+    downsampled: &Downsampled,
+    cell: f64,
+    noise_m: f64,
+    tuning: &ClothTuning,
+) -> Vec<Smoothed> {
+    let least_m = tuning.smooth_noises * noise_m + tuning.smooth_m;
+    let reach_m = (tuning.smooth_cells * cell).max(least_m);
+    let points: Vec<Point3> =
+        smooth(downsampled, reach_m, tuning).into_iter().map(|p| p.at).collect();
     let again = voxel_downsample(&points, Some(&downsampled.counts), cell);
-    smooth(&again, reach_m)
+    smooth(&again, reach_m, tuning)
 }
 
 /// The points of what stands under the plate: between the floor and the lowest
@@ -154,7 +156,7 @@ fn spacing(points: &[Point3], options: &ScanOptions) -> f64 {
 
 /// Statistical outlier removal on downsampled points: those whose neighbours are
 /// clearly farther than usual, or that stand for far fewer points.
-fn drop_strays(downsampled: Downsampled, cell: f64) -> Downsampled {
+fn drop_strays(downsampled: Downsampled, cell: f64, tuning: &ClothTuning) -> Downsampled {
     /// Mean distance of a point's neighbours, and how many points they stand for.
     struct Around {
         distance: f64,
@@ -165,7 +167,7 @@ fn drop_strays(downsampled: Downsampled, cell: f64) -> Downsampled {
         .points
         .par_iter()
         .map(|p| {
-            let near = tree.nearest(p, 10);
+            let near = tree.nearest(p, tuning.stray_neighbours);
             let number = near.len().max(1) as f64;
             Around {
                 distance: near.iter().map(Neighbour::distance).sum::<f64>() / number,
@@ -175,7 +177,10 @@ fn drop_strays(downsampled: Downsampled, cell: f64) -> Downsampled {
         .collect();
     let usual = robust::median(around.iter().map(|a| a.distance).collect()).unwrap_or(cell);
     let usual_count = robust::median(around.iter().map(|a| a.count).collect()).unwrap_or(1.0);
-    let keep = |a: &Around| a.distance < 2.2 * usual.max(cell) && a.count > 0.08 * usual_count;
+    let keep = |a: &Around| {
+        a.distance < tuning.stray_distance * usual.max(cell)
+            && a.count > tuning.stray_count * usual_count
+    };
     let mut out = Downsampled::default();
     for (i, _) in around.iter().enumerate().filter(|(_, a)| keep(a)) {
         out.points.push(downsampled.points[i]);
@@ -194,20 +199,26 @@ struct Smoothed {
 
 /// Moves each point along its normal onto the quadric through its neighbours
 /// within `reach_m`.
-fn smooth(downsampled: &Downsampled, reach_m: f64) -> Vec<Smoothed> {
+fn smooth(downsampled: &Downsampled, reach_m: f64, tuning: &ClothTuning) -> Vec<Smoothed> {
     let tree = Neighbours::new(&downsampled.points);
     downsampled
         .points
         .par_iter()
         .map(|p| {
             let near = tree.within(p, reach_m);
-            project(p, &near, downsampled, reach_m)
+            project(p, &near, downsampled, reach_m, tuning.smooth_pull)
         })
         .collect()
 }
 
 /// One projection: plane by principal axes, then z = quadric(x, y) over it.
-fn project(p: &Point3, near: &[usize], downsampled: &Downsampled, reach_m: f64) -> Smoothed {
+fn project(
+    p: &Point3,
+    near: &[usize],
+    downsampled: &Downsampled,
+    reach_m: f64,
+    pull: f64,
+) -> Smoothed {
     let lost = |normal| Smoothed { at: *p, normal, residual_m: reach_m };
     let Some((_, normal, _)) = principal(near.iter().map(|&i| downsampled.points[i])) else {
         return lost(Vector3::y());
@@ -230,7 +241,7 @@ fn project(p: &Point3, near: &[usize], downsampled: &Downsampled, reach_m: f64) 
     let scale = matrix[(0, 0)];
     let plain = matrix;
     for k in 1..6 {
-        matrix[(k, k)] += 1e-3 * scale;
+        matrix[(k, k)] += pull * scale;
     }
     let Some(q) = matrix.cholesky().map(|c| c.solve(&right)) else { return lost(normal) };
     let residual = (square - 2.0 * q.dot(&right) + q.dot(&(plain * q))).max(0.0) / scale;

@@ -17,26 +17,20 @@
 use rayon::prelude::*;
 
 use super::sides::to_side;
+use super::tuning::{EdgeTuning, Look};
 use crate::base::boundary::SIDES;
 use crate::numeric::robust;
 
-/// Distance between the strips along a side [m].
-pub(super) const STATION_M: f64 = 5e-3;
-/// Half width of a strip [m].
-const STRIP_HALF_M: f64 = 4e-3;
-/// Points of a strip that are used.
-const MOST_POINTS: usize = 400;
 /// Steps of 0.1 mm between the places of the coarse look for a strip's edge.
 const COARSE_STEPS: usize = 6;
-/// Density of strays relative to the cloth. Empirical: flying pixels that lie
-/// within the noise of the sheet's plane.
-const BACKGROUND: f64 = 0.01;
 /// Standard deviations of the blur beyond which it is whole or nothing, to 1e-10.
 const BLURRED: f64 = 6.0;
 
 /// The edge of one side.
 #[derive(Clone, Debug)]
 pub(super) struct Edge {
+    /// Distance between the strips \[m\].
+    pub station_m: f64,
     /// Along coordinate of the strips \[m\].
     pub along: Vec<f64>,
     /// Outward coordinate, smoothed \[m\].
@@ -49,8 +43,8 @@ pub(super) struct Edge {
 
 impl Edge {
     fn locate(&self, along: f64) -> (usize, f64) {
-        let s =
-            ((along - self.along[0]) / STATION_M).clamp(0.0, (self.along.len() - 1) as f64 - 1e-9);
+        let s = ((along - self.along[0]) / self.station_m)
+            .clamp(0.0, (self.along.len() - 1) as f64 - 1e-9);
         (s as usize, s.fract())
     }
 
@@ -95,45 +89,40 @@ struct StripEdge {
     sigma_m: f64,
 }
 
-/// What differs between a first look and the measurement.
-#[derive(Clone, Copy)]
-struct Look {
-    /// Strips look this far inward and outward of the nominal edge [m].
-    inward_m: f64,
-    outward_m: f64,
-    /// The edge bends less than this from strip to strip (second difference) [m].
-    bend_m: f64,
-    /// A strip's edge that differs from the smooth edge by more is no edge [m].
-    off_line_m: f64,
-}
-
-/// The parameterisation drifts slowly along a side.
-const MEASURE: Look = Look { inward_m: 12e-3, outward_m: 12e-3, bend_m: 0.05e-3, off_line_m: 4e-3 };
-/// Before the edges are pulled straight, strips between folds may have swung out.
-const FIRST: Look = Look { inward_m: 16e-3, outward_m: 16e-3, bend_m: 1.0e-3, off_line_m: 3e-3 };
-
 /// The edge of a side that need not be straight yet, from downsampled points.
-pub(super) fn measure_bent(points: &[[f64; 2]], half_m: f64) -> Edge {
-    measure_with(points, half_m, 0.3e-3, FIRST)
+pub(super) fn measure_bent(points: &[[f64; 2]], half_m: f64, tuning: &EdgeTuning) -> Edge {
+    measure_with(points, half_m, tuning.first_blur_m, tuning.first, tuning)
 }
 
 /// Measures one side; `points` are (along, outward), `half_m` half the side,
 /// `blur_m` the noise in the sheet's plane.
-pub(super) fn measure(points: &[[f64; 2]], half_m: f64, blur_m: f64) -> Edge {
-    measure_with(points, half_m, blur_m, MEASURE)
+fn measure(points: &[[f64; 2]], half_m: f64, blur_m: f64, tuning: &EdgeTuning) -> Edge {
+    measure_with(points, half_m, blur_m, tuning.measure, tuning)
 }
 
 /// Edges of the four sides from material coordinates of raw points near them.
-pub(super) fn measure_sides(material: &[[f64; 2]], half_m: f64, blur_m: f64) -> [Edge; SIDES] {
+pub(super) fn measure_sides(
+    material: &[[f64; 2]],
+    half_m: f64,
+    blur_m: f64,
+    tuning: &EdgeTuning,
+) -> [Edge; SIDES] {
     std::array::from_fn(|side| {
         let points: Vec<[f64; 2]> = material.iter().map(|&m| to_side(side, m)).collect();
-        measure(&points, half_m, blur_m)
+        measure(&points, half_m, blur_m, tuning)
     })
 }
 
-fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Edge {
-    let strips = (2.0 * half_m / STATION_M).round() as usize + 1;
-    let along: Vec<f64> = (0..strips).map(|k| k as f64 * STATION_M - half_m).collect();
+fn measure_with(
+    points: &[[f64; 2]],
+    half_m: f64,
+    blur_m: f64,
+    look: Look,
+    tuning: &EdgeTuning,
+) -> Edge {
+    let (station_m, strip_half_m) = (tuning.station_m, tuning.strip_half_m);
+    let strips = (2.0 * half_m / station_m).round() as usize + 1;
+    let along: Vec<f64> = (0..strips).map(|k| k as f64 * station_m - half_m).collect();
     let mut across: Vec<Vec<f64>> = vec![Vec::new(); strips];
     let window = (-look.inward_m, look.outward_m);
     for p in points {
@@ -141,9 +130,9 @@ fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Ed
         if w < window.0 || w > window.1 {
             continue;
         }
-        let from = ((p[0] - STRIP_HALF_M + half_m) / STATION_M).ceil().max(0.0) as usize;
+        let from = ((p[0] - strip_half_m + half_m) / station_m).ceil().max(0.0) as usize;
         for (k, list) in across.iter_mut().enumerate().skip(from) {
-            if along[k] > p[0] + STRIP_HALF_M {
+            if along[k] > p[0] + strip_half_m {
                 break;
             }
             list.push(w);
@@ -157,16 +146,16 @@ fn measure_with(points: &[[f64; 2]], half_m: f64, blur_m: f64, look: Look) -> Ed
     let found: Vec<Option<StripEdge>> = across
         .par_iter()
         .map(|list| {
-            (inner(list) >= (0.15 * usual).max(4.0))
-                .then(|| strip_edge(list, blur_m, look))
+            (inner(list) >= (tuning.least_inner * usual).max(4.0))
+                .then(|| strip_edge(list, blur_m, look, tuning))
                 .flatten()
         })
         .collect();
-    smooth(along, &found, half_m, look)
+    smooth(along, &found, half_m, look, tuning)
 }
 
 /// The edge in one strip, if it is there.
-fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<StripEdge> {
+fn strip_edge(across: &[f64], blur_m: f64, look: Look, tuning: &EdgeTuning) -> Option<StripEdge> {
     /// A place where the edge may be, its log-likelihood, and how many steps it stands for.
     struct Place {
         k: usize,
@@ -174,23 +163,23 @@ fn strip_edge(across: &[f64], blur_m: f64, look: Look) -> Option<StripEdge> {
         width: f64,
     }
     // More points do not help: the strip's edge is not that straight.
-    let stride = across.len().div_ceil(MOST_POINTS);
+    let stride = across.len().div_ceil(tuning.most_points);
     let mut across: Vec<f64> = across.iter().step_by(stride).copied().collect();
     across.sort_unstable_by(f64::total_cmp);
     let (low, high) = (-look.inward_m, look.outward_m);
     let step = 0.1e-3;
     let first = low + 4e-3;
     let count = ((high - 2e-3 - first) / step) as usize;
-    let blur = blur_m.max(0.1e-3);
+    let (blur, background) = (blur_m.max(tuning.least_blur_m), tuning.background);
     let log_of = |e: f64| -> f64 {
-        let mass = (e - low) + BACKGROUND * (high - low);
+        let mass = (e - low) + background * (high - low);
         // Away from the edge a point's density is that of the cloth or of the strays.
         let inside = across.partition_point(|w| e - w > BLURRED * blur);
         let blurred = across.partition_point(|w| e - w > -BLURRED * blur);
         let near = across[inside..blurred].iter();
-        near.map(|w| (normal_share((e - w) / blur) + BACKGROUND).ln()).sum::<f64>()
-            + inside as f64 * BACKGROUND.ln_1p()
-            + (across.len() - blurred) as f64 * BACKGROUND.ln()
+        near.map(|w| (normal_share((e - w) / blur) + background).ln()).sum::<f64>()
+            + inside as f64 * background.ln_1p()
+            + (across.len() - blurred) as f64 * background.ln()
             - across.len() as f64 * mass.ln()
     };
     let place =
@@ -225,7 +214,13 @@ fn normal_share(x: f64) -> f64 {
 }
 
 /// Whittaker smoothing (second differences) with robust weights.
-fn smooth(along: Vec<f64>, found: &[Option<StripEdge>], half_m: f64, look: Look) -> Edge {
+fn smooth(
+    along: Vec<f64>,
+    found: &[Option<StripEdge>],
+    half_m: f64,
+    look: Look,
+    tuning: &EdgeTuning,
+) -> Edge {
     let n = along.len();
     let mut observed: Vec<bool> = found.iter().map(Option::is_some).collect();
     let mut line = vec![0.0; n];
@@ -235,11 +230,11 @@ fn smooth(along: Vec<f64>, found: &[Option<StripEdge>], half_m: f64, look: Look)
         let mut right = vec![0.0; n];
         for k in 0..n {
             // A faint pull to the nominal edge keeps an unseen side defined.
-            matrix.add(k, k, 1.0 / (10e-3_f64).powi(2));
+            matrix.add(k, k, 1.0 / tuning.nominal_sigma_m.powi(2));
             if let (Some(StripEdge { outward_m: e, sigma_m }), true) = (found[k], observed[k]) {
                 let s = sigma_m.max(0.1e-3);
                 let off = if round == 0 { e } else { e - line[k] };
-                let weight = 1.0 / (s * s) / (1.0 + (off / 1.5e-3).powi(2));
+                let weight = 1.0 / (s * s) / (1.0 + (off / tuning.robust_m).powi(2));
                 matrix.add(k, k, weight);
                 right[k] += weight * e;
             }
@@ -260,7 +255,8 @@ fn smooth(along: Vec<f64>, found: &[Option<StripEdge>], half_m: f64, look: Look)
             observed[k] = found[k].is_some_and(|f| (f.outward_m - line[k]).abs() < look.off_line_m);
         }
     }
-    Edge { along, outward: line.iter().map(|w| w + half_m).collect(), sigma, observed }
+    let outward = line.iter().map(|w| w + half_m).collect();
+    Edge { station_m: tuning.station_m, along, outward, sigma, observed }
 }
 
 #[cfg(test)]
@@ -268,6 +264,10 @@ mod tests {
     use super::*;
     use rand::RngExt as _;
     use rand_distr::{Distribution, Normal};
+
+    fn shipped() -> EdgeTuning {
+        crate::scan::tuning::Tuning::default().edge
+    }
 
     /// Random points on 300 mm of cloth whose edge lies at 151 mm.
     fn strip(per_mm2: f64, noise_m: f64, seed: u64) -> Vec<[f64; 2]> {
@@ -292,7 +292,7 @@ mod tests {
         ] {
             let mut mean = 0.0;
             for seed in 0..4 {
-                let edge = measure(&strip(per_mm2, noise_m, seed), 0.15, noise_m);
+                let edge = measure(&strip(per_mm2, noise_m, seed), 0.15, noise_m, &shipped());
                 mean += edge.outward.iter().sum::<f64>() / edge.outward.len() as f64 / 4.0;
                 assert!(edge.observed.iter().filter(|o| **o).count() > 55);
             }
@@ -310,7 +310,7 @@ mod tests {
             .into_iter()
             .filter(|p| p[0].abs() > 0.02 || p[1] < 0.13)
             .collect();
-        let edge = measure(&points, 0.15, 0.15e-3);
+        let edge = measure(&points, 0.15, 0.15e-3, &shipped());
         assert!(!edge.observed_at(0.0) && edge.observed_at(0.05));
         assert!((edge.outward_at(0.0) - 0.151).abs() < 0.5e-3);
         assert!(edge.sigma_at(0.0) > edge.sigma_at(0.05));

@@ -18,17 +18,6 @@ use super::sheet::{self, Sheet};
 use super::square::Square;
 use crate::base::Point3;
 
-/// Raw points that are tried for the edge: every 0.7 mm of a cloth's surface,
-pub(super) const MOST_EDGE_CANDIDATES: usize = 200_000;
-/// and while the sheet is not yet registered, every 1.3 mm.
-const MOST_FIRST_CANDIDATES: usize = 50_000;
-/// Raw points that the sheet is registered to: every 1.5 mm of a cloth's surface.
-const MOST_REGISTERED: usize = 40_000;
-
-/// Most steps in which the sheet is drawn after each measurement of its edge; the first is
-/// made on a sheet that still lies off.
-const REGISTRATION_STEPS: [usize; 3] = [2, 5, 5];
-
 /// A sheet and the surface points' places on it.
 pub(super) struct Fitted {
     /// The sheet.
@@ -54,13 +43,11 @@ pub(super) fn fit_sheet(
     options: &ScanOptions,
 ) -> Option<Fitted> {
     let half_m = 0.5 * options.specimen_side_m;
+    let tuning = &options.tuning.sheet;
     let settings = sheet::SheetSettings {
-        half_m: 1.1 * half_m,
-        knot_m: 6e-3,
-        point_sigma_m: 0.1e-3 + noise_m,
-        curvature_sigma: 100.0,
-        strain_sigma: 0.05,
-        rounds: 6,
+        half_m: tuning.cover * half_m,
+        point_sigma_m: tuning.point_sigma_m + noise_m,
+        tuning,
     };
     let mut material: Vec<[f64; 2]> = surface.flat.iter().map(|&p| square.material(p)).collect();
     let sheet = sheet::fit(&surface.points, &surface.disorder, &mut material, &settings)?;
@@ -90,11 +77,13 @@ pub(super) fn edge_points(
     material: &[[f64; 2]],
     sheet: &Sheet,
     noise_m: f64,
-    half_m: f64,
     most: usize,
+    options: &ScanOptions,
 ) -> Vec<EdgePoint> {
+    let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning.sheet);
     let tree = Neighbours::new(surface);
-    let on_sheet = 0.4e-3 + 3.0 * noise_m;
+    let on_sheet = tuning.on_sheet_m + tuning.on_sheet_noises * noise_m;
+    let near_m = tuning.near_cells * cloth.spacing_m + tuning.on_sheet_noises * noise_m;
     let stride = cloth.raw.len().div_ceil(most);
     cloth
         .raw
@@ -103,11 +92,11 @@ pub(super) fn edge_points(
         .filter_map(|p| {
             let near = tree.one(p)?;
             let m = material[near.index];
-            let far = near.distance() > 4.0 * cloth.spacing_m + 3.0 * noise_m;
-            if far || m[0].abs().max(m[1].abs()) < half_m - 20e-3 {
+            let far = near.distance() > near_m;
+            if far || m[0].abs().max(m[1].abs()) < half_m - tuning.near_edge_m {
                 return None;
             }
-            let foot = sheet.nearest(p, m, 1.09 * half_m);
+            let foot = sheet.nearest(p, m, tuning.slide * half_m);
             (foot.off_m < on_sheet).then_some(EdgePoint { at: *p, material: foot.material })
         })
         .collect()
@@ -115,40 +104,45 @@ pub(super) fn edge_points(
 
 /// Registers the sheet to the raw points, without changing its lengths, and measures
 /// the free edge on it, alternately; the surface points' places follow. `None` if too few points carry it.
-pub(super) fn register_sheet(
+pub(super) fn register_sheet<'a>(
     sheet: Sheet,
     cloth: &Cloth,
     surface: &Parameterisation,
     material: &mut [[f64; 2]],
     noise_m: f64,
-    options: &ScanOptions,
-) -> Option<Registration> {
+    options: &'a ScanOptions,
+) -> Option<Registration<'a>> {
     let half_m = 0.5 * options.specimen_side_m;
+    let (of_sheet, tuning) = (&options.tuning.sheet, &options.tuning.registration);
+    let reach_m = of_sheet.slide * half_m;
     let priors = Priors {
         half_m,
+        reach_m,
         plate_radius_m: options.plate_radius_m,
-        point_sigma_m: 0.1e-3 + noise_m,
-        curvature_sigma: 100.0,
-        strain_sigma: 0.02,
+        point_sigma_m: of_sheet.point_sigma_m + noise_m,
+        sheet: of_sheet,
+        tuning,
     };
     let tree = Neighbours::new(&surface.points);
-    let stride = cloth.raw.len().div_ceil(MOST_REGISTERED);
-    let near = 4.0 * cloth.spacing_m + 3.0 * noise_m;
+    let stride = cloth.raw.len().div_ceil(tuning.most_points);
+    let near = of_sheet.near_cells * cloth.spacing_m + of_sheet.on_sheet_noises * noise_m;
     let points = cloth.raw.par_iter().step_by(stride).filter_map(|p| {
         let found = tree.one(p)?;
         (found.distance() < near).then_some((*p, material[found.index]))
     });
     let mut registration = Registration::new(sheet, points.collect(), priors);
-    for steps in REGISTRATION_STEPS {
+    for steps in tuning.steps {
         let sheet = &registration.sheet;
-        let most = MOST_FIRST_CANDIDATES;
-        let near_edge = edge_points(cloth, &surface.points, material, sheet, noise_m, half_m, most);
+        let most = tuning.most_first_candidates;
+        let near_edge =
+            edge_points(cloth, &surface.points, material, sheet, noise_m, most, options);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
-        registration.draw(&edge::measure_sides(&flat, half_m, noise_m), steps)?;
+        let edges = edge::measure_sides(&flat, half_m, noise_m, &options.tuning.edge);
+        registration.draw(&edges, steps)?;
         let sheet = &registration.sheet;
         surface.points.par_iter().zip(&mut *material).for_each(|(p, m)| {
             for _ in 0..2 {
-                *m = sheet.nearest(p, *m, 1.09 * half_m).material;
+                *m = sheet.nearest(p, *m, reach_m).material;
             }
         });
     }

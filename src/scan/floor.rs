@@ -20,9 +20,6 @@ pub(super) struct Floor {
     pub rms_m: f64,
 }
 
-/// Points in which the floor is looked for.
-const MOST_FLOOR: usize = 250_000;
-
 /// The lowest large level plane: the best of consensus planes through a few
 /// points, among points lower than any cloth can hang high. The points are the
 /// scan's, the plane is in the local frame.
@@ -32,31 +29,32 @@ pub(super) fn find(
     options: &ScanOptions,
     noise_m: f64,
 ) -> Option<Floor> {
+    let tuning = &options.tuning.frame;
     let half = 0.5 * options.specimen_side_m;
-    let stride = points.len().div_ceil(MOST_FLOOR);
+    let stride = points.len().div_ceil(tuning.most_floor_points);
     let low: Vec<Point3> = points
         .iter()
         .step_by(stride)
         .map(|p| local_from_scan * p)
         .filter(|p| p.y < -0.3 * half && p.y > -10.0 * half)
         .collect();
-    let low = voxel_downsample(&low, None, 6e-3).points;
-    if low.len() < 300 {
+    let low = voxel_downsample(&low, None, tuning.floor_cell_m).points;
+    if low.len() < tuning.least_floor_cells {
         return None;
     }
-    let tolerance = (2.0 * noise_m).max(2e-3);
+    let tolerance = (tuning.on_floor_noises * noise_m).max(tuning.on_floor_m);
     let mut rng = crate::base::seed::rng(options.seed, "floor", 0);
     let mut pick = || low[(rand::RngExt::random::<f64>(&mut rng) * low.len() as f64) as usize];
     let mut best: (usize, Point3, Vector3) = (0, Point3::origin(), Vector3::y());
-    for _ in 0..300 {
+    for _ in 0..tuning.planes {
         let (a, b, c) = (pick(), pick(), pick());
         let normal = (b - a).cross(&(c - a));
         if normal.norm() < 1e-5 {
             continue;
         }
         let normal = normal.normalize() * normal.y.signum();
-        if normal.y < 0.966 {
-            continue; // more than 15 degrees off the plate
+        if normal.y < tuning.least_cosine {
+            continue;
         }
         let count = low.iter().filter(|p| (*p - a).dot(&normal).abs() < tolerance).count();
         if count > best.0 {
@@ -77,7 +75,7 @@ pub(super) fn find(
     let support = on(&at, &normal);
     // A floor is wide: cloth hanging level would be narrower than the specimen.
     let wide = support.iter().filter(|p| p.x.hypot(p.z) > half).count();
-    (wide > 200 && normal.y > 0.966).then(|| Floor {
+    (wide > tuning.least_wide_cells && normal.y > tuning.least_cosine).then(|| Floor {
         height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
         normal,
         rms_m,

@@ -11,9 +11,6 @@ use crate::base::{Isometry3, Point3, Vector3};
 /// horizontal (its y axis if x points up). Every bearing of this module.
 pub type Bearing = f64;
 
-/// How far from level a floor under a scanned drape is \[rad\].
-const FLOOR_SIGMA_RAD: f64 = 2e-3;
-
 /// The local frame: origin at the centre of the plate's top face, y up, x along the
 /// scan's x axis laid horizontal.
 pub(super) struct LocalFrame {
@@ -38,11 +35,12 @@ pub(super) fn find(scene: &[Point3], plate: &Plate, options: &ScanOptions) -> Lo
     let mut local_from_scan = frame(plate.up.into_inner());
     let mut floor = floor::find(scene, &local_from_scan, options, plate.noise_m);
     // A plate that is clearly tilted keeps its own normal.
-    let plate_sigma = 3.0 * plate.tilt_sigma_rad + 1e-3;
-    let level =
-        |f: &Floor| f.normal.angle(&Vector3::y()) < 4.0 * plate_sigma.hypot(FLOOR_SIGMA_RAD);
+    let tuning = &options.tuning.frame;
+    let plate_sigma = tuning.plate_error_factor * plate.tilt_sigma_rad + tuning.plate_sigma_rad;
+    let most_rad = tuning.level_sigmas * plate_sigma.hypot(tuning.floor_sigma_rad);
+    let level = |f: &Floor| f.normal.angle(&Vector3::y()) < most_rad;
     if let Some(found) = floor.filter(level) {
-        let weight = (FLOOR_SIGMA_RAD / plate_sigma).powi(2);
+        let weight = (tuning.floor_sigma_rad / plate_sigma).powi(2);
         let up = (found.normal + Vector3::y() * weight).normalize();
         let up = local_from_scan.inverse_transform_vector(&up);
         let before = std::mem::replace(&mut local_from_scan, frame(up));

@@ -8,61 +8,41 @@ use super::error::ScanError;
 use super::measured::{MarkedSide, Marking, Misfit};
 use super::options::ScanOptions;
 use super::rim::{Rim, bearing_deg, longest_gap};
-use super::square::{self, SquareFit};
+use super::square::SquareFit;
 use super::uncertainty::Unexplained;
-use super::underside::{Cut, MIN_CREASE_RAD};
+use super::underside::Cut;
 use super::unit::LengthUnit;
-use super::unit_guess::{Guess, LARGEST_SCENE_M, SMALLEST_SCENE_M};
+use super::unit_guess::Guess;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::numeric::robust;
 
-/// Fewest points that can carry a rim: about one per 3 mm square. Chosen.
-const MIN_POINTS: usize = 3000;
-/// A cut shorter than this only parts bridges to the surroundings [m]. Chosen.
-const WHOLE_CUT_M: f64 = 0.3;
-/// Share of the rim that must lie on the cut: where it does not, the false underside
-/// took a short way between two folds. Measured: with less, points were 6 mm off.
-const MIN_CLEAR: f64 = 0.8;
-/// Share of the outline that must lie on the square. Chosen.
-const MIN_ON_SQUARE: f64 = 0.5;
-/// With a larger share of hidden bearings it is the view that is at fault, not the
-/// specimen. Chosen.
-const MOST_HIDDEN: f64 = 0.2;
-/// Fewer points are no mark. Chosen.
-const LEAST_MARK_POINTS: usize = 20;
-/// Share of the marked points that must lie towards one side. Chosen.
-const LEAST_MARK_SHARE: f64 = 0.8;
-/// How far the middle of the mark may lie from the middle of its side, as seen from
-/// the specimen's centre \[degrees\]: a mark in a corner tells no side. Chosen.
-const MOST_MARK_OFF_DEG: f64 = 30.0;
-/// Noise up to which bridges are held by the sheet's lengths [m]. Measured.
-const BRIDGED_WELL_NOISE_M: f64 = 1e-3;
-
 /// The refusal of a scan whose points do not carry a rim.
-pub(super) fn too_few_points(points: usize) -> ScanError {
-    ScanError::TooFewPoints { points, limit: MIN_POINTS }
+pub(super) fn too_few_points(points: usize, options: &ScanOptions) -> ScanError {
+    ScanError::TooFewPoints { points, limit: options.tuning.limits.min_points }
 }
 
 /// Refuses a scan of too few points.
-pub(super) fn enough_points(points: usize) -> Result<(), ScanError> {
-    if points < MIN_POINTS { Err(too_few_points(points)) } else { Ok(()) }
+pub(super) fn enough_points(points: usize, options: &ScanOptions) -> Result<(), ScanError> {
+    let enough = points >= options.tuning.limits.min_points;
+    if enough { Ok(()) } else { Err(too_few_points(points, options)) }
 }
 
 /// The guessed unit, if the scene has the size of one with a drape.
-pub(super) fn unit(guess: Guess) -> Result<LengthUnit, ScanError> {
+pub(super) fn unit(guess: Guess, options: &ScanOptions) -> Result<LengthUnit, ScanError> {
     guess.unit.ok_or(ScanError::Size {
         measured_units: guess.size_units,
-        smallest_m: SMALLEST_SCENE_M,
-        largest_m: LARGEST_SCENE_M,
+        smallest_m: options.tuning.scene.smallest_m,
+        largest_m: options.tuning.scene.largest_m,
     })
 }
 
 /// Refuses a cut of a closed mesh that has found no crease.
-pub(super) fn crease(cut: &Cut) -> Result<(), ScanError> {
-    if cut.length_m > WHOLE_CUT_M && cut.crease_rad < MIN_CREASE_RAD {
+pub(super) fn crease(cut: &Cut, options: &ScanOptions) -> Result<(), ScanError> {
+    let tuning = &options.tuning.underside;
+    if cut.length_m > tuning.whole_cut_m && cut.crease_rad < tuning.min_crease_rad {
         return Err(ScanError::NoCrease {
             crease_deg: cut.crease_rad.to_degrees(),
-            limit_deg: MIN_CREASE_RAD.to_degrees(),
+            limit_deg: tuning.min_crease_rad.to_degrees(),
         });
     }
     Ok(())
@@ -70,25 +50,27 @@ pub(super) fn crease(cut: &Cut) -> Result<(), ScanError> {
 
 /// Refuses a cut of a closed mesh that follows too little of the rim: `own_edge_share`
 /// of it is an edge of the mesh that is left.
-pub(super) fn edge_of_cut(own_edge_share: f64) -> Result<(), ScanError> {
-    if own_edge_share >= MIN_CLEAR {
+pub(super) fn edge_of_cut(own_edge_share: f64, options: &ScanOptions) -> Result<(), ScanError> {
+    let min_clear = options.tuning.limits.min_clear;
+    if own_edge_share >= min_clear {
         return Ok(());
     }
     Err(ScanError::HiddenCrease {
         clear_percent: 100.0 * own_edge_share,
-        limit_percent: 100.0 * MIN_CLEAR,
+        limit_percent: 100.0 * min_clear,
     })
 }
 
 /// Refuses a parameterised cloth that is no square of the specimen's size.
 pub(super) fn square(fit: &SquareFit, options: &ScanOptions) -> Result<(), ScanError> {
-    if fit.on_share >= MIN_ON_SQUARE {
+    let tuning = &options.tuning.limits;
+    if fit.on_share >= tuning.min_on_square {
         return Ok(());
     }
-    if fit.hidden.share > MOST_HIDDEN {
+    if fit.hidden.share > tuning.most_hidden {
         return Err(ScanError::HiddenRim {
             hidden_percent: fit.hidden.share * 100.0,
-            limit_percent: MOST_HIDDEN * 100.0,
+            limit_percent: tuning.most_hidden * 100.0,
             arc_deg: fit.hidden.arc_deg,
             bearing_deg: fit.hidden.bearing_deg,
         });
@@ -96,13 +78,14 @@ pub(super) fn square(fit: &SquareFit, options: &ScanOptions) -> Result<(), ScanE
     Err(ScanError::NotASquare {
         side_mm: options.specimen_side_m * 1e3,
         rms_mm: fit.rms_m * 1e3,
-        limit_mm: square::BOUND_M * 1e3,
+        limit_mm: options.tuning.square.bound_m * 1e3,
         bearing_deg: fit.worst_bearing_deg,
     })
 }
 
 /// The bearing of the side that a mark tells \[degrees\].
-pub(super) fn mark(marking: Marking) -> Result<f64, ScanError> {
+pub(super) fn mark(marking: Marking, options: &ScanOptions) -> Result<f64, ScanError> {
+    let tuning = &options.tuning.limits;
     let MarkedSide { points, share, off_deg, middle_bearing_deg, side_bearing_deg } = match marking
     {
         Marking::NoColors => return Err(ScanError::NoColors),
@@ -111,15 +94,15 @@ pub(super) fn mark(marking: Marking) -> Result<f64, ScanError> {
         }
         Marking::Side(side) => side,
     };
-    if points < LEAST_MARK_POINTS {
-        return Err(ScanError::NoMark { points, limit: LEAST_MARK_POINTS });
+    if points < tuning.least_mark_points {
+        return Err(ScanError::NoMark { points, limit: tuning.least_mark_points });
     }
-    if share < LEAST_MARK_SHARE || off_deg > MOST_MARK_OFF_DEG {
+    if share < tuning.least_mark_share || off_deg > tuning.most_mark_off_deg {
         return Err(ScanError::MarkUnclear {
             share_percent: 100.0 * share,
-            limit_percent: 100.0 * LEAST_MARK_SHARE,
+            limit_percent: 100.0 * tuning.least_mark_share,
             off_deg,
-            limit_deg: MOST_MARK_OFF_DEG,
+            limit_deg: tuning.most_mark_off_deg,
             bearing_deg: middle_bearing_deg,
         });
     }
@@ -163,7 +146,7 @@ pub(super) fn rim(
 
 /// Refuses a rim of which too little is observed.
 fn observed(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
-    let more_noise_m = (noise_m - BRIDGED_WELL_NOISE_M).max(0.0);
+    let more_noise_m = (noise_m - options.tuning.limits.bridged_well_noise_m).max(0.0);
     let min_observed = options.min_observed + options.min_observed_per_noise * more_noise_m;
     let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * more_noise_m).max(0.0);
     let observed = rim.observed_fraction();
@@ -226,7 +209,9 @@ mod tests {
             .map(|k| [f64::from(k % 200) * 1e-3 - 0.1, f64::from(k / 200) * 1e-3 - 0.1])
             .filter(|p| p[0].hypot(p[1]) < 0.1)
             .collect();
-        let judged = square(&square::find(&disc, 0.3), &ScanOptions::default());
+        let options = ScanOptions::default();
+        let fit = super::super::square::find(&disc, 0.3, &options.tuning.square);
+        let judged = square(&fit, &options);
         assert!(matches!(judged, Err(ScanError::HiddenRim { .. })));
     }
 }

@@ -14,14 +14,9 @@ use super::measured::{MarkedSide, Marking};
 use super::neighbours::Neighbours;
 use super::parameterisation::Parameterisation;
 use super::square::Square;
+use super::tuning::MarkTuning;
 use crate::base::Point3;
 use crate::numeric::robust;
-
-/// Of the way from the cloth's colour to the mark's, a point of the mark has come
-/// this far at least,
-const LEAST_WAY: f64 = 0.4;
-/// and has strayed from it by no more than this share of the way.
-const MOST_ASTRAY: f64 = 0.6;
 
 /// What tells a mark's colour from the cloth's.
 struct Hue {
@@ -38,12 +33,12 @@ impl Hue {
         (length >= LEAST_DIFFERENCE).then_some(Self { cloth, way, length })
     }
 
-    fn is_mark(&self, color: [u8; 3]) -> bool {
+    fn is_mark(&self, color: [u8; 3], tuning: &MarkTuning) -> bool {
         let Some(color) = Chromaticity::of(color) else { return false };
         let off = color.minus(self.cloth);
         let along = (0..3).map(|k| off[k] * self.way[k]).sum::<f64>() / self.length;
         let astray = (norm(off).powi(2) - along * along).max(0.0).sqrt();
-        along > LEAST_WAY * self.length && astray < MOST_ASTRAY * along
+        along > tuning.least_way * self.length && astray < tuning.most_astray * along
     }
 }
 
@@ -61,6 +56,8 @@ pub(super) struct Marked<'a> {
     pub reach_m: f64,
     /// Radius of the plate \[m\].
     pub plate_radius_m: f64,
+    /// The constants.
+    pub tuning: &'a MarkTuning,
 }
 
 /// Looks for the side that carries the mark.
@@ -97,7 +94,7 @@ fn side(places: &[[f64; 2]], square: &Square) -> MarkedSide {
 
 /// The cloth's own colour: the median on the plate; `None` without colours there.
 fn cloth_color(marked: &Marked) -> Option<Chromaticity> {
-    let radius_m = 0.8 * marked.plate_radius_m;
+    let radius_m = marked.tuning.plate_radii * marked.plate_radius_m;
     let colored = marked.points.iter().zip(marked.colors);
     let on_plate = colored.filter(|(p, _)| p.x.hypot(p.z) < radius_m && p.y.abs() < 5e-3);
     let seen: Vec<Chromaticity> =
@@ -115,7 +112,10 @@ fn places(marked: &Marked, hue: &Hue) -> Vec<[f64; 2]> {
             .then(|| marked.square.material(marked.cloth.flat[near.index]))
     };
     let colored = marked.points.iter().zip(marked.colors);
-    colored.filter(|(_, c)| hue.is_mark(**c)).filter_map(|(p, _)| on_cloth(p)).collect()
+    colored
+        .filter(|(_, c)| hue.is_mark(**c, marked.tuning))
+        .filter_map(|(p, _)| on_cloth(p))
+        .collect()
 }
 
 #[cfg(test)]
@@ -124,16 +124,18 @@ mod tests {
 
     #[test]
     fn a_mark_is_known_in_light_and_shadow_and_washed_out() {
+        let tuning = crate::scan::tuning::Tuning::default().mark;
         let red = MarkColor([220, 40, 40]);
         let hue = |cloth| Hue::new(red, Chromaticity::of(cloth).unwrap());
         for cloth in [[70_u8, 110, 185], [230, 230, 225], [60, 60, 60], [180, 170, 120]] {
             let hue = hue(cloth).unwrap();
+            let is_mark = |color| hue.is_mark(color, &tuning);
             for light in [1.0, 0.6, 0.35] {
                 let lit = |c: [u8; 3]| c.map(|v| (f64::from(v) * light) as u8);
-                assert!(hue.is_mark(lit([220, 40, 40])), "{cloth:?} {light}");
-                assert!(hue.is_mark(lit([205, 80, 75])), "{cloth:?} {light}");
+                assert!(is_mark(lit([220, 40, 40])), "{cloth:?} {light}");
+                assert!(is_mark(lit([205, 80, 75])), "{cloth:?} {light}");
                 for other in [cloth, [205, 205, 200], [95, 85, 75], [40, 160, 70]] {
-                    assert!(!hue.is_mark(lit(other)), "{cloth:?} {light} {other:?}");
+                    assert!(!is_mark(lit(other)), "{cloth:?} {light} {other:?}");
                 }
             }
         }

@@ -52,6 +52,7 @@ mod sheet;
 mod sides;
 mod square;
 mod steps;
+pub mod tuning;
 mod uncertainty;
 mod underside;
 pub mod unit;
@@ -64,6 +65,7 @@ pub use mesh_facts::{CutFacts, MeshFacts};
 pub use options::{Orientation, ScanOptions, WarpToward};
 pub use quality::Quality;
 pub use scanned::{Evidence, ScannedBoundary};
+pub use tuning::{Tuning, TuningError};
 pub use unit::LengthUnit;
 
 use crate::base::clock::Stages;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::color::MarkColor;
+use super::tuning::Tuning;
 use super::unit::LengthUnit;
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 
@@ -73,6 +74,9 @@ pub struct ScanOptions {
     pub max_uneven_m: f64,
     /// See [`ScanOptions::max_uneven_m`].
     pub max_uneven_per_noise: f64,
+    /// The tuned constants; written with a result only where they are not those that ship.
+    #[serde(skip_serializing_if = "Tuning::is_shipped")]
+    pub tuning: Tuning,
 }
 
 impl Default for ScanOptions {
@@ -95,6 +99,7 @@ impl Default for ScanOptions {
             side_range_m: [0.280, 0.330],
             max_uneven_m: 2.5e-3,
             max_uneven_per_noise: 0.5,
+            tuning: Tuning::default(),
         }
     }
 }

@@ -21,31 +21,9 @@ use nalgebra::{SMatrix, SVector};
 use super::options::ScanOptions;
 use super::sheet::Sheet;
 use super::square::Square;
+use super::tuning::OriginTuning;
 use crate::base::Point3;
 use crate::numeric::robust;
-
-/// Bearings that are looked at.
-const BEARINGS: usize = 72;
-/// Fewest that make a circle.
-const LEAST_BEARINGS: usize = 48;
-/// The depths at which radii are read \[m\].
-const DEPTHS_M: [f64; 2] = [1e-3, 4e-3];
-/// Where the cloth's height tells the plate's, in plate radii: just inside the
-/// edge.
-const FACE_RADII: f64 = 0.88;
-/// The cloth lifts off the plate before it bends over the edge, there by this
-/// much. Empirical: 0.1 to 0.3 mm over simulated drapes from soft to stiff.
-const LIFT_M: f64 = 0.15e-3;
-/// The gentlest share of the bearings tells the height of the face.
-const GENTLEST: f64 = 0.25;
-/// Bearings of one fold err together: so many of them count as one.
-const TOGETHER: f64 = 4.0;
-
-/// The harmonics above the first take up most of the scatter: this share of it is
-/// left in the axis, and no less than this [m]. Empirical: 0.08 mm in the mean from
-/// soft to stiff, where the scatter says 0.05 to 0.37.
-const FOLDS_SHARE: f64 = 0.3;
-const LEAST_SIGMA_M: f64 = 0.06e-3;
 
 /// The plate in the local frame.
 #[derive(Clone, Copy, Debug)]
@@ -61,9 +39,9 @@ pub(super) struct Origin {
 /// One bearing of the sheet.
 struct Ray {
     bearing_rad: f64,
-    /// Horizontal distance from the local origin at [`DEPTHS_M`] \[m\].
+    /// Horizontal distance from the local origin at the two depths \[m\].
     radii_m: [f64; 2],
-    /// Height at [`FACE_RADII`] \[m\].
+    /// Height just inside the edge \[m\].
     height_m: f64,
 }
 
@@ -72,20 +50,28 @@ pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Opt
     let mut origin =
         Origin { axis: [0.0; 2], axis_sigma_m: f64::INFINITY, face_y_m: options.cloth_height_m };
     for _ in 0..2 {
-        let trace = |k| ray(sheet, square, &origin, k, options.plate_radius_m);
-        let rays: Vec<Ray> = (0..BEARINGS).filter_map(trace).collect();
-        if rays.len() < LEAST_BEARINGS {
+        let tuning = &options.tuning.origin;
+        let trace = |k| ray(sheet, square, &origin, k, options);
+        let rays: Vec<Ray> = (0..tuning.bearings).filter_map(trace).collect();
+        if rays.len() < tuning.least_bearings {
             return None;
         }
-        let (axis, axis_sigma_m) = axis(&rays)?;
-        origin = Origin { axis, axis_sigma_m, face_y_m: face(rays)? };
+        let (axis, axis_sigma_m) = axis(&rays, tuning)?;
+        origin = Origin { axis, axis_sigma_m, face_y_m: face(rays, tuning)? };
     }
     Some(origin)
 }
 
 /// Follows the sheet outward from the plate's axis on bearing `k`.
-fn ray(sheet: &Sheet, square: &Square, from: &Origin, k: usize, radius_m: f64) -> Option<Ray> {
-    let bearing_rad = std::f64::consts::TAU * k as f64 / BEARINGS as f64;
+fn ray(
+    sheet: &Sheet,
+    square: &Square,
+    from: &Origin,
+    k: usize,
+    options: &ScanOptions,
+) -> Option<Ray> {
+    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.origin);
+    let bearing_rad = std::f64::consts::TAU * k as f64 / tuning.bearings as f64;
     let at = |s: f64| {
         let flat = [from.axis[0] + s * bearing_rad.cos(), from.axis[1] + s * bearing_rad.sin()];
         sheet.at(square.material(flat))
@@ -97,10 +83,10 @@ fn ray(sheet: &Sheet, square: &Square, from: &Origin, k: usize, radius_m: f64) -
     let mut before = at(0.6 * radius_m);
     for j in 1..100 {
         let now = at(0.6 * radius_m + f64::from(j) * step);
-        if height_m.is_none() && from_axis(&now) > FACE_RADII * radius_m {
+        if height_m.is_none() && from_axis(&now) > tuning.face_radii * radius_m {
             height_m = Some(now.y);
         }
-        for (crossed, depth_m) in crossed.iter_mut().zip(DEPTHS_M) {
+        for (crossed, depth_m) in crossed.iter_mut().zip(tuning.depths_m) {
             let level = from.face_y_m - depth_m;
             if crossed.is_none() && now.y <= level && before.y > level {
                 let share = (before.y - level) / (before.y - now.y);
@@ -140,7 +126,7 @@ impl Ray {
 }
 
 /// The axis and its standard error, robustly.
-fn axis(rays: &[Ray]) -> Option<([f64; 2], f64)> {
+fn axis(rays: &[Ray], tuning: &OriginTuning) -> Option<([f64; 2], f64)> {
     let rows: Vec<(Unknowns, f64)> = rays.iter().map(|ray| (ray.row(), ray.radii_m[0])).collect();
     let mut found = Unknowns::zeros();
     found[0] = robust::median(rows.iter().map(|r| r.1).collect())?;
@@ -158,17 +144,17 @@ fn axis(rays: &[Ray]) -> Option<([f64; 2], f64)> {
         let off: Vec<f64> = rows.iter().map(|(row, radius)| radius - row.dot(&found)).collect();
         scatter_m = robust::sigma(&off)?.max(1e-6);
     }
-    let free = rays.len() as f64 / TOGETHER;
+    let free = rays.len() as f64 / tuning.together;
     let rows = rays.len() as f64;
     let inflated = scatter_m * (rows / (rows - UNKNOWNS as f64)).sqrt();
-    let sigma_m = FOLDS_SHARE * inflated * (2.0 / free).sqrt();
-    Some(([found[2], found[3]], sigma_m.hypot(LEAST_SIGMA_M)))
+    let sigma_m = tuning.folds_share * inflated * (2.0 / free).sqrt();
+    Some(([found[2], found[3]], sigma_m.hypot(tuning.least_sigma_m)))
 }
 
 /// Height of the face from the bearings on which the cloth falls most steeply.
-fn face(mut rays: Vec<Ray>) -> Option<f64> {
+fn face(mut rays: Vec<Ray>, tuning: &OriginTuning) -> Option<f64> {
     let run = |ray: &Ray| ray.radii_m[1] - ray.radii_m[0];
     rays.sort_by(|a, b| run(b).total_cmp(&run(a)));
-    rays.truncate(((rays.len() as f64) * GENTLEST) as usize);
-    Some(robust::median(rays.iter().map(|ray| ray.height_m).collect())? - LIFT_M)
+    rays.truncate(((rays.len() as f64) * tuning.gentlest) as usize);
+    Some(robust::median(rays.iter().map(|ray| ray.height_m).collect())? - tuning.lift_m)
 }

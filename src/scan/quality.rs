@@ -9,9 +9,6 @@ use super::rim::longest_gap;
 use super::steps::{Assessed, Edged, Oriented, Registered};
 use crate::base::Vector3;
 
-/// Points farther apart than this many spacings have unseen cloth between them. Chosen.
-const LONGEST_EDGE: f64 = 4.0;
-
 /// Quality figures of one scan.
 #[derive(Clone, Debug, Serialize)]
 pub struct Quality {
@@ -76,7 +73,7 @@ impl Quality {
         let Oriented { bench, cloth, square, .. } = oriented;
         let gap = longest_gap(&rim.points);
         let plate_up = bench.local_from_scan * bench.plate.up.into_inner();
-        let longest_edge_m = LONGEST_EDGE * cloth.spacing_m;
+        let longest_edge_m = options.tuning.uncertainty.seen_cells * cloth.spacing_m;
         Self {
             points: bench.points_in_file,
             mesh: bench.mesh.map(|mesh| MeshFacts { own_edge_share: *own_edge_share, ..mesh }),

@@ -29,6 +29,7 @@ use rayon::prelude::*;
 use super::edge::Edge;
 use super::sheet::Sheet;
 use super::sides::from_side;
+use super::tuning::{RegistrationTuning, SheetTuning};
 use crate::base::Point3;
 use crate::base::boundary::SIDES;
 use crate::numeric::bspline::Grid;
@@ -36,60 +37,31 @@ use crate::numeric::spline_system::{SpanSum, SplineSystem};
 
 /// Priors of the fit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Priors {
+pub(super) struct Priors<'a> {
     /// Half side of the specimen \[m\].
     pub half_m: f64,
+    /// Places on the sheet go no farther than this from its middle along an axis \[m\].
+    pub reach_m: f64,
     /// Radius of the plate \[m\].
     pub plate_radius_m: f64,
     /// Standard deviation of a point \[m\].
     pub point_sigma_m: f64,
-    /// Standard deviation of curvature \[1/m\].
-    pub curvature_sigma: f64,
-    /// Standard deviation of the strain of a span.
-    pub strain_sigma: f64,
+    /// The first sheet's constants, whose priors of curvature and bounds hold here too.
+    pub sheet: &'a SheetTuning,
+    /// The constants.
+    pub tuning: &'a RegistrationTuning,
 }
 
-/// After a step longer than this the system is factorised anew [m]; until then the last
-/// factor preconditions well.
-const FACTOR_M: f64 = 0.6e-3;
-/// A step this small ends them [m]: where nothing holds it, beyond the edge, the sheet
-/// goes on by half of it.
-const CONVERGED_M: f64 = 0.25e-3;
 /// Spans whose sums (10 kB each) are held at once.
 const SPANS_AT_ONCE: usize = 256;
-/// Largest move of a control in one step [m].
-const MOST_MOVE_M: f64 = 4e-3;
-/// A control is held to its place with this standard deviation [m].
-const HELD_M: f64 = 8e-3;
-/// Standard deviation of a strip's edge, over what the strip says itself [m].
-const EDGE_SIGMA_M: f64 = 0.5e-3;
-/// Mean and standard deviation of the cloth's weight over its stretch stiffness [1/m].
-/// Empirical: 0.02 (stiff) to 0.3 (soft) over simulated drapes.
-const STRETCH_PER_M: f64 = 0.07;
-const STRETCH_SIGMA_PER_M: f64 = 0.10;
-/// Strain of the cloth on the plate, in lengths of cloth of the same weight that
-/// hang from its edge [m], and shear against stretch. Empirical, as above.
-const ON_PLATE_M: f64 = 0.13;
-const SHEAR: f64 = 2.0;
-
-/// Standard deviation of the shift b in the fit: nothing is known [m].
-const SHIFT_SIGMA_M: f64 = 3e-3;
-/// Standard deviation of a sensor's shift of the edge [m]: a pixel of a good
-/// scanner, and this share of the noise.
-const SENSOR_SHIFT_M: f64 = 0.3e-3;
-const SENSOR_SHIFT_PER_NOISE: f64 = 0.2;
-/// What W and the lengths of the sheet are off by at the edge [m]: empirical, from
-/// simulated drapes, and what it grows by for a = 1 / m [m^2].
-const MODEL_SHIFT_M: f64 = 0.15e-3;
-const MODEL_SHIFT_PER_STRETCH_M2: f64 = 2.4e-3;
 
 /// The two unknowns that are common to the whole sheet.
 type Row = SVector<f64, 2>;
 
 /// The sheet on its points.
-pub(super) struct Registration {
+pub(super) struct Registration<'a> {
     pub sheet: Sheet,
-    priors: Priors,
+    priors: Priors<'a>,
     points: Vec<Point3>,
     places: Vec<[f64; 2]>,
     system: SplineSystem<2>,
@@ -120,9 +92,9 @@ struct Anchor {
     sigma_m: f64,
 }
 
-impl Registration {
+impl<'a> Registration<'a> {
     /// A sheet and points over it, each with its place on the sheet.
-    pub fn new(sheet: Sheet, points: Vec<(Point3, [f64; 2])>, priors: Priors) -> Self {
+    pub fn new(sheet: Sheet, points: Vec<(Point3, [f64; 2])>, priors: Priors<'a>) -> Self {
         let system = SplineSystem::new(sheet.grid);
 
         let (points, places) = points.into_iter().unzip();
@@ -133,19 +105,20 @@ impl Registration {
     /// Draws the sheet onto the points and onto the measured edges, in `steps` steps at most.
     /// `None` if the system is singular.
     pub fn draw(&mut self, edges: &[Edge; SIDES], steps: usize) -> Option<()> {
+        let tuning = self.priors.tuning;
         let anchors = self.anchors(edges);
         for _ in 0..steps {
-            let (sheet, reach_m) = (&self.sheet, 1.09 * self.priors.half_m);
+            let (sheet, reach_m) = (&self.sheet, self.priors.reach_m);
             self.points.par_iter().zip(&mut self.places).for_each(|(p, place)| {
                 *place = sheet.nearest(p, *place, reach_m).material;
             });
             self.assemble(&anchors);
-            if self.last_move_m > FACTOR_M && !self.system.factorize() {
+            if self.last_move_m > tuning.factor_m && !self.system.factorize() {
                 return None;
             }
             let (step, common) = self.system.step()?;
             let most_m: f64 = step.iter().map(Vector3::norm).fold(0.0, f64::max);
-            let share = (MOST_MOVE_M / most_m).min(1.0);
+            let share = (tuning.most_move_m / most_m).min(1.0);
             self.last_move_m = most_m;
             for (control, step) in self.sheet.controls.iter_mut().zip(&step) {
                 *control += step * share;
@@ -153,7 +126,7 @@ impl Registration {
             // Cloth does not shrink under its weight.
             self.stretch_per_m = (self.stretch_per_m + common[0] * share).max(0.0);
             self.shift_m += common[1] * share;
-            if most_m < CONVERGED_M {
+            if most_m < tuning.converged_m {
                 break;
             }
         }
@@ -166,8 +139,10 @@ impl Registration {
     /// stretch. Both are common to the whole rim, and only their sizes tell them
     /// apart.
     pub fn sensor_shift(&self, noise_m: f64) -> EdgeShift {
-        let sensor = (SENSOR_SHIFT_M + SENSOR_SHIFT_PER_NOISE * noise_m).powi(2);
-        let model = (MODEL_SHIFT_M + MODEL_SHIFT_PER_STRETCH_M2 * self.stretch_per_m).powi(2);
+        let tuning = self.priors.tuning;
+        let sensor = (tuning.sensor_shift_m + tuning.sensor_shift_per_noise * noise_m).powi(2);
+        let grown_m = tuning.model_shift_per_stretch_m2 * self.stretch_per_m;
+        let model = (tuning.model_shift_m + grown_m).powi(2);
         let share = sensor / (sensor + model);
         EdgeShift { by_m: share * self.shift_m, sigma_m: (share * model).sqrt() }
     }
@@ -207,10 +182,11 @@ impl Registration {
             }
         }
         self.add_bending(grid);
-        self.system.hold(HELD_M.powi(-2));
-        let from_mean = STRETCH_PER_M - self.stretch_per_m;
-        self.system.hold_common(0, from_mean, STRETCH_SIGMA_PER_M.powi(-2));
-        self.system.hold_common(1, -self.shift_m, SHIFT_SIGMA_M.powi(-2));
+        let tuning = self.priors.tuning;
+        self.system.hold(tuning.held_m.powi(-2));
+        let from_mean = tuning.stretch_per_m - self.stretch_per_m;
+        self.system.hold_common(0, from_mean, tuning.stretch_sigma_per_m.powi(-2));
+        self.system.hold_common(1, -self.shift_m, tuning.shift_sigma_m.powi(-2));
     }
 
     /// One point to its tangent plane; robust: points far off count little.
@@ -220,7 +196,7 @@ impl Registration {
         let off = self.points[i] - at;
         let normal = slopes.column(0).cross(&slopes.column(1));
         let Some(normal) = normal.try_normalize(1e-6) else { return };
-        let bound_m = (4.0 * sigma_m).max(1.5e-3);
+        let bound_m = (self.priors.sheet.bound_sigmas * sigma_m).max(self.priors.sheet.bound_m);
         let weight = 1.0 / (sigma_m * (1.0 + off.norm_squared() / (bound_m * bound_m))).powi(2);
         let row = weights.value.map(|value| normal * value);
         sum.add(&row, &Row::zeros(), normal.dot(&off), weight);
@@ -229,7 +205,7 @@ impl Registration {
     /// The strain at four places of a span.
     fn add_strain(&self, span: [usize; 2], sum: &mut SpanSum<2>) {
         let (grid, a) = (self.sheet.grid, self.stretch_per_m);
-        let weight = 0.25 / self.priors.strain_sigma.powi(2);
+        let weight = 0.25 / self.priors.tuning.strain_sigma.powi(2);
         for quarter in [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]] {
             let at = [0, 1].map(|c| (span[c] as f64 + quarter[c]) * grid.spacing() - grid.half());
             let (w, _, slopes) = self.sheet.near(at);
@@ -250,18 +226,19 @@ impl Registration {
     /// Strain (uu, vv, 2 uv) of the hanging cloth for a = 1 / m: radial, by the weight
     /// below on each bearing; even on the plate.
     fn hanging(&self, at: [f64; 2]) -> [f64; 3] {
+        let tuning = self.priors.tuning;
         let r = at[0].hypot(at[1]);
         if r < self.priors.plate_radius_m {
-            return [ON_PLATE_M, ON_PLATE_M, 0.0];
+            return [tuning.on_plate_m, tuning.on_plate_m, 0.0];
         }
         let (c, s) = (at[0] / r, at[1] / r);
         let end = self.priors.half_m / c.abs().max(s.abs());
         let below = ((end * end - r * r) / (2.0 * r)).max(0.0);
-        [below * c * c, below * s * s, SHEAR * below * c * s]
+        [below * c * c, below * s * s, tuning.shear * below * c * s]
     }
 
     fn add_bending(&mut self, grid: Grid) {
-        let spread = self.priors.curvature_sigma * grid.spacing().powi(2);
+        let spread = self.priors.sheet.curvature_sigma_per_m * grid.spacing().powi(2);
         let weight = 1.0 / (spread * spread);
         let (n, now) = (grid.side(), &self.sheet.controls);
         for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
@@ -301,7 +278,7 @@ impl Registration {
                 end: from_side(side, [edge.along[k], half_m]),
                 outward: from_side(side, [0.0, 1.0]),
                 at: self.sheet.at(from_side(side, [edge.along[k], edge.outward[k]])),
-                sigma_m: edge.sigma[k].hypot(EDGE_SIGMA_M),
+                sigma_m: edge.sigma[k].hypot(self.priors.tuning.edge_sigma_m),
             })
         };
         (0..SIDES).flat_map(strips).collect()

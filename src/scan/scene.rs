@@ -13,36 +13,13 @@ use super::error::ScanError;
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
+use super::tuning::SceneTuning;
 use super::unit::LengthUnit;
 use super::{limits, plate, underside, unit_guess};
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::{Sample, area_vector2, spread, weld};
 use crate::geom::{Adjacency, Cloud, Mesh};
 use crate::numeric::robust;
-
-/// Largest distance between the points that stand for a mesh \[m\]; meshes with
-/// closer vertices are sampled as closely as these.
-const SAMPLE_M: f64 = 1.2e-3;
-/// Most points that stand for the whole of a mesh, where the plate is looked for,
-const MOST_COARSE: f64 = 250_000.0;
-/// and for what lies around the plate.
-const MOST_FINE: f64 = 1_000_000.0;
-/// Around the plate: everything that may be specimen, and some floor \[m\].
-const AROUND_M: f64 = 0.45;
-/// Distance between the points that stand for a mesh's free edge \[m\].
-pub(super) const RIM_STEP_M: f64 = 0.25e-3;
-/// What lies this near to a place where a cut shows no crease may be cloth or not, and
-/// is left to be bridged \[m\].
-const WEAK_M: f64 = 8e-3;
-/// The edges of a mesh are alike if nine in ten triangles have none longer than this
-/// many usual ones;
-const ALIKE: f64 = 3.0;
-/// then one longer than this many, and than this \[m\], is a bridge. Surfaces seen at a
-/// grazing angle have edges up to four times the usual.
-const BRIDGE: f64 = 6.0;
-const LEAST_BRIDGE_M: f64 = 8e-3;
-/// Radius of a fold, for what a chord of a mesh cuts off it \[m\]. Empirical: mean knit.
-const FOLD_RADIUS_M: f64 = 10e-3;
 
 /// A scan in metres, in its own frame.
 pub(super) struct Scene {
@@ -78,7 +55,7 @@ fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
     let colors = colors.map(|(_, color)| *color).collect();
     let mut points = cloud.points;
     points.retain(finite);
-    limits::enough_points(points.len())?;
+    limits::enough_points(points.len(), options)?;
     let unit = unit_of(&points, options)?;
     points.iter_mut().for_each(|p| *p *= unit.metres());
     Ok(Scene {
@@ -94,7 +71,9 @@ fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
 
 /// The unit that the caller gives, or else the one that the scene's size leaves.
 fn unit_of(points: &[Point3], options: &ScanOptions) -> Result<LengthUnit, ScanError> {
-    options.unit.map_or_else(|| limits::unit(unit_guess::guess(points)), Ok)
+    options
+        .unit
+        .map_or_else(|| limits::unit(unit_guess::guess(points, &options.tuning.scene), options), Ok)
 }
 
 /// The mesh that a file holds: at least half of its points carry triangles. `None`
@@ -119,13 +98,14 @@ fn of_mesh(
     let unit = unit_of(&cloud.points, options)?;
     let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
     let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
-    drop_bridges(&mut whole);
+    let tuning = &options.tuning.scene;
+    drop_bridges(&mut whole, tuning);
     let plate = plate_of(&whole, unit, options)?;
-    let near = near_plate(&whole, &plate.centre);
+    let near = near_plate(&whole, &plate.centre, tuning.around_m);
     let mesh = weld(&near);
     let beside = Adjacency::new(&mesh.triangles);
-    let cut = underside::find(&mesh, &beside, &plate, options.specimen_side_m);
-    cut.as_ref().map_or(Ok(()), limits::crease)?;
+    let cut = underside::find(&mesh, &beside, &plate, options);
+    cut.as_ref().map_or(Ok(()), |cut| limits::crease(cut, options))?;
     let (mesh, cut, weak) = match cut {
         None => (mesh, None, Vec::new()),
         Some(cut) => {
@@ -136,8 +116,11 @@ fn of_mesh(
         }
     };
     let weak = Neighbours::new(&weak);
-    let clear = |p: &Point3| weak.one(p).is_none_or(|near| near.distance_sq > WEAK_M * WEAK_M);
-    let samples = spread(&mesh, spacing_m(&mesh, MOST_FINE)).filter(|s| clear(&s.at));
+    let clear = |p: &Point3| {
+        weak.one(p).is_none_or(|near| near.distance_sq > tuning.weak_m * tuning.weak_m)
+    };
+    let samples =
+        spread(&mesh, spacing_m(&mesh, tuning, tuning.most_fine)).filter(|s| clear(&s.at));
     let (points, corners): (Vec<Point3>, Vec<u32>) = samples.map(|s| (s.at, s.vertex)).unzip();
     let colored = options.mark.is_some() && cloud.colors.len() == cloud.points.len();
     let colors = if colored { colors_of(&whole, &mesh, &cloud.colors, &corners) } else { vec![] };
@@ -154,8 +137,8 @@ fn of_mesh(
         unit,
         points,
         colors,
-        free_edge: free_edge(&mesh).into_iter().filter(clear).collect(),
-        chord_m: edge_m * edge_m / (8.0 * FOLD_RADIUS_M),
+        free_edge: free_edge(&mesh, tuning.edge_step_m).into_iter().filter(clear).collect(),
+        chord_m: edge_m * edge_m / (8.0 * tuning.fold_radius_m),
         mesh: Some(facts),
     })
 }
@@ -163,7 +146,7 @@ fn of_mesh(
 /// Drops what spans the gaps of depth images in meshes that are made from them: in a
 /// mesh whose edges are alike, triangles with far longer ones. A decimated mesh has
 /// edges of all lengths and keeps its long ones.
-fn drop_bridges(mesh: &mut Mesh) {
+fn drop_bridges(mesh: &mut Mesh, tuning: &SceneTuning) {
     let longest = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
         (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared()).sqrt()
@@ -171,9 +154,9 @@ fn drop_bridges(mesh: &mut Mesh) {
     let lengths: Vec<f64> = mesh.triangles.iter().map(longest).collect();
     let quantile = |share| robust::quantile(lengths.clone(), share).unwrap_or(0.0);
     let usual = quantile(0.5);
-    if quantile(0.9) < ALIKE * usual {
+    if quantile(0.9) < tuning.alike * usual {
         let mut length = lengths.iter();
-        let limit = (BRIDGE * usual).max(LEAST_BRIDGE_M);
+        let limit = (tuning.bridge * usual).max(tuning.least_bridge_m);
         mesh.triangles.retain(|_| length.next().is_some_and(|&length| length <= limit));
     }
 }
@@ -185,8 +168,9 @@ fn plate_of(
     unit: LengthUnit,
     options: &ScanOptions,
 ) -> Result<plate::Plate, ScanError> {
-    let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, MOST_COARSE)).collect();
-    limits::enough_points(samples.len())?;
+    let tuning = &options.tuning.scene;
+    let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, tuning, tuning.most_coarse)).collect();
+    limits::enough_points(samples.len(), options)?;
     let find = |points: Vec<Point3>| plate::find(&points, options.plate_radius_m, unit);
     let refused = match find(samples.iter().map(|s| s.at).collect()) {
         Ok(plate) => return Ok(plate),
@@ -204,15 +188,15 @@ fn plate_of(
 }
 
 /// Distance between the points that stand for a mesh, at most `most` of them \[m\].
-fn spacing_m(mesh: &Mesh, most: f64) -> f64 {
+fn spacing_m(mesh: &Mesh, tuning: &SceneTuning, most: f64) -> f64 {
     let area = 0.5 * (0..mesh.triangles.len()).map(|f| area_vector2(mesh, f).norm()).sum::<f64>();
     let own = (area / mesh.vertices.len().max(1) as f64).sqrt();
-    own.min(SAMPLE_M).max((area / most).sqrt())
+    own.min(tuning.sample_m).max((area / most).sqrt())
 }
 
 /// The triangles around the plate, on the vertices that they use.
-fn near_plate(mesh: &Mesh, centre: &Point3) -> Mesh {
-    let near = |v: u32| (mesh.vertices[v as usize] - centre).norm() < AROUND_M;
+fn near_plate(mesh: &Mesh, centre: &Point3, around_m: f64) -> Mesh {
+    let near = |v: u32| (mesh.vertices[v as usize] - centre).norm() < around_m;
     let mut number = vec![u32::MAX; mesh.vertices.len()];
     let mut vertices = Vec::new();
     let triangles = mesh
@@ -255,14 +239,14 @@ fn typical_edge_m(mesh: &Mesh) -> f64 {
 }
 
 /// Points along the edges of a single triangle.
-fn free_edge(mesh: &Mesh) -> Vec<Point3> {
+fn free_edge(mesh: &Mesh, step_m: f64) -> Vec<Point3> {
     let beside = Adjacency::new(&mesh.triangles);
     let mut points = Vec::new();
     let mut owed = 0.0;
     for (face, t) in mesh.triangles.iter().enumerate() {
         for k in (0..3).filter(|&k| beside.is_boundary(face, k)) {
             let [a, b] = [t[k], t[(k + 1) % 3]].map(|v| mesh.vertices[v as usize]);
-            let steps = (b - a).norm() / RIM_STEP_M + owed;
+            let steps = (b - a).norm() / step_m + owed;
             let count = steps.floor().max(0.0);
             owed = steps - count;
             let count = count as u32;

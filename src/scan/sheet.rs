@@ -16,6 +16,7 @@
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 use rayon::prelude::*;
 
+use super::tuning::SheetTuning;
 use crate::base::{Point3, Vector3};
 use crate::numeric::banded::{Banded, Factor};
 use crate::numeric::bspline::{Grid, Weights};
@@ -45,24 +46,15 @@ enum Terms {
     All,
 }
 
-/// Points that slide less than this in the mean have found their places [m].
-const SETTLED_M: f64 = 0.02e-3;
-
 /// Priors and loops of the fit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SheetSettings {
+pub(super) struct SheetSettings<'a> {
     /// Half side of the material square that the map covers \[m\].
     pub half_m: f64,
-    /// Knot distance \[m\]; resolves folds of that radius.
-    pub knot_m: f64,
     /// Standard deviation of a surface point \[m\].
     pub point_sigma_m: f64,
-    /// Prior standard deviation of curvature \[1/m\].
-    pub curvature_sigma: f64,
-    /// Prior standard deviation of strain.
-    pub strain_sigma: f64,
-    /// Most fits; points slide after each.
-    pub rounds: usize,
+    /// The constants.
+    pub tuning: &'a SheetTuning,
 }
 
 impl Sheet {
@@ -129,13 +121,13 @@ pub(super) fn fit(
     material: &mut [[f64; 2]],
     settings: &SheetSettings,
 ) -> Option<Sheet> {
-    let grid = Grid::new(settings.half_m, settings.knot_m);
+    let grid = Grid::new(settings.half_m, settings.tuning.knot_m);
     let mut sheet =
         Sheet { grid, controls: vec![Vector3::zeros(); grid.side() * grid.side()], factor: None };
-    for round in 0..settings.rounds {
+    for round in 0..settings.tuning.rounds {
         let terms = if round > 0 { Terms::All } else { Terms::WithoutStrain };
         sheet = solve(&sheet, points, disorder, material, settings, terms)?;
-        if round + 1 < settings.rounds {
+        if round + 1 < settings.tuning.rounds {
             let moved: Vec<[f64; 2]> = points
                 .par_iter()
                 .zip(material.par_iter())
@@ -144,7 +136,7 @@ pub(super) fn fit(
             let slid: f64 =
                 moved.iter().zip(&*material).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum();
             material.copy_from_slice(&moved);
-            if terms == Terms::All && slid < SETTLED_M * material.len() as f64 {
+            if terms == Terms::All && slid < settings.tuning.settled_m * material.len() as f64 {
                 break;
             }
         }
@@ -166,12 +158,13 @@ fn solve(
     let mut matrix = Banded::zeros(count, grid.bandwidth());
     let mut right: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; count]);
     // Robust: a point far off the sheet of the round before counts little.
-    let bound = (4.0 * settings.point_sigma_m).max(1.5e-3);
+    let tuning = settings.tuning;
+    let bound = (tuning.bound_sigmas * settings.point_sigma_m).max(tuning.bound_m);
     for ((p, &m), disorder) in points.iter().zip(material).zip(disorder) {
         let w = grid.weights(m);
         let off = if terms == Terms::All { (p - before.at(m)).norm() } else { 0.0 };
         let weight = 1.0
-            / (settings.point_sigma_m * (disorder - 1.5).max(1.0)).powi(2)
+            / (settings.point_sigma_m * (disorder - tuning.disorder).max(1.0)).powi(2)
             / (1.0 + (off / bound).powi(2)).powi(2);
         add(&mut matrix, &mut right, &grid, &w, &w.value, &p.coords, weight);
     }
@@ -214,7 +207,7 @@ fn add(
 
 /// Second differences of the controls, along both axes and mixed (twice).
 fn bending(matrix: &mut Banded, grid: &Grid, settings: &SheetSettings) {
-    let spread = settings.curvature_sigma * grid.spacing().powi(2);
+    let spread = settings.tuning.curvature_sigma_per_m * grid.spacing().powi(2);
     let weight = 1.0 / (spread * spread);
     let n = grid.side();
     let mut stencil = |cells: &[(usize, usize, f64)], weight: f64| {
@@ -249,7 +242,7 @@ fn inextensible(
 ) {
     let grid = before.grid;
     let h = grid.spacing();
-    let weight = 1.0 / settings.strain_sigma.powi(2);
+    let weight = 1.0 / settings.tuning.strain_sigma.powi(2);
     let spans = grid.side() - 3;
     for a in 0..spans {
         for b in 0..spans {

@@ -5,6 +5,8 @@
 //! The outline is the farthest reach on each bearing; hidden parts reach less and
 //! are outvoted by a bounded loss.
 
+use super::tuning::SquareTuning;
+
 /// The specimen's square in the parameter plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Square {
@@ -60,15 +62,13 @@ impl Square {
 
 /// Bearings of the outline.
 const BEARINGS: usize = 180;
-/// A bearing that differs by more than this does not count further \[m\].
-pub(super) const BOUND_M: f64 = 10e-3;
 
 /// A square, and how well the outline lies on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SquareFit {
     /// The square.
     pub square: Square,
-    /// Share of the bearings whose outline lies on it within [`BOUND_M`].
+    /// Share of the bearings whose outline lies on it within the tuning's bound.
     pub on_share: f64,
     /// Root mean square distance of the outline from it \[m\].
     pub rms_m: f64,
@@ -106,18 +106,24 @@ fn excess(p: [f64; 2], half: f64) -> f64 {
 }
 
 /// Finds the square of side `side_m`.
-pub(super) fn find(flat: &[[f64; 2]], side_m: f64) -> SquareFit {
+pub(super) fn find(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> SquareFit {
     let half = 0.5 * side_m;
     let outline = outline(flat);
     let points: Vec<[f64; 2]> = outline.iter().copied().flatten().collect();
     let loss = |square: &Square| -> f64 {
-        points.iter().map(|&p| (excess(square.material(p), half).abs() / BOUND_M).min(1.0)).sum()
+        points
+            .iter()
+            .map(|&p| (excess(square.material(p), half).abs() / tuning.bound_m).min(1.0))
+            .sum()
     };
     let mut best = Square { rotation_rad: 0.0, centre: [0.0; 2] };
     let mut least = f64::INFINITY;
     for k in 0..90 {
         for shift in 0..9 {
-            let centre = [f64::from(shift % 3 - 1) * 6e-3, f64::from(shift / 3 - 1) * 6e-3];
+            let centre = [
+                f64::from(shift % 3 - 1) * tuning.start_shift_m,
+                f64::from(shift / 3 - 1) * tuning.start_shift_m,
+            ];
             let square = Square { rotation_rad: f64::from(k).to_radians(), centre };
             let now = loss(&square);
             if now < least {
@@ -127,7 +133,7 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64) -> SquareFit {
     }
     for round in 0..30 {
         // Gauss-Newton with Cauchy weights, derivative of the active side's distance.
-        let scale = if round < 10 { 5e-3 } else { 2e-3 };
+        let scale = if round < 10 { tuning.first_scale_m } else { tuning.scale_m };
         let mut normal = nalgebra::Matrix3::<f64>::identity() * 1e-9;
         let mut right = nalgebra::Vector3::<f64>::zeros();
         for &p in &points {
@@ -148,7 +154,8 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64) -> SquareFit {
         best.centre[0] -= step[1];
         best.centre[1] -= step[2];
     }
-    describe(best, &points, half, hidden_arc(&outline, half))
+    let hidden = hidden_arc(&outline, half - tuning.bound_m);
+    describe(best, &points, half, tuning.bound_m, hidden)
 }
 
 /// Bearings on which the cloth is not seen to its rim.
@@ -164,8 +171,8 @@ pub(super) struct Hidden {
 
 /// Wherever the square's corners lie, its outline is half a side or more from the
 /// middle: a bearing that reaches less ends in cloth that was not seen.
-fn hidden_arc(outline: &[Option<[f64; 2]>], half: f64) -> Hidden {
-    let reaches = |p: &[f64; 2]| p[0].hypot(p[1]) > half - BOUND_M;
+fn hidden_arc(outline: &[Option<[f64; 2]>], least_m: f64) -> Hidden {
+    let reaches = |p: &[f64; 2]| p[0].hypot(p[1]) > least_m;
     let hidden: Vec<bool> = outline.iter().map(|p| !p.as_ref().is_some_and(reaches)).collect();
     let count = hidden.len();
     let run = |start: usize| (0..count).take_while(|d| hidden[(start + d) % count]).count();
@@ -181,10 +188,16 @@ fn hidden_arc(outline: &[Option<[f64; 2]>], half: f64) -> Hidden {
 }
 
 /// How well the outline's points lie on the square.
-fn describe(square: Square, points: &[[f64; 2]], half: f64, hidden: Hidden) -> SquareFit {
+fn describe(
+    square: Square,
+    points: &[[f64; 2]],
+    half: f64,
+    bound_m: f64,
+    hidden: Hidden,
+) -> SquareFit {
     let material: Vec<[f64; 2]> = points.iter().map(|&p| square.material(p)).collect();
     let off: Vec<f64> = material.iter().map(|&m| excess(m, half)).collect();
-    let on = off.iter().filter(|o| o.abs() < BOUND_M).count() as f64;
+    let on = off.iter().filter(|o| o.abs() < bound_m).count() as f64;
     let worst = (0..off.len()).max_by(|&a, &b| off[a].abs().total_cmp(&off[b].abs()));
     SquareFit {
         square,
@@ -213,7 +226,7 @@ mod tests {
                 }
             }
         }
-        let found = find(&flat, 0.3).square;
+        let found = find(&flat, 0.3, &crate::scan::tuning::Tuning::default().square).square;
         let off = (found.rotation_rad - truth.rotation_rad).rem_euclid(std::f64::consts::FRAC_PI_2);
         assert!(off.min(std::f64::consts::FRAC_PI_2 - off) < 3e-3, "{found:?}");
         assert!((found.centre[0] - 3e-3).hypot(found.centre[1] + 2e-3) < 1e-3, "{found:?}");
@@ -240,7 +253,7 @@ mod tests {
                 _ => Some([0.16 * at(k).cos(), 0.16 * at(k).sin()]),
             })
             .collect();
-        let hidden = hidden_arc(&outline, 0.15);
+        let hidden = hidden_arc(&outline, 0.14);
         assert!((hidden.share - 35.0 / 180.0).abs() < 1e-12);
         assert!((hidden.arc_deg - 60.0).abs() < 1e-9 && (hidden.bearing_deg - 310.0).abs() < 1e-9);
     }

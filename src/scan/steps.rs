@@ -20,7 +20,7 @@ use super::parameterisation::{self, Parameterisation};
 use super::plate::{self, Plate};
 use super::registration::{EdgeShift, Registration};
 use super::rim::{self, Rim};
-use super::scene::{RIM_STEP_M, Scene};
+use super::scene::Scene;
 use super::sheet::Sheet;
 use super::square::Square;
 use super::uncertainty::{self, Explained, Unexplained};
@@ -29,10 +29,6 @@ use super::{frame, limits, loops};
 use crate::base::boundary::SIDES;
 use crate::base::clock::Stages;
 use crate::base::{Isometry3, Point3, Vector3};
-
-/// A mesh whose chords cut more off its folds is too coarse for its length along the
-/// cloth to tell what the sensor did to its edge [m].
-const MOST_CHORD_M: f64 = 0.1e-3;
 
 /// The scan besides the cloth: what stands there, and how it was seen.
 pub(super) struct Bench {
@@ -116,11 +112,11 @@ pub(super) struct Sheeted {
 }
 
 /// The sheet, registered to the raw points.
-pub(super) struct Registered {
+pub(super) struct Registered<'a> {
     /// The cloth on its square.
     pub cloth: Oriented,
     /// The sheet, its stretch and the shift of its edge.
-    pub registration: Registration,
+    pub registration: Registration<'a>,
     /// Material coordinates of the surface points on the sheet \[m\].
     pub material: Vec<[f64; 2]>,
     /// How far they lie off it.
@@ -128,9 +124,9 @@ pub(super) struct Registered {
 }
 
 /// The sheet with its free edges, and the plate under it.
-pub(super) struct Edged {
+pub(super) struct Edged<'a> {
     /// The sheet.
-    pub registered: Registered,
+    pub registered: Registered<'a>,
     /// The plate's axis and face.
     pub origin: Origin,
     /// Raw points near the edge.
@@ -144,9 +140,9 @@ pub(super) struct Edged {
 }
 
 /// The rim with flags and sigmas, within all limits.
-pub(super) struct Assessed {
+pub(super) struct Assessed<'a> {
     /// What it was traced on.
-    pub edged: Edged,
+    pub edged: Edged<'a>,
     /// The rim, local frame.
     pub rim: Rim,
     /// Scanned cloth near it that the sheet does not explain.
@@ -215,15 +211,18 @@ impl Oriented {
         let square = parameterisation::straighten(&mut surface, cloth.spacing_m, options)?;
         let warp_toward = match (options.warp_toward, options.mark) {
             (None, Some(color)) => {
+                let tuning = &options.tuning.mark;
                 let marked = Marked {
                     points: &colored.points,
                     colors: &colored.colors,
                     cloth: &surface,
                     square: &square,
-                    reach_m: 2.0 * cloth.spacing_m + 3.0 * bench.plate.noise_m,
+                    reach_m: tuning.off_cells * cloth.spacing_m
+                        + tuning.off_noises * bench.plate.noise_m,
                     plate_radius_m: options.plate_radius_m,
+                    tuning,
                 };
-                Some(WarpToward::BearingDeg(limits::mark(mark::find(&marked, color))?))
+                Some(WarpToward::BearingDeg(limits::mark(mark::find(&marked, color), options)?))
             }
             (given, _) => given,
         };
@@ -238,8 +237,8 @@ impl Oriented {
         self.bench.plate.noise_m
     }
 
-    fn too_few_points(&self) -> ScanError {
-        limits::too_few_points(self.cloth.raw.len())
+    fn too_few_points(&self, options: &ScanOptions) -> ScanError {
+        limits::too_few_points(self.cloth.raw.len(), options)
     }
 }
 
@@ -263,19 +262,19 @@ impl Sheeted {
     /// Fits the first sheet.
     pub fn of(cloth: Oriented, options: &ScanOptions) -> Result<Self, ScanError> {
         let fitted = fit::fit_sheet(&cloth.surface, &cloth.square, cloth.noise_m(), options);
-        let fitted = fitted.ok_or_else(|| cloth.too_few_points())?;
+        let fitted = fitted.ok_or_else(|| cloth.too_few_points(options))?;
         Ok(Self { cloth, fitted })
     }
 }
 
-impl Registered {
+impl<'a> Registered<'a> {
     /// Registers the sheet to the raw points.
-    pub fn of(sheeted: Sheeted, options: &ScanOptions) -> Result<Self, ScanError> {
+    pub fn of(sheeted: Sheeted, options: &'a ScanOptions) -> Result<Self, ScanError> {
         let Sheeted { cloth, fitted: fit::Fitted { sheet, mut material } } = sheeted;
         let (surface, noise_m) = (&cloth.surface, cloth.noise_m());
         let registration =
             fit::register_sheet(sheet, &cloth.cloth, surface, &mut material, noise_m, options);
-        let registration = registration.ok_or_else(|| cloth.too_few_points())?;
+        let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let misfit = fit::misfit(&registration.sheet, surface, &material, &cloth.square);
         limits::misfit(&misfit, noise_m, options)?;
         Ok(Self { cloth, registration, material, misfit })
@@ -287,9 +286,9 @@ impl Registered {
     }
 
     /// By how much the sensor shifted the edge.
-    fn edge_shift(&self) -> EdgeShift {
+    fn edge_shift(&self, options: &ScanOptions) -> EdgeShift {
         let bench = &self.cloth.bench;
-        if bench.chord_m < MOST_CHORD_M {
+        if bench.chord_m < options.tuning.scene.most_chord_m {
             self.registration.sensor_shift(bench.sensor_noise_m)
         } else {
             // Chords make the parameterised cloth short: it then says nothing of the edge.
@@ -298,9 +297,9 @@ impl Registered {
     }
 }
 
-impl Edged {
+impl<'a> Edged<'a> {
     /// Measures the free edges on the sheet, and finds the plate under it.
-    pub fn of(registered: Registered, options: &ScanOptions) -> Result<Self, ScanError> {
+    pub fn of(registered: Registered<'a>, options: &ScanOptions) -> Result<Self, ScanError> {
         let Registered { cloth, material, .. } = &registered;
         let (sheet, noise_m) = (registered.sheet(), cloth.noise_m());
         let origin = origin::find(sheet, &cloth.square, options).unwrap_or(Origin {
@@ -308,22 +307,23 @@ impl Edged {
             axis_sigma_m: cloth.bench.plate.centre_sigma_m,
             face_y_m: options.cloth_height_m,
         });
-        let half_m = 0.5 * options.specimen_side_m;
+        let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning);
         let surface = &cloth.surface.points;
-        let most = fit::MOST_EDGE_CANDIDATES;
+        let most = tuning.registration.most_edge_candidates;
         let near_edge =
-            fit::edge_points(&cloth.cloth, surface, material, sheet, noise_m, half_m, most);
+            fit::edge_points(&cloth.cloth, surface, material, sheet, noise_m, most, options);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
-        let mut edges = edge::measure_sides(&flat, half_m, noise_m);
+        let mut edges = edge::measure_sides(&flat, half_m, noise_m, &tuning.edge);
         let mut own_edge_share = 0.0;
         if let Some(mesh) = &cloth.bench.mesh {
-            let off_m = 0.4e-3 + 3.0 * noise_m;
-            let own = loops::on_sheet(&cloth.free_edge, surface, material, sheet, off_m, half_m);
-            own_edge_share = loops::refine(&mut edges, &own, RIM_STEP_M, half_m);
-            mesh.cut.map_or(Ok(()), |_| limits::edge_of_cut(own_edge_share))?;
+            let off_m = tuning.sheet.on_sheet_m + tuning.sheet.on_sheet_noises * noise_m;
+            let reach_m = tuning.sheet.slide * half_m;
+            let own = loops::on_sheet(&cloth.free_edge, surface, material, sheet, off_m, reach_m);
+            own_edge_share = loops::refine(&mut edges, &own, half_m, tuning);
+            mesh.cut.map_or(Ok(()), |_| limits::edge_of_cut(own_edge_share, options))?;
         }
         let widths_m = rim::widths_m(sheet, &edges, half_m);
-        let shift = registered.edge_shift();
+        let shift = registered.edge_shift(options);
         edges.iter_mut().for_each(|edge| edge.shift(-shift.by_m));
         Ok(Self { registered, origin, near_edge, widths_m, own_edge_share, edges, shift })
     }
@@ -334,9 +334,9 @@ impl Edged {
     }
 }
 
-impl Assessed {
+impl<'a> Assessed<'a> {
     /// Gives the rim its flags and sigmas.
-    pub fn of(edged: Edged, mut rim: Rim, options: &ScanOptions) -> Result<Self, ScanError> {
+    pub fn of(edged: Edged<'a>, mut rim: Rim, options: &ScanOptions) -> Result<Self, ScanError> {
         let Registered { cloth, material, .. } = &edged.registered;
         let noise_m = cloth.noise_m();
         let explained = Explained {
@@ -347,6 +347,7 @@ impl Assessed {
             noise_m,
             origin_sigma_m: edged.origin.axis_sigma_m,
             edge_sigma_m: edged.shift.sigma_m,
+            tuning: &options.tuning.uncertainty,
         };
         let half_m = 0.5 * options.specimen_side_m;
         let sheet = edged.registered.sheet();

@@ -23,39 +23,14 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 
 use super::neighbours::Neighbours;
+use super::options::ScanOptions;
 use super::plate::{Plate, horizontal_axes};
+use super::tuning::UndersideTuning;
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::area_vector2;
 use crate::geom::parry::hits;
 use crate::geom::{Adjacency, Mesh};
 use crate::numeric::min_cut::Network;
-
-/// Share of half a side within which everything is cloth: less than 1, for distances
-/// along the mesh's edges are too long by up to 8 %, and for what bounds it.
-const SURE: f64 = 0.93;
-/// In lengths from centre to corner: beyond this nothing is cloth, however it stretches.
-const BEYOND: f64 = 1.2;
-/// A triangle is taken to face down, as what closes a sheet from below does and cloth
-/// hardly, if its outer normal has this share upwards or less,
-const DOWN: f64 = -0.8;
-/// and then keeping it costs as much as this length of cut for its area [m per m^2].
-const DOWN_COST_PER_M: f64 = 50.0;
-/// The surface's dihedral angle is taken over this length on either side of an edge \[m\].
-const REACH_M: f64 = 2.5e-3;
-/// Normals are averaged over this length [m]: shorter than [`REACH_M`].
-const SMOOTH_M: f64 = 1.5e-3;
-/// A dihedral angle of this makes the cut cheap \[rad\]. Empirical: folds have 40 to 60
-/// degrees.
-const CHEAP_DIHEDRAL_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
-/// Least cost of a millimetre of cut, so that of many creases the shortest is taken.
-const LEAST_COST: f64 = 2e-3;
-/// A second cut looks this far inward of the first [m]: a shell has a crease on either
-/// side of its band,
-const INWARD_M: f64 = 4e-3;
-/// and of two alike the inner one is the cloth's edge: cheaper by a factor e per [m].
-const NEARER_M: f64 = 6e-3;
-/// Where a cut has a smaller dihedral angle than this, it runs along no crease \[rad\].
-pub(super) const MIN_CREASE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// What was cut.
 pub(super) struct Cut {
@@ -72,7 +47,13 @@ pub(super) struct Cut {
 }
 
 /// Finds the false underside of the sheet on the plate; `None` if it has none.
-pub(super) fn find(mesh: &Mesh, beside: &Adjacency, plate: &Plate, side_m: f64) -> Option<Cut> {
+pub(super) fn find(
+    mesh: &Mesh,
+    beside: &Adjacency,
+    plate: &Plate,
+    options: &ScanOptions,
+) -> Option<Cut> {
+    let (side_m, tuning) = (options.specimen_side_m, &options.tuning.underside);
     let plumb = plumb_lines(mesh, plate);
     let &seed = plumb.first().and_then(|line| line.first())?;
     let seed = seed as usize;
@@ -80,11 +61,11 @@ pub(super) fn find(mesh: &Mesh, beside: &Adjacency, plate: &Plate, side_m: f64) 
     let of = |face: usize| mesh.triangles[face].map(|v| distance[v as usize]);
     let nearest = |face: usize| of(face).into_iter().fold(f64::INFINITY, f64::min);
     let farthest = |face: usize| of(face).into_iter().fold(0.0, f64::max);
-    let beyond_m = BEYOND * 0.5 * side_m * 2_f64.sqrt();
+    let beyond_m = tuning.beyond * 0.5 * side_m * 2_f64.sqrt();
     let mut role: Vec<Role> = (0..mesh.triangles.len())
         .map(|face| match (nearest(face), farthest(face)) {
             (near, _) if !near.is_finite() => Role::Elsewhere,
-            (_, far) if far < SURE * 0.5 * side_m => Role::Cloth,
+            (_, far) if far < tuning.sure * 0.5 * side_m => Role::Cloth,
             (near, _) if near > beyond_m => Role::False,
             _ => Role::Open,
         })
@@ -98,18 +79,18 @@ pub(super) fn find(mesh: &Mesh, beside: &Adjacency, plate: &Plate, side_m: f64) 
     if !role.contains(&Role::False) || !role.contains(&Role::Cloth) {
         return None;
     }
-    let normals = smooth_normals(mesh, beside);
+    let normals = smooth_normals(mesh, beside, tuning.smooth_m);
     // Outward is up on the plate.
     let outward = plate.up.into_inner() * normals[seed].dot(&plate.up).signum();
     let down = |face: usize| {
         let normal = normals[face];
-        nearest(face) > 0.5 * side_m && normal.dot(&outward) < DOWN * normal.norm()
+        nearest(face) > 0.5 * side_m && normal.dot(&outward) < tuning.down * normal.norm()
     };
     let down: Vec<bool> = (0..mesh.triangles.len()).map(down).collect();
-    let surface = Surface { mesh, beside, normals: &normals, down: &down };
+    let surface = Surface { mesh, beside, normals: &normals, down: &down, tuning };
     let keep = cheapest_cut(&surface, &role, |_| 1.0);
-    let (near, inward_m) = around_cut(mesh, beside, &role, &keep);
-    let keep = cheapest_cut(&surface, &near, |vertex| (-inward_m[vertex] / NEARER_M).exp());
+    let (near, inward_m) = around_cut(&surface, &role, &keep);
+    let keep = cheapest_cut(&surface, &near, |vertex| (-inward_m[vertex] / tuning.nearer_m).exp());
     Some(describe(&surface, &role, keep))
 }
 
@@ -219,6 +200,7 @@ struct Surface<'a> {
     normals: &'a [Vector3],
     /// Whether each triangle faces down, where no cloth is for sure.
     down: &'a [bool],
+    tuning: &'a UndersideTuning,
 }
 
 /// The dihedral angle of the surface across edge `k` of `face`: 0 where it is flat \[rad\].
@@ -237,7 +219,7 @@ fn consistent(mesh: &Mesh, [f, k]: [usize; 2], [g, l]: [usize; 2]) -> bool {
     mesh.triangles[f][k] == mesh.triangles[g][(l + 1) % 3]
 }
 
-/// The normal of the surface at [`REACH_M`] from `from`, walked to from edge `k` of
+/// The normal of the surface at `reach_m` of the tuning from `from`, walked to from edge `k` of
 /// `face` away from it; with the sign of that triangle's own.
 fn normal_beyond(
     surface: &Surface,
@@ -249,7 +231,7 @@ fn normal_beyond(
     let mut sign = 1.0;
     for _ in 0..40 {
         let middle = (0..3).map(|c| corner(face, c).coords).sum::<Vector3>() / 3.0;
-        if (middle - from.coords).norm() >= REACH_M {
+        if (middle - from.coords).norm() >= surface.tuning.reach_m {
             break;
         }
         let away = |l: &usize| {
@@ -276,15 +258,15 @@ fn edge_to(beside: &Adjacency, face: usize, other: usize) -> usize {
     (0..3).find(|&k| beside.across(face, k) == Some(other)).unwrap_or(0)
 }
 
-/// Normals of the triangles, averaged over about [`SMOOTH_M`] so that the noise of
+/// Normals of the triangles, averaged over about `smooth_m` so that the noise of
 /// small triangles does not look like a crease.
-fn smooth_normals(mesh: &Mesh, beside: &Adjacency) -> Vec<Vector3> {
+fn smooth_normals(mesh: &Mesh, beside: &Adjacency, smooth_m: f64) -> Vec<Vector3> {
     let count = mesh.triangles.len();
     let mut normals: Vec<Vector3> = (0..count).map(|face| area_vector2(mesh, face)).collect();
     let area = 0.5 * normals.iter().map(Vector3::norm).sum::<f64>();
     // A round of averaging spreads by about the side of a triangle.
     let side_m = (2.0 * area / count.max(1) as f64).sqrt();
-    let rounds = (SMOOTH_M / side_m).powi(2).min(16.0) as usize;
+    let rounds = (smooth_m / side_m).powi(2).min(16.0) as usize;
     for _ in 0..rounds {
         normals = (0..count)
             .into_par_iter()
@@ -321,7 +303,7 @@ fn edge_m(mesh: &Mesh, face: usize, k: usize) -> f64 {
 
 /// Whether each triangle is on the cloth's side of the cheapest cut.
 fn cheapest_cut(surface: &Surface, role: &[Role], factor: impl Fn(usize) -> f64) -> Vec<bool> {
-    let Surface { mesh, beside, .. } = *surface;
+    let Surface { mesh, beside, tuning, .. } = *surface;
     const CLOTH: usize = 0;
     const FALSE: usize = 1;
     let mut nodes = 2;
@@ -341,9 +323,9 @@ fn cheapest_cut(surface: &Surface, role: &[Role], factor: impl Fn(usize) -> f64)
     for (face, k, other) in inner_edges(mesh, beside) {
         let (Some(a), Some(b)) = (node[face], node[other]) else { continue };
         if a != b {
-            let folded = dihedral_rad(surface, face, k, other) / CHEAP_DIHEDRAL_RAD;
-            let cost =
-                ((-folded * folded).exp() + LEAST_COST) * factor(mesh.triangles[face][k] as usize);
+            let folded = dihedral_rad(surface, face, k, other) / tuning.cheap_dihedral_rad;
+            let cost = ((-folded * folded).exp() + tuning.least_cost)
+                * factor(mesh.triangles[face][k] as usize);
             // In micrometres of the dearest cut.
             network.join(a, b, (1e6 * edge_m(mesh, face, k) * cost).ceil().max(1.0) as u64);
         }
@@ -351,22 +333,18 @@ fn cheapest_cut(surface: &Surface, role: &[Role], factor: impl Fn(usize) -> f64)
     for face in (0..role.len()).filter(|&face| role[face] == Role::Open && surface.down[face]) {
         let area_m2 = 0.5 * area_vector2(mesh, face).norm();
         if let Some(node) = node[face] {
-            network.join(node, FALSE, (1e6 * DOWN_COST_PER_M * area_m2).ceil() as u64);
+            network.join(node, FALSE, (1e6 * tuning.down_cost_per_m * area_m2).ceil() as u64);
         }
     }
     let reached = network.cut(CLOTH, FALSE);
     node.iter().map(|node| node.is_none_or(|node| reached[node])).collect()
 }
 
-/// The roles once a first cut is known: what is more than [`INWARD_M`] inside of it is
+/// The roles once a first cut is known: what is more than `inward_m` of the tuning inside of it is
 /// cloth, what is outside is not. And the distance of each vertex inward of the cut,
 /// straight through space \[m\].
-fn around_cut(
-    mesh: &Mesh,
-    beside: &Adjacency,
-    role: &[Role],
-    keep: &[bool],
-) -> (Vec<Role>, Vec<f64>) {
+fn around_cut(surface: &Surface, role: &[Role], keep: &[bool]) -> (Vec<Role>, Vec<f64>) {
+    let Surface { mesh, beside, tuning, .. } = *surface;
     let mut on_cut = vec![false; mesh.vertices.len()];
     for (face, k, other) in inner_edges(mesh, beside) {
         if keep[face] != keep[other] {
@@ -381,7 +359,8 @@ fn around_cut(
     let inward_m: Vec<f64> = (mesh.vertices.par_iter())
         .map(|p| tree.one(p).map_or(f64::INFINITY, |near| near.distance()))
         .collect();
-    let near = |face: usize| mesh.triangles[face].iter().any(|&v| inward_m[v as usize] < INWARD_M);
+    let near =
+        |face: usize| mesh.triangles[face].iter().any(|&v| inward_m[v as usize] < tuning.inward_m);
     let again = |face: usize| match (role[face], keep[face]) {
         (Role::Elsewhere, _) => Role::Elsewhere,
         (_, false) => Role::False,
@@ -398,13 +377,13 @@ fn describe(surface: &Surface, role: &[Role], keep: Vec<bool>) -> Cut {
         dihedral_rad: f64,
         length_m: f64,
     }
-    let Surface { mesh, beside, .. } = *surface;
+    let Surface { mesh, beside, tuning, .. } = *surface;
     let cut_edges = inner_edges(mesh, beside).filter(|&(f, _, g)| keep[f] != keep[g]);
     let mut weak = Vec::new();
     let mut edges: Vec<CutEdge> = Vec::new();
     for (f, k, g) in cut_edges {
         let dihedral_rad = dihedral_rad(surface, f, k, g);
-        if dihedral_rad < MIN_CREASE_RAD {
+        if dihedral_rad < tuning.min_crease_rad {
             let corner = |c: usize| mesh.vertices[mesh.triangles[f][c % 3] as usize];
             weak.push(nalgebra::center(&corner(k), &corner(k + 1)));
         }

@@ -1,14 +1,9 @@
 //! The scan's unit of length, guessed from the one thing known about its size: a 300 mm
 //! specimen and a 100 mm plate leave metres or millimetres only.
 
+use super::tuning::SceneTuning;
 use super::unit::LengthUnit;
 use crate::base::Point3;
-
-/// Smallest size of a scene with a drape in it: a bit less than the drape alone \[m\].
-pub(super) const SMALLEST_SCENE_M: f64 = 0.12;
-/// Largest: a room with a corridor \[m\]. Below 1000 times the smallest, so that
-/// at most one unit fits.
-pub(super) const LARGEST_SCENE_M: f64 = 60.0;
 
 /// Half-way size of the cloud: twice the median distance from its median point,
 /// which strays do not move; file units.
@@ -33,10 +28,10 @@ pub(super) struct Guess {
 }
 
 /// Guesses the unit from the size of the scene.
-pub(super) fn guess(points: &[Point3]) -> Guess {
+pub(super) fn guess(points: &[Point3], tuning: &SceneTuning) -> Guess {
     let size_units = typical_size(points);
     let fits = |unit: &LengthUnit| {
-        (SMALLEST_SCENE_M..LARGEST_SCENE_M).contains(&(size_units * unit.metres()))
+        (tuning.smallest_m..tuning.largest_m).contains(&(size_units * unit.metres()))
     };
     let unit = [LengthUnit::Metre, LengthUnit::Millimetre].into_iter().find(fits);
     Guess { size_units, unit }
@@ -56,7 +51,8 @@ mod tests {
 
     #[test]
     fn a_drape_sized_scene_is_metres_or_millimetres_and_nothing_else() {
-        let unit = |side| guess(&square(side)).unit;
+        let tuning = crate::scan::tuning::Tuning::default().scene;
+        let unit = |side| guess(&square(side), &tuning).unit;
         assert_eq!(unit(0.3), Some(LengthUnit::Metre));
         assert_eq!(unit(300.0), Some(LengthUnit::Millimetre));
         assert_eq!(unit(2.0), Some(LengthUnit::Metre));

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use super::super::cloth::Cloth;
 use super::super::neighbours::Neighbours;
+use super::super::tuning::ParameterisationTuning;
 use super::links::Links;
 use crate::base::{Point3, Vector3};
 
@@ -37,27 +38,22 @@ pub(crate) struct Parameterisation {
     pub links: Links,
 }
 
-/// Largest ratio of arc to chord: links whose normals are a right angle apart.
-const LARGEST_ARC: f64 = 1.12;
-/// Neighbour links reach this many spacings.
-const LINK_SPACINGS: f64 = 2.4;
-
 struct Graph {
     start: Vec<usize>,
     to: Vec<u32>,
 }
 
 impl Graph {
-    fn new(cloth: &Cloth) -> Self {
+    fn new(cloth: &Cloth, tuning: &ParameterisationTuning) -> Self {
         let tree = Neighbours::new(&cloth.surface);
-        let radius = LINK_SPACINGS * cloth.spacing_m;
+        let radius = tuning.link_cells * cloth.spacing_m;
         let lists: Vec<Vec<u32>> = cloth
             .surface
             .par_iter()
             .enumerate()
             .map(|(i, p)| {
                 let mut near = tree.within(p, radius);
-                near.retain(|&j| j != i && linked(cloth, i, j));
+                near.retain(|&j| j != i && linked(cloth, i, j, tuning));
                 near.into_iter().map(|j| j as u32).collect()
             })
             .collect();
@@ -77,14 +73,14 @@ impl Graph {
 
 /// Whether the step from i to j stays in the surface: it does not rise out of
 /// either tangent plane and the planes do not differ too much.
-fn linked(cloth: &Cloth, i: usize, j: usize) -> bool {
+fn linked(cloth: &Cloth, i: usize, j: usize, tuning: &ParameterisationTuning) -> bool {
     let d = cloth.surface[j] - cloth.surface[i];
     let length = d.norm();
-    let steep = 0.6 * length;
+    let steep = tuning.link_rise * length;
     length > 1e-9
         && d.dot(&cloth.normals[i]).abs() < steep
         && d.dot(&cloth.normals[j]).abs() < steep
-        && cloth.normals[i].dot(&cloth.normals[j]).abs() > 0.4
+        && cloth.normals[i].dot(&cloth.normals[j]).abs() > tuning.link_cosine
 }
 
 /// The step from one point to another along the surface, as a tangent vector at
@@ -92,7 +88,7 @@ fn linked(cloth: &Cloth, i: usize, j: usize) -> bool {
 /// both normals: the part of the chord along its axis stays, the part around it
 /// becomes an arc. (The chord laid into the first tangent plane would point too
 /// much along the axis, and folds would come out too long.)
-fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
+fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3, largest_arc: f64) -> Vector3 {
     let cross = from.cross(to);
     let sine = cross.norm();
     if sine < 1e-3 {
@@ -102,18 +98,24 @@ fn surface_step(d: &Vector3, from: &Vector3, to: &Vector3) -> Vector3 {
     let half = 0.5 * sine.atan2(from.dot(to));
     let middle = (from + to).normalize();
     let around = axis.cross(&middle);
-    let arc = d.dot(&around) * (half / half.sin()).min(LARGEST_ARC);
+    let arc = d.dot(&around) * (half / half.sin()).min(largest_arc);
     axis * d.dot(&axis) + axis.cross(from) * arc
 }
 
 /// Parameterises the cloth outward from the plate's disc of radius `seed_radius_m`,
 /// no farther than `reach_m` along the cloth.
-pub(super) fn grow(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Parameterisation {
-    let graph = Graph::new(cloth);
+pub(super) fn grow(
+    cloth: &Cloth,
+    seed_radius_m: f64,
+    reach_m: f64,
+    tuning: &ParameterisationTuning,
+) -> Parameterisation {
+    let graph = Graph::new(cloth, tuning);
     let count = cloth.surface.len();
     let mut front = Front {
         graph: &graph,
         cloth,
+        tuning,
         done: vec![false; count],
         normals: cloth.normals.clone(),
         axis: vec![Vector3::zeros(); count],
@@ -126,7 +128,7 @@ pub(super) fn grow(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Parameter
     let Front { normals, flat, .. } = front;
     Parameterisation {
         points: kept.iter().map(|&i| cloth.surface[i]).collect(),
-        links: links_of(&kept, &graph, cloth, &normals),
+        links: links_of(&kept, &graph, cloth, &normals, tuning.largest_arc),
         flat: kept.iter().map(|&i| flat[i]).collect(),
         disorder: kept.iter().map(|&i| cloth.disorder[i]).collect(),
         fixed: kept.iter().map(|&i| fixed[i]).collect(),
@@ -134,7 +136,13 @@ pub(super) fn grow(cloth: &Cloth, seed_radius_m: f64, reach_m: f64) -> Parameter
 }
 
 /// The links among the points `kept`, whose normals agree in sign.
-fn links_of(kept: &[usize], graph: &Graph, cloth: &Cloth, normals: &[Vector3]) -> Links {
+fn links_of(
+    kept: &[usize],
+    graph: &Graph,
+    cloth: &Cloth,
+    normals: &[Vector3],
+    largest_arc: f64,
+) -> Links {
     let mut number = vec![u32::MAX; cloth.surface.len()];
     for (k, &i) in kept.iter().enumerate() {
         number[i] = k as u32;
@@ -146,18 +154,12 @@ fn links_of(kept: &[usize], graph: &Graph, cloth: &Cloth, normals: &[Vector3]) -
             .filter(|&j| number[j] != u32::MAX && normals[i].dot(&normals[j]) > 0.0)
             .map(|j| {
                 let d = cloth.surface[j] - cloth.surface[i];
-                (number[j], in_plane(&surface_step(&d, &normals[i], &normals[j]), &a, &normals[i]))
+                let step = surface_step(&d, &normals[i], &normals[j], largest_arc);
+                (number[j], in_plane(&step, &a, &normals[i]))
             })
             .collect();
         near
     }))
-}
-
-/// How much longer a step counts that leads to a disordered point: the front
-/// walks around places where two layers touch and enters them last, from both
-/// sides.
-fn detour(disorder: f64) -> f64 {
-    1.0 + 10.0 * (disorder - 2.5).clamp(0.0, 10.0)
 }
 
 fn tangent(v: &Vector3, normal: &Vector3) -> Vector3 {
@@ -173,6 +175,7 @@ fn in_plane(step: &Vector3, a: &Vector3, normal: &Vector3) -> [f64; 2] {
 struct Front<'a> {
     graph: &'a Graph,
     cloth: &'a Cloth,
+    tuning: &'a ParameterisationTuning,
     done: Vec<bool>,
     normals: Vec<Vector3>,
     axis: Vec<Vector3>,
@@ -220,7 +223,7 @@ impl Front<'_> {
             }
             for k in graph.of(j) {
                 let through = distance[j]
-                    + (cloth.surface[k] - cloth.surface[j]).norm() * detour(cloth.disorder[k]);
+                    + (cloth.surface[k] - cloth.surface[j]).norm() * self.detour(cloth.disorder[k]);
                 if !self.done[k] && through < distance[k] {
                     distance[k] = through;
                     parent[k] = j as u32;
@@ -230,6 +233,13 @@ impl Front<'_> {
             }
         }
         fixed
+    }
+
+    /// How much longer a step counts that leads to a disordered point: the front walks
+    /// around places where two layers touch and enters them last, from both sides.
+    fn detour(&self, disorder: f64) -> f64 {
+        let more = (disorder - self.tuning.detour_disorder).clamp(0.0, 10.0);
+        1.0 + self.tuning.detour * more
     }
 
     /// Places a point on the plate, where its place is known.
@@ -249,11 +259,9 @@ impl Front<'_> {
         let through = |i: usize| {
             let d = self.cloth.surface[j] - self.cloth.surface[i];
             let chord = d.norm();
-            let step = in_plane(
-                &surface_step(&d, &self.normals[i], &self.normals[j]),
-                &self.axis[i],
-                &self.normals[i],
-            );
+            let largest_arc = self.tuning.largest_arc;
+            let step = surface_step(&d, &self.normals[i], &self.normals[j], largest_arc);
+            let step = in_plane(&step, &self.axis[i], &self.normals[i]);
             let at = [self.flat[i][0] + step[0], self.flat[i][1] + step[1]];
             Vote { from: i, at, weight: 1.0 / chord }
         };
@@ -312,8 +320,12 @@ mod tests {
         };
         let normal = |angle: f64| Vector3::new(angle.cos(), 0.0, angle.sin());
         for (angle, height) in [(0.01, 2e-3), (0.5, -3e-3), (0.9, 4e-3)] {
-            let step =
-                surface_step(&(at(angle, height) - at(0.0, 0.0)), &normal(0.0), &normal(angle));
+            let step = surface_step(
+                &(at(angle, height) - at(0.0, 0.0)),
+                &normal(0.0),
+                &normal(angle),
+                1.12,
+            );
             assert!((step.y - height).abs() < 1e-12, "{angle}");
             assert!(
                 (step.z - radius * angle).abs() < 1e-9,

@@ -55,15 +55,16 @@ impl Links {
         self.start.len() - 1
     }
 
-    /// Weights of the links at the coordinates `x`: 1 where lengths agree.
-    pub fn weights(&self, x: &[[f64; 2]], spacing_m: f64) -> Vec<f64> {
+    /// Weights of the links at the coordinates `x`: 1 where lengths agree, a quarter where
+    /// they are off by `off_m`.
+    pub fn weights(&self, x: &[[f64; 2]], off_m: f64) -> Vec<f64> {
         let mut one_way = vec![0.0; self.to.len()];
         self.fill(&mut one_way, &|i, own| {
             for (weight, e) in own.iter_mut().zip(self.range(i)) {
                 let j = self.to[e] as usize;
                 let length = norm(self.step[e]);
                 let now = norm([x[j][0] - x[i][0], x[j][1] - x[i][1]]);
-                *weight = 1.0 / (1.0 + ((now - length) / (0.5 * spacing_m)).powi(2)).powi(2);
+                *weight = 1.0 / (1.0 + ((now - length) / off_m).powi(2)).powi(2);
             }
         });
         (0..self.to.len())

@@ -21,24 +21,13 @@ use super::error::ScanError;
 use super::limits;
 use super::options::ScanOptions;
 use super::square::{self, Square};
-use relax::Effort;
-
-/// Relaxing the parameterised cloth: first, while its edges are pulled straight,
-const FIRST: Effort = Effort { rounds: 6, steps: 8, enough_m: 0.02e-3 };
-const STRAIGHTENING: Effort = Effort { rounds: 3, ..FIRST };
-/// and with the plate's part loose, whose rotation settles slowly.
-const LOOSE: Effort = Effort { rounds: 6, steps: 12, enough_m: 0.002e-3 };
-/// Rounds of pulling the edges straight.
-const STRAIGHTENINGS: usize = 2;
-/// Share of the plate's radius within which the cloth's place is taken as known.
-const SEED_RADII: f64 = 0.8;
-/// Farthest that the front goes, in lengths from the specimen's centre to a corner.
-const REACH_DIAGONALS: f64 = 1.12;
+use relax::{Effort, Relaxation};
 
 /// Grows the front over the cloth.
 pub(super) fn grow(cloth: &Cloth, options: &ScanOptions) -> Parameterisation {
-    let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * REACH_DIAGONALS;
-    front::grow(cloth, SEED_RADII * options.plate_radius_m, reach_m)
+    let tuning = &options.tuning.parameterisation;
+    let reach_m = options.specimen_side_m * 0.5 * 2_f64.sqrt() * tuning.reach;
+    front::grow(cloth, tuning.seed_radii * options.plate_radius_m, reach_m, tuning)
 }
 
 /// Relaxes the parameterisation and pulls its free edges onto the sides of the
@@ -56,19 +45,22 @@ pub(super) fn straighten(
     spacing_m: f64,
     options: &ScanOptions,
 ) -> Result<Square, ScanError> {
+    let tuning = &options.tuning.parameterisation;
+    let effort = |rounds| Effort { rounds, steps: tuning.steps, enough_m: tuning.enough_m };
     let links = &std::mem::take(&mut surface.links);
     let Parameterisation { fixed, flat, .. } = surface;
     let find = |flat: &[[f64; 2]]| {
-        let fit = square::find(flat, options.specimen_side_m);
+        let fit = square::find(flat, options.specimen_side_m, &options.tuning.square);
         limits::square(&fit, options).map(|()| fit.square)
     };
-    relax::relax(links, fixed, &[], spacing_m, FIRST, flat);
+    let mut surface = Relaxation { links, fixed, spacing_m, tuning };
+    surface.relax(&[], effort(tuning.rounds), flat);
     let mut square = find(flat)?;
     let half_m = 0.5 * options.specimen_side_m;
-    for _ in 0..STRAIGHTENINGS {
+    for _ in 0..tuning.straightenings {
         let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
-        let ties = ties::to_straight_sides(&material, half_m);
-        relax::relax(links, fixed, &ties, spacing_m, STRAIGHTENING, &mut material);
+        let ties = ties::to_straight_sides(&material, half_m, options);
+        surface.relax(&ties, effort(tuning.straightening_rounds), &mut material);
         for (p, &m) in flat.iter_mut().zip(&material) {
             *p = square.flat(m);
         }
@@ -77,9 +69,11 @@ pub(super) fn straighten(
     let mut material: Vec<[f64; 2]> = flat.iter().map(|&p| square.material(p)).collect();
     let on_plate: Vec<usize> = (0..fixed.len()).filter(|&i| fixed[i]).collect();
     let places: Vec<[f64; 2]> = on_plate.iter().map(|&i| flat[i]).collect();
-    let ties = ties::to_straight_sides(&material, half_m);
+    let ties = ties::to_straight_sides(&material, half_m, options);
     let loose = vec![false; fixed.len()];
-    relax::relax(links, &loose, &ties, spacing_m, LOOSE, &mut material);
+    surface.fixed = &loose;
+    let (steps, enough_m) = (tuning.loose_steps, tuning.loose_enough_m);
+    surface.relax(&ties, Effort { rounds: tuning.rounds, steps, enough_m }, &mut material);
     square = square.rotated_to(on_plate.iter().map(|&i| material[i]).zip(places));
     for (p, &m) in flat.iter_mut().zip(&material) {
         *p = square.flat(m);

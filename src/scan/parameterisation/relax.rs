@@ -9,9 +9,10 @@
 //!
 //! In and out: coordinates \[m\] of the parameterised points. Fixed points stay.
 
+use super::super::tuning::ParameterisationTuning;
 use super::anderson::Mixer;
 use super::links::{Links, norm};
-use super::system::{Tie, solve};
+use super::system::{System, Tie};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug)]
@@ -24,28 +25,37 @@ pub(super) struct Effort {
     pub enough_m: f64,
 }
 
-/// Relaxes `x` in place; `fixed` points stay. Each round is one local and one
-/// global step; Anderson acceleration over the last rounds takes the place of the
-/// hundreds that a long strip of cloth needs to swing.
-pub(super) fn relax(
-    links: &Links,
-    fixed: &[bool],
-    ties: &[Tie],
-    spacing_m: f64,
-    effort: Effort,
-    x: &mut [[f64; 2]],
-) {
-    let mut mixer = Mixer::default();
-    for _ in 0..effort.rounds {
-        let weights = links.weights(x, spacing_m);
-        let rotated = links.rotated(x, &weights);
-        let mut next = x.to_vec();
-        solve(links, &weights, &rotated, (fixed, ties), effort.steps, &mut next);
-        let before = x.to_vec();
-        mixer.step(x, next);
-        let moves = x.iter().zip(&before).map(|(a, b)| norm([a[0] - b[0], a[1] - b[1]]));
-        if moves.sum::<f64>() < effort.enough_m * x.len() as f64 {
-            break;
+/// What is relaxed.
+pub(super) struct Relaxation<'a> {
+    /// The steps between the points.
+    pub links: &'a Links,
+    /// Points that stay.
+    pub fixed: &'a [bool],
+    /// Distance between the points \[m\].
+    pub spacing_m: f64,
+    /// The constants.
+    pub tuning: &'a ParameterisationTuning,
+}
+
+impl Relaxation<'_> {
+    /// Relaxes `x` in place. Each round is one local and one global step; Anderson
+    /// acceleration over the last rounds takes the place of the hundreds that a long strip
+    /// of cloth needs to swing.
+    pub fn relax(&self, ties: &[Tie], effort: Effort, x: &mut [[f64; 2]]) {
+        let Self { links, fixed, spacing_m, tuning } = *self;
+        let mut mixer = Mixer::default();
+        for _ in 0..effort.rounds {
+            let weights = links.weights(x, tuning.link_off_cells * spacing_m);
+            let rotated = links.rotated(x, &weights);
+            let mut next = x.to_vec();
+            let system = System { links, weights: &weights, fixed, ties, tuning };
+            system.solve(&rotated, effort.steps, &mut next);
+            let before = x.to_vec();
+            mixer.step(x, next);
+            let moves = x.iter().zip(&before).map(|(a, b)| norm([a[0] - b[0], a[1] - b[1]]));
+            if moves.sum::<f64>() < effort.enough_m * x.len() as f64 {
+                break;
+            }
         }
     }
 }
@@ -74,7 +84,9 @@ mod tests {
         let fixed: Vec<bool> = (0..400).map(|k| k < 40).collect();
         x[..40].copy_from_slice(&truth[..40]);
         let effort = Effort { rounds: 20, steps: 12, enough_m: 1e-6 };
-        relax(&links, &fixed, &[], 2e-3, effort, &mut x);
+        let tuning = crate::scan::tuning::Tuning::default().parameterisation;
+        let patch = Relaxation { links: &links, fixed: &fixed, spacing_m: 2e-3, tuning: &tuning };
+        patch.relax(&[], effort, &mut x);
         let worst =
             x.iter().zip(&truth).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max);
         assert!(worst < 0.05e-3, "{:.3} mm", worst * 1e3);

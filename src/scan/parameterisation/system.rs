@@ -3,12 +3,9 @@
 
 use rayon::prelude::*;
 
+use super::super::tuning::ParameterisationTuning;
 use super::links::Links;
 use crate::numeric::banded::{Banded, Factor};
-
-/// Cell of the coarse grid of the preconditioner [m], and its half side.
-const COARSE_M: f64 = 12e-3;
-const COARSE_HALF_M: f64 = 0.21;
 
 /// Pulls one coordinate of a point to a target.
 #[derive(Clone, Copy, Debug)]
@@ -35,15 +32,11 @@ struct Coarse {
 }
 
 impl Coarse {
-    fn new(
-        links: &Links,
-        weights: &[f64],
-        fixed: &[bool],
-        tied: &[[f64; 2]],
-        x: &[[f64; 2]],
-    ) -> Self {
-        let side = (2.0 * COARSE_HALF_M / COARSE_M).ceil() as usize;
-        let of = |c: f64| (((c + COARSE_HALF_M) / COARSE_M).max(0.0) as usize).min(side - 1);
+    fn new(system: &System, tied: &[[f64; 2]], x: &[[f64; 2]]) -> Self {
+        let System { links, weights, fixed, tuning, .. } = *system;
+        let (half_m, cell_m) = (tuning.coarse_half_m, tuning.coarse_cell_m);
+        let side = (2.0 * half_m / cell_m).ceil() as usize;
+        let of = |c: f64| (((c + half_m) / cell_m).max(0.0) as usize).min(side - 1);
         let cell: Vec<usize> = x.iter().map(|p| of(p[0]) * side + of(p[1])).collect();
         let cells = side * side;
         let mut linked = Banded::zeros(cells, side + 1);
@@ -91,94 +84,105 @@ impl Coarse {
     }
 }
 
-/// Conjugate gradients with a two-level preconditioner, both coordinates at once,
-/// started at the present coordinates.
-pub(super) fn solve(
-    links: &Links,
-    weights: &[f64],
-    rotated: &[[f64; 2]],
-    (fixed, ties): (&[bool], &[Tie]),
-    steps: usize,
-    x: &mut [[f64; 2]],
-) {
-    let count = x.len();
-    let mut tied = vec![[0.0; 2]; count];
-    let mut pull = vec![[0.0; 2]; count];
-    for tie in ties {
-        tied[tie.point][tie.coordinate] += tie.weight;
-        pull[tie.point][tie.coordinate] +=
-            tie.weight * (tie.target_m - x[tie.point][tie.coordinate]);
-    }
-    let diagonal: Vec<[f64; 2]> = (0..count)
-        .map(|i| {
-            let own = links.range(i).map(|e| weights[e]).sum::<f64>().max(1e-9);
-            [own + tied[i][0], own + tied[i][1]]
-        })
-        .collect();
-    let mut r: Vec<[f64; 2]> = (0..count)
-        .into_par_iter()
-        .map(|i| {
-            let mut g = pull[i];
-            if fixed[i] {
-                return [0.0; 2];
-            }
-            for e in links.range(i).filter(|&e| weights[e] > 0.0) {
-                let (j, back) = (links.to[e] as usize, links.back[e] as usize);
-                for c in 0..2 {
-                    let want = 0.5 * (rotated[e][c] - rotated[back][c]);
-                    g[c] += weights[e] * (x[j][c] - x[i][c] - want);
-                }
-            }
-            g
-        })
-        .collect();
-    let product = |p: &[[f64; 2]]| -> Vec<[f64; 2]> {
-        (0..count)
+/// The system of one round: links with their weights, points that stay, ties.
+#[derive(Clone, Copy)]
+pub(super) struct System<'a> {
+    /// The links.
+    pub links: &'a Links,
+    /// Their weights.
+    pub weights: &'a [f64],
+    /// Points that stay.
+    pub fixed: &'a [bool],
+    /// Pulls on single coordinates.
+    pub ties: &'a [Tie],
+    /// The constants.
+    pub tuning: &'a ParameterisationTuning,
+}
+
+impl System<'_> {
+    /// Conjugate gradients with a two-level preconditioner, both coordinates at once,
+    /// started at the present coordinates; `rotated` are the links' steps as they should be.
+    pub fn solve(&self, rotated: &[[f64; 2]], steps: usize, x: &mut [[f64; 2]]) {
+        let System { links, weights, fixed, ties, .. } = *self;
+        let count = x.len();
+        let mut tied = vec![[0.0; 2]; count];
+        let mut pull = vec![[0.0; 2]; count];
+        for tie in ties {
+            tied[tie.point][tie.coordinate] += tie.weight;
+            pull[tie.point][tie.coordinate] +=
+                tie.weight * (tie.target_m - x[tie.point][tie.coordinate]);
+        }
+        let diagonal: Vec<[f64; 2]> = (0..count)
+            .map(|i| {
+                let own = links.range(i).map(|e| weights[e]).sum::<f64>().max(1e-9);
+                [own + tied[i][0], own + tied[i][1]]
+            })
+            .collect();
+        let mut r: Vec<[f64; 2]> = (0..count)
             .into_par_iter()
             .map(|i| {
+                let mut g = pull[i];
                 if fixed[i] {
                     return [0.0; 2];
                 }
-                let mut out = [tied[i][0] * p[i][0], tied[i][1] * p[i][1]];
-                for e in links.range(i) {
-                    let j = links.to[e] as usize;
-                    out[0] += weights[e] * (p[i][0] - p[j][0]);
-                    out[1] += weights[e] * (p[i][1] - p[j][1]);
+                for e in links.range(i).filter(|&e| weights[e] > 0.0) {
+                    let (j, back) = (links.to[e] as usize, links.back[e] as usize);
+                    for c in 0..2 {
+                        let want = 0.5 * (rotated[e][c] - rotated[back][c]);
+                        g[c] += weights[e] * (x[j][c] - x[i][c] - want);
+                    }
                 }
-                out
+                g
             })
-            .collect()
-    };
-    let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| {
-        a.iter().zip(b).fold([0.0; 2], |s, (a, b)| [s[0] + a[0] * b[0], s[1] + a[1] * b[1]])
-    };
-    let coarse = Coarse::new(links, weights, fixed, &tied, x);
-    let precondition = |r: &[[f64; 2]]| -> Vec<[f64; 2]> {
-        let mut z: Vec<[f64; 2]> =
-            r.iter().zip(&diagonal).map(|(r, d)| [r[0] / d[0], r[1] / d[1]]).collect();
-        coarse.add(r, fixed, &mut z);
-        z
-    };
-    let mut z = precondition(&r);
-    let mut p = z.clone();
-    let mut rz = dot(&r, &z);
-    for _ in 0..steps {
-        let ap = product(&p);
-        let pap = dot(&p, &ap);
-        let alpha = [0, 1].map(|c| if pap[c] > 1e-300 { rz[c] / pap[c] } else { 0.0 });
-        for i in 0..count {
-            for c in 0..2 {
-                x[i][c] += alpha[c] * p[i][c];
-                r[i][c] -= alpha[c] * ap[i][c];
+            .collect();
+        let product = |p: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            (0..count)
+                .into_par_iter()
+                .map(|i| {
+                    if fixed[i] {
+                        return [0.0; 2];
+                    }
+                    let mut out = [tied[i][0] * p[i][0], tied[i][1] * p[i][1]];
+                    for e in links.range(i) {
+                        let j = links.to[e] as usize;
+                        out[0] += weights[e] * (p[i][0] - p[j][0]);
+                        out[1] += weights[e] * (p[i][1] - p[j][1]);
+                    }
+                    out
+                })
+                .collect()
+        };
+        let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| {
+            a.iter().zip(b).fold([0.0; 2], |s, (a, b)| [s[0] + a[0] * b[0], s[1] + a[1] * b[1]])
+        };
+        let coarse = Coarse::new(self, &tied, x);
+        let precondition = |r: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            let mut z: Vec<[f64; 2]> =
+                r.iter().zip(&diagonal).map(|(r, d)| [r[0] / d[0], r[1] / d[1]]).collect();
+            coarse.add(r, fixed, &mut z);
+            z
+        };
+        let mut z = precondition(&r);
+        let mut p = z.clone();
+        let mut rz = dot(&r, &z);
+        for _ in 0..steps {
+            let ap = product(&p);
+            let pap = dot(&p, &ap);
+            let alpha = [0, 1].map(|c| if pap[c] > 1e-300 { rz[c] / pap[c] } else { 0.0 });
+            for i in 0..count {
+                for c in 0..2 {
+                    x[i][c] += alpha[c] * p[i][c];
+                    r[i][c] -= alpha[c] * ap[i][c];
+                }
             }
-        }
-        z = precondition(&r);
-        let next = dot(&r, &z);
-        let beta = [0, 1].map(|c| if rz[c] > 1e-300 { next[c] / rz[c] } else { 0.0 });
-        rz = next;
-        for i in 0..count {
-            for c in 0..2 {
-                p[i][c] = z[i][c] + beta[c] * p[i][c];
+            z = precondition(&r);
+            let next = dot(&r, &z);
+            let beta = [0, 1].map(|c| if rz[c] > 1e-300 { next[c] / rz[c] } else { 0.0 });
+            rz = next;
+            for i in 0..count {
+                for c in 0..2 {
+                    p[i][c] = z[i][c] + beta[c] * p[i][c];
+                }
             }
         }
     }
