@@ -168,7 +168,7 @@ fn knit(gamma: f64, length_m: f64) -> Fabric {
 fn the_elastica_is_the_published_curve() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/cantilever_master_curve.csv");
     if !std::path::Path::new(path).exists() {
-        println!("skipped: no {path}");
+        eprintln!("skipped: {path} is absent (see its ORIGIN.md)");
         return;
     }
     let error = elastica_against(path.as_ref(), 1e3).unwrap();

@@ -28,36 +28,40 @@ use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, Setup, sensitivities};
 
-/// A drape with its report.
+/// A specimen that was let fall on the plate: the sheet, its rim, and how the search for rest
+/// ended.
 #[derive(Clone, Debug)]
 pub struct Drape {
-    /// The grid it was simulated on.
+    /// The grid that the sheet was simulated on.
     pub grid: Arc<Grid>,
-    /// Vertex positions, simulation frame \[m\].
+    /// Position of each vertex of the grid, simulation frame \[m\].
     pub positions_m: Vec<Vector3>,
-    /// The rim.
+    /// The rim: 244 points, simulation frame \[m\].
     pub boundary: Boundary,
-    /// Why it stopped.
+    /// Why the search for rest ended.
     pub stop: Stop,
-    /// Largest net force on a vertex \[N\].
+    /// Largest net force on a vertex \[N\]; at rest it is below the options' limit.
     pub residual_n: f64,
-    /// Elastic and gravitational energy, zero for the flat sheet at y = 0 \[J\].
+    /// Elastic and gravitational energy \[J\], zero for the flat sheet at y = 0.
     pub energy_j: f64,
-    /// Folds: maxima of the rim's distance from the axis.
+    /// Number of folds: the maxima of the rim's distance from the plate's axis.
     pub nodes: usize,
-    /// Pairs of triangles that intersect, by a test independent of the contact's.
+    /// Number of pairs of triangles that intersect, by a test that shares no code with
+    /// self-contact; 0 for a sound drape.
     pub intersections: usize,
-    /// Least distance of the sheet from the plate's surface \[m\].
+    /// Least signed distance of the sheet from the plate's surface \[m\]; positive if no cloth is
+    /// inside the plate.
     pub plate_clearance_m: f64,
-    /// Work, coarse and fine together.
+    /// What the drape cost, on all grids together.
     pub effort: Effort,
-    /// What its reader should know: a mesh too coarse for the fabric.
+    /// What the reader of this drape should know, such as a mesh too coarse for the fabric.
     pub warnings: Vec<MeshWarning>,
 }
 
 impl Drape {
-    /// Amplitudes of the harmonics 1 to 16 of the rim's distance from the axis, over its
-    /// length from the first corner \[m\]: which branch it is on, beside the count of nodes.
+    /// Amplitudes of the harmonics 1 to 16 of the rim's distance from the plate's axis, taken over
+    /// the rim's length from its first corner on \[m\]. Beside the number of folds they tell on
+    /// which branch a drape is.
     #[must_use]
     pub fn rim_harmonics_m(&self) -> [f64; 16] {
         let rho: Vec<f64> = self.boundary.positions_m().map(|p| p.x.hypot(p.z)).collect();
@@ -71,25 +75,29 @@ impl Drape {
         })
     }
 
-    /// The sheet as triangles.
+    /// The sheet as a mesh of triangles, simulation frame \[m\].
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         self.grid.mesh(&self.positions_m)
     }
 }
 
-/// Drapes `fabric`.
+/// Drapes a specimen of `fabric`: lets it go as `drop` says and brings it to rest.
+///
+/// The same arguments give the same bytes on every thread. A search that does not come to rest is
+/// a result too; [`Drape::stop`] says so.
 #[must_use]
 pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
     let (fine, start, effort) = fallen(fabric, drop, options);
     rest(fabric, drop, &fine, start, options).report(fabric, effort)
 }
 
-/// Drapes `fabric` and tells how the sheet at rest answers a small change of each of these
-/// parameters; see [`crate::sim::sensitivity`].
+/// Drapes a specimen as [`drape`] does, and tells how far each vertex of the sheet at rest moves
+/// with a small change of each of `parameters`; see [`crate::sim::sensitivity`].
 ///
 /// # Errors
-/// Where the drape is not at rest, or a parameter cannot be changed.
+/// [`SensitivityError`] where the drape is not at rest or not stable, or where a parameter does not
+/// exist.
 pub fn drape_with_sensitivities(
     fabric: &Fabric,
     drop: &Drop,
@@ -102,7 +110,7 @@ pub fn drape_with_sensitivities(
     Ok((rested.report(fabric, effort), found))
 }
 
-/// The sheet after its fall, on the grid that is to rest.
+/// The sheet after its fall, carried to the fine grid, with the work so far.
 fn fallen(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
@@ -139,8 +147,8 @@ fn settle_between(
     newton.effort
 }
 
-/// Drapes on a finer grid from the drape `from` of the same specimen: its branch, if
-/// the finer grid has that.
+/// Brings the drape `from` of the same specimen to rest again on a finer grid. It ends on the same
+/// branch, if the finer grid has that branch.
 #[must_use]
 pub fn drape_on_finer(fabric: &Fabric, from: &Drape, options: &SimOptions) -> Drape {
     let fine = Grid::of(&options.experiment.specimen, options.vertices);

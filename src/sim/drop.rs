@@ -14,37 +14,37 @@ use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Target};
 use crate::sim::options::SimOptions;
 
-/// How the flat specimen is let go.
+/// The state from which the flat specimen falls.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DropStart {
-    /// Level, with a fixed unevenness of 0.2 mm that breaks the symmetry.
+    /// The specimen is level, with a fixed unevenness of 0.2 mm that breaks the symmetry.
     Canonical,
-    /// Corners lifted, sheet tilted, uneven and a little off centre, all drawn
-    /// from this seed: samples the branches.
+    /// The corners are lifted and the sheet is tilted, uneven and a little off centre, all drawn
+    /// from this seed. Different seeds sample the stable shapes of a fabric.
     Perturbed(u64),
-    /// Led by springs to a scanned rim (simulation frame), then released: the
-    /// equilibrium nearest to what was scanned.
+    /// Springs lead the border to a scanned rim (simulation frame) and are released before the
+    /// sheet comes to rest, so that it ends in an equilibrium near what was scanned.
     Guided(Box<Boundary>),
 }
 
-/// A drop.
+/// How a specimen is dropped onto the plate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drop {
-    /// How the specimen is let go.
+    /// The state from which the specimen falls.
     pub start: DropStart,
 }
 
 impl Drop {
-    /// The canonical drop.
+    /// The drop that every fabric is compared by: level, with a fixed small unevenness.
     #[must_use]
     pub fn canonical() -> Self {
         Self { start: DropStart::Canonical }
     }
 }
 
-/// Springs from the border to a scanned rim; each cell's weight stretches its
-/// spring by 8 mm (of 0.5 to 50 mm tried on one drape the best). They choose the branch and are released before the search for
-/// equilibrium.
+/// Springs from the border to a scanned rim, of such a stiffness that a cell's weight stretches one
+/// by 8 mm (the best of 0.5 to 50 mm, tried on one drape). They choose the branch and are released
+/// before the search for equilibrium.
 pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
     let points: Vec<_> = rim.positions_m().collect();
     let border = grid.border();
@@ -82,7 +82,8 @@ struct Wave {
     phase: f64,
 }
 
-/// The sheet as it is let go, just above the plate.
+/// The positions from which the sheet falls \[m\]: its lowest point over the plate lies one gap
+/// above the plate's face.
 pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) -> Vec<Vector3> {
     let specimen = &options.experiment.specimen;
     let half = 0.5 * specimen.weft_m;

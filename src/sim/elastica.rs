@@ -13,23 +13,24 @@
 //! Fails: where softening leaves no curvature for a moment (beyond the top of the parabola)
 //! the tangent of `energy/softening.rs` is not followed, and `None` is returned.
 
-/// A strip without dimensions: lengths in its own length L, moments in B / L.
+/// A heavy strip clamped level at one end, without dimensions: lengths are in its own length L,
+/// moments in B / L.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastica {
-    /// rho g L^3 / B.
+    /// Weight over stiffness, rho g L^3 / B.
     pub gamma: f64,
     /// Natural curvature times L, positive downward.
     pub natural: f64,
-    /// Softening s over L: M = k (1 - s |k|).
+    /// Softening s over L, of the moment M = k (1 - s |k|).
     pub softening: f64,
 }
 
-/// Where the free end is, in lengths of the strip from the clamp.
+/// Where the free end of a strip is, seen from the clamp, in lengths of the strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
-    /// Below the clamp.
+    /// How far the end hangs below the clamp.
     pub droop: f64,
-    /// Horizontally before the clamp.
+    /// How far the end reaches out horizontally.
     pub reach: f64,
 }
 
@@ -61,7 +62,7 @@ impl Elastica {
         Self { gamma, natural: 0.0, softening: 0.0 }
     }
 
-    /// The free end at rest; `None` where the softening's parabola is left.
+    /// Where the free end comes to rest; `None` where the moment leaves the softening's parabola.
     #[must_use]
     pub fn end(&self) -> Option<End> {
         self.end_in(STEPS)

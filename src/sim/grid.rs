@@ -2,8 +2,8 @@
 //!
 //! Vertex (i, j) has index `i * n + j`; i runs along x, j along z. The flat specimen
 //! lies in the plane y = 0, centred on the origin. On the square specimen x is the
-//! warp and z the weft; a [`MaterialFrame`] says how cells of another shape or a grid turned
-//! against the yarns lie on the cloth.
+//! warp and z the weft; a [`MaterialFrame`] says how the yarns run where cells have another
+//! shape, or where the grid is rotated against the yarns.
 //!
 //! **Discs** are cut out of the square grid. A cell that the rim cuts counts with the
 //! part of it inside (its volume fraction), in every energy and in the mass; a cell with less
@@ -21,35 +21,36 @@ use crate::geom::Mesh;
 use crate::numeric::sparse::{Analysis, BlockPattern, BlockSlot, grid_dissection};
 use crate::sim::experiment::{Outline, Specimen};
 
-/// How the grid lies on the cloth.
+/// The material frame of a grid: how one step along i and one along j lie on the flat cloth, and
+/// how the yarns run there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialFrame {
-    /// Flat (x, z) of one step in i, in spacings.
+    /// Where one step along i leads on the flat specimen: (x, z) over the spacing.
     pub step_i: [f64; 2],
-    /// Flat (x, z) of one step in j, in spacings.
+    /// Where one step along j leads on the flat specimen: (x, z) over the spacing.
     pub step_j: [f64; 2],
     /// Angle of the warp from x towards z on the flat specimen \[rad\].
     pub warp_rad: f64,
 }
 
 impl MaterialFrame {
-    /// Square cells along warp and weft.
+    /// Square cells whose sides run along warp and weft.
     pub const ALIGNED: Self = Self { step_i: [1.0, 0.0], step_j: [0.0, 1.0], warp_rad: 0.0 };
 
-    /// Area of a cell over the square of the spacing.
+    /// The area of a cell over the square of the spacing.
     #[must_use]
     pub fn area(&self) -> f64 {
         self.step_i[0] * self.step_j[1] - self.step_i[1] * self.step_j[0]
     }
 
-    /// Derivatives along the yarns from differences of one step, times the
-    /// spacing: `[[weft by i, weft by j], [warp by i, warp by j]]`.
+    /// The weights with which differences over one step along i and j add up to the derivatives
+    /// along weft and warp, times the spacing: `[[weft by i, weft by j], [warp by i, warp by j]]`.
     #[must_use]
     pub fn derivatives(&self) -> [[f64; 2]; 2] {
         let ([ix, iz], [jx, jz], area) = (self.step_i, self.step_j, self.area());
         let (sin, cos) = self.warp_rad.sin_cos();
         // d/dx = (jz d_i - iz d_j) / area, d/dz = (-jx d_i + ix d_j) / area
-        // a quarter turn is one: its cosine's rounding must not couple anything
+        // a right angle is one: its cosine's rounding must not couple anything
         let exact = |v: f64| if v.abs() < 1e-12 { 0.0 } else { v };
         let along =
             |x: f64, z: f64| [(x * jz - z * jx) / area, (z * ix - x * iz) / area].map(exact);
@@ -64,7 +65,7 @@ impl MaterialFrame {
     }
 }
 
-/// Size, lay and outline of a grid: two grids with the same are the same.
+/// Size, material frame and outline of a grid: two grids with the same plan are the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Plan {
     rows: usize,
@@ -75,27 +76,29 @@ struct Plan {
     disc_radius_m: Option<f64>,
 }
 
-/// A specimen of rows x n vertices with its analysed tangent pattern.
+/// A specimen of `rows` x `n` vertices, with the analysed pattern of its Hessian.
 #[derive(Debug)]
 pub struct Grid {
-    /// Vertices on a side along j; on the square specimen on either side.
+    /// Number of vertices on a side along j; on a square specimen, on any side.
     pub n: usize,
-    /// Vertices on a side along i.
+    /// Number of vertices on a side along i.
     pub rows: usize,
-    /// Distance of neighbouring vertices \[m\], times the steps of the lay.
+    /// Distance of neighbouring vertices on the flat specimen, before the material frame's steps
+    /// scale it \[m\].
     pub spacing_m: f64,
-    /// How the grid lies on the cloth.
+    /// How the cells and the yarns lie on the flat specimen.
     pub frame: MaterialFrame,
-    /// Corners of each cell: (i, j), (i+1, j), (i, j+1), (i+1, j+1).
+    /// The four corners of each cell as vertex indices: (i, j), (i+1, j), (i, j+1), (i+1, j+1).
     pub cells: Vec<[u32; 4]>,
-    /// Part of each cell that is cloth: 1 but where a disc's rim cuts it.
+    /// The volume fraction of each cell: the part of it that is cloth, 1 but where a disc's rim
+    /// cuts it.
     pub volume_fraction: Vec<f64>,
     plan: Plan,
     shares: Vec<f64>,
-    /// Slots of the six off-diagonal blocks of each cell, in the order of
-    /// [`CELL_PAIRS`], and whether the block is stored transposed.
+    /// The places in the Hessian of the six off-diagonal blocks of each cell, in the order of
+    /// [`CELL_PAIRS`].
     pub cell_slots: Vec<[BlockSlot; 6]>,
-    /// Pattern, ordering and symbolic factor of the tangent.
+    /// Pattern, order of elimination and symbolic factor of the Hessian.
     pub analysis: Analysis,
 }
 
@@ -104,8 +107,8 @@ pub struct Grid {
 pub const CELL_PAIRS: [(usize, usize); 6] = [(1, 0), (2, 0), (3, 0), (1, 2), (3, 1), (3, 2)];
 
 impl Grid {
-    /// The grid of `n` x `n` vertices over a square of `side_m`. Grids are kept
-    /// and shared, since the analysis is the same for every fabric.
+    /// The grid of `n` x `n` vertices over a square with sides of `side_m` metres. Grids are kept
+    /// and shared, since the analysis of the pattern is the same for every fabric.
     #[must_use]
     pub fn shared(n: usize, side_m: f64) -> Arc<Self> {
         Self::kept(Plan {
@@ -118,21 +121,22 @@ impl Grid {
         })
     }
 
-    /// The grid of `n` x `n` vertices over a specimen: the sheared rectangle, or the
-    /// square around the disc.
+    /// The grid of `n` x `n` vertices over a specimen: over the sheared rectangle, or over the
+    /// square around the disc. Grids are kept and shared.
     #[must_use]
     pub fn of(specimen: &Specimen, n: usize) -> Arc<Self> {
         Self::kept(Plan::of(specimen, n))
     }
 
-    /// The same, not kept for others: for a specimen that no other drape will have.
+    /// The grid of [`Self::of`], but not kept: for a specimen that no other drape will have, such
+    /// as one changed by a thousandth of a millimetre.
     #[must_use]
     pub fn unshared(specimen: &Specimen, n: usize) -> Arc<Self> {
         Arc::new(Self::new(Plan::of(specimen, n)))
     }
 
-    /// A rectangle of `rows` x `columns` vertices `spacing_m` apart, its warp turned
-    /// by `warp_rad` from x towards z: a strip cut at an angle.
+    /// The grid of a strip cut at an angle: `rows` x `columns` vertices, `spacing_m` metres apart,
+    /// with the warp rotated by `warp_rad` from x towards z.
     #[must_use]
     pub fn strip(rows: usize, columns: usize, spacing_m: f64, warp_rad: f64) -> Arc<Self> {
         let half_m = [rows, columns].map(|k| 0.5 * spacing_m * (k - 1) as f64);
@@ -157,7 +161,8 @@ impl Grid {
             rows.min(n) >= LEAST_VERTICES,
             "a grid needs at least {LEAST_VERTICES} vertices a side, got {rows} x {n}"
         );
-        let analysis = analyse(rows, n, !frame.along_yarns());
+        let coupling = if frame.along_yarns() { Coupling::AlongYarns } else { Coupling::Across };
+        let analysis = analyse(rows, n, coupling);
         let (mut cells, mut volume_fraction) = (Vec::new(), Vec::new());
         let mut shares = vec![0.0; rows * n];
         for k in 0..(rows - 1) * (n - 1) {
@@ -198,29 +203,28 @@ impl Grid {
         self.rows * self.n
     }
 
-    /// Flat position of a vertex: (x, 0, z) \[m\].
+    /// Position of a vertex on the flat specimen: (x, 0, z) \[m\].
     #[must_use]
     pub fn flat(&self, vertex: usize) -> Vector3 {
         let [x, z] = self.plan.flat([(vertex / self.n) as f64, (vertex % self.n) as f64]);
         Vector3::new(x, 0.0, z)
     }
 
-    /// Area of a whole cell \[m^2\].
+    /// Area of a cell that lies wholly on the cloth \[m^2\].
     #[must_use]
     pub fn cell_area_m2(&self) -> f64 {
         self.spacing_m * self.spacing_m * self.frame.area()
     }
 
-    /// Cells' worth of material that a vertex carries: 1 inside, 1/2 on a side,
-    /// 1/4 at a corner, and less along a disc's rim.
+    /// The material that a vertex carries, in cells: 1 inside, 1/2 on a side, 1/4 at a corner, and
+    /// less along a disc's rim.
     #[must_use]
     pub fn share(&self, vertex: usize) -> f64 {
         self.shares[vertex]
     }
 
-    /// Whether both neighbours `step` (1 along j, n along i) before and after the vertex
-    /// are there, so that it has a second difference; not at the border, where the
-    /// bending moment is zero.
+    /// Whether the vertex has a second difference along a direction of the grid: `step` is 1 along
+    /// j and n along i. At the border it has none, since the bending moment vanishes there.
     #[must_use]
     pub fn has_second(&self, vertex: usize, step: usize) -> bool {
         let (at, count) = match step {
@@ -232,7 +236,7 @@ impl Grid {
             && [vertex, vertex - step, vertex + step].iter().all(|&v| self.shares[v] > 0.0)
     }
 
-    /// The cells around each vertex.
+    /// The indices of the cells around each vertex.
     #[must_use]
     pub fn cells_around(&self) -> Vec<Vec<u32>> {
         let mut around = vec![Vec::new(); self.vertices()];
@@ -244,20 +248,21 @@ impl Grid {
         around
     }
 
-    /// Vertices that carry no material: those outside a disc.
+    /// The vertices that carry no material: those outside a disc.
     #[must_use]
     pub fn outside(&self) -> Vec<usize> {
         (0..self.vertices()).filter(|&v| self.shares[v] == 0.0).collect()
     }
 
-    /// Puts the vertices outside a disc where they are in nobody's way.
+    /// Moves the vertices outside a disc to a metre above the plate, where nothing touches them.
     pub fn park_outside(&self, x: &mut [Vector3]) {
         for v in self.outside() {
             x[v] = self.flat(v) + Vector3::new(0.0, PARKED_M, 0.0);
         }
     }
 
-    /// `x` with the vertices outside a disc where the sheet would go on, straight.
+    /// The positions `x`, but with the vertices outside a disc where the sheet would be if it
+    /// went on straight.
     fn continued<'a>(&self, x: &'a [Vector3]) -> std::borrow::Cow<'a, [Vector3]> {
         let mut missing = self.outside();
         if missing.is_empty() {
@@ -298,9 +303,9 @@ impl Grid {
         y.into()
     }
 
-    /// Two triangles a cell, front side up on the flat specimen. The diagonals
-    /// alternate, which only matters for pictures and self-contact: no
-    /// elastic energy knows them.
+    /// The sheet as triangles, two a cell, as indices of vertices; their front is the cloth's face,
+    /// which lies up on the flat specimen. The diagonals alternate from cell to cell. They matter
+    /// for pictures and for self-contact, and for no elastic energy.
     #[must_use]
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         let mut triangles = Vec::with_capacity(2 * self.cells.len());
@@ -315,14 +320,14 @@ impl Grid {
         triangles
     }
 
-    /// Radius of a disc \[m\].
+    /// Radius of a disc \[m\]; `None` for a specimen with sides.
     #[must_use]
     pub fn disc_radius_m(&self) -> Option<f64> {
         self.plan.disc_radius_m
     }
 
-    /// The mesh at vertex positions `x` \[m\]. A disc's outermost vertices are drawn in to
-    /// its rim.
+    /// The sheet's mesh at the vertex positions `x` \[m\]. The outermost vertices of a disc are
+    /// drawn in to its rim.
     #[must_use]
     pub fn mesh(&self, x: &[Vector3]) -> Mesh {
         let mut vertices: Vec<_> = x.iter().map(|&v| Point3::from(v)).collect();
@@ -339,7 +344,7 @@ impl Grid {
         Mesh { vertices, triangles: self.triangles() }
     }
 
-    /// Border vertices in the order of the boundary vector's walk, each corner
+    /// The indices of the border's vertices in the order of [`crate::base::boundary`], each corner
     /// once: 4 (n - 1) of them.
     #[must_use]
     pub fn border(&self) -> Vec<usize> {
@@ -353,8 +358,9 @@ impl Grid {
         border
     }
 
-    /// The boundary vector at vertex positions `x`; between vertices linear. On a
-    /// disc 244 points evenly around it, from 45 degrees before +x towards +z.
+    /// The rim at the vertex positions `x` \[m\], linear between vertices: 244 points in the order
+    /// of [`crate::base::boundary`]. A disc has no corners; its 244 points lie evenly around it,
+    /// from 45 degrees before +x on, towards +z.
     #[must_use]
     pub fn boundary(&self, x: &[Vector3]) -> Boundary {
         if let Some(radius_m) = self.plan.disc_radius_m {
@@ -401,9 +407,10 @@ impl Grid {
         near * (1.0 - a) + far * a
     }
 
-    /// Positions on this grid from positions `x` on `coarse`: `smoothness` 1 is
-    /// cubic along each direction, so that a smooth sheet stays smooth, 0 linear,
-    /// so that layers apart stay apart.
+    /// The positions of this grid's vertices, interpolated from the positions `x` on the grid
+    /// `coarse` \[m\]. With `smoothness` 1 the interpolation is cubic along each direction, so
+    /// that a smooth sheet stays smooth; with 0 it is linear, so that layers that are apart stay
+    /// apart.
     #[must_use]
     pub fn prolong(&self, coarse: &Grid, x: &[Vector3], smoothness: f64) -> Vec<Vector3> {
         let x = &coarse.continued(x);
@@ -434,11 +441,11 @@ impl Grid {
     }
 }
 
-/// Least vertices on a side: the narrowest strip with a cell's inside.
+/// Least number of vertices on a side.
 const LEAST_VERTICES: usize = 4;
-/// Part of a cell below which it is left out.
+/// A cell with a smaller volume fraction is left out.
 const LEAST_VOLUME_FRACTION: f64 = 0.01;
-/// Samples on a side with which a disc's part of a cell is found.
+/// Samples along a cell's side with which its volume fraction on a disc is found.
 const FRACTION_SAMPLES: usize = 64;
 /// Height at which vertices outside a disc are kept \[m\].
 const PARKED_M: f64 = 1.0;
@@ -497,12 +504,23 @@ impl Plan {
     }
 }
 
-/// The tangent's pattern: membrane and twist reach one cell, curvature along a yarn
-/// two; on a grid turned against the yarns (`wide`) curvature and twist couple too.
-fn analyse(rows: usize, n: usize, wide: bool) -> Analysis {
+/// How far the vertices of a grid couple.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Coupling {
+    /// Cells along the yarns: membrane and twist reach one cell, curvature along a yarn two.
+    AlongYarns,
+    /// Cells rotated against the yarns, where curvature couples with twist too.
+    Across,
+}
+
+/// The pattern of the grid's Hessian, analysed.
+fn analyse(rows: usize, n: usize, coupling: Coupling) -> Analysis {
     let narrow: &[(isize, isize)] = &[(0, 1), (0, 2), (1, -1), (1, 0), (1, 1), (2, 0)];
     let square: Vec<_> = (0..3).flat_map(|di| (-2..3).map(move |dj| (di, dj))).collect();
-    let offsets = if wide { &square } else { narrow };
+    let offsets = match coupling {
+        Coupling::AlongYarns => narrow,
+        Coupling::Across => &square,
+    };
     let mut below = vec![Vec::new(); rows * n];
     for i in 0..rows {
         for j in 0..n {
@@ -577,7 +595,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_of_any_lay_are_those_of_a_linear_field() {
+    fn derivatives_in_any_material_frame_are_those_of_a_linear_field() {
         let frames = [
             MaterialFrame::ALIGNED,
             MaterialFrame { warp_rad: 0.7, ..MaterialFrame::ALIGNED },

@@ -52,30 +52,31 @@ pub struct OutsideBlock {
     pub block: Matrix3<f64>,
 }
 
-/// A matrix on the grid's pattern and the blocks outside it.
+/// The Hessian of the energy: values on the grid's pattern, and the blocks of self-contact
+/// outside it.
 #[derive(Clone, Debug, Default)]
 pub struct Tangent {
-    /// Values on the pattern, lower triangle.
+    /// Values on the grid's pattern, lower triangle \[N/m\].
     pub values: Vec<f64>,
     /// Blocks outside the pattern, each standing for itself and its transpose.
     pub outside: Vec<OutsideBlock>,
 }
 
-/// The energy of one specimen of one fabric.
+/// The energy of a specimen of one fabric in one experiment, and the state of its contacts.
 pub struct Model {
-    /// The grid.
+    /// The grid of the specimen.
     pub grid: Arc<Grid>,
-    /// Mass of each vertex \[kg\].
+    /// The mass that each vertex carries \[kg\].
     pub mass_kg: Vec<f64>,
-    /// Plate contact with its anchors.
+    /// Contact with the plate, with the grips of its friction.
     pub plate: PlateContact,
-    /// Self-contact with its candidate pairs.
+    /// Contact of the sheet with itself, with the pairs that may touch.
     pub self_contact: SelfContact,
-    /// Springs, none by default.
+    /// Springs that lead the sheet to a branch; none by default.
     pub guide: Guide,
-    /// Vertices that stay where they are: a clamp, or those outside a disc.
+    /// The vertices that stay where they are: those in a clamp, and those outside a disc.
     pub held: Vec<usize>,
-    /// Against gravity; a unit vector, not y if the plate is tilted.
+    /// The unit vector against gravity; it is not y if the plate is tilted.
     pub up: Vector3,
     membrane: Membrane,
     bending: Bending,
@@ -87,8 +88,9 @@ pub struct Model {
 }
 
 impl Model {
-    /// The model of `fabric` on `grid` in `experiment`; without natural curvature at
-    /// rest when flat and weightless. Self-contact reaches `self_gap_cells` cells.
+    /// The model of `fabric` on `grid` in `experiment`, with nothing in contact yet. Without natural
+    /// curvature it is at rest when flat and weightless. Self-contact begins where layers are
+    /// `self_gap_cells` cells apart.
     #[must_use]
     pub fn new(
         grid: &Arc<Grid>,
@@ -104,8 +106,8 @@ impl Model {
         Self::with_contact(grid, fabric, experiment, plate, self_contact)
     }
 
-    /// This model, its contacts as they are, of another fabric, experiment or cut on the same
-    /// cells.
+    /// The model of another fabric, experiment or cut on the same cells, with the contacts of this
+    /// one: the sheet has not moved.
     #[must_use]
     pub fn changed(&self, grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Self {
         let ratio = grid.cell_area_m2() / self.grid.cell_area_m2();
@@ -149,7 +151,8 @@ impl Model {
         cell.map(|v| x[v as usize])
     }
 
-    /// Elastic and gravitational energy \[J\], zero for the flat sheet at y = 0.
+    /// Elastic and gravitational energy at the positions `x` \[J\], zero for the flat sheet at
+    /// y = 0.
     #[must_use]
     pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
         let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction);
@@ -163,7 +166,7 @@ impl Model {
         membrane + self.bending.energy_j(x) + weight + effects
     }
 
-    /// Total energy \[J\].
+    /// Total energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         let guide: f64 =
@@ -181,7 +184,8 @@ impl Model {
         self.plate.max_step(&self.grid, x, dx, self.self_contact.max_step(x, dx))
     }
 
-    /// Total gradient \[N\]: minus the net force on each vertex.
+    /// Writes the gradient of the total energy at the positions `x` \[N\]: minus the net force on
+    /// each vertex, zero for those that are held.
     pub fn gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         gradient.fill(Vector3::zeros());
         for (cell, fraction) in self.grid.cells.iter().zip(&self.grid.volume_fraction) {
@@ -212,8 +216,9 @@ impl Model {
         }
     }
 
-    /// Foresees the membrane's tension after the move `dx` from `x`, for the next
-    /// Hessian's geometric part; see [`Membrane::linearised_stress`].
+    /// Sets the stress of the next Hessian's geometric stiffness to that which the linearisation
+    /// at `x` predicts after `fraction` of the move `dx`: the geometric stiffness lags one step
+    /// behind. See [`Membrane::linearised_stress`].
     pub fn lag_linearised_stress(&mut self, x: &[Vector3], dx: &[Vector3], fraction: f64) {
         self.lagged_stress.clear();
         for cell in &self.grid.cells {
@@ -223,9 +228,9 @@ impl Model {
         }
     }
 
-    /// Adds to the tension at `x`, for the next projected Hessian, `weight` times the
-    /// tension that the strain of second order of the move `dx` would add; see
-    /// [`Membrane::second_order_stress`].
+    /// Sets the stress of the next Hessian's geometric stiffness to that at `x`, with `weight` times
+    /// the tension that the strain of second order of the last move `dx` would add: the geometric
+    /// stiffness lags one step behind. See [`Membrane::second_order_stress`].
     pub fn lag_second_order_stress(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
         self.lagged_stress.clear();
         for cell in &self.grid.cells {
@@ -234,12 +239,14 @@ impl Model {
         }
     }
 
-    /// Goes back to the exact Hessian.
+    /// Lets the next Hessian's geometric stiffness be that of the positions it is asked for, so
+    /// that the Hessian is the exact one again.
     pub fn forget_lagged_stress(&mut self) {
         self.lagged_stress.clear();
     }
 
-    /// Total Hessian; with `project` a positive semidefinite substitute.
+    /// Writes the Hessian of the total energy at the positions `x` \[N/m\], exact or with a
+    /// positive semidefinite substitute for each part.
     pub fn hessian(&mut self, x: &[Vector3], form: HessianForm, tangent: &mut Tangent) {
         let grid = Arc::clone(&self.grid);
         let pattern = grid.analysis.pattern();

@@ -2,29 +2,34 @@
 
 use crate::sim::experiment::Experiment;
 
-/// How the specimen is simulated. Lengths in metres, times in seconds.
+/// The experiment that is simulated, the grids it is simulated on, and when the search for rest
+/// ends. Lengths are in metres, times in seconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SimOptions {
-    /// Specimen, plate and effects.
+    /// The experiment: specimen, plate and effects beyond the seven parameters.
     pub experiment: Experiment,
-    /// Vertices on a side of the grid that rests (61: 5 mm).
+    /// Vertices on a side of the fine grid, on which the sheet comes to rest; 61 of them lie 5 mm
+    /// apart on a specimen of 300 mm.
     pub vertices: usize,
-    /// Vertices on a side of the grid that falls.
+    /// Vertices on a side of the coarse grid, on which the sheet falls.
     pub fall_vertices: usize,
-    /// Time step of the fall.
+    /// Time step of the fall \[s\].
     pub fall_step_s: f64,
-    /// Longest fall, in steps.
+    /// Most time steps that the fall may take.
     pub fall_steps: usize,
-    /// Longest motion on the fine grid before Newton steps are tried, in steps.
+    /// Most time steps of motion on the fine grid before the search for equilibrium begins.
     pub settle_steps: usize,
-    /// At rest when no vertex feels more than this fraction of its cell's weight ...
+    /// The sheet is at rest when the net force on every vertex is below this fraction of a cell's
+    /// weight, and when the last Newton step was shorter than [`Self::step_m`].
     pub residual: f64,
-    /// ... and the last Newton step moved no vertex more than this.
+    /// The sheet is at rest when the last Newton step moved no vertex farther than this \[m\], and
+    /// when the forces balance as [`Self::residual`] asks.
     pub step_m: f64,
-    /// Ends as [`Stop::Slow`] when a cycle of the descent lowers the energy by less
-    /// than this fraction; 0 goes on to the residual's limit.
+    /// The search ends as [`Stop::Slow`] when a cycle of the descent lowers the energy by less than
+    /// this fraction of itself; with 0 it goes on until the sheet is at rest.
     pub energy_drop: f64,
-    /// Factorisations on the fine grid before it is given up.
+    /// Most Cholesky factorisations on the fine grid; then the search ends as
+    /// [`Stop::Iterations`].
     pub iterations: usize,
 }
 
@@ -48,19 +53,19 @@ impl Default for SimOptions {
 /// Why the search for rest ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// Residual and step are below their limits and the equilibrium is stable.
+    /// Residual and step are below their limits, and the equilibrium is stable.
     AtRest,
-    /// Residual and step are below their limits, but the tangent is not positive
-    /// definite.
+    /// Residual and step are below their limits, but the Hessian is not positive definite: some
+    /// small move lowers the energy.
     Unstable,
-    /// The energy hardly falls any more, but a residual is left.
+    /// The energy hardly falls any more, but the forces do not balance yet.
     Slow,
-    /// The iterations ran out.
+    /// The factorisations ran out.
     Iterations,
 }
 
 impl Stop {
-    /// The word used in files.
+    /// The word that stands for the reason in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

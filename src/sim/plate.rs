@@ -9,18 +9,19 @@ use nalgebra::Matrix3;
 
 use crate::base::Vector3;
 
-/// The plate and its friction.
+/// The plate that the specimen lies on, and its friction.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Plate {
-    /// Radius \[m\].
+    /// Radius of the disc \[m\].
     pub radius_m: f64,
-    /// Radius of the rounded edge, half the plate's thickness \[m\].
+    /// Radius of the rounded edge, which is half the plate's thickness \[m\].
     pub edge_radius_m: f64,
     /// Distance from the plate at which contact begins \[m\].
     pub gap_m: f64,
     /// Coefficient of Coulomb friction between cloth and plate.
     pub friction: f64,
-    /// Tangential distance from the anchor at which a sample slips \[m\].
+    /// Distance along the surface by which a point of the cloth is pulled away from where it sticks
+    /// before it slips \[m\].
     pub slip_m: f64,
 }
 

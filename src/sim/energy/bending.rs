@@ -18,7 +18,7 @@
 //! costs its nominal energy to second order at every angle (tested below), where
 //! the hinge weight 3 B/A costs 3 to 9 times too much.
 //!
-//! On a grid turned against the yarns the same energy in the grid's own second
+//! On a grid rotated against the yarns the same energy in the grid's own second
 //! differences has all six coefficients (`PlateRigidity::on`), D16 and D26 among
 //! them. Those couple the differences along one side, at a vertex, with the mean twist
 //! of the cells around it; the twist's square stays with the cells, whose mean square
@@ -36,23 +36,23 @@ use crate::sim::grid::{Grid, MaterialFrame};
 /// The four constants of the orthotropic plate energy \[N m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateRigidity {
-    /// About the warp: curvature along the weft.
+    /// Rigidity against curvature along the weft, B^u.
     pub weft_nm: f64,
-    /// Curvature along the warp.
+    /// Rigidity against curvature along the warp, B^v.
     pub warp_nm: f64,
-    /// Coupling of the two curvatures.
+    /// Coupling of the two curvatures, D12.
     pub coupling_nm: f64,
-    /// Twist.
+    /// Rigidity against twist, D66.
     pub twist_nm: f64,
 }
 
 impl PlateRigidity {
-    /// From the three measured stiffnesses. D3 is split so that there is no
-    /// coupling (a woven or knitted sheet has hardly any) as long as that leaves
-    /// twist at least 2 % of sqrt(B^u B^v); below, the coupling turns negative.
+    /// The constants of a fabric's three measured bending stiffnesses. D3 is split so that there is
+    /// no coupling (a woven or knitted sheet has hardly any) as long as that leaves D66 at least
+    /// 1 % of sqrt(B^u B^v); below that the coupling is negative.
     ///
-    /// The set must be positive: B^h >= (sqrt B^u - sqrt B^v)^2 / 4, which
-    /// `Fabric::check` sees to.
+    /// The energy is positive only while B^h >= (sqrt B^u - sqrt B^v)^2 / 4; `Fabric::check`
+    /// refuses other fabrics.
     #[must_use]
     pub fn new(fabric: &Fabric) -> Self {
         let (weft, warp) = (fabric.bending_weft_nm, fabric.bending_warp_nm);
@@ -132,7 +132,7 @@ pub(super) fn mean_twist(grid: &Grid, around: &[u32]) -> Vec<(usize, f64)> {
 }
 
 impl Bending {
-    /// Assembles the matrix.
+    /// Assembles the bending matrix of a grid.
     #[must_use]
     pub fn new(grid: &Grid, rigidity: &PlateRigidity) -> Self {
         let mut sums = std::collections::BTreeMap::<(usize, usize), f64>::new();
@@ -189,8 +189,9 @@ impl Bending {
         bending
     }
 
-    /// `out += K x`, the gradient \[N\]. The rows of K sum to nothing, so that differences
-    /// of positions do, and no digits are lost in large terms that cancel.
+    /// Adds the gradient K x at the positions `x` to `out` \[N\]. The rows of K sum to zero, so
+    /// that differences of positions are enough, and no digits are lost in large terms that
+    /// cancel.
     pub fn add_gradient(&self, x: &[Vector3], out: &mut [Vector3]) {
         for pair in &self.pairs {
             let (r, c) = (pair.row as usize, pair.column as usize);
@@ -200,7 +201,7 @@ impl Bending {
         }
     }
 
-    /// Energy \[J\], by differences too.
+    /// Energy at the positions `x` \[J\], by differences of positions too.
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         let squares = self

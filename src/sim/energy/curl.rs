@@ -42,7 +42,7 @@ pub struct CurlEnergy {
 }
 
 impl CurlEnergy {
-    /// Of a sheet with the natural curvature `curl`; `None` if that is off.
+    /// The energy of a sheet with the natural curvature `curl`; `None` if that is off.
     #[must_use]
     pub fn new(grid: &Grid, rigidity: &PlateRigidity, curl: &experiment::Curl) -> Option<Self> {
         if curl.is_off() {
@@ -95,13 +95,13 @@ impl CurlEnergy {
         Some(Self { places })
     }
 
-    /// Energy \[J\], zero for a flat sheet.
+    /// Energy at the positions `x` \[J\], zero for a flat sheet.
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         self.places.iter().map(|place| -place.at(x).part).sum()
     }
 
-    /// Adds the gradient \[N\].
+    /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         for place in &self.places {
             let state = place.at(x);
@@ -113,7 +113,7 @@ impl CurlEnergy {
         }
     }
 
-    /// Adds the exact Hessian \[N/m\].
+    /// Adds the exact Hessian at the positions `x` \[N/m\] to the values of the grid's pattern.
     pub fn add_hessian(&self, pattern: &BlockPattern, x: &[Vector3], values: &mut [f64]) {
         for place in &self.places {
             let state = place.at(x);

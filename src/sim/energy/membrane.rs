@@ -5,9 +5,9 @@
 //! `E = A/2 [ S^u (|w_u| - 1)^2 + S^v (|w_v| - 1)^2 + H (w_u . w_v)^2 ]`  \[J\]
 //!
 //! with `w_u`, `w_v` the derivatives of position along weft and warp, which on a grid
-//! turned against the yarns mix the differences along both of its directions
-//! ([`MaterialFrame::derivatives`]). They are taken once a cell, at its centre (one-point quadrature of the bilinear cell),
-//! not on triangles: two triangles a cell make the stiffness depend on the
+//! rotated against the yarns mix the differences along both of its directions
+//! ([`MaterialFrame::derivatives`]). They are taken once a cell, at its centre (one-point
+//! quadrature of the bilinear cell), not on triangles: two triangles a cell make the stiffness depend on the
 //! diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
 //! curvature k costs H (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm more
 //! than bending the mean knit (`docs/design/simulator.md`).
@@ -17,9 +17,13 @@
 //!
 //! `E_g = A/24 [ S^u (g . w_u)^2 + S^v (g . w_v)^2 ] / h^2`
 //!
-//! which is exactly the energy of the stretch's variation across the cell; on a lay
-//! other than straight each 1/h^2 is the sum of the squares of its two derivatives. The
-//! normal part of g is twist and belongs to bending.
+//! which is exactly the energy of the stretch's variation across the cell; where the yarns do
+//! not run along the cell's sides, each 1/h^2 is the sum of the squares of the two derivatives.
+//! The normal part of g is twist and belongs to bending.
+//!
+//! Tests: value, gradient and Hessian against finite differences, invariance under rigid motion,
+//! no locking on cylinders at any angle. Where it fails: a cell that collapses to a line has no
+//! directions left, and compression is as stiff as tension.
 
 use nalgebra::Matrix3;
 
@@ -28,7 +32,8 @@ use crate::fabric::Fabric;
 use crate::sim::grid::{Grid, MaterialFrame};
 use crate::sim::hessian_form::HessianForm;
 
-/// Stretch and shear of a whole cell.
+/// The stretch and shear energy of a cell that lies wholly on the cloth; all cells of a grid are
+/// alike.
 #[derive(Clone, Copy, Debug)]
 pub struct Membrane {
     /// Weft stretch stiffness \[N/m\].
@@ -39,15 +44,15 @@ pub struct Membrane {
     shear_n_m: f64,
     /// Area of the cell \[m^2\].
     area_m2: f64,
-    /// What the doubled differences along i and j count in w_u \[1/m\].
+    /// Weights of the doubled differences along i and j in w_u \[1/m\].
     weft: [f64; 2],
-    /// The same in w_v \[1/m\].
+    /// Weights of the doubled differences along i and j in w_v \[1/m\].
     warp: [f64; 2],
     /// S^u and S^v for the twist's in-plane part: themselves on square cells \[N/m\].
     twist_n_m: [f64; 2],
 }
 
-/// A cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1).
+/// The positions of a cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1) \[m\].
 pub type Corners = [Vector3; 4];
 
 /// The cell's derivatives: weft, warp, and the twist g.
@@ -57,8 +62,9 @@ struct Derivatives {
     twist: Vector3,
 }
 
-/// The five conditions' forces in a cell: what multiplies their second
-/// derivatives in the Hessian. Weft and warp tension, shear, the two twists.
+/// The stress of a cell: what multiplies the second derivatives of the five conditions (weft and
+/// warp stretch, shear, and the two in-plane parts of the twist) in the Hessian. That part of the
+/// Hessian is the geometric stiffness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stress {
     weft: f64,
@@ -73,7 +79,7 @@ const SIGNS: [[f64; 4]; 3] =
     [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];
 
 impl Membrane {
-    /// The cells of `grid` made of `fabric`.
+    /// The energy of the cells of `grid` made of `fabric`.
     #[must_use]
     pub fn new(grid: &Grid, fabric: &Fabric) -> Self {
         Self::of_cell(&grid.frame, grid.spacing_m, fabric)
@@ -109,7 +115,7 @@ impl Membrane {
     /// Stiffness of the twist's in-plane part per S: A / (12 h^2) = 1/12.
     const TWIST: f64 = 1.0 / 12.0;
 
-    /// Energy \[J\].
+    /// Energy of a cell with these corners \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &Corners) -> f64 {
         let d = self.derivatives(x);
@@ -123,7 +129,7 @@ impl Membrane {
             + 0.5 * Self::TWIST * (tu * gu * gu + tv * gv * gv)
     }
 
-    /// Adds the gradient \[N\] at the four corners.
+    /// Adds the gradient of a cell's energy by its four corners \[N\].
     pub fn add_gradient(&self, x: &Corners, gradient: &mut [Vector3; 4]) {
         let d = self.derivatives(x);
         let area = self.area_m2;
@@ -143,7 +149,7 @@ impl Membrane {
         }
     }
 
-    /// The conditions' forces at `x`.
+    /// The stress of a cell with the corners `x`.
     #[must_use]
     pub fn stress(&self, x: &Corners) -> Stress {
         self.stress_of(&self.derivatives(x))
@@ -160,9 +166,10 @@ impl Membrane {
         }
     }
 
-    /// The stress at `x` with `weight` times the tension along weft and warp that the
-    /// move `dx` would cause beyond what the linearisation foresees: where a cell
-    /// turns, a straight move stretches it.
+    /// The stress at `x`, with `weight` times the tension along weft and warp that the move `dx`
+    /// would cause beyond what the linearisation at `x` predicts: where a cell rotates, a straight
+    /// move stretches it to second order. As the stress of the next geometric stiffness it makes
+    /// the Hessian stiff where the last move would have been cut short.
     #[must_use]
     pub fn second_order_stress(&self, x: &Corners, dx: &Corners, weight: f64) -> Stress {
         let now = self.stress(x);
@@ -175,10 +182,10 @@ impl Membrane {
         }
     }
 
-    /// The conditions' forces that the linearisation at `x` foresees after the
-    /// move `dx`. A Newton step along a stiff sheet's tangent strains it to second
-    /// order; a Hessian with that strain's tension is far too stiff, one with the
-    /// foreseen tension (the multiplier of a constrained method) is not.
+    /// The stress that the linearisation at `x` predicts after the move `dx`. A Newton step along a
+    /// stiff sheet's tangent strains it to second order; a geometric stiffness with that strain's
+    /// tension is far too stiff, one with the predicted tension (the multiplier of a constrained
+    /// method) is not.
     #[must_use]
     pub fn linearised_stress(&self, x: &Corners, dx: &Corners) -> Stress {
         let (d, e) = (self.derivatives(x), self.derivatives(dx));
@@ -198,8 +205,8 @@ impl Membrane {
         }
     }
 
-    /// Second derivatives by (difference along j, along i, twist), 3 x 3 blocks; with
-    /// `project` a positive semidefinite substitute (Gauss-Newton plus tension).
+    /// Second derivatives by (difference along j, along i, twist), 3 x 3 blocks. The projected form
+    /// is Gauss-Newton's with the tension, and without compression and shear.
     fn second(
         &self,
         d: &Derivatives,
@@ -246,9 +253,9 @@ impl Membrane {
         [[jj, ji, jg], [ji.transpose(), ii, ig], [jg.transpose(), ig.transpose(), gg]]
     }
 
-    /// Hessian \[N/m\]: calls `put(row, column, block)` for the corners with
-    /// row >= column in `pairs` order: first the four diagonal blocks, then
-    /// those of `pairs`. Exact with the [`Self::stress`] of `x`.
+    /// Gives the Hessian of a cell's energy \[N/m\] block by block: calls `put(row, column, block)`
+    /// with numbers of corners, first for the four diagonal blocks, then for `pairs` in their
+    /// order. It is exact with the [`Self::stress`] of `x`.
     pub fn hessian(
         &self,
         x: &Corners,
@@ -454,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn a_uniform_strain_costs_the_same_per_area_on_every_lay() {
+    fn a_uniform_strain_costs_the_same_per_area_in_every_material_frame() {
         let per_area = |frame: &MaterialFrame, strain: [f64; 3]| {
             let [weft, warp, shear] = strain;
             let area = SPACING_M * SPACING_M * frame.area();

@@ -45,7 +45,7 @@ struct Grip {
     force_n: f64,
 }
 
-/// All samples of a specimen with their anchors.
+/// The contact of a specimen with the plate: its samples and the grips of friction.
 #[derive(Clone, Debug)]
 pub struct PlateContact {
     plate: Plate,
@@ -70,8 +70,9 @@ const EDGE_PRESSURE_RATIO: f64 = 300.0;
 const EDGE_DEPTH: f64 = 0.5;
 
 impl PlateContact {
-    /// Samples the cells of `grid` whose material lies within 1.5 plate radii
-    /// with 3 x 3 points, the others with one.
+    /// The contact of a specimen that touches nothing yet. Cells of `grid` whose material lies
+    /// within 1.5 radii of the plate's centre get 3 x 3 samples at a spacing of 5 mm, and in
+    /// proportion to the spacing, the others one.
     #[must_use]
     pub fn new(grid: &Grid, plate: Plate, density_kg_m2: f64) -> Self {
         let mut samples = Vec::new();
@@ -93,7 +94,7 @@ impl PlateContact {
         Self { plate, stiffness_pa_m, grips: vec![none; samples.len()], samples }
     }
 
-    /// No plate: a specimen held elsewhere.
+    /// The contact of a specimen that has no plate and is held elsewhere: no samples, no energy.
     #[must_use]
     pub fn none() -> Self {
         let plate = Plate::default();
@@ -105,7 +106,8 @@ impl PlateContact {
         (0..4).map(|k| x[corners[k] as usize] * sample.weights[k]).sum()
     }
 
-    /// Energy \[J\] of contact and, with the grips as they are, friction.
+    /// Energy of the contact at the positions `x` and, with the grips as they are, of friction
+    /// \[J\].
     #[must_use]
     pub fn energy_j(&self, grid: &Grid, x: &[Vector3]) -> f64 {
         let mut energy = 0.0;
@@ -122,7 +124,7 @@ impl PlateContact {
         energy
     }
 
-    /// Adds the gradient \[N\].
+    /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, grid: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
         for (sample, grip) in self.samples.iter().zip(&self.grips) {
             let p = Self::position(grid, x, sample);
@@ -145,7 +147,8 @@ impl PlateContact {
         }
     }
 
-    /// Adds the Hessian \[N/m\] to the values of the grid's pattern.
+    /// Adds the Hessian at the positions `x` \[N/m\] to the values of the grid's pattern. The
+    /// projected form leaves out the curvature of the plate's surface, which is negative there.
     pub fn add_hessian(&self, grid: &Grid, x: &[Vector3], form: HessianForm, values: &mut [f64]) {
         let pattern = grid.analysis.pattern();
         for (sample, grip) in self.samples.iter().zip(&self.grips) {
@@ -203,8 +206,8 @@ impl PlateContact {
         second
     }
 
-    /// This contact, its grips with it, of another plate and fabric, on cells whose areas are
-    /// `area_ratio` times these.
+    /// This contact with its grips, but with another plate and density, on cells whose areas are
+    /// `area_ratio` times the present ones.
     #[must_use]
     pub fn changed(&self, plate: Plate, density_kg_m2: f64, area_ratio: f64) -> Self {
         let resized = |s: &Sample| Sample { area_m2: s.area_m2 * area_ratio, ..*s };
@@ -223,7 +226,8 @@ impl PlateContact {
         self.grips.clone_from(&other.grips);
     }
 
-    /// Moves the anchors of friction, as if the specimen had been laid elsewhere.
+    /// Moves every anchor of friction to where `place` puts it, as if the specimen had been laid
+    /// elsewhere on the plate.
     pub fn move_anchors(&mut self, place: impl Fn(Vector3) -> Vector3) {
         for anchor in self.grips.iter_mut().filter_map(|grip| grip.anchor.as_mut()) {
             *anchor = place(*anchor);
@@ -304,8 +308,8 @@ impl PlateContact {
         free
     }
 
-    /// The least distance of a sample from the plate \[m\]; positive if nothing
-    /// is penetrated.
+    /// The least signed distance of a sample from the plate's surface \[m\]: positive if no cloth
+    /// is inside the plate, infinite if none is within 10 mm.
     #[must_use]
     pub fn clearance_m(&self, grid: &Grid, x: &[Vector3]) -> f64 {
         self.samples
@@ -322,7 +326,8 @@ pub fn resting_depth_m(plate: &Plate) -> f64 {
     EDGE_DEPTH * plate.gap_m / EDGE_PRESSURE_RATIO.sqrt()
 }
 
-/// k: pressure over the square of the depth, such that the edge bears at its depth \[Pa/m^2\].
+/// k \[Pa/m^2\]: the pressure over the square of the depth at which the plate's edge bears the
+/// overhang at half the gap.
 fn stiffness_pa_m(plate: &Plate, density_kg_m2: f64) -> f64 {
     let pressure = EDGE_PRESSURE_RATIO * density_kg_m2 * GRAVITY_M_S2;
     pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1]

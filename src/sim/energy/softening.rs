@@ -12,13 +12,13 @@
 //!
 //! The **correction for folds** of the mesh enters here too, `1/4 integral Q |x_ab|^4` with
 //! Q = beta B h^2 in each direction and 16 Q^h - Q^u - Q^v for the twist. Second differences of
-//! a strip that turns by phi a cell cost 1 - phi^2 / 12 of what they should, and sample a
+//! a strip that bends by the angle phi a cell cost 1 - phi^2 / 12 of what they should, and sample a
 //! curvature that changes within cells; one term of the same order, beta = 0.04, makes up for
 //! most of both in a cantilever.
 //!
 //! Beyond the curvature at which a term's tangent stiffness has fallen to
-//! `FLOOR` of the linear one it goes on with that tangent: the measured parabola turns
-//! down there and must not be followed. Total curvature counts, not that beyond the
+//! `FLOOR` of the linear one it goes on with that tangent: the measured parabola falls
+//! from there on and must not be followed. Total curvature counts, not that beyond the
 //! natural one. With D12 = 0 linear and softening bending together are convex, and the
 //! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
 //! energy out.
@@ -88,8 +88,8 @@ pub struct SofteningEnergy {
 }
 
 impl SofteningEnergy {
-    /// Of `fabric` with the experiment's softening and fold correction; `None` if both are
-    /// off.
+    /// The energy of `fabric` with the experiment's softening and fold correction; `None` if both
+    /// are off.
     #[must_use]
     pub fn new(
         grid: &Grid,
@@ -146,13 +146,13 @@ impl SofteningEnergy {
         Some(Self { places, convex: rigidity.coupling_nm == 0.0 })
     }
 
-    /// Energy \[J\].
+    /// Energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         self.places.iter().map(|p| p.area_m2 * p.law.at(p.component(x).norm())[0]).sum()
     }
 
-    /// Adds the gradient \[N\].
+    /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         for place in &self.places {
             let a = place.component(x);
@@ -166,8 +166,9 @@ impl SofteningEnergy {
         }
     }
 
-    /// Adds the Hessian \[N/m\]; with `project` only if linear bending keeps the sum
-    /// positive.
+    /// Adds the Hessian at the positions `x` \[N/m\] to the values of the grid's pattern. The
+    /// projected form is the exact one where linear bending keeps the sum of both positive, and
+    /// nothing elsewhere.
     pub fn add_hessian(
         &self,
         pattern: &BlockPattern,

@@ -17,7 +17,7 @@ const REACH_M: f64 = 2e-3;
 
 impl Newton {
     /// Lowers the energy by limited-memory BFGS on top of one factor of the
-    /// projected Hessian, which is too stiff wherever the sheet buckles or turns;
+    /// projected Hessian, which is too stiff wherever the sheet buckles or rotates;
     /// the pairs of steps and gradient changes correct it at the price of a solve
     /// an iteration instead of a factor. Ends after `iterations`, or when no
     /// vertex feels more than `limit_n`, or when the line search fails.
@@ -160,14 +160,13 @@ impl Default for Memory {
 
 /// Pairs that are kept.
 const MEMORY: usize = 10;
-/// Weight, in the descent's matrix, of the tension that the last direction would
-/// have caused by its strain of second order: it stiffens the matrix where the
-/// sheet turns most and would otherwise cut the whole step short. Of 0, 0.3 and 3
-/// on two fabrics the best.
+/// Weight, in the descent's lagged geometric stiffness, of the tension that the last direction
+/// would have caused by its strain of second order: it stiffens the matrix where cells rotate most
+/// and would otherwise cut the whole step short. The best of 0, 0.3 and 3 on two fabrics.
 const SECOND_ORDER_WEIGHT: f64 = 3.0;
 
 impl Memory {
-    /// Forgets everything: the energy has changed.
+    /// Forgets all steps, since they belong to another energy.
     pub fn clear(&mut self) {
         *self = Self::default();
     }

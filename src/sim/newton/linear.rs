@@ -21,7 +21,7 @@ pub(super) const SHIFT: Inertia<'static> = Inertia { dt_s: 0.1, free_flight: Non
 const CG_LIMIT: usize = 200;
 /// ... which ends when the residual has fallen to this, in the preconditioner's norm.
 const CG_TOLERANCE: f64 = 1e-2;
-/// The same where the solution is the result.
+/// The residual at which conjugate gradients end where the solution itself is the result.
 const LOAD_TOLERANCE: f64 = 1e-6;
 
 impl Newton {
@@ -81,8 +81,9 @@ impl Newton {
         }
     }
 
-    /// The moves by which the sheet, at rest at `x`, answers small loads \[N\] on its vertices:
-    /// solutions of H dx = load with the exact Hessian H. `None` where H is not positive definite.
+    /// Solves H dx = load for each of these right-hand sides, with the exact Hessian H at `x`: the
+    /// moves \[m\] of a sheet at rest under small loads on its vertices \[N\]. `None` where H is
+    /// not positive definite.
     pub fn solve_loads(
         &mut self,
         model: &mut Model,

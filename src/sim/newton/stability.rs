@@ -1,4 +1,4 @@
-//! Is an equilibrium stable, and if not, which way does it give?
+//! Whether an equilibrium is stable, and if not, along which mode the energy falls.
 
 use nalgebra::DMatrix;
 
@@ -87,8 +87,8 @@ impl Newton {
         Some(ritz.eigenvalues[lowest])
     }
 
-    /// Moves `x` along `direction`, the largest move `length_m` or as far as the sheet
-    /// does not touch itself.
+    /// Moves `x` along the mode that [`Self::lowest_curvature`] left, so that the vertex that moves
+    /// farthest moves by `length_m`, or as far as contacts allow.
     pub fn nudge(&mut self, model: &mut Model, x: &mut [Vector3], length_m: f64) {
         self.direction.iter_mut().for_each(|d| *d *= length_m);
         model.self_contact.update_along(x, &self.direction);

@@ -9,8 +9,9 @@ use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
 
 impl Newton {
-    /// One Newton iteration on the step's objective; `x` moves unless no fraction
-    /// of the direction lowers the objective or there is no factor.
+    /// One Newton iteration: moves `x` along the Newton direction of the step's objective as far as
+    /// contacts allow and the objective falls. `x` stays where no fraction of the direction lowers
+    /// the objective, or where the matrix has no factor.
     pub fn iterate(
         &mut self,
         model: &mut Model,

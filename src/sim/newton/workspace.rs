@@ -5,7 +5,8 @@ use crate::numeric::sparse::Factor;
 use crate::sim::effort::{Effort, charge};
 use crate::sim::model::{Model, Tangent};
 
-/// The solver's work space and accounts for one grid.
+/// The solver of one model on one thread: its matrices and vectors, reused from step to step, and
+/// an account of its work.
 pub struct Newton {
     pub(super) factor: Factor,
     pub(super) rough: Factor<f32>,
@@ -14,29 +15,30 @@ pub struct Newton {
     pub(super) direction: Vec<Vector3>,
     pub(super) trial: Vec<Vector3>,
     pub(super) krylov: [Vec<Vector3>; 3],
-    /// Work so far.
+    /// What the solver has done so far.
     pub effort: Effort,
 }
 
-/// The inertia of a step.
+/// The inertia of a time step.
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia<'a> {
-    /// Time step \[s\]; infinite for none.
+    /// Length of the time step \[s\]; infinite for a search without inertia.
     pub dt_s: f64,
-    /// Where inertia alone would carry each vertex \[m\]; `None`: where it is.
+    /// Where inertia alone would carry each vertex \[m\]; `None` if it would stay where it is.
     pub free_flight: Option<&'a [Vector3]>,
 }
 
-/// What one Newton iteration did.
+/// What an iteration, or a descent of several, did.
 #[derive(Clone, Copy, Debug)]
 pub struct Iteration {
-    /// Largest force on a vertex before it, inertia left out \[N\].
+    /// Largest net force on a vertex, inertia left out \[N\]: before a Newton iteration, after a
+    /// descent.
     pub residual_n: f64,
-    /// Largest move of a vertex \[m\].
+    /// Largest move of a vertex in the last step \[m\].
     pub step_m: f64,
-    /// Fraction of the full step that was taken; 0 if none lowered the energy.
+    /// Fraction of the full last step that was taken; 0 if none lowered the energy.
     pub fraction: f64,
-    /// Whether no negative curvature was met in the matrix with its inertia.
+    /// Whether the matrix, inertia included, showed no negative curvature.
     pub definite: bool,
 }
 
@@ -51,7 +53,7 @@ pub(super) const ROUNDING: f64 = 1e-13;
 pub(super) const HALVINGS: usize = 14;
 
 impl Newton {
-    /// Work space for one thread.
+    /// A solver for `model`, and for every other model on the same grid.
     #[must_use]
     pub fn new(model: &Model) -> Self {
         let n = model.grid.vertices();
@@ -68,8 +70,9 @@ impl Newton {
         }
     }
 
-    /// Finds what touches, and the grip of friction, anew; gives the largest change of a
-    /// normal force on the plate \[N\].
+    /// Finds anew what touches at the positions `x`, and renews the grips of friction there. Gives
+    /// the largest change of a normal force on the plate times the coefficient of friction
+    /// \[N\].
     pub fn renew_contact(&mut self, model: &mut Model, x: &[Vector3]) -> f64 {
         charge(&mut self.effort.contact_s, || {
             model.self_contact.update(x, 0.0);
@@ -77,7 +80,7 @@ impl Newton {
         })
     }
 
-    /// What a step minimises \[J\].
+    /// What a step minimises \[J\]: the energy and the inertia's part.
     pub(super) fn objective(&mut self, model: &Model, x: &[Vector3], inertia: Inertia) -> f64 {
         charge(&mut self.effort.search_s, || {
             let pull: f64 = match inertia.free_flight {
