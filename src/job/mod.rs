@@ -4,10 +4,12 @@
 //! an [`Outcome`], which `report` shows.
 
 pub mod rim;
+pub mod verdict;
 
 use std::path::PathBuf;
 
 pub use rim::Rim;
+pub use verdict::Verdict;
 
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fault, check_density};
@@ -44,6 +46,8 @@ pub struct Outcome {
     pub estimate: Estimate,
     /// The drape of the estimate, if asked for.
     pub resimulation: Option<Resimulation>,
+    /// What all this is worth.
+    pub verdict: Verdict,
     /// Name of the model and the SHA-256 of its file.
     pub model: [String; 2],
 }
@@ -152,6 +156,7 @@ impl Job {
             .resimulate
             .then(|| resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default()));
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
-        Ok(Outcome { job: self, rim, estimate, resimulation, model })
+        let verdict = verdict::of_job(&rim, &estimate, resimulation.as_ref());
+        Ok(Outcome { job: self, rim, estimate, resimulation, verdict, model })
     }
 }
