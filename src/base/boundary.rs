@@ -8,6 +8,8 @@
 //! x = -150 towards -z, and along z = -150 towards +x.
 //! Source: section IV of the paper (its 732 numbers, 733 with the density).
 
+use serde::Serialize;
+
 use super::vectors::Point3;
 
 /// Sides of the specimen.
@@ -16,6 +18,16 @@ pub const SIDES: usize = 4;
 pub const POINTS_PER_SIDE: usize = 61;
 /// Points of the boundary vector.
 pub const POINTS: usize = SIDES * POINTS_PER_SIDE;
+
+/// Whether weft and warp of a rim are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Orientation {
+    /// The caller said where the warp points, or a mark on the specimen did.
+    Given,
+    /// Undecided: the boundary turned by one quarter is as likely.
+    Ambiguous,
+}
 
 /// One point of the rim.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -34,6 +34,7 @@ use crate::base::units::KG_M2_PER_G_M2;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fault, sha256_hex};
 use crate::io::{self, ReadError, ReadOptions, WriteError};
+use crate::job::verdict::Limits;
 use crate::job::{FailureKind, Job, JobError};
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
@@ -57,6 +58,8 @@ pub struct BatchOptions {
     pub scan: ScanOptions,
     /// Whether each estimate is draped again.
     pub resimulate: bool,
+    /// Whether a result that is not to be used counts as a failure.
+    pub strict: bool,
     /// Scans at once; 0 for one per core.
     pub threads: usize,
 }
@@ -70,7 +73,7 @@ pub struct Progress<'a> {
     pub done: usize,
     /// Scans that this run has to do: what was kept is not in it.
     pub to_do: usize,
-    /// Of those ended, the ones without an estimate.
+    /// Of those ended, the ones without an estimate that may be used.
     pub failed: usize,
     /// Estimated time left \[s\].
     pub left_s: f64,
@@ -164,7 +167,8 @@ pub fn run(
     let (journal, held) = Journal::open(&out.join("journal.jsonl"))?;
     let batch = Batch { options, estimator: &estimator };
     let mut rows: Vec<Option<Row>> = parallel(options.threads, inputs.len(), |i| {
-        held.rows.get(&inputs[i].file).filter(|row| batch.still_holds(&inputs[i], row)).cloned()
+        let row = held.rows.get(&inputs[i].file)?;
+        batch.still_holds(&inputs[i], row).then(|| row.clone().judged(options.strict))
     });
     let to_do: Vec<usize> = (0..inputs.len()).filter(|&i| rows[i].is_none()).collect();
     let kept = inputs.len() - to_do.len();
@@ -182,7 +186,7 @@ pub fn run(
             fault.get_or_insert(error);
             return None;
         }
-        (*done, *failed) = (*done + 1, *failed + usize::from(row.status != Status::Ok));
+        (*done, *failed) = (*done + 1, *failed + usize::from(row.exit_code != 0));
         let each_s = start.elapsed().as_secs_f64() / *done as f64;
         let left_s = each_s * (to_do.len() - *done) as f64;
         let (done, failed, to_do) = (*done, *failed, to_do.len());
@@ -261,6 +265,7 @@ impl Batch<'_> {
             "read": self.options.read,
             "scan": self.scan_options(input),
             "resimulate": self.options.resimulate,
+            "verdict": Limits::default(),
         });
         sha256_hex(settings.to_string().as_bytes())
     }
@@ -327,7 +332,8 @@ impl Batch<'_> {
             None => (self.files(), input.file.as_str()),
         };
         files::write_as(&outcome, &folder, name)?;
-        Ok(Row { result: Some(json::params(&outcome)), ..Row::new(&input.file, Status::Ok) })
+        let row = Row::new(&input.file, Status::Ok);
+        Ok(Row { result: Some(json::params(&outcome)), ..row }.judged(self.options.strict))
     }
 }
 

@@ -194,6 +194,9 @@ pub(crate) struct Estimate {
     /// Drape the estimate again even without --out
     #[arg(long)]
     pub(crate) resimulate: bool,
+    /// Exit with code 4 where the verdict is `do not use`; results are written all the same
+    #[arg(long)]
+    pub(crate) strict: bool,
 }
 
 #[derive(Debug, Args)]
@@ -239,6 +242,9 @@ pub(crate) struct Batch {
     /// Scans at once; 0: one per core
     #[arg(long, default_value_t = 0)]
     pub(crate) threads: usize,
+    /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate
+    #[arg(long)]
+    pub(crate) strict: bool,
     /// Print JSON lines instead of CSV
     #[arg(long)]
     pub(crate) json: bool,
@@ -429,6 +435,8 @@ pub(crate) enum Evaluate {
         #[arg(long, value_delimiter = ',', default_value = "61")]
         vertices: Vec<usize>,
     },
+    /// What scans look like to the verdict, honest ones and ones that are wrong in a known way.
+    Verdict(Verdict),
     /// How far the rim of one drape moves with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
@@ -438,6 +446,37 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 0)]
         index: u64,
     },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verdict {
+    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+    #[arg(long, default_value = DEFAULT_PRIOR)]
+    pub(crate) prior: String,
+    /// Sensor profile; as for `evaluate scan`
+    #[arg(long, default_value = "structured-light")]
+    pub(crate) profile: String,
+    /// Fabrics
+    #[arg(long, default_value_t = 24)]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and scans
+    #[arg(long, default_value_t = 7)]
+    pub(crate) seed: u64,
+    /// Radius of the plate that the cloth lies on [mm]; the main job is not told
+    #[arg(long, default_value_t = 50.0)]
+    pub(crate) plate_radius: f64,
+    /// The scan is larger by this factor
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) scale: f64,
+    /// The scan is higher by this factor
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) vertical_scale: f64,
+    /// The density that is given is larger by this factor
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) density_factor: f64,
 }
 
 #[derive(Debug, Args)]

@@ -24,5 +24,5 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
             eprintln!("wrote {}", path.display());
         }
     }
-    Ok(())
+    Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
 }

@@ -8,13 +8,15 @@ use rayon::prelude::*;
 
 use super::{Failure, Outcome, args};
 use scan2params::base::clock::Stage;
+use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::drape_file::{read_drape, rim_of};
 use scan2params::dataset::drapes::dataset_options;
+use scan2params::estimate::Estimator;
 use scan2params::evaluate::physics::{branches, drapes, strips};
 use scan2params::evaluate::scan::{self as rims, Case, Setup, Summary};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
-use scan2params::evaluate::{speed, stages};
+use scan2params::evaluate::{speed, stages, verdict};
 use scan2params::fabric::Mixture;
 use scan2params::scan::Tuning;
 use scan2params::sensor::Profile;
@@ -36,6 +38,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Speed { count, seed, dataset, vertices } => {
             run_speed(*count, *seed, *dataset, vertices)
         }
+        args::Evaluate::Verdict(given) => run_verdict(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }
@@ -76,15 +79,8 @@ fn tuned(tune: &[(String, String)]) -> Result<Tuning, Failure> {
 }
 
 fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
-    let setup = |name: &String| {
-        Setup::named(name).ok_or_else(|| {
-            Failure::usage(anyhow!(
-                "no sensor `{name}`: give one of {}, or one of them with @top or @views",
-                Profile::ALL.map(|profile| profile.name).join(", ")
-            ))
-        })
-    };
-    let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
+    let setups = sweep.profiles.iter().map(|name| named_setup(name));
+    let setups: Vec<Setup> = setups.collect::<Result<_, _>>()?;
     println!(
         "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \
          edge_bias_mm, within_68, within_95, observed, seconds, refusal"
@@ -128,6 +124,15 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
         println!("all, {}, {}", setup.name, totals(&Summary::of(&of(None))));
     }
     Ok(())
+}
+
+fn named_setup(name: &str) -> Result<Setup, Failure> {
+    Setup::named(name).ok_or_else(|| {
+        Failure::usage(anyhow!(
+            "no sensor `{name}`: give one of {}, or one of them with @top or @views",
+            Profile::ALL.map(|profile| profile.name).join(", ")
+        ))
+    })
 }
 
 /// The OBJ files among `given`, and those of the folders among them, by name.
@@ -298,6 +303,64 @@ fn run_soak(prior: &str, first: u64, count: u64, seed: u64) -> Outcome {
         );
     }
     Ok(())
+}
+
+fn run_verdict(given: &args::Verdict) -> Outcome {
+    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let setup = named_setup(&given.profile)?;
+    let wrong = verdict::Wrong {
+        plate_radius_m: given.plate_radius * M_PER_MM,
+        scale: given.scale,
+        vertical_scale: given.vertical_scale,
+        density: given.density_factor,
+    };
+    let estimator = Estimator::shipped()?;
+    let (send, receive) = std::sync::mpsc::channel();
+    let mut cases: Vec<verdict::Case> = std::thread::scope(|scope| {
+        let (estimator, prior, setup, wrong) = (&estimator, &prior, &setup, &wrong);
+        let indices = given.first..given.first + given.count;
+        scope.spawn(move || {
+            indices.into_par_iter().for_each_with(send, |send, index| {
+                let of = (given.seed, index);
+                let _ = send.send(verdict::case(prior, setup, wrong, of, estimator));
+            });
+        });
+        let tell = |case: &verdict::Case| eprintln!("{}", verdict_row(case));
+        receive.into_iter().map(|case| case.inspect(tell)).collect::<Result<_, _>>()
+    })?;
+    cases.sort_by_key(|case| case.index);
+    let columns = cases.iter().map(verdict::numbers).max_by_key(Vec::len).unwrap_or_default();
+    let names: Vec<&str> = columns.iter().map(|column| column.0).collect();
+    println!("index,verdict,grounds,{},refusal", names.join(","));
+    for case in &cases {
+        let numbers = verdict::numbers(case);
+        let cell = |k: usize| numbers.get(k).map_or(String::new(), |n| format!("{:.4}", n.1));
+        let cells: Vec<String> = (0..names.len()).map(cell).collect();
+        println!("{}", verdict_row(case).replacen("; cells", &cells.join(","), 1));
+    }
+    let summary = verdict::Summary::of(&cases);
+    println!("\nverdicts: {:?}\ngrounds: {:?}", summary.verdicts, summary.grounds);
+    println!("\ncolumn,least,at_5_percent,median,at_95_percent,largest");
+    for (name, values) in &summary.columns {
+        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        let row = [0.0, 0.05, 0.5, 0.95, 1.0].map(|share| format!("{:.4}", at(share)));
+        println!("{name},{}", row.join(","));
+    }
+    Ok(())
+}
+
+/// A case as a line of a table, with a place for its numbers.
+fn verdict_row(case: &verdict::Case) -> String {
+    match &case.answer {
+        Ok(judged) => {
+            let codes = verdict::codes(&judged.verdict).join(" ");
+            format!("{},{},{codes},; cells,", case.index, judged.verdict.level.name())
+        }
+        Err(refusal) => {
+            let refusal = refusal.to_string().replace('"', "'");
+            format!("{},refused,,; cells,\"{refusal}\"", case.index)
+        }
+    }
 }
 
 fn run_physics(given: &args::Physics) -> Outcome {

@@ -4,31 +4,36 @@ use anyhow::anyhow;
 
 use super::{Failure, Outcome, args};
 use scan2params::io::{ReadNotes, boundary_csv};
-use scan2params::job::rim;
-use scan2params::report::{inspection, json, table};
+use scan2params::job::{rim, verdict};
+use scan2params::report::{inspection, json, table, verdict as words};
 use scan2params::scan::ScannedBoundary;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     let (scanned, notes) = rim_of(&given.scan)?;
+    let options = given.scan.read.options();
+    let said = verdict::of_scan(&scanned, &options);
     eprint!("{}", table::notes(&notes));
     if given.json {
-        println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
+        let mut found = json::quality(&scanned);
+        found["verdict"] = serde_json::to_value(&said)?;
+        println!("{}", serde_json::to_string_pretty(&found)?);
     } else {
-        print!("{}", table::scan(&scanned));
+        print!("{}{}", words::lines(&said), table::scan(&scanned));
     }
     if let Some(path) = &given.out {
-        inspection::draw(&scanned).save(path)?;
+        scan2params::io::write_png(path, &inspection::draw(&scanned))?;
         eprintln!("wrote {}", path.display());
     }
-    Ok(())
+    Failure::of_verdict(&given.scan.input, &said, false)
 }
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
     let (scanned, _) = rim_of(&given.scan)?;
-    boundary_csv::write(&given.out, &scanned.boundary)?;
-    eprint!("{}", table::scan(&scanned));
+    boundary_csv::write_oriented(&given.out, &scanned.boundary, scanned.orientation)?;
+    let said = verdict::of_scan(&scanned, &given.scan.read.options());
+    eprint!("{}{}", words::lines(&said), table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());
-    Ok(())
+    Failure::of_verdict(&given.scan.input, &said, false)
 }
 
 /// The rim of a scan; a file that holds a rim already is no scan.

@@ -1,7 +1,7 @@
 //! The command line: parses, resolves, calls the library, prints.
 //!
 //! stdout is for data, stderr for people. Exit codes: 0 ok, 1 failure, 2 usage,
-//! 3 some of a batch failed, 4 scan refused.
+//! 3 some of a batch failed, 4 scan refused or not the experiment, 130 interrupted.
 
 mod args;
 mod augment;
@@ -14,11 +14,13 @@ mod inspect;
 mod simulate;
 
 use std::ffi::OsString;
+use std::io::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use scan2params::job::{FailureKind, JobError};
+use scan2params::job::{FailureKind, JobError, Verdict};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -31,6 +33,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    on_interrupt();
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),
         args::Command::Inspect(given) => inspect::inspect(&given),
@@ -47,6 +50,23 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             eprintln!("scan2params: {}", message(&failure.error));
             ExitCode::from(failure.code)
         }
+    }
+}
+
+/// Exit code of a program that was interrupted from the keyboard: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
+
+/// Ends the program on an interrupt (control-C): removes what is written half, and exits with
+/// code 130. Where the system has no such signal, or refuses, it ends as it always did.
+fn on_interrupt() {
+    let set = ctrlc::set_handler(|| {
+        let _writers_wait = scan2params::io::abandon();
+        // The terminal may be gone.
+        let _ = writeln!(std::io::stderr(), "scan2params: interrupted");
+        std::process::exit(INTERRUPTED);
+    });
+    if let Err(error) = set {
+        eprintln!("scan2params: an interrupt may leave .part files behind ({error})");
     }
 }
 
@@ -83,6 +103,15 @@ impl Failure {
     /// A failure of this kind.
     pub(crate) fn of_kind(kind: FailureKind, error: impl Into<anyhow::Error>) -> Self {
         Self { code: kind.exit_code(), error: error.into() }
+    }
+
+    /// A result that was written and is not to be used: exit code 4. Nothing otherwise.
+    pub(crate) fn of_verdict(input: &Path, verdict: &Verdict, strict: bool) -> Outcome {
+        if !verdict.is_refusal(strict) {
+            return Ok(());
+        }
+        let (input, why) = (input.display(), verdict.refusal());
+        Err(Self::of_kind(FailureKind::Refused, anyhow::anyhow!("{input}: {why}")))
     }
 
     /// The exit code that a job's error stands for.

@@ -18,6 +18,7 @@ use super::options::{GenerateOptions, Shard};
 use super::row::{Row, SimulatedRow};
 use super::table;
 use crate::fabric::Fabric;
+use crate::io::Part;
 
 /// How far a run is; given after every drape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,3 +8,4 @@ pub mod soak;
 pub mod speed;
 pub mod stages;
 pub mod timed;
+pub mod verdict;

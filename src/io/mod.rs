@@ -12,7 +12,8 @@
 //! input makes a reader panic, and what a reader allocates is bounded by the
 //! size of the file, not by what its header announces.
 //!
-//! Writes go to `<name>.part`, which is renamed when it is complete.
+//! Writes go to `<name>.part`, which is renamed when it is complete, and removed when the
+//! program is interrupted ([`abandon`]).
 
 mod assemble;
 pub mod boundary_csv;
@@ -24,6 +25,7 @@ mod glb_data;
 pub mod intrinsics;
 mod lzf;
 mod obj;
+mod parts;
 mod pcd;
 mod ply;
 mod ply_header;
@@ -41,9 +43,11 @@ use serde::Serialize;
 pub use assemble::{LARGEST_COORDINATE, ReadNotes};
 pub use error::{Fault, Place, ReadError, WriteError};
 pub use intrinsics::Intrinsics;
+pub(crate) use parts::Part;
+pub use parts::{Abandoned, abandon};
 pub use sensors::DepthSource;
 pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
-pub use write::{atomically, write_depth_png, write_obj, write_ply};
+pub use write::{atomically, write_depth_png, write_obj, write_ply, write_png};
 
 use crate::geom::Cloud;
 use assemble::finish;

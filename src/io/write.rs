@@ -8,6 +8,7 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
 use super::WriteError;
+use super::parts::Part;
 use crate::base::units::M_PER_MM;
 use crate::geom::{Cloud, Mesh};
 
@@ -22,6 +23,7 @@ pub fn atomically(
     let path = path.as_ref();
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
+    let _unfinished = Part::begin(part.as_ref());
     let written = File::create(&part).and_then(|file| {
         let mut out = BufWriter::new(file);
         write(&mut out)?;
@@ -99,6 +101,19 @@ pub fn write_depth_png(
         };
         PngEncoder::new(out)
             .write_image(&samples, columns, rows, ExtendedColorType::L16)
+            .map_err(io::Error::other)
+    })
+}
+
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_png(path: impl AsRef<Path>, picture: &image::RgbImage) -> Result<(), WriteError> {
+    atomically(path, |out| {
+        let (width, height) = picture.dimensions();
+        PngEncoder::new(out)
+            .write_image(picture, width, height, ExtendedColorType::Rgb8)
             .map_err(io::Error::other)
     })
 }

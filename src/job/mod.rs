@@ -83,14 +83,6 @@ pub enum JobError {
     /// A result cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// A picture cannot be written.
-    #[error("{}: {source}", path.display())]
-    Picture {
-        /// The picture.
-        path: PathBuf,
-        /// What the encoder says.
-        source: image::ImageError,
-    },
 }
 
 /// The kinds of failure that a program can act on.
@@ -156,7 +148,7 @@ impl Job {
             .resimulate
             .then(|| resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default()));
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
-        let verdict = verdict::of_job(&rim, &estimate, resimulation.as_ref());
+        let verdict = verdict::of_job(&rim, &self.scan, &estimate, resimulation.as_ref());
         Ok(Outcome { job: self, rim, estimate, resimulation, verdict, model })
     }
 }

@@ -5,9 +5,10 @@
 //! is known by its first line; what was typed wrong in it shows as a jump, an
 //! open corner or a side of impossible length, and is refused with its line.
 //!
-//! A boundary CSV does not say whether weft and warp were known when it was
-//! written: `--warp-toward +x` (x is the warp in the simulation frame) says that
-//! they were, `+z` that they are exchanged.
+//! A boundary CSV says whether weft and warp were known when it was written, and then
+//! `--warp-toward`, which was of the scan's frame, is not needed and not used. For a file that
+//! does not say it, or says that they are not known, the flag is of the file's frame:
+//! `+x` says that weft and warp are as in the file, `+z` that they are exchanged.
 
 use std::path::Path;
 
@@ -15,10 +16,12 @@ use super::JobError;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Point3};
-use crate::io::{Format, ReadNotes, ReadOptions, boundary_csv, read_scan_with};
+use crate::base::{Boundary, Isometry3, Point3};
+use crate::io::boundary_csv::{self, OrientedRim};
+use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
+    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpSteep, WarpToward,
+    boundary_in_stages, quarters_to_warp,
 };
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
@@ -44,9 +47,25 @@ pub enum Rim {
     Given {
         /// The rim, simulation frame.
         boundary: Boundary,
-        /// Whether the user said which direction is the warp.
+        /// Whether the file or the user said which direction is the warp.
         orientation: Orientation,
+        /// What was done with the user's word on it.
+        warp: GivenWarp,
     },
+}
+
+/// Where the warp of a rim from a boundary CSV comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GivenWarp {
+    /// The file says it, and the user nothing.
+    File,
+    /// The file says it, and what the user said was not used.
+    FileNotFlag,
+    /// The user says it; the angle between that direction and the file's axis that was taken
+    /// for the warp \[rad\].
+    Flag(f64),
+    /// Nobody says it.
+    Unknown,
 }
 
 impl Rim {
@@ -65,6 +84,17 @@ impl Rim {
         match self {
             Self::Scanned { scanned, .. } => scanned.orientation,
             Self::Given { orientation, .. } => *orientation,
+        }
+    }
+
+    /// Angle between the direction that the user gave for the warp and the specimen's axis
+    /// that was taken for it \[rad\]; `None` if none was given or used.
+    #[must_use]
+    pub fn warp_off_rad(&self) -> Option<f64> {
+        match self {
+            Self::Scanned { scanned, .. } => scanned.warp_off_rad,
+            Self::Given { warp: GivenWarp::Flag(off_rad), .. } => Some(*off_rad),
+            Self::Given { .. } => None,
         }
     }
 
@@ -127,6 +157,9 @@ pub enum RimError {
         /// Largest accepted \[mm\].
         limit_mm: f64,
     },
+    /// The direction given for the warp stands nearly upright. The frame is the file's.
+    #[error(transparent)]
+    WarpSteep(#[from] WarpSteep),
     /// A side of impossible length.
     #[error(
         "side {side} (lines {first_line} to {last_line}) measures {measured_mm:.1} mm, accepted are \
@@ -154,10 +187,10 @@ pub enum RimError {
 /// When the file cannot be read, the scan is refused, or the file's rim is none.
 pub fn of_input(path: &Path, read: &ReadOptions, options: &ScanOptions) -> Result<Rim, JobError> {
     if boundary_csv::is_one(path) {
-        let boundary = boundary_csv::read(path)?;
-        check(&boundary, options)
-            .map_err(|source| JobError::RimRefused { path: path.to_owned(), source })?;
-        return Ok(oriented(&boundary, options.warp_toward));
+        let rim = boundary_csv::read_oriented(path)?;
+        return check(&rim.boundary, options)
+            .and_then(|()| oriented(rim, options))
+            .map_err(|source| JobError::RimRefused { path: path.to_owned(), source });
     }
     let (scanned, notes) = of_scan(path, read, options)?;
     Ok(Rim::Scanned { scanned: Box::new(scanned), notes })
@@ -196,19 +229,24 @@ pub fn of_scan_in_stages(
 }
 
 /// Turns a given rim so that its x axis is the warp, if the user said where that
-/// points in the file's frame.
-fn oriented(boundary: &Boundary, warp: Option<WarpToward>) -> Rim {
-    let bearing_deg = match warp {
-        None => {
-            let boundary = boundary.clone();
-            return Rim::Given { boundary, orientation: Orientation::Ambiguous };
+/// points in the file's frame and the file does not say that x is the warp already.
+fn oriented(rim: OrientedRim, options: &ScanOptions) -> Result<Rim, RimError> {
+    let OrientedRim { boundary, orientation } = rim;
+    let (orientation, warp) = match (orientation, options.warp_toward) {
+        (Some(Orientation::Given), None) => (Orientation::Given, GivenWarp::File),
+        (Some(Orientation::Given), Some(_)) => (Orientation::Given, GivenWarp::FileNotFlag),
+        (_, None) => (Orientation::Ambiguous, GivenWarp::Unknown),
+        (_, Some(warp)) => {
+            let least_deg = options.tuning.limits.least_warp_off_vertical_deg;
+            let bearing_rad = warp.bearing_rad(&Isometry3::identity(), least_deg)?;
+            // A quarter turn of `Boundary::rotated` brings +z, bearing -90 degrees, to +x.
+            let (quarters, off_rad) = quarters_to_warp(-bearing_rad);
+            let boundary = boundary.rotated(quarters.rem_euclid(SIDES as f64) as usize);
+            let warp = GivenWarp::Flag(off_rad);
+            return Ok(Rim::Given { boundary, orientation: Orientation::Given, warp });
         }
-        Some(WarpToward::BearingDeg(degrees)) => degrees,
-        Some(WarpToward::Direction([x, _, z])) => (-z).atan2(x).to_degrees(),
     };
-    // A quarter turn of `Boundary::rotated` brings +z, bearing -90 degrees, to +x.
-    let quarters = (-bearing_deg / 90.0).round().rem_euclid(SIDES as f64) as usize;
-    Rim::Given { boundary: boundary.rotated(quarters), orientation: Orientation::Given }
+    Ok(Rim::Given { boundary, orientation, warp })
 }
 
 /// Where the warp points, as a user writes it: `+x`, `-y`, `z`, three numbers
@@ -314,24 +352,67 @@ mod tests {
         assert!(matches!(error, RimError::SideLength { side: 0, .. }), "{error}");
     }
 
+    fn with_warp(warp_toward: Option<WarpToward>) -> ScanOptions {
+        ScanOptions { warp_toward, ..ScanOptions::default() }
+    }
+
     #[test]
     fn the_warp_s_direction_turns_the_rim_by_quarters() {
         let rim = with(7, 0.008);
-        let turned = |warp| match oriented(&rim, warp) {
-            Rim::Given { boundary, orientation } => (boundary, orientation),
-            Rim::Scanned { .. } => panic!("not scanned"),
+        let turned = |says, warp| {
+            let rim = OrientedRim { boundary: rim.clone(), orientation: says };
+            match oriented(rim, &with_warp(warp)).unwrap() {
+                Rim::Given { boundary, orientation, warp } => (boundary, orientation, warp),
+                Rim::Scanned { .. } => panic!("not scanned"),
+            }
         };
-        assert_eq!(turned(None), (rim.clone(), Orientation::Ambiguous));
-        for (direction, bearing_deg, quarters) in [
-            ([1.0, 0.0, 0.0], 360.0, 0),
-            ([0.0, 0.0, 1.0], -90.0, 1),
-            ([-1.0, 0.3, 0.1], 180.0, 2),
-            ([0.0, 0.0, -2.0], 85.0, 3),
-        ] {
-            let want = (rim.rotated(quarters), Orientation::Given);
-            assert_eq!(turned(Some(WarpToward::Direction(direction))), want);
-            assert_eq!(turned(Some(WarpToward::BearingDeg(bearing_deg))), want);
+        let unknown = (rim.clone(), Orientation::Ambiguous, GivenWarp::Unknown);
+        for says in [None, Some(Orientation::Ambiguous)] {
+            assert_eq!(turned(says, None), unknown);
+            for (direction, bearing_deg, quarters) in [
+                ([1.0, 0.0, 0.0], 360.0, 0),
+                ([0.0, 0.0, 1.0], -90.0, 1),
+                ([-1.0, 0.3, 0.1], 180.0, 2),
+                ([0.0, 0.0, -2.0], 85.0, 3),
+            ] {
+                for warp in [WarpToward::Direction(direction), WarpToward::BearingDeg(bearing_deg)]
+                {
+                    let (boundary, orientation, warp) = turned(says, Some(warp));
+                    assert_eq!(boundary, rim.rotated(quarters));
+                    assert_eq!(orientation, Orientation::Given);
+                    let GivenWarp::Flag(off_rad) = warp else { panic!("{warp:?}") };
+                    assert!(off_rad.to_degrees() < 6.0, "{off_rad}");
+                }
+            }
         }
+        let diagonal = turned(None, Some(WarpToward::BearingDeg(140.0)));
+        assert_eq!((diagonal.0, diagonal.1), (rim.rotated(2), Orientation::Given));
+        assert!(
+            matches!(diagonal.2, GivenWarp::Flag(off) if (off.to_degrees() - 40.0).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn a_rim_whose_file_says_where_the_warp_is_is_not_turned() {
+        let rim = OrientedRim { boundary: with(7, 0.008), orientation: Some(Orientation::Given) };
+        for (flag, want) in [
+            (None, GivenWarp::File),
+            (Some(WarpToward::Direction([0.0, 0.0, 1.0])), GivenWarp::FileNotFlag),
+            // Of the scan's frame, whose up was another.
+            (Some(WarpToward::Direction([0.0, 1.0, 0.0])), GivenWarp::FileNotFlag),
+        ] {
+            let Rim::Given { boundary, orientation, warp } =
+                oriented(rim.clone(), &with_warp(flag)).unwrap()
+            else {
+                panic!("not scanned")
+            };
+            assert_eq!((boundary, orientation), (rim.boundary.clone(), Orientation::Given));
+            assert_eq!(warp, want);
+        }
+        let silent = OrientedRim { orientation: None, ..rim };
+        let upright = Some(WarpToward::Direction([0.1, 1.0, 0.0]));
+        let refused = oriented(silent, &with_warp(upright)).unwrap_err();
+        assert!(matches!(refused, RimError::WarpSteep(_)), "{refused}");
     }
 
     #[test]

@@ -30,9 +30,7 @@ pub fn write_as(outcome: &Outcome, folder: &Path, stem: &str) -> Result<Vec<Path
         serde_json::to_writer_pretty(&mut *out, &text)?;
         writeln!(out)
     })?;
-    io::boundary_csv::write(&csv, outcome.rim.boundary())?;
-    overlay::draw(outcome)
-        .save(&png)
-        .map_err(|source| JobError::Picture { path: png.clone(), source })?;
+    io::boundary_csv::write_oriented(&csv, outcome.rim.boundary(), outcome.rim.orientation())?;
+    io::write_png(&png, &overlay::draw(outcome))?;
     Ok(vec![params, csv, png])
 }

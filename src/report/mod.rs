@@ -5,3 +5,4 @@ pub mod inspection;
 pub mod json;
 pub mod overlay;
 pub mod table;
+pub mod verdict;

@@ -4,13 +4,17 @@
 use image::{Rgb, RgbImage};
 use imageproc::drawing::draw_filled_circle_mut;
 
+use super::verdict::one_line;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
 use crate::job::Outcome;
+use crate::job::verdict::Level;
 use crate::picture::draw::{line, text};
 
 const PANE: i32 = 720;
-const MARGIN: i32 = 46;
+const MARGIN: i32 = 64;
+/// Characters of the font that fit beside each other.
+const MOST_CHARACTERS: usize = (2 * PANE as usize - 24) / 9;
 /// Half the width of the view \[m\].
 const HALF_VIEW_M: f64 = 0.165;
 const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
@@ -18,6 +22,8 @@ const CLOTH: Rgb<u8> = Rgb([205, 210, 216]);
 const SCANNED: Rgb<u8> = Rgb([200, 30, 30]);
 const BRIDGED: Rgb<u8> = Rgb([255, 150, 0]);
 const SIMULATED: Rgb<u8> = Rgb([20, 90, 200]);
+const RELIABLE: Rgb<u8> = Rgb([0, 120, 50]);
+const DOUBTFUL: Rgb<u8> = Rgb([190, 110, 0]);
 const TEXT: Rgb<u8> = Rgb([40, 40, 40]);
 const GRID: Rgb<u8> = Rgb([232, 232, 232]);
 
@@ -69,6 +75,12 @@ fn legend(image: &mut RgbImage, outcome: &Outcome) {
     text(image, 220, y, &line, SIMULATED);
     let name = outcome.job.input.file_name().unwrap_or_default().to_string_lossy();
     text(image, 12, y + 18, &name, TEXT);
+    let color = match outcome.verdict.level {
+        Level::Reliable => RELIABLE,
+        Level::Doubtful => DOUBTFUL,
+        Level::DoNotUse => SCANNED,
+    };
+    text(image, 12, y + 36, &one_line(&outcome.verdict, MOST_CHARACTERS), color);
 }
 
 fn pixel(left: i32, [x, y]: [f64; 2]) -> [f32; 2] {

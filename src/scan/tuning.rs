@@ -514,6 +514,9 @@ pub struct LimitTuning {
     pub most_mark_off_deg: f64,
     /// Noise up to which bridges are held by the sheet's lengths \[m\].
     pub bridged_well_noise_m: f64,
+    /// A direction for the warp that is nearer to the vertical tells no side of the
+    /// specimen \[degrees\]: an error of ten degrees in it turns its horizontal part by twenty.
+    pub least_warp_off_vertical_deg: f64,
 }
 
 /// The values that ship.
@@ -706,14 +709,15 @@ const SHIPPED: Tuning = Tuning {
         seen_cells: 4.0,                 // c
     },
     limits: LimitTuning {
-        min_points: 3000,           // c
-        min_clear: 0.8,             // m
-        min_on_square: 0.5,         // c
-        most_hidden: 0.2,           // c
-        least_mark_points: 20,      // c
-        least_mark_share: 0.8,      // c
-        most_mark_off_deg: 30.0,    // c
-        bridged_well_noise_m: 1e-3, // m
+        min_points: 3000,                  // c
+        min_clear: 0.8,                    // m
+        min_on_square: 0.5,                // c
+        most_hidden: 0.2,                  // c
+        least_mark_points: 20,             // c
+        least_mark_share: 0.8,             // c
+        most_mark_off_deg: 30.0,           // c
+        bridged_well_noise_m: 1e-3,        // m
+        least_warp_off_vertical_deg: 30.0, // c
     },
 };
 

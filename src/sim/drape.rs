@@ -289,8 +289,9 @@ fn lift_clear(model: &Model, grid: &Grid, x: &mut [Vector3]) {
     }
 }
 
-/// Maxima of the rim's distance from the axis, after smoothing over 45 mm.
-fn count_nodes(rim: &Boundary) -> usize {
+/// Folds of a rim: maxima of its distance from the axis, after smoothing over 45 mm.
+#[must_use]
+pub fn count_nodes(rim: &Boundary) -> usize {
     let rho: Vec<f64> = rim.positions_m().map(|p| p.x.hypot(p.z)).collect();
     let n = rho.len();
     let smooth: Vec<f64> =
