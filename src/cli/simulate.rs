@@ -1,9 +1,11 @@
 //! `simulate`: one drape.
 
 use super::{Failure, Outcome, args};
+use scan2params::base::boundary::Orientation;
 use scan2params::base::clock::thread_cpu_s;
 use scan2params::fabric::Fabric;
 use scan2params::fabric::params;
+use scan2params::io::boundary_csv;
 use scan2params::sim::{Drop, DropStart, SimOptions, Stop, drape};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
@@ -25,7 +27,7 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     let cpu_s = cpu_before_s.zip(thread_cpu_s()).map(|(before, after)| after - before);
     scan2params::io::write_obj(&given.out, &drape.mesh())?;
     if let Some(path) = &given.boundary {
-        scan2params::io::boundary_csv::write(path, &drape.boundary)?;
+        boundary_csv::write_oriented(path, &drape.boundary, Orientation::Given)?;
     }
     for warning in &drape.warnings {
         eprintln!("warning: {warning}");

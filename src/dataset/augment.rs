@@ -26,6 +26,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt as _;
 
 use super::drape_file::{DrapeFileError, read_drape, rim_of};
+use crate::base::boundary::Orientation;
 use crate::base::{Boundary, seed};
 use crate::fabric::params::{self, ParamsError};
 use crate::geom::Mesh;
@@ -327,7 +328,7 @@ fn variant(
         }
         Form::Boundary => {
             let path = with_ending(&stem, "boundary.csv");
-            boundary_csv::write(&path, &rim_in(&made)?)?;
+            boundary_csv::write_oriented(&path, &rim_in(&made)?, Orientation::Given)?;
             made.truth.write(&with_ending(&stem, "truth.json"))?;
             path
         }
@@ -354,7 +355,8 @@ fn with_ending(stem: &Path, ending: &str) -> PathBuf {
 /// The true rim and the true parameters, as far as they are known.
 fn truth_beside(stem: &Path, source: &Source, mesh: &Mesh) -> Result<(), AugmentError> {
     if let Some(rim) = rim_of(mesh) {
-        boundary_csv::write(with_ending(stem, "truth.boundary.csv"), &rim)?;
+        let path = with_ending(stem, "truth.boundary.csv");
+        boundary_csv::write_oriented(path, &rim, Orientation::Given)?;
     }
     if let Some(params) = &source.params {
         let path = with_ending(stem, "truth.params.json");
