@@ -146,3 +146,30 @@ impl Row {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_s_exit_code_follows_its_verdict_and_what_is_asked() {
+        let row = |level: &str, other: bool| {
+            let verdict = serde_json::json!({ "level": level, "not_the_experiment": other });
+            let result = Some(serde_json::json!({ "verdict": verdict }));
+            Row { result, ..Row::new("a.ply", Status::Ok) }
+        };
+        for (level, other, lenient, strict) in [
+            ("reliable", false, 0, 0),
+            ("doubtful", false, 0, 0),
+            ("do_not_use", false, 0, 4),
+            ("do_not_use", true, 4, 4),
+        ] {
+            assert_eq!(row(level, other).judged(false).exit_code, lenient, "{level}");
+            // As if kept from a run that asked for the opposite.
+            assert_eq!(row(level, other).judged(false).judged(true).exit_code, strict, "{level}");
+            assert_eq!(row(level, other).judged(true).judged(false).exit_code, lenient, "{level}");
+        }
+        let refused = Row::new("b.ply", Status::Refused).judged(true);
+        assert_eq!((refused.exit_code, refused.verdict()), (4, None));
+    }
+}

@@ -42,7 +42,7 @@ impl Figures {
         grounds.extend(warp(self, limits));
         if let Some(answer) = &self.answer {
             grounds.extend(novel(answer, limits));
-            grounds.extend(answer.parameters.iter().filter_map(range_end));
+            grounds.extend(answer.parameters.iter().filter_map(|p| range_end(p, limits)));
             grounds.extend(density(answer, limits));
             grounds.extend(bending_raised(answer));
             grounds.extend(folds_for_bending(self, answer, limits));
@@ -118,18 +118,24 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
 
 /// The plate found against the plate given.
 fn plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
-    let given_m = f.given.plate_radius_m;
-    let length_m = f.answer.as_ref().map_or(0.0, |answer| answer.bending_length_m);
-    let lead_m = limits.plate_lead_m + limits.plate_lead_per_length * length_m;
-    let off_m = (scan.radius_m + lead_m - given_m).abs();
-    let (level, limit_m) = limits.plate_off_m.plus(2.0 * scan.radius_sigma_m).level(off_m)?;
+    let (given_m, sigma_m) = (f.given.plate_radius_m, scan.radius_sigma_m);
+    let expected_m = given_m - limits.plate_lead_m;
+    let larger_m = scan.radius_m - expected_m;
+    let (off_m, steps, sigmas) = if larger_m > 0.0 {
+        (larger_m, limits.plate_larger_m, limits.plate_larger_sigmas)
+    } else if sigma_m <= limits.plate_arched_sigma_m {
+        (-larger_m, limits.plate_smaller_m, limits.plate_smaller_sigmas)
+    } else {
+        return None;
+    };
+    let (level, limit_m) = steps.plus(sigmas * sigma_m).level(off_m)?;
     let text = format!(
         "the cloth leaves the plate at a radius of {:.1} mm (standard error {:.1}); {:.1} mm are expected of a plate \
-         of {:.0} mm (limit {:.1} mm apart): check the plate's radius and the scan's scale; stiffnesses of another \
-         plate are off by factors",
+         of {:.0} mm (limit {:.1} mm apart): check the plate's radius and the scan's scale; on another plate the \
+         stiffnesses are off by factors",
         mm(scan.radius_m),
-        mm(scan.radius_sigma_m),
-        mm(given_m - lead_m),
+        mm(sigma_m),
+        mm(expected_m),
         mm(given_m),
         mm(limit_m)
     );
@@ -272,7 +278,7 @@ fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
 }
 
 /// A stiffness at the end of what the model was trained on, or its interval cut there.
-fn range_end(p: &Parameter) -> Option<Ground> {
+fn range_end(p: &Parameter, limits: &Limits) -> Option<Ground> {
     let Parameter { key, unit, value, interval90: [low, high], trained, pinned } = *p;
     let ends = ["lower", "upper"];
     if let Some(end) = pinned {
@@ -286,12 +292,23 @@ fn range_end(p: &Parameter) -> Option<Ground> {
     }
     // Both are cut at the very number.
     let end = [low <= trained[0], high >= trained[1]].iter().position(|cut| *cut)?;
+    // The interval is even about the value in logarithms, before it is cut.
+    let (whole, kept) = match end {
+        0 => ((high / value).ln(), (value / low).ln()),
+        _ => ((value / low).ln(), (high / value).ln()),
+    };
+    let share = 0.5 * (1.0 - kept / whole).max(0.0);
+    let limit = limits.interval_cut;
+    let level = if share > limit { Level::Doubtful } else { Level::Reliable };
     let text = format!(
-        "the interval of {key} is cut at the {} end of what the model was trained on, {:.0} {unit}",
-        ends[end], trained[end]
+        "the interval of {key} is cut at the {} end of what the model was trained on, {:.0} {unit}, by {:.0} % of its \
+         length (limit {:.0} %): the fabric may lie beyond it",
+        ends[end],
+        trained[end],
+        100.0 * share,
+        100.0 * limit
     );
-    let measured = ([low, high][end], trained[end], unit);
-    Some(Ground::new(Code::IntervalAtBound, Level::Reliable, measured, text).about(key))
+    Some(Ground::new(Code::IntervalAtBound, level, (share, limit, ""), text).about(key))
 }
 
 fn density(answer: &Answer, limits: &Limits) -> Option<Ground> {

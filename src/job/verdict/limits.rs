@@ -39,13 +39,21 @@ pub struct Limits {
     pub side_off_per_noise: f64,
     /// Share of a side that the chords between the points of a rim from a file may cut off \[-\].
     pub chord_share: f64,
-    /// The cloth leaves the plate's plane this far inside the plate's edge \[m\] ...
+    /// The cloth leaves the plate's plane this far inside the plate's edge \[m\].
     pub plate_lead_m: f64,
-    /// ... and this much further for each metre of bending length \[-\].
-    pub plate_lead_per_length: f64,
-    /// What the radius found may differ from the radius given beyond that lead and twice its
-    /// standard error \[m\]. Beyond the second the scan is not the experiment.
-    pub plate_off_m: Steps,
+    /// By how much the radius found may be larger than the radius given, less that lead, beyond
+    /// `plate_larger_sigmas` of its standard errors \[m\]. Beyond the second the scan is not the
+    /// experiment.
+    pub plate_larger_m: Steps,
+    /// See [`Limits::plate_larger_m`].
+    pub plate_larger_sigmas: f64,
+    /// The same where it is smaller. Stiff cloth arches over the plate and leaves it early: the
+    /// more, the more the radius scatters over the bearings.
+    pub plate_smaller_m: Steps,
+    /// See [`Limits::plate_smaller_m`].
+    pub plate_smaller_sigmas: f64,
+    /// With a larger standard error \[m\] a radius that is too small says nothing.
+    pub plate_arched_sigma_m: f64,
     /// Folds times the square root of the bending length, least and largest \[m^0.5\].
     pub folds_root_m05: [f64; 2],
     /// Folds beyond these.
@@ -56,6 +64,8 @@ pub struct Limits {
     pub diagonal_deg: f64,
     /// Distance of the rim from those of the training, over what 99 % of these stay below \[-\].
     pub novelty: Steps,
+    /// Share of an interval that is cut off at the end of what the model was trained on \[-\].
+    pub interval_cut: f64,
     /// Factor by which the density lies outside the training \[-\].
     pub density_factor: Steps,
     /// Mean distance of the drape of the estimate from the scanned rim \[m\].
@@ -68,24 +78,28 @@ impl Default for Limits {
     fn default() -> Self {
         let steps = |doubtful, do_not_use| Steps { doubtful, do_not_use };
         Self {
-            side_loss_m2: 7.5e-6,               // M
-            least_bending_length_m: 2.5e-3,     // M: softest of the prior
-            stretch_of_rim: 0.1,                // M
-            side_off_m: steps(2.0e-3, 4.0e-3),  // M, W
-            scale_off_m: steps(1.2e-3, 3.0e-3), // M, W
-            side_off_per_noise: 1.0,            // M
-            chord_share: 0.03,                  // M
-            plate_lead_m: 0.7e-3,               // M
-            plate_lead_per_length: 0.03,        // M
-            plate_off_m: steps(2.0e-3, 4.0e-3), // M, W
-            folds_root_m05: [0.5376, 0.8854],   // M
-            folds_beyond: steps(0.5, 3.5),      // M, C
-            near_refusal: 0.8,                  // C
-            diagonal_deg: 10.0,                 // C
-            novelty: steps(1.0, 2.0),           // M, C
-            density_factor: steps(1.0, 1.5),    // W
-            resimulated_m: steps(14e-3, 22e-3), // M, C
-            resimulated_folds: steps(1.5, 3.5), // M, C
+            side_loss_m2: 7.5e-6,                   // M
+            least_bending_length_m: 2.5e-3,         // M: softest of the prior
+            stretch_of_rim: 0.1,                    // M
+            side_off_m: steps(2.0e-3, 4.0e-3),      // M, W
+            scale_off_m: steps(1.2e-3, 3.0e-3),     // M, W
+            side_off_per_noise: 1.0,                // M
+            chord_share: 0.03,                      // M
+            plate_lead_m: 0.7e-3,                   // M
+            plate_larger_m: steps(1.5e-3, 4.0e-3),  // M, W
+            plate_larger_sigmas: 2.0,               // M
+            plate_smaller_m: steps(1.0e-3, 2.0e-3), // M, W
+            plate_smaller_sigmas: 4.0,              // M
+            plate_arched_sigma_m: 1.0e-3,           // M
+            folds_root_m05: [0.5376, 0.8854],       // M
+            folds_beyond: steps(0.5, 3.5),          // M, C
+            near_refusal: 0.8,                      // C
+            diagonal_deg: 10.0,                     // C
+            novelty: steps(1.0, 2.0),               // M, C
+            interval_cut: 0.2,                      // M
+            density_factor: steps(1.0, 1.5),        // W
+            resimulated_m: steps(14e-3, 22e-3),     // M, C
+            resimulated_folds: steps(1.5, 3.5),     // M, C
         }
     }
 }

@@ -170,24 +170,27 @@ fn sides_are_held_against_the_specimen_s_its_folds_and_its_stretch() {
 #[test]
 fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
     let limits = Limits::default();
-    let lead_m = limits.plate_lead_m + limits.plate_lead_per_length * 8e-3;
-    let steps = limits.plate_off_m;
-    for (level, limit_m) in [
-        (Level::Doubtful, steps.doubtful + 2.0 * 0.4e-3),
-        (Level::DoNotUse, steps.do_not_use + 2.0 * 0.4e-3),
+    let expected_m = 0.050 - limits.plate_lead_m;
+    for (sign, steps, sigmas) in [
+        (1.0, limits.plate_larger_m, limits.plate_larger_sigmas),
+        (-1.0, limits.plate_smaller_m, limits.plate_smaller_sigmas),
     ] {
-        for sign in [-1.0, 1.0] {
-            straddles(Code::PlateRadius, level, limit_m, |f, off_m| {
-                f.scan.as_mut().unwrap().radius_m = 0.050 - lead_m + sign * off_m;
+        for (level, limit_m) in
+            [(Level::Doubtful, steps.doubtful), (Level::DoNotUse, steps.do_not_use)]
+        {
+            straddles(Code::PlateRadius, level, limit_m + sigmas * 0.4e-3, |f, off_m| {
+                f.scan.as_mut().unwrap().radius_m = expected_m + sign * off_m;
             });
         }
     }
     let mut other = honest();
-    other.scan.as_mut().unwrap().radius_m = 0.0445;
+    other.scan.as_mut().unwrap().radius_m = 0.044;
     assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
-    // A plate that hardly shows is no ground.
-    other.scan.as_mut().unwrap().radius_sigma_m = 3e-3;
+    // Cloth that arches over the plate leaves it anywhere inside, but not outside.
+    other.scan.as_mut().unwrap().radius_sigma_m = 1.1e-3;
     assert_eq!(verdict(&other), Verdict::of(vec![]));
+    other.scan.as_mut().unwrap().radius_m = 0.058;
+    assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
     // Another plate that was asked for is none.
     let mut asked = honest();
     asked.given.plate_radius_m = 0.060;
@@ -272,13 +275,23 @@ fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said(
             let ground = &said.grounds[0];
             assert_eq!((ground.code, ground.parameter), (Code::OutOfRange, Some(TABLE_2[i].key)));
             assert!(ground.text.contains(["lower", "upper"][end]), "{}", ground.text);
-            let mut cut = honest();
-            let p = &mut answer(&mut cut).parameters[i];
-            p.interval90[end] = p.trained[end];
-            let said = verdict(&cut);
-            assert_eq!((said.level, said.grounds.len()), (Level::Reliable, 1), "{said:?}");
-            assert_eq!(said.grounds[0].code, Code::IntervalAtBound);
-            assert_eq!(said.grounds[0].parameter, Some(TABLE_2[i].key));
+            // The value may lie anywhere in an interval that is cut.
+            let limit = Limits::default().interval_cut;
+            for (share, level) in [(0.9 * limit, Level::Reliable), (1.1 * limit, Level::Doubtful)] {
+                let mut cut = honest();
+                let p = &mut answer(&mut cut).parameters[i];
+                let kept = 2_f64.ln() * (1.0 - 2.0 * share);
+                p.value =
+                    if end == 0 { p.trained[0] * kept.exp() } else { p.trained[1] / kept.exp() };
+                p.interval90 = [p.value / 2.0, p.value * 2.0];
+                p.interval90[end] = p.trained[end];
+                let said = verdict(&cut);
+                assert_eq!((said.level, said.grounds.len()), (level, 1), "{said:?}");
+                let ground = &said.grounds[0];
+                assert_eq!(ground.code, Code::IntervalAtBound);
+                assert_eq!(ground.parameter, Some(TABLE_2[i].key));
+                assert!((ground.measured - share).abs() < 1e-9, "{ground:?}");
+            }
         }
     }
     let mut raised = honest();
