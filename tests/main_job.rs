@@ -172,7 +172,7 @@ fn a_cloud_without_a_drape_is_refused() {
 fn real_scans_without_our_drape_are_refused() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/scans");
     let Ok(entries) = std::fs::read_dir(&folder) else {
-        eprintln!("skipped: no {}", folder.display());
+        eprintln!("skipped: {} is absent (see its ORIGIN.md)", folder.display());
         return;
     };
     for entry in entries {

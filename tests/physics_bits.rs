@@ -1,6 +1,6 @@
 //! With every effect of the experiment off the energies keep their bits.
 //!
-//! The numbers were first recorded before experiments, lays, discs, natural curvature and
+//! The numbers were first recorded before experiments, material frames, discs, natural curvature and
 //! softening existed, and again for numerics 3 (bending by differences of positions, a wall
 //! close to the plate). Whole drapes, too, kept every bit then; they are not held here,
 //! since they also depend on the solver. A change that only regroups sums moves these
@@ -62,5 +62,5 @@ fn energies_without_effects_keep_their_bits() {
     model.lag_linearised_stress(&x, &g, 0.01);
     let mut t = Tangent::default();
     model.hessian(&x, HessianForm::Exact, &mut t);
-    assert_eq!(hash(t.values), 0xb316_1b38_cc9f_4b49, "foreseen hessian");
+    assert_eq!(hash(t.values), 0xb316_1b38_cc9f_4b49, "hessian with lagged stress");
 }

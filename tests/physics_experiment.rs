@@ -22,16 +22,16 @@ fn draped(experiment: Experiment) -> Drape {
 }
 
 #[test]
-fn a_turned_specimen_drapes_turned() {
+fn the_drape_of_a_rotated_specimen_is_the_drape_rotated() {
     let straight = draped(Experiment::default());
-    let mut turned = Experiment::default();
-    turned.specimen.rotation_rad = 0.7;
-    let turned = draped(turned);
+    let mut rotated = Experiment::default();
+    rotated.specimen.rotation_rad = 0.7;
+    let rotated = draped(rotated);
     let back = Rotation3::from_axis_angle(&Vector3::y_axis(), -0.7);
     let largest = straight
         .positions_m
         .iter()
-        .zip(&turned.positions_m)
+        .zip(&rotated.positions_m)
         .map(|(p, q)| (p - back * q).norm())
         .fold(0.0, f64::max);
     // the plate is round: only rounding and the solver's rest differ

@@ -122,7 +122,7 @@ fn natural_curvature_bends_a_heavy_strip_as_the_elastica_with_it() {
 }
 
 #[test]
-fn a_crease_turns_a_strip_without_weight_by_curvature_times_width() {
+fn a_crease_bends_a_strip_without_weight_by_the_angle_curvature_times_width() {
     let strip = cut(0.0, 6);
     let (curvature_per_m, width_m) = (20.0, 0.02);
     let angle_rad = std::f64::consts::FRAC_PI_2;
@@ -131,9 +131,9 @@ fn a_crease_turns_a_strip_without_weight_by_curvature_times_width() {
     let experiment = Experiment { curl, ..Experiment::default() };
     let s = cantilever(&knit(1e-3, strip.clamped_length_m()), &strip, &experiment);
     let end = s.row_m(s.grid.rows - 1) - s.row_m(s.grid.rows - 4);
-    let turn = end.y.atan2(end.x);
+    let angle = end.y.atan2(end.x);
     // observed: 0.39992
-    assert!(s.at_rest && (turn / (curvature_per_m * width_m) - 1.0).abs() < 0.01, "{turn}");
+    assert!(s.at_rest && (angle / (curvature_per_m * width_m) - 1.0).abs() < 0.01, "{angle}");
 }
 
 #[test]

@@ -169,7 +169,10 @@ fn scenes_without_a_drape_are_refused() {
 #[test]
 fn real_sensor_files_without_a_drape_are_refused() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/scans");
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        eprintln!("skipped: {} is absent (see its ORIGIN.md)", folder.display());
+        return;
+    };
     for path in entries.map(|e| e.unwrap().path()).filter(|p| p.is_file()) {
         let (cloud, _) = scan2params::io::read_scan(&path).unwrap();
         let answer = boundary_from_scan(&cloud, &ScanOptions::default());

@@ -280,11 +280,11 @@ fn with_unit(options: &AugmentOptions, seed: u64) -> Profile {
 /// The ring of cameras, started at a random bearing.
 fn turned_ring(seed: u64) -> Vec<CameraPose> {
     let angle = seed::rng(seed, "augment-ring", 0).random_range(0.0..std::f64::consts::TAU);
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
-    let turned = |pose: CameraPose| CameraPose {
-        simulation_from_camera: turn * pose.simulation_from_camera,
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    let rotated = |pose: CameraPose| CameraPose {
+        simulation_from_camera: rotation * pose.simulation_from_camera,
     };
-    default_ring().into_iter().map(turned).collect()
+    default_ring().into_iter().map(rotated).collect()
 }
 
 /// Scans a drape on its stand, with the mark if one is wanted.

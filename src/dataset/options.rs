@@ -61,15 +61,23 @@ impl Default for Shard {
     }
 }
 
-impl std::str::FromStr for Shard {
-    type Err = String;
+/// A text that names no part of a run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{text}` is not a shard: give i/N with i from 0 to N-1")]
+pub struct ShardError {
+    /// The text.
+    pub text: String,
+}
 
-    /// `i/N` with 0 <= i < N.
+impl std::str::FromStr for Shard {
+    type Err = ShardError;
+
+    /// Reads `i/N` with 0 <= i < N.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let parse = |part: &str| part.trim().parse::<u64>().ok();
         text.split_once('/')
             .and_then(|(index, of)| Some(Self { index: parse(index)?, of: parse(of)? }))
             .filter(|shard| shard.index < shard.of)
-            .ok_or_else(|| format!("`{text}` is not a shard: give i/N with i from 0 to N-1"))
+            .ok_or_else(|| ShardError { text: text.to_owned() })
     }
 }

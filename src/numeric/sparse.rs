@@ -68,19 +68,20 @@ impl BlockPattern {
         Self { blocks, block_col_ptr, block_rows, col_ptr, row_idx }
     }
 
-    /// Scalar unknowns.
+    /// Number of scalar unknowns, three a block.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         3 * self.blocks
     }
 
-    /// Length of the value array.
+    /// Number of values of a matrix on this pattern.
     #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.row_idx.len()
     }
 
-    /// The block (row, column) with row > column; `None` outside the pattern.
+    /// Where the block (row, column), row > column, lies among the values; `None` outside the
+    /// pattern.
     #[must_use]
     pub fn slot(&self, row: usize, column: usize) -> Option<BlockSlot> {
         let range = self.block_col_ptr[column]..self.block_col_ptr[column + 1];
@@ -90,7 +91,7 @@ impl BlockPattern {
         Some(BlockSlot { first: first as u32, stride: (3 * below + 2) as u32 })
     }
 
-    /// Adds `block` at a slot below the diagonal.
+    /// Adds `block` to the values at a slot below the diagonal.
     #[inline]
     pub fn add_block(values: &mut [f64], slot: BlockSlot, block: &Matrix3<f64>) {
         let mut start = slot.first as usize;
@@ -103,7 +104,7 @@ impl BlockPattern {
         }
     }
 
-    /// Adds the lower triangle of a symmetric `block` on the diagonal.
+    /// Adds the lower triangle of a symmetric `block` to the values on the diagonal.
     #[inline]
     pub fn add_diagonal(&self, values: &mut [f64], index: usize, block: &Matrix3<f64>) {
         for c in 0..3 {
@@ -114,7 +115,7 @@ impl BlockPattern {
         }
     }
 
-    /// `out = A x` for the symmetric matrix with these values.
+    /// Writes the product A x to `out`, A being the symmetric matrix with these values.
     pub fn multiply(&self, values: &[f64], x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         out.fill(Vector3::zeros());
         for j in 0..self.blocks {
@@ -210,7 +211,7 @@ impl Analysis {
         self.inner.symbolic.perm().map_or(&[], |perm| perm.arrays().0)
     }
 
-    /// Entries of the factor, explicit zeros of the supernodes included.
+    /// Number of entries of the factor, explicit zeros of the supernodes included.
     #[must_use]
     pub fn factor_len(&self) -> usize {
         self.inner.symbolic.len_val()
@@ -219,9 +220,9 @@ impl Analysis {
 
 /// The number types that a factor can be held in.
 pub trait Real: faer::traits::RealField + Scalar {
-    /// Rounds to this type.
+    /// The value rounded to this type.
     fn of(value: f64) -> Self;
-    /// Widens again.
+    /// The value in double precision.
     fn wide(self) -> f64;
 }
 
@@ -261,7 +262,7 @@ pub struct Work<T: Real = f64> {
 }
 
 impl<T: Real> Factor<T> {
-    /// Allocates the work space for one thread.
+    /// A factor without values yet, with its work space for one thread.
     #[must_use]
     pub fn new(analysis: &Analysis) -> Self {
         let symbolic = &analysis.inner.symbolic;
@@ -278,8 +279,8 @@ impl<T: Real> Factor<T> {
         }
     }
 
-    /// Factorises; false if the matrix is not positive definite (the factor then
-    /// must not be used).
+    /// Factorises the matrix with these values on the analysed pattern. False if it is not positive
+    /// definite; the factor must not be used then.
     #[must_use]
     pub fn factorize(&mut self, values: &[f64]) -> bool {
         let Analysed { pattern, symbolic } = &*self.analysis.inner;
@@ -300,7 +301,8 @@ impl<T: Real> Factor<T> {
             .is_ok()
     }
 
-    /// Solves A x = b in place with the last factor.
+    /// Solves A x = b in place with the last factor: `x` holds the right-hand side and becomes the
+    /// solution.
     pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
         substitute(&self.analysis, &self.l_values, &mut self.work, x);
     }
@@ -311,7 +313,8 @@ impl<T: Real> Factor<T> {
         Work::new(&self.analysis)
     }
 
-    /// The same as [`Factor::solve`], for several threads at a time.
+    /// Solves as [`Factor::solve`] does, with a work space of the caller's, so that several threads
+    /// can share one factor.
     pub fn solve_with(&self, work: &mut Work<T>, x: &mut [Vector3<f64>]) {
         substitute(&self.analysis, &self.l_values, work, x);
     }

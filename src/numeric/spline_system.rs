@@ -89,7 +89,7 @@ pub struct SplineSystem<const Z: usize> {
 }
 
 impl<const Z: usize> SplineSystem<Z> {
-    /// The system of a grid, empty.
+    /// The system of a grid, without any rows yet.
     #[must_use]
     pub fn new(grid: Grid) -> Self {
         let n = grid.side();
@@ -121,7 +121,7 @@ impl<const Z: usize> SplineSystem<Z> {
         }
     }
 
-    /// Forgets all sums.
+    /// Forgets all rows; the factor stays.
     pub fn clear(&mut self) {
         self.values.fill(0.0);
         self.right.fill(Vector3::zeros());
@@ -183,7 +183,7 @@ impl<const Z: usize> SplineSystem<Z> {
         }
     }
 
-    /// Adds weight |dc|^2 of every control.
+    /// Adds weight |dc|^2 for every control.
     pub fn hold(&mut self, weight: f64) {
         for i in 0..self.right.len() {
             let block = Matrix3::identity() * weight;
@@ -191,13 +191,13 @@ impl<const Z: usize> SplineSystem<Z> {
         }
     }
 
-    /// Adds weight (dz - residual)^2 of one common unknown.
+    /// Adds weight (dz - residual)^2 for one of the common unknowns.
     pub fn hold_common(&mut self, which: usize, residual: f64, weight: f64) {
         self.corner[(which, which)] += weight;
         self.corner_right[which] += weight * residual;
     }
 
-    /// Factorises; false if the system is singular.
+    /// Factorises K as it is now; false if it is singular.
     #[must_use]
     pub fn factorize(&mut self) -> bool {
         self.factor.factorize(&self.values)

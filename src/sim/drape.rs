@@ -86,6 +86,10 @@ impl Drape {
 ///
 /// The same arguments give the same bytes on every thread. A search that does not come to rest is
 /// a result too; [`Drape::stop`] says so.
+///
+/// # Panics
+/// If a grid of the options has fewer than 4 vertices on a side; [`SimOptions::check`] finds this
+/// and other numbers with which nothing can be simulated.
 #[must_use]
 pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
     let (fine, start, effort) = fallen(fabric, drop, options);

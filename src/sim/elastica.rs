@@ -11,7 +11,7 @@
 //! logarithmic near zero, since a long strip hangs within e^-66 of it.
 //!
 //! Fails: where softening leaves no curvature for a moment (beyond the top of the parabola)
-//! the tangent of `energy/softening.rs` is not followed, and `None` is returned.
+//! the tangent of `energy/softening.rs` is not followed, and the result is an error.
 
 /// A heavy strip clamped level at one end, without dimensions: lengths are in its own length L,
 /// moments in B / L.
@@ -34,6 +34,19 @@ pub struct End {
     pub reach: f64,
 }
 
+/// No curvature bears the moment of a strip that softens.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "a strip with weight over stiffness {gamma} and softening {softening} has moments beyond the \
+     top of its parabola, B / (4 s): give a shorter strip or less softening"
+)]
+pub struct BeyondParabola {
+    /// Weight over stiffness, rho g L^3 / B.
+    pub gamma: f64,
+    /// Softening s over the strip's length L.
+    pub softening: f64,
+}
+
 /// To which side an integration left the strips that can rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Swing {
@@ -52,6 +65,8 @@ impl Swing {
 
 /// Integration steps; doubling them moves no result by 1e-8 up to gamma = 1e4 (tested).
 const STEPS: usize = 4000;
+/// Angle within which the clamp must be level \[rad\].
+const LEVEL_RAD: f64 = 1e-6;
 /// Scale below which the end's angle from the vertical is resolved linearly.
 const LEAST_ANGLE: f64 = 1e-40;
 
@@ -62,13 +77,15 @@ impl Elastica {
         Self { gamma, natural: 0.0, softening: 0.0 }
     }
 
-    /// Where the free end comes to rest; `None` where the moment leaves the softening's parabola.
-    #[must_use]
-    pub fn end(&self) -> Option<End> {
+    /// Where the free end comes to rest.
+    ///
+    /// # Errors
+    /// [`BeyondParabola`] where the moment leaves the softening's parabola.
+    pub fn end(&self) -> Result<End, BeyondParabola> {
         self.end_in(STEPS)
     }
 
-    fn end_in(&self, steps: usize) -> Option<End> {
+    fn end_in(&self, steps: usize) -> Result<End, BeyondParabola> {
         let angle = |z: f64| LEAST_ANGLE * z.sinh();
         let wide = (3.0 / LEAST_ANGLE).asinh();
         let (mut low, mut high) = (-wide, wide);
@@ -80,7 +97,11 @@ impl Elastica {
             };
             if too_far { high = middle } else { low = middle }
         }
-        self.integrate(angle(low), steps).ok().map(|[_, _, reach, droop]| End { droop, reach })
+        let beyond = BeyondParabola { gamma: self.gamma, softening: self.softening };
+        let [upright, _, reach, droop] = self.integrate(angle(low), steps).map_err(|_| beyond)?;
+        // where the parabola's top lies between the two last angles, neither has a level clamp
+        let level = (upright - std::f64::consts::FRAC_PI_2).abs() < LEVEL_RAD;
+        if level { Ok(End { droop, reach }) } else { Err(beyond) }
     }
 
     /// Integrates from the free end, at the angle `upright` from the vertical, to the clamp. The
@@ -162,6 +183,10 @@ mod tests {
         let droop = |softening| Elastica { gamma: 5.0, natural: 0.0, softening }.end();
         let (linear, soft) = (droop(0.0).unwrap(), droop(0.05).unwrap());
         assert!(soft.droop > linear.droop + 0.01);
+        // of 0.2 an end was given until it was asked whether its clamp is level (it was 43 degrees off)
+        for softening in [0.2, 3.0] {
+            assert_eq!(droop(softening), Err(BeyondParabola { gamma: 5.0, softening }));
+        }
         // to first order in the softening the droop grows in proportion
         let little = droop(0.0005).unwrap();
         let rate = (soft.droop - linear.droop) / (little.droop - linear.droop);

@@ -270,6 +270,17 @@ pub enum ExperimentFault {
         /// Skew \[degrees\].
         skew_deg: f64,
     },
+    /// The specimen's centre of mass lies beyond the plate's edge.
+    #[error(
+        "specimen.offset puts the centre of mass {distance_mm:.1} mm from the plate's axis, and the \
+         plate ends at {radius_mm:.1} mm: the specimen falls off; give less"
+    )]
+    FallsOff {
+        /// Distance of the specimen's centre from the plate's axis \[mm\].
+        distance_mm: f64,
+        /// Radius of the plate \[mm\].
+        radius_mm: f64,
+    },
 }
 
 /// A number of an experiment with the limits within which it can be simulated.
@@ -324,8 +335,8 @@ impl Experiment {
     /// Checks that the experiment can be simulated.
     ///
     /// # Errors
-    /// All faults at once: numbers that are not finite or outside their limits, and a disc that is
-    /// not cut from a square.
+    /// All faults at once: numbers that are not finite or outside their limits, a disc that is not
+    /// cut from a square, and a specimen that falls off the plate.
     pub fn check(&self) -> Result<(), ExperimentError> {
         let (s, p) = (&self.specimen, &self.plate);
         let degrees = f64::to_degrees;
@@ -365,6 +376,11 @@ impl Experiment {
             let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);
             let skew_deg = degrees(s.skew_rad);
             faults.push(ExperimentFault::NoDisc { warp_mm, weft_mm, skew_deg });
+        }
+        let distance_m = s.offset_m[0].hypot(s.offset_m[1]);
+        if distance_m >= p.radius_m {
+            let (distance_mm, radius_mm) = (distance_m * 1e3, p.radius_m * 1e3);
+            faults.push(ExperimentFault::FallsOff { distance_mm, radius_mm });
         }
         if faults.is_empty() { Ok(()) } else { Err(ExperimentError { faults }) }
     }
@@ -453,6 +469,13 @@ mod tests {
         let mut disc = Experiment::standard_cusick();
         disc.specimen.weft_m = 0.2;
         assert!(matches!(disc.check().unwrap_err().faults[..], [ExperimentFault::NoDisc { .. }]));
+        let mut off = Experiment::default();
+        off.specimen.offset_m = [0.03, -0.03];
+        assert_eq!(off.check(), Ok(()));
+        off.specimen.offset_m = [0.03, -0.04];
+        let error = off.check().unwrap_err();
+        assert!(matches!(error.faults[..], [ExperimentFault::FallsOff { .. }]), "{error}");
+        assert!(error.to_string().contains("50.0 mm from the plate's axis"), "{error}");
     }
 
     #[test]

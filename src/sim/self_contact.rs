@@ -64,15 +64,16 @@ use collect::{Found, Work};
 use distance::closest;
 use elements::Elements;
 
-/// Second derivative of one pair's energy.
+/// The Hessian of one pair's energy.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// Rows and columns `3 i .. 3 i + 3` belong to `vertices[i]`.
+    /// The pair's vertices; rows and columns `3 i .. 3 i + 3` of the Hessian belong to
+    /// `vertices[i]`.
     pub vertices: [u32; 4],
-    /// How many of them, from the first on, are the first element's: 1 of a point and a
-    /// triangle, 2 of two edges.
+    /// How many of the vertices, from the first on, belong to the pair's first element: 1 of a point
+    /// and a triangle, 2 of two edges.
     pub first: usize,
-    /// N/m.
+    /// The second derivatives, N/m.
     pub hessian: Hessian12,
 }
 
@@ -85,6 +86,7 @@ enum Coverage {
     Line(Vec<Vector3>),
 }
 
+/// The contact of a sheet with itself: its elements, and the pairs of them that may touch.
 #[derive(Clone, Debug)]
 pub struct SelfContact {
     elements: Elements,
@@ -97,8 +99,9 @@ pub struct SelfContact {
 }
 
 impl SelfContact {
-    /// `rest`: flat or as made, metres. Before the first update no pair is
-    /// cached and [`SelfContact::max_step`] gives 0.
+    /// The contact of the mesh `triangles` (vertex indices) whose positions at rest, flat or as
+    /// made, are `rest` in metres. Before the first update no pair is cached and
+    /// [`SelfContact::max_step`] gives 0.
     pub fn new(triangles: &[[u32; 3]], rest: &[Vector3], params: SelfContactParams) -> Self {
         SelfContact {
             elements: Elements::new(triangles, rest, params),
@@ -109,32 +112,33 @@ impl SelfContact {
         }
     }
 
+    /// Gap and stiffness of the contact.
     pub fn params(&self) -> &SelfContactParams {
         &self.elements.params
     }
 
-    /// Cached pairs, near or not.
+    /// Number of cached pairs, whether they are near or not.
     pub fn pair_count(&self) -> usize {
         self.found.pairs.len()
     }
 
-    /// Pairs nearer than the gap at `x`.
+    /// Number of pairs nearer than the gap at the positions `x` (metres).
     pub fn active_count(&self, x: &[Vector3]) -> usize {
         let gap_sq = self.elements.params.gap_m * self.elements.params.gap_m;
         self.near_pairs(x).filter(|(pair, c)| closest(pair.kind, c).distance_sq < gap_sq).count()
     }
 
-    /// Caches every pair that comes within `gap + reach_m` at `x`. Complete as
-    /// long as no vertex is farther than `reach_m / 2` from `x`; `max_step`
-    /// keeps to that. Cost grows with `reach_m` beyond the edge length.
+    /// Caches every pair that is nearer than `gap + reach_m` at the positions `x` (metres). The
+    /// cache is complete as long as no vertex is farther than `reach_m / 2` from `x`, and
+    /// [`SelfContact::max_step`] keeps to that. The cost grows with `reach_m` beyond the edge
+    /// length.
     pub fn update(&mut self, x: &[Vector3], reach_m: f64) {
         self.collect(x, None, self.elements.params.gap_m + reach_m);
         self.coverage = Coverage::Ball(0.5 * reach_m);
     }
 
-    /// Caches every pair that can come within the gap on the way from `x` to
-    /// `x + dx`. Complete on that segment whatever its length; a common
-    /// translation costs nothing.
+    /// Caches every pair that can come within the gap on the way from `x` to `x + dx` (metres). The
+    /// cache is complete on that way, however long it is; a common translation costs nothing.
     pub fn update_along(&mut self, x: &[Vector3], dx: &[Vector3]) {
         let mean = dx.iter().sum::<Vector3>() / dx.len().max(1) as f64;
         let mut end = std::mem::take(&mut self.work.end);
@@ -178,14 +182,14 @@ impl SelfContact {
         )
     }
 
-    /// Contact energy, J.
+    /// The contact's energy at the positions `x`, J.
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         self.near_pairs(x)
             .map(|(pair, c)| barrier::energy_j(pair, &c, self.elements.params.gap_m))
             .sum()
     }
 
-    /// Adds the gradient (N) to `grad`; gives the energy (J).
+    /// Adds the gradient at the positions `x` to `grad` (N), and gives the energy there (J).
     pub fn add_gradient(&self, x: &[Vector3], grad: &mut [Vector3]) -> f64 {
         let mut energy_j = 0.0;
         for (pair, corners) in self.near_pairs(x) {
@@ -200,8 +204,8 @@ impl SelfContact {
         energy_j
     }
 
-    /// Appends one block per pair within the gap. `project`: positive
-    /// semidefinite, for a Newton direction; else exact, for a stability test.
+    /// Appends the Hessian of every pair that is nearer than the gap at the positions `x`: projected
+    /// for a Newton direction, exact for a test of stability.
     pub fn blocks(&self, x: &[Vector3], form: HessianForm, out: &mut Vec<Block>) {
         for (pair, corners) in self.near_pairs(x) {
             if let Some(hessian) =
@@ -212,10 +216,9 @@ impl SelfContact {
         }
     }
 
-    /// Largest fraction in (0, 1] such that on the way to `x + t dx` no pair
-    /// falls below a tenth of its distance at `x`, and the cache stays
-    /// complete. 0 means only this: the cache does not cover a step from `x`
-    /// (update first).
+    /// The largest fraction t in (0, 1] such that on the way to `x + t dx` no pair falls below a
+    /// tenth of its distance at `x`, and the cache stays complete. It is 0 only where the cache
+    /// does not cover a step from `x`: then update it first.
     pub fn max_step(&self, x: &[Vector3], dx: &[Vector3]) -> f64 {
         let mut limit = self.covered_fraction(x, dx);
         if limit <= 0.0 {
@@ -264,7 +267,8 @@ impl SelfContact {
         }
     }
 
-    /// Least distance over the cached pairs, metres; infinite if there is none.
+    /// The least distance of a cached pair at the positions `x`, metres; infinite if no pair is
+    /// cached.
     pub fn min_distance_m(&self, x: &[Vector3]) -> f64 {
         let distances =
             self.found.pairs.iter().map(|pair| closest(pair.kind, &pair.corners(x)).distance_sq);

@@ -94,6 +94,7 @@ impl Newton {
         })
     }
 
+    /// Writes to `trial` the positions `x` after this fraction of the direction.
     pub(super) fn try_fraction(&mut self, x: &[Vector3], fraction: f64) {
         for ((t, p), d) in self.trial.iter_mut().zip(x).zip(&self.direction) {
             *t = p + d * fraction;
@@ -107,10 +108,12 @@ pub(super) fn is_lower(value: f64, start: f64, promised: f64) -> bool {
     value <= start + ARMIJO * promised + ROUNDING * start.abs()
 }
 
+/// The length of the longest of some vectors.
 pub(super) fn largest(a: &[Vector3]) -> f64 {
     a.iter().map(Vector3::norm).fold(0.0, f64::max)
 }
 
+/// The scalar product of two fields of vectors.
 pub(super) fn dot(a: &[Vector3], b: &[Vector3]) -> f64 {
     a.iter().zip(b).map(|(p, q)| p.dot(q)).sum()
 }

@@ -34,16 +34,18 @@ use nalgebra::{Matrix3, SVector};
 /// Two mesh elements that may touch.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
+    /// Whether a point faces a triangle, or an edge another edge.
     pub kind: PairKind,
     /// `[p, a, b, c]` or `[a0, a1, b0, b1]`, vertex indices.
     pub vertices: [u32; 4],
-    /// Barrier scale with the area weight of the pair, N/m.
+    /// The barrier's scale times the pair's area weight, N/m.
     pub stiffness_n_m: f64,
-    /// `c` below which the mollifier acts, m^4; 0 for point-triangle.
+    /// The value of `c` below which the mollifier acts, m^4; 0 for a point and a triangle.
     pub mollify_below_m4: f64,
 }
 
 impl Pair {
+    /// The positions of the pair's four vertices.
     #[inline]
     pub fn corners(&self, x: &[Vector3]) -> [Vector3; 4] {
         let [a, b, c, d] = self.vertices;
@@ -51,7 +53,7 @@ impl Pair {
     }
 }
 
-/// `b, b', b''` in m^2, m, 1.
+/// The clamped logarithm b of the distance with its first two derivatives, in m^2, m and 1.
 pub fn clamped_log(distance_m: f64, gap_m: f64) -> [f64; 3] {
     if distance_m >= gap_m {
         return [0.0; 3];
@@ -72,7 +74,7 @@ struct Mollifier {
 }
 
 impl Mollifier {
-    /// `None` where it is 1 with zero derivatives.
+    /// The mollifier of a pair; `None` where it is 1 and does not change.
     fn new(pair: &Pair, x: &[Vector3; 4]) -> Option<Self> {
         if pair.kind == PairKind::PointTriangle {
             return None;
@@ -133,6 +135,7 @@ fn active(pair: &Pair, x: &[Vector3; 4], gap_m: f64) -> Option<Closest> {
     (at.distance_sq < gap_m * gap_m).then_some(at)
 }
 
+/// Energy of the pair, J; 0 beyond the gap.
 pub fn energy_j(pair: &Pair, x: &[Vector3; 4], gap_m: f64) -> f64 {
     let Some(at) = active(pair, x, gap_m) else { return 0.0 };
     let mollified = Mollifier::new(pair, x).map_or(1.0, |m| m.value);
@@ -162,8 +165,7 @@ fn stacked(parts: [Vector3; 4]) -> SVector<f64, 12> {
     SVector::from_fn(|row, _| parts[row / 3][row % 3])
 }
 
-/// Second derivative, N/m; `None` beyond the gap. `project`: positive
-/// semidefinite form, else exact.
+/// Hessian of the pair's energy, N/m; `None` beyond the gap.
 pub fn hessian(pair: &Pair, x: &[Vector3; 4], gap_m: f64, form: HessianForm) -> Option<Hessian12> {
     let at = active(pair, x, gap_m)?;
     let distance_m = at.distance_sq.sqrt();

@@ -20,11 +20,11 @@ pub const MOLLIFIER_SIN_SQ: f64 = 1e-3;
 /// How self-contact acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfContactParams {
-    /// Distance at which the barrier starts to act, metres; positive.
+    /// The distance at which the barrier starts to act, metres; positive.
     pub gap_m: f64,
-    /// Scale of the barrier `k (d - gap)^2 ln(gap / d)` of one pair of weight 1
-    /// (25 mm^2 of cloth), N/m; positive. Two layers facing each other feel
-    /// the sum over several of these per cell. See `Default` for the value.
+    /// The scale k of the barrier `k (d - gap)^2 ln(gap / d)` of one pair of weight 1, which is
+    /// 25 mm^2 of cloth, N/m; positive. Two layers facing each other feel the sum over several
+    /// pairs a cell. `Default` says where its value comes from.
     pub stiffness_n_m: f64,
 }
 
