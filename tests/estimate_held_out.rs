@@ -103,7 +103,7 @@ fn planted_faults_break_a_promise() {
         }
     };
     let turned = |mut row: Row| {
-        row.drape.boundary = row.drape.boundary.turned(1);
+        row.drape.boundary = row.drape.boundary.rotated(1);
         row
     };
     let heavier = |mut row: Row| {

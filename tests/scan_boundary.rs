@@ -105,7 +105,18 @@ fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
         boundary_from_scan(&scan(drape(true), &sampling, &pose), &warp(&pose))
     };
     let (mut worst_mean, mut worst, mut longest_m) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for (from, wide) in [(20.0, 5.0), (100.0, 4.0), (150.0, 8.0), (220.0, 8.0), (310.0, 10.0)] {
+    for (from, wide) in [
+        (20.0, 6.0),
+        (60.0, 6.0),
+        (100.0, 4.0),
+        (100.0, 8.0),
+        (150.0, 6.0),
+        (200.0, 6.0),
+        (240.0, 8.0),
+        (280.0, 6.0),
+        (310.0, 8.0),
+        (340.0, 10.0),
+    ] {
         let found = run(from, wide);
         println!(
             "EXPLORE {from} {wide} {:?}",
@@ -115,6 +126,9 @@ fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
                 .map_err(|e| e.to_string())
         );
         let Ok(found) = found else { continue };
+        if found.quality.longest_gap_m == 0.0 {
+            continue;
+        }
         let (mean, largest) = errors(&found, &drape(true).rim());
         worst_mean = worst_mean.max(mean);
         worst = worst.max(largest);

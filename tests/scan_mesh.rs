@@ -303,23 +303,20 @@ fn what_spans_the_rim_is_cut_away_or_the_scan_is_refused() {
         ("stiff", stiff(), finer_still(stiff()), 0),
         ("stiff", stiff(), finer_still(stiff()), 3),
         ("knit", knit(), finer_still(knit()), 3),
+        ("knit, a blob", knit(), finer_still(knit()), 40),
     ] {
-        let closed = rounded(closed, steps);
-        match run(&format!("{name}, spanned, rounded {steps} times"), of, &closed, 0.05e-3) {
-            Ok(found) => {
-                assert!(found.mean_mm < 1.0 && found.max_mm < 5.0);
-                assert!(found.rim.quality.mesh.unwrap().cut.is_some());
+        let name = format!("{name}, spanned, rounded {steps} times");
+        let refused = run(&name, of, &rounded(closed, steps), 0.05e-3).err();
+        // one is cut, but where the membrane and not the cloth ends
+        let uneven = name.starts_with("stiff") && steps == 0;
+        match refused {
+            Some(ScanError::HiddenCrease { clear_percent, limit_percent }) if !uneven => {
+                assert!(clear_percent < limit_percent);
             }
-            Err(
-                ScanError::HiddenCrease { .. }
-                | ScanError::NoCrease { .. }
-                | ScanError::UnevenSides { .. },
-            ) => {}
-            Err(other) => panic!("{other}"),
+            Some(ScanError::UnevenSides { .. }) if uneven => {}
+            other => panic!("{name}: {other:?}"),
         }
     }
-    let blob = rounded(finer(&finer(&spanned(open(knit(), 1)))), 40);
-    assert!(run("a blob", knit(), &blob, 0.05e-3).is_err());
 }
 
 #[test]
