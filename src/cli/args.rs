@@ -384,6 +384,22 @@ pub(crate) enum Evaluate {
         #[arg(long, value_name = "STAGE.NAME=VALUE", value_parser = key_value)]
         tune: Vec<(String, String)>,
     },
+    /// Accuracy, widths and coverage of the estimate on rims that the model has not seen,
+    /// beside a baseline that ignores the scan.
+    Estimate {
+        /// A folder of `generate`, of another seed than the model's
+        #[arg(value_name = "DRAPES", required_unless_present = "count")]
+        drapes: Option<PathBuf>,
+        /// Drape so many fabrics of the model's prior afresh, as `generate` does
+        #[arg(long, conflicts_with = "drapes", value_parser = clap::value_parser!(u64).range(1..))]
+        count: Option<u64>,
+        /// Seed of their fabrics and drops
+        #[arg(long, default_value_t = 2, conflicts_with = "drapes")]
+        seed: u64,
+        /// Print the scores as JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Where the time of one scan goes, from file to rim: stage, processor time of all
     /// threads, time on the wall. RAYON_NUM_THREADS=1 keeps it to one thread.
     Stages {
