@@ -16,7 +16,6 @@ use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages};
 use scan2params::fabric::Mixture;
-use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
@@ -67,14 +66,7 @@ struct Sweep<'a> {
 }
 
 fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
-    let setup = |name: &String| {
-        Setup::named(name).ok_or_else(|| {
-            Failure::usage(anyhow!(
-                "no sensor `{name}`: give one of {}, or one of them with @top or @views",
-                Profile::ALL.map(|profile| profile.name).join(", ")
-            ))
-        })
-    };
+    let setup = |name: &String| Setup::named(name).map_err(Failure::usage);
     let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
     println!(
         "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \

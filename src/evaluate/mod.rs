@@ -4,6 +4,7 @@
 
 pub mod physics;
 pub mod scan;
+mod setup;
 pub mod soak;
 pub mod speed;
 pub mod stages;
