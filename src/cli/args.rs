@@ -362,8 +362,14 @@ pub(crate) enum Evaluate {
         /// Drapes as `simulate` writes them, or folders of them
         #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
-        /// Sensor profiles; with @top, the view from above alone; with @views, every pixel
-        /// of the depth images in place of a fused cloud
+        /// Sensor profiles, and behind them what else is said of the scene, each after an @ and
+        /// in any order, as in structured-light@post@below@views8:
+        /// @top (the view from above alone), @below (views from 40, 5 and -25 degrees, 30 if not
+        /// said), @viewsN (N views), @views (every pixel of the depth images in place of a fused
+        /// cloud), @post (a plate 6 mm thick on a thin post, no floor), @pedestal (a column nearly
+        /// as wide as the plate), @thickN (a plate N mm thick), @plateN (a plate of N mm radius,
+        /// for a drape simulated on one), @floorN (a floor N mm below the plate, 0 for none),
+        /// @off (the specimen 51 mm off the scanner's axis)
         #[arg(
             long,
             value_delimiter = ',',

@@ -18,13 +18,13 @@ use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
 use scan2params::evaluate::physics::{branches, drapes, strips};
-use scan2params::evaluate::scan::{self as rims, Case, Setup, Summary};
+use scan2params::evaluate::scan::Setup;
+use scan2params::evaluate::scan::{self as rims, Case, Summary};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages, verdict};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::scan::Tuning;
-use scan2params::sensor::Profile;
 use scan2params::sim::{NUMERICS_VERSION, SimOptions};
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
@@ -168,8 +168,8 @@ fn tuned(tune: &[(String, String)]) -> Result<Tuning, Failure> {
 }
 
 fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
-    let setups = sweep.profiles.iter().map(|name| named_setup(name));
-    let setups: Vec<Setup> = setups.collect::<Result<_, _>>()?;
+    let setup = |name: &String| Setup::named(name).map_err(Failure::usage);
+    let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
     println!(
         "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \
          edge_bias_mm, within_68, within_95, observed, seconds, refusal"
@@ -213,15 +213,6 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
         println!("all, {}, {}", setup.name, totals(&Summary::of(&of(None))));
     }
     Ok(())
-}
-
-fn named_setup(name: &str) -> Result<Setup, Failure> {
-    Setup::named(name).ok_or_else(|| {
-        Failure::usage(anyhow!(
-            "no sensor `{name}`: give one of {}, or one of them with @top or @views",
-            Profile::ALL.map(|profile| profile.name).join(", ")
-        ))
-    })
 }
 
 /// The OBJ files among `given`, and those of the folders among them, by name.
@@ -396,7 +387,7 @@ fn run_soak(prior: &str, first: u64, count: u64, seed: u64) -> Outcome {
 
 fn run_verdict(given: &args::Verdict) -> Outcome {
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
-    let setup = named_setup(&given.profile)?;
+    let setup = Setup::named(&given.profile).map_err(Failure::usage)?;
     let wrong = verdict::Wrong {
         plate_radius_m: given.plate_radius * M_PER_MM,
         scale: given.scale,

@@ -231,6 +231,7 @@ impl<'a> Run<'a> {
         let mut rows = std::mem::take(&mut *rows);
         rows.sort_unstable_by_key(|row| row.index);
         let part = path.with_extension("parquet.part");
+        let _unfinished = Part::begin(&part);
         table::write_file(&part, &rows)
             .map_err(io::Error::other)
             .and_then(|()| std::fs::rename(&part, path))

@@ -5,6 +5,7 @@
 pub mod estimate;
 pub mod physics;
 pub mod scan;
+mod setup;
 pub mod soak;
 pub mod speed;
 pub mod stages;

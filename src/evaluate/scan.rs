@@ -1,22 +1,21 @@
 //! The promise of the scan path, measured: rim error, stated sigma and refusals of
 //! virtual scans of drapes with known truth, for `evaluate scan`.
 //!
-//! In: drapes (mesh and true rim), [`Setup`]s (sensor and poses), seeds. Out: one
+//! In: drapes (mesh and true rim), [`Setup`]s (sensor, poses, stand), seeds. Out: one
 //! [`Case`] each, and a [`Summary`] of many. A refusal is a case too.
 
 use std::time::Instant;
 
 use nalgebra::{Matrix6, Vector6};
 
+pub use super::setup::{Setup, SetupError};
 use crate::base::{Boundary, Point3, Vector3};
 use crate::geom::Mesh;
 use crate::numeric::robust;
 use crate::scan::{
     ScanError, ScanOptions, ScannedBoundary, Tuning, WarpToward, boundary_from_scan,
 };
-use crate::sensor::{
-    CameraPose, Profile, Ring, Scene, SceneError, VirtualScan, default_ring, scan,
-};
+use crate::sensor::VirtualScan;
 
 /// Shares of a normal distribution within [`INTERVAL_SIGMAS`].
 pub const INTERVALS: [f64; 2] = [0.68, 0.95];
@@ -24,52 +23,6 @@ pub const INTERVALS: [f64; 2] = [0.68, 0.95];
 pub const INTERVAL_SIGMAS: [f64; 2] = [0.9945, 1.9600];
 /// A rim point this far off, not refused, is a silent error \[m\].
 pub const SILENT_ERROR_M: f64 = 5e-3;
-
-/// A sensor and where it stands.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// As the command line names it: a profile, behind it `@top` for the view from
-    /// above alone, `@views` for the depth images themselves in place of a fused cloud.
-    pub name: String,
-    /// Its errors.
-    pub profile: Profile,
-    /// Where it stands.
-    pub poses: Vec<CameraPose>,
-    /// Whether every pixel of every view counts, unfused.
-    pub as_views: bool,
-}
-
-impl Setup {
-    /// The setup of this name; `None` for an unknown profile or set of poses.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        let (profile, poses) = match name.split_once('@') {
-            None | Some((_, "views")) => (name, default_ring()),
-            Some((profile, "top")) => {
-                (profile, Ring { elevations_rad: Vec::new(), ..Ring::default() }.poses())
-            }
-            Some(_) => return None,
-        };
-        let (profile, as_views) = match profile.strip_suffix("@views") {
-            Some(profile) => (profile, true),
-            None => (profile, false),
-        };
-        Some(Self { name: name.to_owned(), profile: Profile::named(profile)?, poses, as_views })
-    }
-
-    /// A virtual scan of `drape` \[m\].
-    ///
-    /// # Errors
-    /// When the mesh makes no scene.
-    pub fn scan(&self, drape: &Mesh, seed: u64) -> Result<VirtualScan, SceneError> {
-        let scene = Scene::modified_cusick(drape.clone());
-        let mut made = scan(&scene, &self.poses, &self.profile, seed)?;
-        if self.as_views {
-            made.cloud = made.unfused();
-        }
-        Ok(made)
-    }
-}
 
 /// Finds the rim in a virtual scan, told where the warp points, with these constants.
 ///
@@ -308,16 +261,6 @@ mod tests {
         let errors: Vec<Vector3> = arms.iter().map(|arm| shift + turn.cross(arm)).collect();
         let (t, w) = best_motion(&arms, &errors);
         assert!((t - shift).norm() < 1e-9 && (w - turn).norm() < 1e-8, "{t} {w}");
-    }
-
-    #[test]
-    fn setups_have_names() {
-        assert_eq!(Setup::named("consumer").unwrap().poses.len(), 11);
-        assert_eq!(Setup::named("structured-light@top").unwrap().poses.len(), 1);
-        assert!(Setup::named("consumer@views").unwrap().as_views);
-        assert!(!Setup::named("consumer").unwrap().as_views);
-        assert!(Setup::named("structured-light@left").is_none());
-        assert!(Setup::named("sonar").is_none());
     }
 
     #[test]

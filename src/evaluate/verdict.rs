@@ -14,8 +14,8 @@ use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture, MixtureError};
 use crate::job::verdict::{Figures, Limits, Verdict};
 use crate::refine::resimulate;
-use crate::scan::{ScanError, ScanOptions};
-use crate::sensor::{Scene, SceneError, scan};
+use crate::scan::{ScanError, ScanOptions, Tuning};
+use crate::sensor::{Scene, SceneError, Stand, scan};
 use crate::sim::experiment::bending_length_m;
 use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
@@ -100,7 +100,8 @@ pub fn case(
     bench.experiment.plate.radius_m = wrong.plate_radius_m;
     let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, &bench);
     let plate_radius_m = wrong.plate_radius_m;
-    let scene = Scene { plate_radius_m, ..Scene::modified_cusick(drape.mesh()) };
+    let stand = Stand { plate_radius_m, ..Stand::MODIFIED_CUSICK };
+    let scene = Scene::on(drape.mesh(), stand);
     let mut made = scan(&scene, &setup.poses, &setup.profile, seed ^ index)?;
     let (frame, unit_m) = (made.truth.simulation_from_scanner, made.truth.unit_m);
     for point in &mut made.cloud.points {
@@ -108,7 +109,7 @@ pub fn case(
         p.y *= wrong.vertical_scale;
         *point = frame.inverse() * (p * wrong.scale) / unit_m;
     }
-    let answer = match find(&made) {
+    let answer = match find(&made, &Tuning::default()) {
         Err(refusal) => Err(refusal),
         Ok(found) => {
             let density_kg_m2 = fabric.density_kg_m2 * wrong.density;
