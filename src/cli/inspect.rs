@@ -2,28 +2,35 @@
 
 use anyhow::anyhow;
 
+use super::progress::Working;
 use super::{Failure, Outcome, args};
-use scan2params::io::{ReadNotes, boundary_csv};
+use scan2params::io::{ReadNotes, boundary_csv, output, write_png};
 use scan2params::job::rim;
 use scan2params::report::{inspection, json, table};
 use scan2params::scan::ScannedBoundary;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
+    if let Some(path) = &given.out {
+        output::check_file(path, &given.scan.files()).map_err(Failure::of_output)?;
+    }
     let (scanned, notes) = rim_of(&given.scan)?;
     eprint!("{}", table::notes(&notes));
-    if given.json {
+    if given.out.as_deref().is_some_and(output::is_stdout) {
+        eprint!("{}", table::scan(&scanned));
+    } else if given.json {
         println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
     } else {
         print!("{}", table::scan(&scanned));
     }
     if let Some(path) = &given.out {
-        inspection::draw(&scanned).save(path)?;
+        write_png(path, &inspection::draw(&scanned))?;
         eprintln!("wrote {}", path.display());
     }
     Ok(())
 }
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
+    output::check_file(&given.out, &given.scan.files()).map_err(Failure::of_output)?;
     let (scanned, _) = rim_of(&given.scan)?;
     boundary_csv::write(&given.out, &scanned.boundary)?;
     eprint!("{}", table::scan(&scanned));
@@ -38,5 +45,6 @@ fn rim_of(scan: &args::ScanFlags) -> Result<(ScannedBoundary, ReadNotes), Failur
         let why = "holds a rim already; `estimate` takes it as it is";
         return Err(Failure::usage(anyhow!("{}: {why}", path.display())));
     }
+    let _working = Working::on(format!("looking for the rim in {}", path.display()));
     rim::of_scan(path, &scan.read.read()?, &scan.read.options()).map_err(Failure::of_job)
 }

@@ -8,7 +8,10 @@ use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::Path;
 
+use csv::ByteRecord;
+
 use super::error::shown;
+use super::table::{Layout, Rows};
 use super::{At, Fault, ReadError, WriteError, atomically};
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
 use crate::base::units::M_PER_MM;
@@ -76,16 +79,18 @@ fn starts_like_one(head: &[u8]) -> bool {
 }
 
 fn parse(text: &[u8]) -> Result<Boundary, At> {
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let mut rows = super::tokens::lines(text).filter(|(_, line)| !line.is_empty());
-    let header = rows.next().map(|(_, line)| line).unwrap_or_default();
-    let compact: Vec<u8> = header.iter().copied().filter(|b| !matches!(b, b' ' | b'"')).collect();
-    if compact != HEADER.as_bytes() {
-        let fault = format!("the first line is `{}`; it must be `{HEADER}`", shown(header));
+    let mut rows = Rows::new(text, Layout::PLAIN);
+    let header: Vec<Vec<u8>> = rows
+        .next()
+        .map(|(_, cells)| cells.iter().map(<[u8]>::to_vec).collect())
+        .unwrap_or_default();
+    let header = header.join(&b',');
+    if header != HEADER.as_bytes() {
+        let fault = format!("the first line is `{}`; it must be `{HEADER}`", shown(&header));
         return Err(Fault::Layout(fault).at_line(1));
     }
     let mut points = Vec::with_capacity(POINTS);
-    for (line, row) in rows {
+    while let Some((line, row)) = rows.next() {
         if points.len() == POINTS {
             let fault = format!("more than {POINTS} rows; remove what was added");
             return Err(Fault::Layout(fault).at_line(line));
@@ -99,8 +104,8 @@ fn parse(text: &[u8]) -> Result<Boundary, At> {
     })
 }
 
-fn parse_row(row: &[u8], index: usize, line: usize) -> Result<BoundaryPoint, At> {
-    let cells: Vec<&[u8]> = row.split(|&b| b == b',').map(<[u8]>::trim_ascii).collect();
+fn parse_row(row: &ByteRecord, index: usize, line: usize) -> Result<BoundaryPoint, At> {
+    let cells: Vec<&[u8]> = row.iter().collect();
     let [number, side, x, y, z, sigma, observed] = cells.as_slice() else {
         let fault = format!("{} cells instead of 7; use commas, decimal points", cells.len());
         return Err(Fault::Layout(fault).at_line(line));

@@ -327,7 +327,7 @@ impl Grid {
     }
 
     /// The sheet's mesh at the vertex positions `x` \[m\]. The outermost vertices of a disc are
-    /// drawn in to its rim.
+    /// drawn in to its rim, and vertices without a cell are left out.
     #[must_use]
     pub fn mesh(&self, x: &[Vector3]) -> Mesh {
         let mut vertices: Vec<_> = x.iter().map(|&v| Point3::from(v)).collect();
@@ -341,7 +341,7 @@ impl Grid {
                 }
             }
         }
-        Mesh { vertices, triangles: self.triangles() }
+        Mesh { vertices, triangles: self.triangles() }.without_stray_vertices()
     }
 
     /// The indices of the border's vertices in the order of [`crate::base::boundary`], each corner
@@ -643,11 +643,9 @@ mod tests {
                 }
             }
             let mesh = grid.mesh(&carried);
-            let seen = |v: usize| grid.share(v) > 0.0;
-            let reach = (0..grid.vertices()).filter(|v| seen(*v)).map(|v| {
-                let p = mesh.vertices[v];
-                p.x.hypot(p.z)
-            });
+            let inside = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0).count();
+            assert_eq!(mesh.vertices.len(), inside, "no vertex is parked above the sheet");
+            let reach = mesh.vertices.iter().map(|p| p.x.hypot(p.z));
             assert!((reach.fold(0.0, f64::max) - 0.15).abs() < 1e-12);
             for p in grid.boundary(&carried).positions_m() {
                 assert!((p.x.hypot(p.z) - 0.15).abs() < 1e-12);
