@@ -14,7 +14,7 @@
 //! path. Tried and dropped: the scans themselves as rayon tasks; a task that waits
 //! takes up another scan, and the memory of many scans is held at once.
 //!
-//! Limit: two runs must not fill one folder of results at the same time.
+//! One run at a time fills a folder of results; another is told who does.
 
 mod inputs;
 mod journal;
@@ -33,13 +33,18 @@ pub use table::csv;
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fault, sha256_hex};
-use crate::io::{self, ReadError, ReadOptions, WriteError};
+use crate::io::{self, Lock, LockError, OutputError, ReadError, ReadOptions, WriteError, output};
 use crate::job::verdict::Limits;
 use crate::job::{FailureKind, Job, JobError};
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
 use journal::Journal;
+
+/// The files of the whole batch in the folder of results.
+const RESULTS: [&str; 2] = ["results.csv", "results.jsonl"];
+/// What is appended to as scans end.
+const JOURNAL: &str = "journal.jsonl";
 
 /// What to do, and where.
 #[derive(Clone, Debug)]
@@ -137,6 +142,12 @@ pub enum BatchError {
     /// A result cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// A result cannot be written where it is asked to be.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Another run fills the folder of results.
+    #[error(transparent)]
+    Locked(#[from] LockError),
 }
 
 impl BatchError {
@@ -146,6 +157,7 @@ impl BatchError {
         match self {
             Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
             Self::ReadTable(error) if error.is_content() => FailureKind::Usage,
+            Self::Output(error) if error.is_usage() => FailureKind::Usage,
             _ => FailureKind::Failed,
         }
     }
@@ -161,10 +173,13 @@ pub fn run(
     progress: impl Fn(Progress<'_>) + Sync,
 ) -> Result<Summary, BatchError> {
     let inputs = inputs(options)?;
-    let estimator = Estimator::shipped()?;
     let out = &options.out;
+    output::check_folder(out)?;
     std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
-    let (journal, held) = Journal::open(&out.join("journal.jsonl"))?;
+    let _lock = Lock::take(out.join("batch.lock"))?;
+    check_results(options)?;
+    let estimator = Estimator::shipped()?;
+    let (journal, held) = Journal::open(&out.join(JOURNAL))?;
     let batch = Batch { options, estimator: &estimator };
     let mut rows: Vec<Option<Row>> = parallel(options.threads, inputs.len(), |i| {
         let row = held.rows.get(&inputs[i].file)?;
@@ -205,9 +220,16 @@ pub fn run(
     Ok(Summary { rows, kept, unreadable_lines, torn_bytes, written })
 }
 
-/// Writes `results.csv` and `results.jsonl`.
+/// Whether the results can be written, and the table of densities is none of them.
+fn check_results(options: &BatchOptions) -> Result<(), OutputError> {
+    let inputs: Vec<PathBuf> = options.density_csv.iter().cloned().collect();
+    let mut names = RESULTS.into_iter().chain([JOURNAL]);
+    names.try_for_each(|name| output::check_file(&options.out.join(name), &inputs))
+}
+
+/// Writes [`RESULTS`].
 fn write(out: &Path, rows: &[Row]) -> Result<[PathBuf; 2], WriteError> {
-    let paths = ["results.csv", "results.jsonl"].map(|name| out.join(name));
+    let paths = RESULTS.map(|name| out.join(name));
     io::atomically(&paths[0], |file| file.write_all(csv(rows).as_bytes()))?;
     io::atomically(&paths[1], |file| {
         for row in rows {

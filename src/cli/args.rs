@@ -1,7 +1,6 @@
 //! Flags and verbs. A flag means here what the parameter of the same name means
 //! in the library.
 
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
@@ -12,7 +11,7 @@ use super::experiment::ExperimentFlags;
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{Form, Unit};
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric};
-use scan2params::io::{DepthSource, Intrinsics, ReadOptions, intrinsics};
+use scan2params::io::{DepthSource, Intrinsics, ReadOptions, files_of, intrinsics};
 use scan2params::job::rim::parse_warp_toward;
 use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
 
@@ -46,25 +45,6 @@ pub(crate) enum Command {
     Generate(Generate),
 }
 
-/// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 9] = [
-    "estimate", "inspect", "boundary", "batch", "simulate", "generate", "augment", "evaluate",
-    "help",
-];
-
-/// Puts the verb `estimate` in front of an input file given without a verb.
-pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
-    let mut arguments: Vec<_> = arguments.into_iter().collect();
-    let info = ["-h", "--help", "-V", "--version"];
-    let verb_needed = arguments
-        .get(1)
-        .is_some_and(|first| !VERBS.iter().chain(&info).any(|known| first.as_os_str() == *known));
-    if verb_needed {
-        arguments.insert(1, "estimate".into());
-    }
-    arguments
-}
-
 /// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
@@ -74,6 +54,15 @@ pub(crate) struct ScanFlags {
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) read: ReadFlags,
+}
+
+impl ScanFlags {
+    /// The files that are read: no result may be one of them.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        // A list of views that cannot be read is an error when it is read.
+        let scan = files_of(&self.input).unwrap_or_else(|_| vec![self.input.clone()]);
+        scan.into_iter().chain(self.read.intrinsics.clone()).collect()
+    }
 }
 
 /// How scans are read.
@@ -169,6 +158,13 @@ fn key_value(text: &str) -> Result<(String, String), String> {
     Ok((pair.0.to_owned(), pair.1.to_owned()))
 }
 
+/// A number of threads that a machine can have; 0 stands for one per core.
+fn threads(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1024;
+    let threads: Option<usize> = text.parse().ok();
+    threads.filter(|&threads| threads <= MOST).ok_or_else(|| format!("give 0 to {MOST}"))
+}
+
 fn unit(text: &str) -> Result<LengthUnit, String> {
     match text {
         "m" => Ok(LengthUnit::Metre),
@@ -240,7 +236,7 @@ pub(crate) struct Batch {
     #[arg(long)]
     pub(crate) resimulate: bool,
     /// Scans at once; 0: one per core
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,
     /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate
     #[arg(long)]
@@ -557,8 +553,9 @@ pub(crate) struct Simulate {
     /// Vertices on a side of the specimen
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u64).range(21..=241))]
     pub(crate) vertices: u64,
-    /// Threads (one drape uses one)
-    #[arg(long, default_value_t = 1)]
+    /// Threads, as other commands take them; one drape is computed on one, and more do
+    /// not make it faster
+    #[arg(long, default_value = "1", value_parser = threads)]
     pub(crate) threads: usize,
     /// The sheet as OBJ, mm, simulation frame
     #[arg(long, short, value_name = "DRAPE.obj")]
@@ -577,7 +574,7 @@ pub(crate) struct Generate {
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Drapes of the whole run
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: u64,
     /// Seed of the whole run
     #[arg(long, default_value_t = 1)]
@@ -589,10 +586,10 @@ pub(crate) struct Generate {
     #[arg(long, value_name = "i/N", default_value = "0/1")]
     pub(crate) shard: scan2params::dataset::Shard,
     /// Drops of each fabric
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) drops_per_fabric: u64,
     /// Drapes at once; 0: one per core
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,
 }
 
@@ -608,34 +605,5 @@ impl FabricFlags {
             self.bending_bias?,
             self.density?,
         ]))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_input_without_a_verb_is_estimated() {
-        let given = |words: &[&str]| {
-            let words = words.iter().map(OsString::from);
-            with_default_verb(words)
-                .into_iter()
-                .map(|w| w.into_string().unwrap())
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(given(&["s", "a.ply", "--density", "180"])[1], "estimate");
-        assert_eq!(given(&["s", "simulate"])[1], "simulate");
-        assert_eq!(given(&["s", "--help"]), ["s", "--help"]);
-        assert_eq!(given(&["s"]), ["s"]);
-    }
-
-    #[test]
-    fn every_verb_is_known_to_the_default_verb() {
-        use clap::CommandFactory as _;
-        for verb in Arguments::command().get_subcommands() {
-            assert!(VERBS.contains(&verb.get_name()), "{}", verb.get_name());
-        }
-        Arguments::command().debug_assert();
     }
 }

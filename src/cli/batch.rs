@@ -1,6 +1,5 @@
 //! `batch`: every scan of a folder.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -38,8 +37,7 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
     } else {
         batch::csv(&summary.rows)
     };
-    // A reader like `head` may have gone; the files are written.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    print!("{text}");
     conclude(&summary)
 }
 

@@ -9,7 +9,7 @@ use anyhow::{Context as _, anyhow};
 use clap::ValueEnum as _;
 use rayon::prelude::*;
 
-use super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args, print};
 use scan2params::base::clock::Stage;
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::drape_file::{read_drape, rim_of};
@@ -24,10 +24,13 @@ use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages, verdict};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::io::{output, write_png};
 use scan2params::scan::Tuning;
 use scan2params::sim::{NUMERICS_VERSION, SimOptions};
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
+    // Without a reader the tables are for nobody, and some take hours.
+    print::stdout_is_all();
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures, tune } => {
             let seeds = *first_seed..first_seed.saturating_add(*seeds);
@@ -170,6 +173,9 @@ fn tuned(tune: &[(String, String)]) -> Result<Tuning, Failure> {
 fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
     let setup = |name: &String| Setup::named(name).map_err(Failure::usage);
     let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
+    if let Some(folder) = sweep.pictures {
+        output::check_folder(folder).map_err(Failure::of_output)?;
+    }
     println!(
         "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \
          edge_bias_mm, within_68, within_95, observed, seconds, refusal"
@@ -188,7 +194,7 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
                 {
                     let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
                     std::fs::create_dir_all(folder)?;
-                    rims::picture(&found, &truth).save(file)?;
+                    write_png(file, &rims::picture(&found, &truth))?;
                 }
                 let case = rims::case(&made, &mesh, &truth, &sweep.tuning);
                 println!("{name}, {}, {seed}, {}", setup.name, row(&case));
@@ -448,12 +454,12 @@ fn run_physics(given: &args::Physics) -> Outcome {
     let (out, data) = (given.out.as_deref(), given.data.as_deref());
     let parts = if given.parts.is_empty() { Part::value_variants() } else { &given.parts };
     if let Some(out) = out {
+        output::check_folder(out).map_err(Failure::of_output)?;
         std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     }
     let save = |name: &str, image: image::RgbImage| -> Outcome {
         if let Some(out) = out {
-            let path = out.join(name);
-            image.save(&path).with_context(|| path.display().to_string())?;
+            write_png(out.join(name), &image)?;
         }
         Ok(())
     };

@@ -3,6 +3,10 @@
 //! stdout is for data, stderr for people. Exit codes: 0 ok, 1 failure, 2 usage,
 //! 3 some of a batch failed, 4 scan refused or not the experiment, 130 interrupted.
 
+// First: its macros stand in for the standard library's in the modules below.
+#[macro_use]
+mod print;
+
 mod args;
 mod augment;
 mod batch;
@@ -11,29 +15,28 @@ mod evaluate;
 mod experiment;
 mod generate;
 mod inspect;
+mod interrupt;
+mod progress;
 mod simulate;
+mod verb;
 
 use std::ffi::OsString;
-use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser as _;
 
+use scan2params::io::OutputError;
 use scan2params::job::{FailureKind, JobError, Verdict};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let arguments = args::with_default_verb(arguments);
-    let parsed = match args::Arguments::try_parse_from(arguments) {
+    interrupt::watch();
+    let arguments = verb::with_default_verb(arguments);
+    let parsed = match arguments.and_then(args::Arguments::try_parse_from) {
         Ok(parsed) => parsed,
-        Err(error) => {
-            // help and version go to stdout with code 0, faults to stderr with 2
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
-        }
+        Err(error) => return print::of_clap(&error),
     };
-    on_interrupt();
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),
         args::Command::Inspect(given) => inspect::inspect(&given),
@@ -44,30 +47,15 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Simulate(given) => simulate::run(&given),
         args::Command::Generate(given) => generate::run(&given),
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+    let code = match outcome {
+        Ok(()) => 0,
+        Err(failure) if failure.is_end_of_pipe() => 0,
         Err(failure) => {
             eprintln!("scan2params: {}", message(&failure.error));
-            ExitCode::from(failure.code)
+            failure.code
         }
-    }
-}
-
-/// Exit code of a program that was interrupted from the keyboard: 128 and the signal's number.
-const INTERRUPTED: i32 = 130;
-
-/// Ends the program on an interrupt (control-C): removes what is written half, and exits with
-/// code 130. Where the system has no such signal, or refuses, it ends as it always did.
-fn on_interrupt() {
-    let set = ctrlc::set_handler(|| {
-        let _writers_wait = scan2params::io::abandon();
-        // The terminal may be gone.
-        let _ = writeln!(std::io::stderr(), "scan2params: interrupted");
-        std::process::exit(INTERRUPTED);
-    });
-    if let Err(error) = set {
-        eprintln!("scan2params: an interrupt may leave .part files behind ({error})");
-    }
+    };
+    ExitCode::from(print::finish(code))
 }
 
 /// An error with its causes, each once: most errors of the library name theirs.
@@ -117,6 +105,17 @@ impl Failure {
     /// The exit code that a job's error stands for.
     pub(crate) fn of_job(error: JobError) -> Self {
         Self::of_kind(error.kind(), error)
+    }
+
+    /// A result that cannot be written where it is asked to be.
+    pub(crate) fn of_output(error: OutputError) -> Self {
+        Self { code: if error.is_usage() { 2 } else { 1 }, error: error.into() }
+    }
+
+    /// Whether a result went to a pipe whose reader had enough, as `| head` does.
+    fn is_end_of_pipe(&self) -> bool {
+        let mut causes = self.error.chain().filter_map(|cause| cause.downcast_ref());
+        causes.any(print::reader_has_gone)
     }
 }
 

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::fabric::MixtureError;
+use crate::io::{LockError, OutputError};
 
 /// Why a folder could not be filled.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +42,12 @@ pub enum GenerateError {
     /// The prior cannot be sampled.
     #[error(transparent)]
     Prior(#[from] MixtureError),
+    /// The folder cannot be written where it is asked to be.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Another run makes this shard.
+    #[error(transparent)]
+    Locked(#[from] LockError),
 }
 
 impl GenerateError {

@@ -6,10 +6,11 @@
 //!
 //! Sample k is the same bytes in whatever shard, order or thread it is made, so a
 //! folder can be filled by many machines, and an interrupted run goes on where it
-//! was: a chunk is written beside its place and renamed when complete.
+//! was: the rows of a chunk lie in `drapes-NNNNNN.partial` until it is complete. A kill
+//! loses the samples under way (one a thread), a power cut the chunks under way.
 //!
-//! Where it fails: a kill loses the chunks under way (at most one and the rows in
-//! flight, per process); two processes must not run the *same* shard at once.
+//! Where it fails: one process at a time makes a shard; another is refused and told who
+//! does (`shard-I-of-N.lock`). Of shardings that overlap both make the same bytes, twice.
 //!
 //! Columns, one row per drape:
 //!

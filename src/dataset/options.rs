@@ -21,7 +21,7 @@ pub struct GenerateOptions {
     pub out: PathBuf,
     /// Drapes at once; 0 for one per core.
     pub threads: usize,
-    /// Samples per file: what a kill can lose, against the number of files.
+    /// Samples per file.
     pub chunk_rows: u64,
     /// The simulator's options, for the manifest: a folder takes one set only.
     pub simulator: serde_json::Value,

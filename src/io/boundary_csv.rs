@@ -12,7 +12,10 @@ use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::Path;
 
+use csv::ByteRecord;
+
 use super::error::shown;
+use super::table::{Layout, Rows};
 use super::{At, Fault, ReadError, WriteError, atomically};
 use crate::base::boundary::{Orientation, POINTS, POINTS_PER_SIDE};
 use crate::base::units::M_PER_MM;
@@ -126,13 +129,15 @@ fn starts_like_one(head: &[u8]) -> bool {
 }
 
 fn parse(text: &[u8]) -> Result<OrientedRim, At> {
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let mut rows = super::tokens::lines(text).filter(|(_, line)| !line.is_empty());
-    let header = rows.next().map(|(_, line)| line).unwrap_or_default();
-    let says_warp = says_warp(header)?;
+    let mut rows = Rows::new(text, Layout::PLAIN);
+    let header: Vec<Vec<u8>> = rows
+        .next()
+        .map(|(_, cells)| cells.iter().map(<[u8]>::to_vec).collect())
+        .unwrap_or_default();
+    let says_warp = says_warp(&header.join(&b','))?;
     let mut points = Vec::with_capacity(POINTS);
     let mut orientation = None;
-    for (line, row) in rows {
+    while let Some((line, row)) = rows.next() {
         if points.len() == POINTS {
             let fault = format!("more than {POINTS} rows; remove what was added");
             return Err(Fault::Layout(fault).at_line(line));
@@ -156,8 +161,7 @@ fn parse(text: &[u8]) -> Result<OrientedRim, At> {
 
 /// Whether the table with this first line has the column [`WARP_COLUMN`].
 fn says_warp(header: &[u8]) -> Result<bool, At> {
-    let compact: Vec<u8> = header.iter().copied().filter(|b| !matches!(b, b' ' | b'"')).collect();
-    let more = compact.strip_prefix(HEADER.as_bytes());
+    let more = header.strip_prefix(HEADER.as_bytes());
     match more.map(|more| more.strip_prefix(b",").unwrap_or(more)) {
         Some(b"") => Ok(false),
         Some(column) if column == WARP_COLUMN.as_bytes() => Ok(true),
@@ -172,12 +176,12 @@ fn says_warp(header: &[u8]) -> Result<bool, At> {
 }
 
 fn parse_row(
-    row: &[u8],
+    row: &ByteRecord,
     index: usize,
     line: usize,
     says_warp: bool,
 ) -> Result<(BoundaryPoint, Option<Orientation>), At> {
-    let cells: Vec<&[u8]> = row.split(|&b| b == b',').map(<[u8]>::trim_ascii).collect();
+    let cells: Vec<&[u8]> = row.iter().collect();
     let columns = 7 + usize::from(says_warp);
     let ([number, side, x, y, z, sigma, observed], warp) = (match cells.as_slice() {
         [known @ .., warp] if says_warp => (known, Some(*warp)),

@@ -12,25 +12,29 @@
 //! input makes a reader panic, and what a reader allocates is bounded by the
 //! size of the file, not by what its header announces.
 //!
-//! Writes go to `<name>.part`, which is renamed when it is complete, and removed when the
-//! program is interrupted ([`abandon`]).
+//! Writes go to `<name>.part`, which is renamed when it is complete ([`atomically`]);
+//! [`output`] finds out beforehand whether they can be.
 
 mod assemble;
 pub mod boundary_csv;
 pub mod density_csv;
 mod depth;
+mod distortion;
 mod error;
 mod glb;
 mod glb_data;
 pub mod intrinsics;
+mod lock;
 mod lzf;
 mod obj;
-mod parts;
+pub mod output;
+pub(crate) mod part;
 mod pcd;
 mod ply;
 mod ply_header;
 mod sensors;
 mod stl;
+pub(crate) mod table;
 mod tokens;
 mod views;
 mod write;
@@ -43,11 +47,12 @@ use serde::Serialize;
 pub use assemble::{LARGEST_COORDINATE, ReadNotes};
 pub use error::{Fault, Place, ReadError, WriteError};
 pub use intrinsics::Intrinsics;
-pub(crate) use parts::Part;
-pub use parts::{Abandoned, abandon};
+pub use lock::{Lock, LockError};
+pub use output::OutputError;
+pub use part::{abandon_unfinished, atomically};
 pub use sensors::DepthSource;
 pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
-pub use write::{atomically, write_depth_png, write_obj, write_ply, write_png};
+pub use write::{write_depth_png, write_obj, write_ply, write_png};
 
 use crate::geom::Cloud;
 use assemble::finish;

@@ -1,42 +1,14 @@
 //! Writers. A file appears whole or not at all.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::Path;
 
 use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder as _};
+use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
 
-use super::WriteError;
-use super::parts::Part;
+use super::{WriteError, atomically};
 use crate::base::units::M_PER_MM;
 use crate::geom::{Cloud, Mesh};
-
-/// Writes a file through `<name>.part`, which takes its name when complete.
-///
-/// # Errors
-/// When the system refuses; the `.part` file is removed then.
-pub fn atomically(
-    path: impl AsRef<Path>,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), WriteError> {
-    let path = path.as_ref();
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let _unfinished = Part::begin(part.as_ref());
-    let written = File::create(&part).and_then(|file| {
-        let mut out = BufWriter::new(file);
-        write(&mut out)?;
-        out.flush()?;
-        drop(out);
-        std::fs::rename(&part, path)
-    });
-    written.map_err(|source| {
-        // Whether there is a part to remove depends on where it failed.
-        let _ = std::fs::remove_file(&part);
-        WriteError { path: path.to_owned(), source }
-    })
-}
 
 /// Writes a cloud as binary little-endian PLY with float coordinates multiplied
 /// by `scale`, its colours and its triangles.
@@ -101,7 +73,7 @@ pub fn write_depth_png(
         };
         PngEncoder::new(out)
             .write_image(&samples, columns, rows, ExtendedColorType::L16)
-            .map_err(io::Error::other)
+            .map_err(of_image)
     })
 }
 
@@ -109,13 +81,21 @@ pub fn write_depth_png(
 ///
 /// # Errors
 /// When the system refuses.
-pub fn write_png(path: impl AsRef<Path>, picture: &image::RgbImage) -> Result<(), WriteError> {
+pub fn write_png(path: impl AsRef<Path>, picture: &RgbImage) -> Result<(), WriteError> {
+    let (width, height) = picture.dimensions();
     atomically(path, |out| {
-        let (width, height) = picture.dimensions();
         PngEncoder::new(out)
-            .write_image(picture, width, height, ExtendedColorType::Rgb8)
-            .map_err(io::Error::other)
+            .write_image(picture.as_raw(), width, height, ExtendedColorType::Rgb8)
+            .map_err(of_image)
     })
+}
+
+/// What the system said of a picture that cannot be written.
+fn of_image(error: image::ImageError) -> io::Error {
+    match error {
+        image::ImageError::IoError(error) => error,
+        other => io::Error::other(other),
+    }
 }
 
 /// Writes a mesh as OBJ in millimetres, to a nanometre, vertices in order.

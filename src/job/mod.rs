@@ -131,8 +131,16 @@ impl Job {
     /// When the density is none, the file cannot be read, the scan is refused, or
     /// the model does not load.
     pub fn run(self) -> Result<Outcome, JobError> {
+        self.run_telling(|_| ())
+    }
+
+    /// [`Self::run`]; `tell` hears what is being done, in words, as it begins.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_telling(self, tell: impl Fn(&'static str)) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
-        self.run_with(&Estimator::shipped()?)
+        self.with_model(&Estimator::shipped()?, tell)
     }
 
     /// Runs the job with a model that is loaded already.
@@ -140,13 +148,24 @@ impl Job {
     /// # Errors
     /// As [`Self::run`].
     pub fn run_with(self, estimator: &Estimator) -> Result<Outcome, JobError> {
+        self.with_model(estimator, |_| ())
+    }
+
+    fn with_model(
+        self,
+        estimator: &Estimator,
+        tell: impl Fn(&'static str),
+    ) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
+        tell("looking for the rim");
         let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
         let known = rim.orientation() == Orientation::Given;
+        tell("estimating the stiffnesses");
         let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
-        let resimulation = self
-            .resimulate
-            .then(|| resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default()));
+        let resimulation = self.resimulate.then(|| {
+            tell("draping the estimate again");
+            resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default())
+        });
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
         let verdict = verdict::of_job(&rim, &self.scan, &estimate, resimulation.as_ref());
         Ok(Outcome { job: self, rim, estimate, resimulation, verdict, model })

@@ -344,11 +344,9 @@ mod tests {
                 }
             }
             let mesh = grid.mesh(&carried);
-            let seen = |v: usize| grid.share(v) > 0.0;
-            let reach = (0..grid.vertices()).filter(|v| seen(*v)).map(|v| {
-                let p = mesh.vertices[v];
-                p.x.hypot(p.z)
-            });
+            let inside = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0).count();
+            assert_eq!(mesh.vertices.len(), inside, "no vertex is parked above the sheet");
+            let reach = mesh.vertices.iter().map(|p| p.x.hypot(p.z));
             assert!((reach.fold(0.0, f64::max) - 0.15).abs() < 1e-12);
             for p in grid.boundary(&carried).positions_m() {
                 assert!((p.x.hypot(p.z) - 0.15).abs() < 1e-12);

@@ -92,7 +92,7 @@ impl Grid {
                 }
             }
         }
-        Mesh { vertices, triangles: self.triangles() }
+        Mesh { vertices, triangles: self.triangles() }.without_stray_vertices()
     }
 
     /// The indices of the border's vertices in the order of [`crate::base::boundary`], each corner
