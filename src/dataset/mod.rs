@@ -43,6 +43,6 @@ mod table;
 pub use error::GenerateError;
 pub use generate::{Progress, Summary, generate};
 pub use manifest::{MANIFEST_FILE, Manifest};
-pub use options::{GenerateOptions, Shard};
+pub use options::{GenerateOptions, Shard, ShardError};
 pub use row::{Row, SimulatedRow};
 pub use table::{TableError, read_file, read_folder};
