@@ -18,6 +18,7 @@ use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages, verdict};
 use scan2params::fabric::Mixture;
+use scan2params::report::files;
 use scan2params::scan::Tuning;
 use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
@@ -99,7 +100,7 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
                 {
                     let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
                     std::fs::create_dir_all(folder)?;
-                    rims::picture(&found, &truth).save(file)?;
+                    files::picture(&file, &rims::picture(&found, &truth))?;
                 }
                 let case = rims::case(&made, &mesh, &truth, &sweep.tuning);
                 println!("{name}, {}, {seed}, {}", setup.name, row(&case));
@@ -373,7 +374,7 @@ fn run_physics(given: &args::Physics) -> Outcome {
     let save = |name: &str, image: image::RgbImage| -> Outcome {
         if let Some(out) = out {
             let path = out.join(name);
-            image.save(&path).with_context(|| path.display().to_string())?;
+            files::picture(&path, &image)?;
         }
         Ok(())
     };

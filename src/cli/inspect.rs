@@ -5,7 +5,7 @@ use anyhow::anyhow;
 use super::{Failure, Outcome, args};
 use scan2params::io::{ReadNotes, boundary_csv};
 use scan2params::job::{rim, verdict};
-use scan2params::report::{inspection, json, table, verdict as words};
+use scan2params::report::{files, inspection, json, table, verdict as words};
 use scan2params::scan::ScannedBoundary;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
@@ -21,7 +21,7 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
         print!("{}{}", words::lines(&said), table::scan(&scanned));
     }
     if let Some(path) = &given.out {
-        scan2params::io::write_png(path, &inspection::draw(&scanned))?;
+        files::picture(path, &inspection::draw(&scanned))?;
         eprintln!("wrote {}", path.display());
     }
     Failure::of_verdict(&given.scan.input, &said, false)
