@@ -38,7 +38,8 @@ fn against(result: &Value) -> Vec<String> {
 fn stretched(factor: f64, path: &Path) {
     let (cloud, _) = read_scan(fixture("scans/stiff_structured-light.ply")).unwrap();
     let unit = Some(LengthUnit::Millimetre);
-    let found = boundary_from_scan(&cloud, &ScanOptions { unit, ..ScanOptions::default() }).unwrap();
+    let found =
+        boundary_from_scan(&cloud, &ScanOptions { unit, ..ScanOptions::default() }).unwrap();
     let frame: Isometry3 = found.sim_from_scan;
     let points = cloud.points.iter().map(|p| frame * (p * 1e-3));
     let points: Vec<Point3> = points.map(|p| Point3::new(p.x, p.y * factor, p.z)).collect();
@@ -47,9 +48,11 @@ fn stretched(factor: f64, path: &Path) {
 
 #[test]
 fn the_committed_scans_are_reliable_before_and_after_they_are_draped_again() {
-    for (scan, density) in
-        [("mean_structured-light", "214"), ("mean_truedepth", "214"), ("stiff_structured-light", "260")]
-    {
+    for (scan, density) in [
+        ("mean_structured-light", "214"),
+        ("mean_truedepth", "214"),
+        ("stiff_structured-light", "260"),
+    ] {
         let input = fixture(&format!("scans/{scan}.ply"));
         let run = scan2params(&[
             input.to_str().unwrap(),
@@ -127,14 +130,14 @@ fn a_wrong_vertical_scale_is_not_to_be_used_and_strict_makes_it_a_refusal() {
     // row is kept from a run without it.
     let results = folder.path().join("results");
     let batch = |more: &[&str]| {
-        let flags = ["batch", scans.to_str().unwrap(), "--density=260", "--warp-toward=+x", "--out"];
+        let flags =
+            ["batch", scans.to_str().unwrap(), "--density=260", "--warp-toward=+x", "--out"];
         let run = scan2params(&[&flags[..], &[results.to_str().unwrap()], more].concat());
         let mut reader = csv::Reader::from_reader(run.stdout.as_slice());
         let titles = reader.headers().unwrap().clone();
         let row = reader.records().next().unwrap().unwrap();
-        let cell = |name: &str| {
-            row[titles.iter().position(|title| title == name).unwrap()].to_owned()
-        };
+        let cell =
+            |name: &str| row[titles.iter().position(|title| title == name).unwrap()].to_owned();
         let cells = ["status", "exit_code", "verdict"].map(cell).join(" ");
         (run.status.code(), cells, cell("grounds"), said(&run))
     };
@@ -145,7 +148,10 @@ fn a_wrong_vertical_scale_is_not_to_be_used_and_strict_makes_it_a_refusal() {
     let (code, cells, _, words) = batch(&["--strict"]);
     assert_eq!((code, cells.as_str()), (Some(3), "ok 4 do_not_use"), "{words}");
     assert!(words.contains("1 kept from an earlier run"), "{words}");
-    assert!(words.contains("0 of 1 scans have no estimate, 1 one that is not to be used"), "{words}");
+    assert!(
+        words.contains("0 of 1 scans have no estimate, 1 one that is not to be used"),
+        "{words}"
+    );
 }
 
 #[test]
@@ -153,7 +159,8 @@ fn another_plate_is_not_the_experiment_with_and_without_strict() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let fabric =
-        scan2params::fabric::params::fabric(&fixture("drapes/stiff.params.json"), [None; 7]).unwrap();
+        scan2params::fabric::params::fabric(&fixture("drapes/stiff.params.json"), [None; 7])
+            .unwrap();
     let mut options = SimOptions { vertices: 49, fall_vertices: 25, ..SimOptions::default() };
     options.experiment.plate.radius_m = 0.058;
     let sheet = drape(&fabric, &Drop::canonical(), &options);
@@ -163,7 +170,9 @@ fn another_plate_is_not_the_experiment_with_and_without_strict() {
     let out = path("out");
     let run = scan2params(&[&path("wide.ply"), "--density=260", "--out", &out]);
     assert_eq!(run.status.code(), Some(4), "{}", said(&run));
-    assert!(said(&run).contains("what was scanned is not the experiment: the cloth leaves the plate"));
+    assert!(
+        said(&run).contains("what was scanned is not the experiment: the cloth leaves the plate")
+    );
     let table = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(table.starts_with("verdict          do not use (not the experiment)\n"), "{table}");
     let text = std::fs::read_to_string(Path::new(&out).join("wide.params.json")).unwrap();
@@ -194,7 +203,10 @@ fn a_warp_that_tells_no_side_is_refused_or_doubted() {
     let run = with("0.390,-0.265,-0.882");
     assert_eq!(run.status.code(), Some(4), "{}", said(&run));
     assert!(run.stdout.is_empty());
-    assert!(said(&run).contains("0 degrees off the vertical") && said(&run).contains("(0.39, -0.27, -0.88)"));
+    assert!(
+        said(&run).contains("0 degrees off the vertical")
+            && said(&run).contains("(0.39, -0.27, -0.88)")
+    );
     // The scan's y axis is 7 degrees from a diagonal of the specimen, its x axis 14.
     let result = json(&with("+y"));
     assert_eq!(against(&result), ["warp_near_diagonal"]);
@@ -225,6 +237,7 @@ fn an_interrupt_ends_with_code_130_and_leaves_no_file() {
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(130));
     let parts = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path());
-    let parts: Vec<PathBuf> = parts.filter(|p| p.extension().is_some_and(|e| e == "part")).collect();
+    let parts: Vec<PathBuf> =
+        parts.filter(|p| p.extension().is_some_and(|e| e == "part")).collect();
     assert!(parts.is_empty(), "{parts:?}");
 }
