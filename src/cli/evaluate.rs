@@ -24,7 +24,8 @@ use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages, verdict};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
-use scan2params::io::{output, write_png};
+use scan2params::io::output;
+use scan2params::report::files;
 use scan2params::scan::Tuning;
 use scan2params::sim::{NUMERICS_VERSION, SimOptions};
 
@@ -194,7 +195,7 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
                 {
                     let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
                     std::fs::create_dir_all(folder)?;
-                    write_png(file, &rims::picture(&found, &truth))?;
+                    files::picture(&file, &rims::picture(&found, &truth))?;
                 }
                 let case = rims::case(&made, &mesh, &truth, &sweep.tuning);
                 println!("{name}, {}, {seed}, {}", setup.name, row(&case));
@@ -459,7 +460,8 @@ fn run_physics(given: &args::Physics) -> Outcome {
     }
     let save = |name: &str, image: image::RgbImage| -> Outcome {
         if let Some(out) = out {
-            write_png(out.join(name), &image)?;
+            let path = out.join(name);
+            files::picture(&path, &image)?;
         }
         Ok(())
     };

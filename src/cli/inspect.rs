@@ -6,7 +6,7 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::io::{ReadNotes, boundary_csv, output, write_png};
 use scan2params::job::{rim, verdict};
-use scan2params::report::{inspection, json, table, verdict as words};
+use scan2params::report::{files, inspection, json, table, verdict as words};
 use scan2params::scan::ScannedBoundary;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
@@ -28,7 +28,7 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
         print!("{found}");
     }
     if let Some(path) = &given.out {
-        write_png(path, &inspection::draw(&scanned))?;
+        files::picture(path, &inspection::draw(&scanned))?;
         eprintln!("wrote {}", path.display());
     }
     Failure::of_verdict(&given.scan.input, &said, false)

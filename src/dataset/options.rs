@@ -63,11 +63,8 @@ impl Default for Shard {
 
 /// A text that names no part of a run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{text}` is not a shard: give i/N with i from 0 to N-1")]
-pub struct ShardError {
-    /// The text.
-    pub text: String,
-}
+#[error("`{0}` is not a shard: give i/N with i from 0 to N-1")]
+pub struct ShardError(String);
 
 impl std::str::FromStr for Shard {
     type Err = ShardError;
@@ -78,6 +75,6 @@ impl std::str::FromStr for Shard {
         text.split_once('/')
             .and_then(|(index, of)| Some(Self { index: parse(index)?, of: parse(of)? }))
             .filter(|shard| shard.index < shard.of)
-            .ok_or_else(|| ShardError { text: text.to_owned() })
+            .ok_or_else(|| ShardError(text.to_owned()))
     }
 }

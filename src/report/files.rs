@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use image::RgbImage;
+
 use super::{json, overlay};
 use crate::io::{self, OutputError, WriteError, output};
 use crate::job::{JobError, Outcome};
@@ -55,6 +57,14 @@ pub fn write_as(outcome: &Outcome, folder: &Path, stem: &str) -> Result<Vec<Path
         writeln!(out)
     })?;
     io::boundary_csv::write_oriented(&csv, outcome.rim.boundary(), outcome.rim.orientation())?;
-    io::write_png(&png, &overlay::draw(outcome))?;
+    picture(&png, &overlay::draw(outcome))?;
     Ok(vec![params, csv, png])
+}
+
+/// Writes a picture as PNG, whatever the file's name ends in.
+///
+/// # Errors
+/// When the system refuses.
+pub fn picture(path: &Path, image: &RgbImage) -> Result<(), WriteError> {
+    io::write_png(path, image.dimensions().into(), image)
 }
