@@ -4,7 +4,7 @@ use anyhow::anyhow;
 
 use super::progress::Working;
 use super::{Failure, Outcome, args};
-use scan2params::io::{ReadNotes, boundary_csv, output, write_png};
+use scan2params::io::{ReadNotes, boundary_csv, output};
 use scan2params::job::{rim, verdict};
 use scan2params::report::{files, inspection, json, table, verdict as words};
 use scan2params::scan::ScannedBoundary;
