@@ -221,7 +221,7 @@ impl PlateContact {
 
     /// Takes the grips of another contact, whose samples are the same points of the cloth.
     #[cfg(test)]
-    pub(in crate::sim) fn take_grips(&mut self, other: &Self) {
+    pub fn take_grips(&mut self, other: &Self) {
         assert_eq!(self.grips.len(), other.grips.len());
         self.grips.clone_from(&other.grips);
     }
@@ -442,11 +442,11 @@ mod tests {
 
     #[test]
     fn gradient_is_the_difference_quotient_of_the_energy() {
-        // the floor is set by the energy's rounding; observed 1e-9 and 1e-9
+        // Observed 1.1e-8 and 6e-10, the energy's rounding; a wrong sign in the wall's slope scores
+        // 0.1 (logarithm) and 0.3 (ratio) in the wall and nothing in the gap.
         for (name, scene) in [("gap", scene()), ("wall", scene_in_the_wall())] {
             let error = gradient_error(&scene);
-            println!("gradient, {name}: {error:.1e}");
-            assert!(error < 2e-5, "{name}: {error:e}");
+            assert!(error < 2e-7, "{name}: {error:e}");
         }
     }
 
@@ -481,11 +481,11 @@ mod tests {
 
     #[test]
     fn hessian_is_the_difference_quotient_of_the_gradient() {
-        // samples that cross a case boundary within the step limit the floor
+        // Observed 4e-9 and 8e-10; a wrong sign in the wall scores 0.15 and 0.8 in its slope, 0.03 in
+        // its curvature.
         for (name, scene) in [("gap", scene()), ("wall", scene_in_the_wall())] {
             let error = hessian_error(&scene);
-            println!("hessian, {name}: {error:.1e}");
-            assert!(error < 1e-4, "{name}: {error:e}");
+            assert!(error < 1e-7, "{name}: {error:e}");
         }
     }
 
@@ -523,8 +523,8 @@ mod tests {
     #[test]
     fn slope_and_curvature_of_the_pressure_are_difference_quotients_everywhere() {
         // Observed: the slope within 1.3e-9 of itself; the curvature within 4.3e-5, where the
-        // difference straddles a jump of the third derivative. A wrong sign planted in one term
-        // scores at least 1.3 in the slope and 1.2 in the curvature.
+        // difference straddles a jump of the third derivative. A wrong sign planted in one term of
+        // value, slope or curvature scores at least 1.2 in one of the two.
         for gap in [1e-3, 0.3e-3] {
             for d in depths_m(gap) {
                 let step = 1e-6 * gap;

@@ -18,8 +18,13 @@ use crate::sim::rest::settle;
 /// Vertices on a side: not 25, where the number of samples in a cell, 600 per metre of its side,
 /// lies on the edge between 7 and 8.
 const VERTICES: usize = 23;
-/// Reach of self-contact in cells, as at a drape's rest.
-const GAP_CELLS: f64 = 0.2;
+/// Reach of self-contact \[m\]: a fifth of a cell, as at a drape's rest. It stays where the cut
+/// changes the cells, as it does for the sensitivities.
+const GAP_M: f64 = 0.2 * 0.3 / 22.0;
+
+/// Largest error of a move, over the largest move. Observed: 1.6e-3 for the skew, 7e-4 for the
+/// rotation, 1.4e-4 and less for all others.
+const LIMIT: f64 = 4e-3;
 
 /// A fabric and an experiment that a test changes for itself.
 #[derive(Clone, Copy)]
@@ -86,7 +91,7 @@ impl Case {
 
     fn model(&self) -> Model {
         let grid = Grid::unshared(&self.experiment.specimen, VERTICES);
-        Model::new(&grid, &self.fabric, &self.experiment, GAP_CELLS)
+        Model::new(&grid, &self.fabric, &self.experiment, GAP_M / grid.spacing_m)
     }
 }
 
@@ -128,8 +133,9 @@ fn largest(moves: &[Vector3]) -> f64 {
     moves.iter().map(Vector3::norm).fold(0.0, f64::max)
 }
 
-/// Error of the linear moves against those of sheets brought to rest again, over the largest
-/// move. Observed: ...
+/// The error of the linear moves against those of sheets brought to rest again, over the largest
+/// move. Planted faults: a wrong sign of any parameter scores 2, one tilt taken for the other 1.4, a
+/// wrong sign in the rotation of the anchors 1.0, the samples' areas scaled the wrong way 0.012.
 #[test]
 fn every_sensitivity_is_the_move_of_a_sheet_made_anew() {
     let case = Case::new();
@@ -167,7 +173,7 @@ fn every_sensitivity_is_the_move_of_a_sheet_made_anew() {
             .fold(0.0, f64::max)
             / size;
         println!("{:>20} {size:10.3e} error {error:.1e}", parameter.name());
-        if error > 0.01 {
+        if error > LIMIT {
             faults.push(format!("{}: {error:.1e}", parameter.name()));
         }
     }
