@@ -26,6 +26,31 @@ fn said(run: &Output) -> String {
     String::from_utf8_lossy(&run.stderr).into_owned()
 }
 
+/// A device of this folder's own, and a link to standard output: a program that replaces
+/// them, run by root, must not be let near those of the system.
+struct Devices {
+    /// Takes everything, and a full disk; `None` where no device can be made.
+    null_and_full: Option<[PathBuf; 2]>,
+    stdout: PathBuf,
+}
+
+fn devices(folder: &Path) -> Devices {
+    let stdout = folder.join("stdout");
+    std::os::unix::fs::symlink("/proc/self/fd/1", &stdout).unwrap();
+    let paths = [("null", "3"), ("full", "7")].map(|(name, minor)| {
+        let path = folder.join(name);
+        let made = Command::new("mknod").arg(&path).args(["c", "1", minor]).output();
+        let opens = File::options().write(true).open(&path).is_ok();
+        (made.is_ok_and(|made| made.status.success()) && opens).then_some(path)
+    });
+    let [null, full] = paths;
+    let null_and_full = null.zip(full).map(|(null, full)| [null, full]);
+    if null_and_full.is_none() {
+        eprintln!("skipped: devices, which only root can make");
+    }
+    Devices { null_and_full, stdout }
+}
+
 /// What each verb prints, and files it writes besides in `folder`.
 fn commands(folder: &Path) -> Vec<(Vec<String>, Vec<PathBuf>)> {
     let scans = folder.join("scans");
@@ -65,9 +90,11 @@ fn a_full_disk_is_a_failure_with_a_message() {
         assert!(files.iter().all(|file| file.is_file()), "{arguments:?}: not written");
     }
     // A result on a full disk.
-    let run = program(&["boundary", SCAN, "-o", "/dev/full"]).output().unwrap();
-    assert_eq!(run.status.code(), Some(1));
-    assert!(said(&run).contains("/dev/full: cannot be written (No space left"), "{}", said(&run));
+    if let Some([_, full]) = devices(folder.path()).null_and_full {
+        let run = program(&["boundary", SCAN, "-o", full.to_str().unwrap()]).output().unwrap();
+        assert_eq!(run.status.code(), Some(1));
+        assert!(said(&run).contains("full: cannot be written (No space left"), "{}", said(&run));
+    }
 }
 
 #[test]
@@ -85,7 +112,8 @@ fn a_reader_that_goes_ends_the_command_quietly() {
         assert!(files.iter().all(|file| file.is_file()), "{arguments:?}: not written");
     }
     // A result into a pipe that nobody reads.
-    let mut child = program(&["boundary", SCAN, "-o", "/dev/stdout"])
+    let stdout = devices(folder.path()).stdout;
+    let mut child = program(&["boundary", SCAN, "-o", stdout.to_str().unwrap()])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -122,18 +150,23 @@ fn what_cannot_be_said_on_stderr_is_lost_and_nothing_else() {
 fn devices_and_pipes_take_results_and_stay_what_they_are() {
     use std::os::unix::fs::FileTypeExt as _;
     let folder = tempfile::tempdir().unwrap();
-    let run = program(&["boundary", SCAN, "-o", "/dev/null"]).output().unwrap();
-    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
-    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    let devices = devices(folder.path());
+    if let Some([null, _]) = devices.null_and_full {
+        let run = program(&["boundary", SCAN, "-o", null.to_str().unwrap()]).output().unwrap();
+        assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+        assert!(fs::metadata(null).unwrap().file_type().is_char_device());
+    }
 
-    let run = program(&["boundary", SCAN, "-o", "/dev/stdout"]).output().unwrap();
+    let stdout = devices.stdout.to_str().unwrap();
+    let run = program(&["boundary", SCAN, "-o", stdout]).output().unwrap();
+    assert!(fs::symlink_metadata(stdout).unwrap().is_symlink());
     let rim = String::from_utf8(run.stdout).unwrap();
     assert!(rim.starts_with("index,side,x_mm"), "{rim}");
     assert_eq!(rim.lines().count(), 245);
 
     // A redirected file holds the drape alone: the report makes room for it.
     let path = folder.path().join("drape.obj");
-    let arguments = [words(DRAPE), vec!["/dev/stdout"]].concat();
+    let arguments = [words(DRAPE), vec![stdout]].concat();
     let run = program(&arguments).stdout(File::create(&path).unwrap()).output().unwrap();
     let obj = fs::read_to_string(&path).unwrap();
     assert!(said(&run).contains("folds"), "{}", said(&run));

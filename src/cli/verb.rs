@@ -32,7 +32,7 @@ pub(crate) fn with_default_verb(
     }
     if let Some(verb) = meant_verb(first) {
         let word = first.to_string_lossy();
-        let fault = format!("no file and no command `{word}`; did you mean `{verb}`?\n");
+        let fault = format!("no file and no command `{word}`; did you mean `{verb}`?");
         return Err(Arguments::command().error(ErrorKind::InvalidSubcommand, fault));
     }
     arguments.insert(1, "estimate".into());
