@@ -8,5 +8,5 @@ pub mod seed;
 pub mod units;
 pub mod vectors;
 
-pub use boundary::{Boundary, BoundaryPoint};
+pub use boundary::{Boundary, BoundaryError, BoundaryPoint};
 pub use vectors::{Isometry3, Point3, Vector3};

@@ -13,6 +13,7 @@ mod batch;
 mod estimate;
 mod evaluate;
 mod experiment;
+mod failure;
 mod generate;
 mod inspect;
 mod interrupt;
@@ -21,13 +22,11 @@ mod simulate;
 mod verb;
 
 use std::ffi::OsString;
-use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use scan2params::io::OutputError;
-use scan2params::job::{FailureKind, JobError, Verdict};
+use failure::{Failure, Outcome};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -70,59 +69,3 @@ fn message(error: &anyhow::Error) -> String {
         }
     })
 }
-
-/// What went wrong, with the exit code that says which kind it is.
-pub(crate) struct Failure {
-    code: u8,
-    error: anyhow::Error,
-}
-
-impl Failure {
-    /// A mistake in what the user asked for: exit code 2.
-    pub(crate) fn usage(error: impl Into<anyhow::Error>) -> Self {
-        Self { code: 2, error: error.into() }
-    }
-
-    /// A batch of which some failed: exit code 3.
-    pub(crate) fn partial(error: impl Into<anyhow::Error>) -> Self {
-        Self { code: 3, error: error.into() }
-    }
-
-    /// A failure of this kind.
-    pub(crate) fn of_kind(kind: FailureKind, error: impl Into<anyhow::Error>) -> Self {
-        Self { code: kind.exit_code(), error: error.into() }
-    }
-
-    /// A result that was written and is not to be used: exit code 4. Nothing otherwise.
-    pub(crate) fn of_verdict(input: &Path, verdict: &Verdict, strict: bool) -> Outcome {
-        if !verdict.is_refusal(strict) {
-            return Ok(());
-        }
-        let (input, why) = (input.display(), verdict.refusal());
-        Err(Self::of_kind(FailureKind::Refused, anyhow::anyhow!("{input}: {why}")))
-    }
-
-    /// The exit code that a job's error stands for.
-    pub(crate) fn of_job(error: JobError) -> Self {
-        Self::of_kind(error.kind(), error)
-    }
-
-    /// A result that cannot be written where it is asked to be.
-    pub(crate) fn of_output(error: OutputError) -> Self {
-        Self { code: if error.is_usage() { 2 } else { 1 }, error: error.into() }
-    }
-
-    /// Whether a result went to a pipe whose reader had enough, as `| head` does.
-    fn is_end_of_pipe(&self) -> bool {
-        let mut causes = self.error.chain().filter_map(|cause| cause.downcast_ref());
-        causes.any(print::reader_has_gone)
-    }
-}
-
-impl<E: Into<anyhow::Error>> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Self { code: 1, error: error.into() }
-    }
-}
-
-pub(crate) type Outcome = Result<(), Failure>;

@@ -241,5 +241,5 @@ fn boundary_from_bytes(bytes: &[u8]) -> Result<Boundary> {
         .map(|&mm| f64::from(f32::from_le_bytes(mm)) * M_PER_MM)
         .collect();
     Boundary::exact(metres.as_chunks::<3>().0.iter().map(|&[x, y, z]| Point3::new(x, y, z)))
-        .ok_or_else(|| ParquetError::General(format!("a boundary of {} bytes", bytes.len())))
+        .map_err(|error| ParquetError::General(error.to_string()))
 }

@@ -151,8 +151,8 @@ fn parse(text: &[u8]) -> Result<OrientedRim, At> {
         orientation = warp;
         points.push(point);
     }
-    let found = points.len();
-    let boundary = Boundary::new(points).ok_or_else(|| {
+    let boundary = Boundary::new(points).map_err(|error| {
+        let found = error.found;
         let fault = format!("{found} rows, but a boundary has {POINTS}; restore the missing rows");
         Fault::Layout(fault).anywhere()
     })?;

@@ -249,12 +249,17 @@ fn oriented(rim: OrientedRim, options: &ScanOptions) -> Result<Rim, RimError> {
     Ok(Rim::Given { boundary, orientation, warp })
 }
 
+/// A direction that cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give +x, -x, +y, ..., x,y,z or a bearing in degrees")]
+pub struct WarpTowardError;
+
 /// Where the warp points, as a user writes it: `+x`, `-y`, `z`, three numbers
 /// `x,y,z`, or a bearing in degrees.
 ///
 /// # Errors
-/// What may be written.
-pub fn parse_warp_toward(text: &str) -> Result<WarpToward, String> {
+/// When it is none of these.
+pub fn parse_warp_toward(text: &str) -> Result<WarpToward, WarpTowardError> {
     let axis = |sign: f64, name: &str| match name {
         "x" => Some([sign, 0.0, 0.0]),
         "y" => Some([0.0, sign, 0.0]),
@@ -276,7 +281,7 @@ pub fn parse_warp_toward(text: &str) -> Result<WarpToward, String> {
     match numbers.as_deref() {
         Some([degrees]) => Ok(WarpToward::BearingDeg(*degrees)),
         Some(&[x, y, z]) if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
-        _ => Err("give +x, -x, +y, ..., x,y,z or a bearing in degrees".into()),
+        _ => Err(WarpTowardError),
     }
 }
 

@@ -69,7 +69,7 @@ impl ScannedBoundary {
             corners,
         };
         let boundary =
-            Boundary::new(rim.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
+            Boundary::new(rim.points).unwrap_or_else(|_| unreachable!("four sides of 61 points"));
         let sim_from_scan = sim_from_local * bench.local_from_scan;
         let known = warp_off_rad.is_some();
         let orientation = if known { Orientation::Given } else { Orientation::Ambiguous };

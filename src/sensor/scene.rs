@@ -3,7 +3,7 @@
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::{Point3, Vector3};
 use crate::geom::parry::cast_on_floor;
-use crate::geom::{Hit, Mesh, MeshIndex};
+use crate::geom::{Hit, Mesh, MeshError, MeshIndex};
 
 /// A drape on its stand, in the simulation frame.
 #[derive(Clone, Debug)]
@@ -61,8 +61,8 @@ impl Stand {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// No triangles, or triangles of vertices that are not there.
-    #[error("the drape is no mesh ({0} vertices, {1} triangles)")]
-    NoMesh(usize, usize),
+    #[error("the drape cannot be scanned: {0}")]
+    NoMesh(#[from] MeshError),
     /// A vertex that is NaN or infinite.
     #[error("vertex {0} of the drape is not finite")]
     NotFinite(usize),
@@ -183,8 +183,7 @@ const CLOTH_WINS_M: f64 = 1e-3;
 impl<'a> Stage<'a> {
     pub(super) fn new(scene: &'a Scene) -> Result<Self, SceneError> {
         scene.check()?;
-        let (vertices, triangles) = (scene.drape.vertices.len(), scene.drape.triangles.len());
-        let cloth = MeshIndex::new(&scene.drape).ok_or(SceneError::NoMesh(vertices, triangles))?;
+        let cloth = MeshIndex::new(&scene.drape)?;
         Ok(Self { scene, cloth })
     }
 

@@ -293,7 +293,7 @@ fn a_scene_that_is_none_is_refused() {
     let profile = small(IDEAL);
     let refused = |scene: &Scene| scan(scene, &[], &profile, 1).unwrap_err();
     let empty = Scene::modified_cusick(Mesh::default());
-    assert_eq!(refused(&empty), SceneError::NoMesh(0, 0));
+    assert_eq!(refused(&empty), SceneError::NoMesh(crate::geom::MeshError::NoTriangles));
     let stand = Stand { floor_y_m: -0.05, ..Stand::MODIFIED_CUSICK };
     let low = Scene { stand, ..scene() };
     assert!(refused(&low).to_string().contains("floor_y_m is -0.05 m"));
