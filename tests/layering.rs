@@ -44,18 +44,6 @@ const EXCEPTIONS: &[(&str, &str, &str)] = &[];
 const CIRCLES: &[&[&str]] = &[
     &["src/batch/inputs.rs", "src/batch/mod.rs"],
     &[
-        "src/cli/args.rs",
-        "src/cli/augment.rs",
-        "src/cli/batch.rs",
-        "src/cli/estimate.rs",
-        "src/cli/evaluate.rs",
-        "src/cli/generate.rs",
-        "src/cli/inspect.rs",
-        "src/cli/mod.rs",
-        "src/cli/simulate.rs",
-    ],
-    &["src/dataset/generate.rs", "src/dataset/manifest.rs"],
-    &[
         "src/io/assemble.rs",
         "src/io/depth.rs",
         "src/io/error.rs",
@@ -73,13 +61,6 @@ const CIRCLES: &[&[&str]] = &[
         "src/io/xyz.rs",
     ],
     &["src/job/mod.rs", "src/job/rim.rs"],
-    &["src/scan/cloth.rs", "src/scan/mark.rs", "src/scan/options.rs", "src/scan/unroll.rs"],
-    &["src/scan/error.rs", "src/scan/unit.rs"],
-    &["src/scan/fit.rs", "src/scan/mod.rs", "src/scan/scene.rs", "src/scan/underside.rs"],
-    &["src/scan/rim.rs", "src/scan/trust.rs"],
-    &["src/sim/drape.rs", "src/sim/drop.rs", "src/sim/rest.rs"],
-    &["src/sim/energy/plate.rs", "src/sim/experiment.rs", "src/sim/grid.rs"],
-    &["src/sim/self_contact.rs", "src/sim/self_contact/collect.rs"],
 ];
 
 /// Fewer files than this means that the search went wrong.

@@ -12,6 +12,7 @@ pub use super::setup::{Setup, SetupError};
 use crate::base::{Boundary, Point3, Vector3};
 use crate::geom::Mesh;
 use crate::numeric::robust;
+use crate::picture::draw::{dot, line};
 use crate::scan::{
     ScanError, ScanOptions, ScannedBoundary, Tuning, WarpToward, boundary_from_scan,
 };
@@ -212,8 +213,6 @@ impl Summary {
 /// above and from two sides; simulation frame.
 #[must_use]
 pub fn picture(found: &ScannedBoundary, truth: &Boundary) -> image::RgbImage {
-    use imageproc::drawing::{draw_antialiased_line_segment_mut, draw_filled_circle_mut};
-    use imageproc::pixelops::interpolate;
     const PANE: u32 = 900;
     const PIXELS_PER_M: f64 = 3600.0;
     let mut image = image::RgbImage::from_pixel(3 * PANE, PANE, image::Rgb([255; 3]));
@@ -222,21 +221,19 @@ pub fn picture(found: &ScannedBoundary, truth: &Boundary) -> image::RgbImage {
     for (pane, view) in views.into_iter().enumerate() {
         let place = |p: &Point3| {
             let [x, y] = view(p).map(|c| c * PIXELS_PER_M + f64::from(PANE) / 2.0);
-            ((x + f64::from(pane as u32 * PANE)) as i32, y as i32)
+            [(x + f64::from(pane as u32 * PANE)) as f32, y as f32]
         };
         for p in &found.evidence.cloth {
             let shade = 150 + (80.0 * (p.y / -0.17).clamp(0.0, 1.0)) as u8;
-            draw_filled_circle_mut(&mut image, place(p), 0, image::Rgb([shade; 3]));
+            dot(&mut image, place(p), 0.6, image::Rgb([shade; 3]));
         }
         for (p, q) in found.boundary.points().iter().zip(truth.positions_m()) {
             if (p.position_m - q).norm() > 1e-3 {
-                let green = image::Rgb([0, 160, 0]);
-                let (a, b) = (place(&p.position_m), place(&q));
-                draw_antialiased_line_segment_mut(&mut image, a, b, green, interpolate);
+                line(&mut image, place(&p.position_m), place(&q), image::Rgb([0, 160, 0]));
             }
-            draw_filled_circle_mut(&mut image, place(&q), 2, image::Rgb([20, 60, 220]));
+            dot(&mut image, place(&q), 2.2, image::Rgb([20, 60, 220]));
             let color = if p.observed { [220, 0, 0] } else { [255, 150, 0] };
-            draw_filled_circle_mut(&mut image, place(&p.position_m), 2, image::Rgb(color));
+            dot(&mut image, place(&p.position_m), 2.2, image::Rgb(color));
         }
     }
     image

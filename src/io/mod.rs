@@ -52,7 +52,9 @@ pub use output::OutputError;
 pub use part::{abandon_unfinished, atomically};
 pub use sensors::DepthSource;
 pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
-pub use write::{write_depth_png, write_obj, write_ply, write_png};
+#[cfg(feature = "picture")]
+pub use write::write_png;
+pub use write::{write_depth_png, write_obj, write_ply};
 
 use crate::geom::Cloud;
 use assemble::finish;

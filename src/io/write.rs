@@ -3,8 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+use png::{BitDepth, ColorType, Encoder, EncodingError};
 
 use super::{WriteError, atomically};
 use crate::base::units::M_PER_MM;
@@ -62,7 +61,7 @@ pub fn write_depth_png(
         let value = (depth * scale).round();
         if (1.0..f64::from(u16::MAX)).contains(&value) { value as u16 } else { 0 }
     };
-    let samples: Vec<u8> = depth_m.iter().flat_map(|d| unit(d).to_ne_bytes()).collect();
+    let samples: Vec<u8> = depth_m.iter().flat_map(|d| unit(d).to_be_bytes()).collect();
     atomically(path, |out| {
         let wrong = || io::Error::new(io::ErrorKind::InvalidInput, "depths do not fill the rows");
         let size = depth_m.len().checked_div(width).filter(|rows| rows * width == depth_m.len());
@@ -71,9 +70,7 @@ pub fn write_depth_png(
         let (Ok(columns), Some(rows)) = (columns, rows) else {
             return Err(wrong());
         };
-        PngEncoder::new(out)
-            .write_image(&samples, columns, rows, ExtendedColorType::L16)
-            .map_err(of_image)
+        encode_png(out, [columns, rows], (ColorType::Grayscale, BitDepth::Sixteen), &samples)
     })
 }
 
@@ -81,19 +78,30 @@ pub fn write_depth_png(
 ///
 /// # Errors
 /// When the system refuses.
-pub fn write_png(path: impl AsRef<Path>, picture: &RgbImage) -> Result<(), WriteError> {
-    let (width, height) = picture.dimensions();
-    atomically(path, |out| {
-        PngEncoder::new(out)
-            .write_image(picture.as_raw(), width, height, ExtendedColorType::Rgb8)
-            .map_err(of_image)
-    })
+#[cfg(feature = "picture")]
+pub fn write_png(path: impl AsRef<Path>, picture: &image::RgbImage) -> Result<(), WriteError> {
+    let size = picture.dimensions().into();
+    atomically(path, |out| encode_png(out, size, (ColorType::Rgb, BitDepth::Eight), picture))
+}
+
+fn encode_png(
+    out: &mut dyn io::Write,
+    [width, height]: [u32; 2],
+    (color, depth): (ColorType, BitDepth),
+    samples: &[u8],
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    let mut writer = encoder.write_header().map_err(of_png)?;
+    writer.write_image_data(samples).map_err(of_png)?;
+    writer.finish().map_err(of_png)
 }
 
 /// What the system said of a picture that cannot be written.
-fn of_image(error: image::ImageError) -> io::Error {
+fn of_png(error: EncodingError) -> io::Error {
     match error {
-        image::ImageError::IoError(error) => error,
+        EncodingError::IoError(error) => error,
         other => io::Error::other(other),
     }
 }

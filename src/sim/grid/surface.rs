@@ -129,8 +129,8 @@ impl Grid {
         };
         debug_assert_eq!(POINTS, SIDES * POINTS_PER_SIDE);
         match Boundary::exact((0..POINTS).map(at)) {
-            Some(boundary) => boundary,
-            None => unreachable!("the walk has exactly {POINTS} points"),
+            Ok(boundary) => boundary,
+            Err(_) => unreachable!("the walk has exactly {POINTS} points"),
         }
     }
 
@@ -141,8 +141,8 @@ impl Grid {
             Point3::from(self.between(&x, [angle.cos() * radius_m, angle.sin() * radius_m]))
         };
         match Boundary::exact((0..POINTS).map(at)) {
-            Some(boundary) => boundary,
-            None => unreachable!("{POINTS} points were made"),
+            Ok(boundary) => boundary,
+            Err(_) => unreachable!("{POINTS} points were made"),
         }
     }
 
