@@ -39,7 +39,7 @@ use crate::estimate::Estimator;
 use crate::fabric::sha256_hex;
 use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
 use crate::job::verdict::Limits;
-use crate::job::{FailureKind, Job, JobError};
+use crate::job::{Job, JobError};
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
