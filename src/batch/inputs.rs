@@ -4,18 +4,14 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{BatchError, BatchOptions};
+use super::error::BatchError;
+use super::options::{BatchOptions, SCANS};
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::check_density;
 use crate::io::density_csv::{self, DensityRow};
 use crate::io::{VIEWS_FILE, is_views_folder};
 use crate::job::rim::parse_warp_toward;
 use crate::scan::WarpToward;
-
-/// Files that are scans by their name alone, besides folders of views. Tables
-/// (`.csv`, `.txt`), images and lists of views are taken only if the density table
-/// names them: folders are full of others.
-pub(super) const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
 
 /// One scan of a batch.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,8 +16,10 @@
 //!
 //! One run at a time fills a folder of results; another is told who does.
 
+mod error;
 mod inputs;
 mod journal;
+mod options;
 mod row;
 mod table;
 
@@ -26,16 +28,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+pub use error::BatchError;
 pub use inputs::{Input, inputs};
+pub use options::BatchOptions;
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
 
 use crate::base::units::KG_M2_PER_G_M2;
-use crate::estimate::{EstimateError, Estimator};
-use crate::fabric::{Fault, sha256_hex};
-use crate::io::{self, Lock, LockError, OutputError, ReadError, ReadOptions, WriteError, output};
+use crate::estimate::Estimator;
+use crate::fabric::sha256_hex;
+use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
 use crate::job::verdict::Limits;
-use crate::job::{FailureKind, Job, JobError};
+use crate::job::{Job, JobError};
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
@@ -45,29 +49,6 @@ use journal::Journal;
 const RESULTS: [&str; 2] = ["results.csv", "results.jsonl"];
 /// What is appended to as scans end.
 const JOURNAL: &str = "journal.jsonl";
-
-/// What to do, and where.
-#[derive(Clone, Debug)]
-pub struct BatchOptions {
-    /// The folder; folders in it are looked into.
-    pub folder: PathBuf,
-    /// Folder of results; made if it is not there.
-    pub out: PathBuf,
-    /// Table of densities, see [`crate::io::density_csv`].
-    pub density_csv: Option<PathBuf>,
-    /// Areal density of the scans that the table does not name \[kg/m^2\].
-    pub density_kg_m2: Option<f64>,
-    /// What depth images do not say themselves.
-    pub read: ReadOptions,
-    /// How the scans are taken; the table's warp directions go before this one.
-    pub scan: ScanOptions,
-    /// Whether each estimate is draped again.
-    pub resimulate: bool,
-    /// Whether a result that is not to be used counts as a failure.
-    pub strict: bool,
-    /// Scans at once; 0 for one per core.
-    pub threads: usize,
-}
 
 /// How far a run is; given after every scan.
 #[derive(Clone, Copy, Debug)]
@@ -97,70 +78,6 @@ pub struct Summary {
     pub torn_bytes: usize,
     /// The files of the whole batch.
     pub written: [PathBuf; 2],
-}
-
-/// Why a batch cannot be run.
-#[derive(Debug, thiserror::Error)]
-pub enum BatchError {
-    /// The density for all is not one of a textile.
-    #[error(transparent)]
-    Density(#[from] Fault),
-    /// The table of densities cannot be read.
-    #[error(transparent)]
-    ReadTable(#[from] ReadError),
-    /// A row of that table cannot be meant.
-    #[error("{}:{line}: {fault}", path.display())]
-    Table {
-        /// The table.
-        path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// What is wrong and what to do.
-        fault: String,
-    },
-    /// The folder cannot be listed.
-    #[error("{}: cannot be listed ({source}); give a folder of scans", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// Nothing to do.
-    #[error(
-        "{}: no scans in it, neither files that end in one of .{} nor folders of views; tables and \
-         images count if --density-csv names them",
-        folder.display(), inputs::SCANS.join(", .")
-    )]
-    NoScans {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// The model cannot be used.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// A result cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// A result cannot be written where it is asked to be.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// Another run fills the folder of results.
-    #[error(transparent)]
-    Locked(#[from] LockError),
-}
-
-impl BatchError {
-    /// What kind of failure it is.
-    #[must_use]
-    pub fn kind(&self) -> FailureKind {
-        match self {
-            Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
-            Self::ReadTable(error) if error.is_content() => FailureKind::Usage,
-            Self::Output(error) if error.is_usage() => FailureKind::Usage,
-            _ => FailureKind::Failed,
-        }
-    }
 }
 
 /// Estimates every scan of a folder.

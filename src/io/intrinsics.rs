@@ -17,9 +17,10 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 
+use super::bytes::regular_file;
 use super::error::shown;
 use super::tokens::{number, words};
-use super::{At, Fault, ReadError, distortion, regular_file};
+use super::{At, Fault, ReadError, distortion};
 
 /// More bytes than this, and the file is no camera's.
 const MOST_BYTES: usize = 1 << 20;

@@ -37,11 +37,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::assemble::ReadNotes;
+use super::bytes::regular_file;
 use super::error::shown;
+use super::file::read_file;
 use super::tokens::{number, words};
-use super::{
-    At, Fault, Format, Intrinsics, ReadError, ReadOptions, intrinsics, read_file, regular_file,
-};
+use super::{At, Fault, Format, Intrinsics, ReadError, ReadOptions, intrinsics};
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Vector3};
 use crate::geom::Cloud;
@@ -122,11 +122,6 @@ impl Views {
 
 pub(super) fn is_folder(path: &Path) -> bool {
     path.join(VIEWS_FILE).is_file() || path.join(FOLDER_INTRINSICS).is_file()
-}
-
-pub(super) fn not_a_file() -> At {
-    let fault = "a set of views names files and is read from its path, not from bytes";
-    Fault::Layout(fault.to_owned()).anywhere()
 }
 
 /// The set of views that `path` stands for; `None` if it is none.

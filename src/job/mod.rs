@@ -3,22 +3,22 @@
 //! read -> rim -> estimate -> re-simulate. In: a path and what the user knows. Out:
 //! an [`Outcome`], which `report` shows.
 
+mod error;
 pub mod rim;
 pub mod verdict;
 
 use std::path::PathBuf;
 
+pub use error::{FailureKind, JobError, RimError};
 pub use rim::Rim;
 pub use verdict::Verdict;
 
-use crate::estimate::{Estimate, EstimateError, Estimator};
-use crate::fabric::{Fault, check_density};
-use crate::io::{self, ReadError, ReadOptions, WriteError};
+use crate::estimate::{Estimate, Estimator};
+use crate::fabric::check_density;
+use crate::io::ReadOptions;
 use crate::refine::{Resimulation, resimulate};
-use crate::scan::{Orientation, ScanError, ScanOptions};
+use crate::scan::{Orientation, ScanOptions};
 use crate::sim::SimOptions;
-use rim::RimError;
-use serde::{Deserialize, Serialize};
 
 /// What to do with one scan.
 #[derive(Clone, Debug)]
@@ -50,78 +50,6 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Name of the model and the SHA-256 of its file.
     pub model: [String; 2],
-}
-
-/// Why a job gave nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum JobError {
-    /// The density is not one of a textile.
-    #[error(transparent)]
-    Density(#[from] Fault),
-    /// The file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The scan cannot be trusted.
-    #[error("{}: scan refused: {source}", path.display())]
-    Refused {
-        /// The scan.
-        path: PathBuf,
-        /// What was measured, the limit, the remedy.
-        source: ScanError,
-    },
-    /// A rim read from a boundary CSV cannot be one.
-    #[error("{}: rim refused: {source}", path.display())]
-    RimRefused {
-        /// The boundary CSV.
-        path: PathBuf,
-        /// What was measured, the limit, the remedy.
-        source: RimError,
-    },
-    /// The model cannot be used.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// A result cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-}
-
-/// The kinds of failure that a program can act on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FailureKind {
-    /// A file cannot be read or written.
-    Failed,
-    /// What was asked cannot be meant.
-    Usage,
-    /// The scan cannot be trusted.
-    Refused,
-}
-
-impl FailureKind {
-    /// The exit code that stands for it.
-    #[must_use]
-    pub fn exit_code(self) -> u8 {
-        match self {
-            Self::Failed => 1,
-            Self::Usage => 2,
-            Self::Refused => 4,
-        }
-    }
-}
-
-impl JobError {
-    /// What kind of failure it is.
-    #[must_use]
-    pub fn kind(&self) -> FailureKind {
-        match self {
-            Self::Density(_) => FailureKind::Usage,
-            Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
-                FailureKind::Usage
-            }
-            Self::Refused { .. } | Self::RimRefused { .. } => FailureKind::Refused,
-            _ => FailureKind::Failed,
-        }
-    }
 }
 
 impl Job {

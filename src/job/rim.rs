@@ -12,7 +12,7 @@
 
 use std::path::Path;
 
-use super::JobError;
+use super::error::{JobError, RimError};
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
@@ -122,63 +122,6 @@ impl Rim {
         let points = self.boundary().points();
         points.iter().filter(|p| p.observed).count() as f64 / points.len() as f64
     }
-}
-
-/// Why a rim from a file cannot be one. Lines are those of a boundary CSV.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RimError {
-    /// Two neighbours too far apart.
-    #[error(
-        "the points of lines {line} and {next_line} lie {measured_mm:.1} mm apart (limit {limit_mm:.0} mm); \
-         correct the one that is off"
-    )]
-    Jump {
-        /// Line of the first point.
-        line: usize,
-        /// Line of the second.
-        next_line: usize,
-        /// Their distance \[mm\].
-        measured_mm: f64,
-        /// Largest accepted \[mm\].
-        limit_mm: f64,
-    },
-    /// The two points of a corner differ.
-    #[error(
-        "lines {line} and {next_line} are the same corner of the specimen but lie {measured_mm:.1} mm apart \
-         (limit {limit_mm:.0} mm); give both the same position"
-    )]
-    Corner {
-        /// Line of the end of a side.
-        line: usize,
-        /// Line of the start of the next side.
-        next_line: usize,
-        /// Their distance \[mm\].
-        measured_mm: f64,
-        /// Largest accepted \[mm\].
-        limit_mm: f64,
-    },
-    /// The direction given for the warp stands nearly upright. The frame is the file's.
-    #[error(transparent)]
-    WarpSteep(#[from] WarpSteep),
-    /// A side of impossible length.
-    #[error(
-        "side {side} (lines {first_line} to {last_line}) measures {measured_mm:.1} mm, accepted are \
-         {min_mm:.0} to {max_mm:.0} mm; check the points' positions and that they are in mm"
-    )]
-    SideLength {
-        /// Side, 0 to 3.
-        side: usize,
-        /// Line of its first point.
-        first_line: usize,
-        /// Line of its last point.
-        last_line: usize,
-        /// Its length \[mm\].
-        measured_mm: f64,
-        /// Least accepted \[mm\].
-        min_mm: f64,
-        /// Largest accepted \[mm\].
-        max_mm: f64,
-    },
 }
 
 /// The rim of a scan, or of a boundary CSV.
