@@ -282,13 +282,19 @@ fn range_end(p: &Parameter, limits: &Limits) -> Option<Ground> {
     let Parameter { key, unit, value, interval90: [low, high], trained, pinned } = *p;
     let ends = ["lower", "upper"];
     if let Some(end) = pinned {
+        // The interval has shrunk to the bound: it lies beyond as a whole.
+        let gone = low >= trained[1] || high <= trained[0];
+        let (level, beyond) = if gone {
+            (Level::DoNotUse, "the fabric lies beyond it, and so does the whole interval")
+        } else {
+            (Level::Doubtful, "the fabric may lie beyond it, and the interval cannot say so")
+        };
         let text = format!(
-            "{key} is {value:.0} {unit}, at the {} end of what the model was trained on ({:.0} to {:.0}): the fabric \
-             may lie beyond it, and the interval cannot say so",
+            "{key} is {value:.0} {unit}, at the {} end of what the model was trained on ({:.0} to {:.0}): {beyond}",
             ends[end], trained[0], trained[1]
         );
         let measured = (value, trained[end], unit);
-        return Some(Ground::new(Code::OutOfRange, Level::Doubtful, measured, text).about(key));
+        return Some(Ground::new(Code::OutOfRange, level, measured, text).about(key));
     }
     // Both are cut at the very number.
     let end = [low <= trained[0], high >= trained[1]].iter().position(|cut| *cut)?;

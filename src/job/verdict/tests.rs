@@ -263,6 +263,11 @@ fn an_estimate_outside_of_the_training_is_doubtful() {
     assert_eq!(verdict(&light).grounds[0].code, Code::DensityOutsideTraining);
 }
 
+/// An end of what the model was trained on.
+fn p_end(parameter: usize, end: usize) -> f64 {
+    [TABLE_2[parameter].min, TABLE_2[parameter].max][end]
+}
+
 #[test]
 fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said() {
     for i in 0..STIFFNESSES {
@@ -275,6 +280,9 @@ fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said(
             let ground = &said.grounds[0];
             assert_eq!((ground.code, ground.parameter), (Code::OutOfRange, Some(TABLE_2[i].key)));
             assert!(ground.text.contains(["lower", "upper"][end]), "{}", ground.text);
+            answer(&mut pinned).parameters[i].interval90 = [TABLE_2[i].min, TABLE_2[i].max];
+            answer(&mut pinned).parameters[i].interval90[1 - end] = p_end(i, end);
+            assert_eq!(verdict(&pinned).level, Level::DoNotUse);
             // The value may lie anywhere in an interval that is cut.
             let limit = Limits::default().interval_cut;
             for (share, level) in [(0.9 * limit, Level::Reliable), (1.1 * limit, Level::Doubtful)] {
