@@ -20,7 +20,7 @@ use crate::base::{Boundary, Isometry3, Point3};
 use crate::io::boundary_csv::{self, OrientedRim};
 use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpSteep, WarpToward,
+    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward,
     boundary_in_stages, quarters_to_warp,
 };
 
