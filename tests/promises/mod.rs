@@ -30,8 +30,11 @@ pub struct Promise {
     pub margin: Option<String>,
     /// What a planted fault scores, or why none was planted.
     pub planted: String,
-    /// The test that holds it, `file::name`; none where a test would take too long.
+    /// The test that holds it, `file::name` below tests/ or `src/path.rs::name`; none where a
+    /// test would take too long.
     pub test: Option<String>,
+    /// The limit as the file of the test has it, where the test does not take it from here.
+    pub in_test: Option<String>,
     /// The command that measures it, where it is not the test.
     pub command: Option<String>,
 }
@@ -97,13 +100,18 @@ impl Promise {
 
     /// The limit in words.
     pub fn limit(&self) -> String {
-        match (self.at_least, self.at_most) {
+        match (self.at_least.map(shown), self.at_most.map(shown)) {
             (Some(least), Some(most)) => format!("{least} to {most}"),
             (None, Some(most)) => format!("at most {most}"),
             (Some(least), None) => format!("at least {least}"),
             (None, None) => "none".to_owned(),
         }
     }
+}
+
+/// A number as it is read easily: tiny ones with their power of ten.
+pub fn shown(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-3 { format!("{value:e}") } else { value.to_string() }
 }
 
 /// Fails unless `value`, in the promise's unit, keeps it; prints both for the record.
