@@ -20,8 +20,8 @@ use crate::base::{Boundary, Isometry3, Point3};
 use crate::io::boundary_csv::{self, OrientedRim};
 use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward,
-    boundary_in_stages, quarters_to_warp,
+    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
+    quarters_to_warp,
 };
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
