@@ -134,11 +134,12 @@ fn width(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
         bending_m.map(|length_m| limits.side_loss_m2 / length_m.max(softest_m));
     let least_m = side_m - most_loss_m - limits.width_lead_m;
     let more_m = limits.width_off_per_noise * scan.noise_m;
+    let swell_m = limits.width_swell_per_noise * scan.noise_m;
     let [warp_m, weft_m] = scan.widths_m;
     let measured = [("weft", weft_m, stretch[0]), ("warp", warp_m, stretch[1])];
     let off = measured.into_iter().filter_map(|(thread, width_m, stretch)| {
         let width_m = width_m?;
-        let most_m = side_m * (1.0 + limits.stretch_of_width * stretch) - least_loss_m;
+        let most_m = side_m * (1.0 + limits.stretch_of_width * stretch) - least_loss_m + swell_m;
         let off_m = (width_m - most_m).max(least_m - width_m);
         let (level, limit_m) = limits.width_off_m.plus(more_m).level(off_m)?;
         Some((off_m, level, limit_m, thread, width_m, most_m))

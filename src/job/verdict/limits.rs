@@ -39,6 +39,9 @@ pub struct Limits {
     pub side_off_per_noise: f64,
     /// Sensors see cloth end this far before its edges, both together \[m\].
     pub width_lead_m: f64,
+    /// Noisy sensors see cloth end this far beyond its edges, both together, over the noise of single
+    /// points \[-\].
+    pub width_swell_per_noise: f64,
     /// Share of the stretch of hanging cloth that shows in its length from edge to edge \[-\].
     pub stretch_of_width: f64,
     /// What the length from edge to opposite edge may differ from its expected length \[m\].
@@ -96,7 +99,8 @@ impl Default for Limits {
             side_off_per_noise: 1.0,                // M
             width_lead_m: 0.8e-3,                   // M
             stretch_of_width: 0.3,                  // M
-            width_off_m: steps(2.0e-3, 4.0e-3),     // M, W
+            width_swell_per_noise: 1.5,             // M
+            width_off_m: steps(2.0e-3, 3.2e-3),     // M, W
             width_off_per_noise: 0.25,              // M
             chord_share: 0.03,                      // M
             plate_lead_m: 0.7e-3,                   // M

@@ -180,7 +180,8 @@ fn the_cloth_from_edge_to_edge_tells_a_scale_that_its_sides_hide() {
     ] {
         let limit_m = limit_m + limits.width_off_per_noise * noise_m;
         for along in 0..2 {
-            let most_m = 0.300 * (1.0 + limits.stretch_of_width * 0.004) - loss_m;
+            let most_m = 0.300 * (1.0 + limits.stretch_of_width * 0.004) - loss_m
+                + limits.width_swell_per_noise * noise_m;
             straddles(Code::Width, level, limit_m, |f, off_m| {
                 let scan = f.scan.as_mut().unwrap();
                 scan.noise_m = noise_m;
