@@ -32,7 +32,7 @@ const PARTS: [(&str, &[&str]); 3] = [
             "square",
         ],
     ),
-    ("rim", &["sheet", "registration", "edge", "rim", "uncertainty"]),
+    ("rim", &["sheet", "registration", "edge and rim", "uncertainty"]),
 ];
 
 fn generated() -> Cloud {

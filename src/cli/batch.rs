@@ -8,6 +8,7 @@ use anyhow::{Context as _, anyhow};
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::batch::{self, BatchError, BatchOptions, Progress, Row, Status, Summary};
+use scan2params::job::check_experiment;
 
 pub(crate) fn run(given: &args::Batch) -> Outcome {
     let options = BatchOptions {
@@ -16,10 +17,11 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         density_csv: given.density_csv.clone(),
         density_kg_m2: given.density.map(|d| d * KG_M2_PER_G_M2),
         read: given.read.read()?,
-        scan: given.read.options(),
+        scan: given.read.options()?,
         resimulate: given.resimulate,
         threads: given.threads,
     };
+    check_experiment(&options.scan).map_err(Failure::of_job)?;
     let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
     if given.dry_run {
         for input in batch::inputs(&options).map_err(of_batch)? {

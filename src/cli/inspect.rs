@@ -4,12 +4,15 @@ use anyhow::anyhow;
 
 use super::{Failure, Outcome, args};
 use scan2params::io::{ReadNotes, boundary_csv};
-use scan2params::job::rim;
+use scan2params::job::{JobError, rim};
 use scan2params::report::{inspection, json, table};
 use scan2params::scan::ScannedBoundary;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
-    let (scanned, notes) = rim_of(&given.scan)?;
+    let (scanned, notes) = match rim_of(&given.scan)? {
+        Ok(found) => found,
+        Err(error) => return Err(refused(error, given)?),
+    };
     eprint!("{}", table::notes(&notes));
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
@@ -23,20 +26,36 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     Ok(())
 }
 
+/// Shows what was found in a scan that gives no rim, and hands the failure on.
+fn refused(error: JobError, given: &args::Inspect) -> Result<Failure, Failure> {
+    if let JobError::Refused { source, found, .. } = &error {
+        for line in inspection::figures(found) {
+            eprintln!("found: {line}");
+        }
+        if let Some(path) = &given.out {
+            inspection::draw_refused(found, source).save(path)?;
+            eprintln!("wrote {}", path.display());
+        }
+    }
+    Ok(Failure::of_job(error))
+}
+
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
-    let (scanned, _) = rim_of(&given.scan)?;
+    let (scanned, _) = rim_of(&given.scan)?.map_err(Failure::of_job)?;
     boundary_csv::write(&given.out, &scanned.boundary)?;
     eprint!("{}", table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());
     Ok(())
 }
 
-/// The rim of a scan; a file that holds a rim already is no scan.
-fn rim_of(scan: &args::ScanFlags) -> Result<(ScannedBoundary, ReadNotes), Failure> {
+/// The rim of a scan, or why there is none; a file that holds a rim already is no scan.
+type Found = Result<(ScannedBoundary, ReadNotes), JobError>;
+
+fn rim_of(scan: &args::ScanFlags) -> Result<Found, Failure> {
     let path = &scan.input;
     if boundary_csv::is_one(path) {
         let why = "holds a rim already; `estimate` takes it as it is";
         return Err(Failure::usage(anyhow!("{}: {why}", path.display())));
     }
-    rim::of_scan(path, &scan.read.read()?, &scan.read.options()).map_err(Failure::of_job)
+    Ok(rim::of_scan(path, &scan.read.read()?, &scan.read.options()?))
 }

@@ -9,11 +9,13 @@ use std::path::PathBuf;
 
 pub use rim::Rim;
 
+use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
+use crate::base::units::M_PER_MM;
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fault, check_density};
 use crate::io::{self, ReadError, ReadOptions, WriteError};
 use crate::refine::{Resimulation, resimulate};
-use crate::scan::{Orientation, ScanError, ScanOptions};
+use crate::scan::{Found, Orientation, ScanError, ScanOptions};
 use crate::sim::SimOptions;
 use rim::RimError;
 use serde::{Deserialize, Serialize};
@@ -64,6 +66,20 @@ pub enum JobError {
         path: PathBuf,
         /// What was measured, the limit, the remedy.
         source: ScanError,
+        /// What was found until then.
+        found: Box<Found>,
+    },
+    /// The specimen or the plate is another than the model's.
+    #[error(
+        "the estimate is for a specimen of {:.0} mm on a plate of {:.0} mm radius, not for {side_mm:.0} mm on \
+         {radius_mm:.0} mm: the model was trained on that drape alone; inspect and boundary take other sizes",
+        SPECIMEN_SIDE_M / M_PER_MM, PLATE_RADIUS_M / M_PER_MM
+    )]
+    Experiment {
+        /// Side of the specimen.
+        side_mm: f64,
+        /// Radius of the plate.
+        radius_mm: f64,
     },
     /// A rim read from a boundary CSV cannot be one.
     #[error("{}: rim refused: {source}", path.display())]
@@ -118,7 +134,7 @@ impl JobError {
     #[must_use]
     pub fn kind(&self) -> FailureKind {
         match self {
-            Self::Density(_) => FailureKind::Usage,
+            Self::Density(_) | Self::Experiment { .. } => FailureKind::Usage,
             Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
                 FailureKind::Usage
             }
@@ -126,6 +142,18 @@ impl JobError {
             _ => FailureKind::Failed,
         }
     }
+}
+
+/// Refuses specimens and plates that the model does not know.
+///
+/// # Errors
+/// When they are not those of the modified Cusick drape.
+pub fn check_experiment(scan: &ScanOptions) -> Result<(), JobError> {
+    if scan.is_modified_cusick() {
+        return Ok(());
+    }
+    let [side_mm, radius_mm] = [scan.specimen_side_m, scan.plate_radius_m].map(|m| m / M_PER_MM);
+    Err(JobError::Experiment { side_mm, radius_mm })
 }
 
 impl Job {
@@ -136,6 +164,7 @@ impl Job {
     /// the model does not load.
     pub fn run(self) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
+        check_experiment(&self.scan)?;
         self.run_with(&Estimator::shipped()?)
     }
 
@@ -145,6 +174,7 @@ impl Job {
     /// As [`Self::run`].
     pub fn run_with(self, estimator: &Estimator) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
+        check_experiment(&self.scan)?;
         let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
         let known = rim.orientation() == Orientation::Given;
         let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;

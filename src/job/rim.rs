@@ -18,7 +18,7 @@ use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
 use crate::io::{Format, ReadNotes, ReadOptions, boundary_csv, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
+    LengthUnit, Orientation, Refusal, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
 };
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
@@ -190,8 +190,10 @@ pub fn of_scan_in_stages(
     let known = matches!(notes.format, Format::DepthPng | Format::Views);
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
-    let scanned = boundary_in_stages(cloud, &options, stages)
-        .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
+    let scanned = boundary_in_stages(cloud, &options, stages).map_err(|refusal| {
+        let Refusal { error: source, found } = refusal;
+        JobError::Refused { path: path.to_owned(), source, found }
+    })?;
     Ok((scanned, notes))
 }
 

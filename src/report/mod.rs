@@ -4,4 +4,5 @@ pub mod files;
 pub mod inspection;
 pub mod json;
 pub mod overlay;
+mod pane;
 pub mod table;

@@ -3,6 +3,7 @@
 
 use nalgebra::{Translation3, UnitQuaternion};
 
+use super::found::Found;
 use super::options::{Orientation, ScanOptions};
 use super::quality::Quality;
 use super::steps::{Assessed, Edged, Oriented, Registered};
@@ -26,8 +27,10 @@ pub struct ScannedBoundary {
     pub unit: LengthUnit,
     /// How much to trust it.
     pub quality: Quality,
-    /// What was found on the way, for pictures and for comparing surfaces.
+    /// What was found on the way, for comparing surfaces.
     pub evidence: Evidence,
+    /// The same of every step, as a refusal has it, for pictures.
+    pub found: Found,
 }
 
 /// Intermediate products, simulation frame \[m\].
@@ -45,10 +48,10 @@ pub struct Evidence {
 
 impl ScannedBoundary {
     /// Takes the rim into the simulation frame.
-    pub(super) fn of(assessed: Assessed, options: &ScanOptions) -> Self {
+    pub(super) fn of(assessed: Assessed, found: Found, options: &ScanOptions) -> Self {
         let quality = Quality::of(&assessed, options);
         let sim_from_local = sim_from_local(&assessed.edged, options);
-        let Assessed { edged: Edged { registered, near_edge, .. }, mut rim, .. } = assessed;
+        let Assessed { edged: Edged { registered, near_edge, mut rim, .. }, .. } = assessed;
         let Registered { cloth, material, .. } = registered;
         let Oriented { bench, surface, orientation, .. } = cloth;
         for point in &mut rim.points {
@@ -68,7 +71,8 @@ impl ScannedBoundary {
         let boundary =
             Boundary::new(rim.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
         let sim_from_scan = sim_from_local * bench.local_from_scan;
-        Self { boundary, orientation, sim_from_scan, unit: bench.unit, quality, evidence }
+        let unit = bench.unit;
+        Self { boundary, orientation, sim_from_scan, unit, quality, evidence, found }
     }
 }
 
