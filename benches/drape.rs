@@ -17,7 +17,7 @@ use scan2params::fabric::Fabric;
 use scan2params::numeric::sparse::Factor;
 use scan2params::sim::grid::Grid;
 use scan2params::sim::model::{Model, Tangent};
-use scan2params::sim::{Drop, Experiment, SimOptions, drape};
+use scan2params::sim::{Drop, Experiment, HessianForm, SimOptions, drape};
 
 /// Time step \[s\].
 const STEP_S: f64 = 0.01;
@@ -48,7 +48,7 @@ fn plain_euler(fabric: &Fabric, vertices: usize) -> (usize, f64) {
         if residual < SimOptions::default().residual {
             return (step, residual);
         }
-        model.hessian(&x, true, &mut tangent);
+        model.hessian(&x, HessianForm::Projected, &mut tangent);
         for (v, m) in model.mass_kg.iter().enumerate() {
             let inertia = Matrix3::identity() * (m / (STEP_S * STEP_S));
             grid.analysis.pattern().add_diagonal(&mut tangent.values, v, &inertia);

@@ -18,7 +18,8 @@ use scan2params::scan::{ScanOptions, WarpToward, boundary_in_stages};
 use scan2params::sensor::{Scene, even};
 use scan2params::sim::{Drop, DropStart, SimOptions, drape};
 
-/// Stages that are timed by themselves: name, and the stages of the clock in it.
+/// What is timed by itself: name, and the stages of the clock in it. Every stage is in one of them,
+/// which the bench asserts.
 const PARTS: [(&str, &[&str]); 3] = [
     ("frame", &["points and unit", "plate", "floor"]),
     (
@@ -62,6 +63,12 @@ fn bench(criterion: &mut Criterion) {
             boundary_in_stages(cloud.clone(), options, stages).expect("a rim")
         };
         group.bench_function(format!("{name}/whole"), |b| b.iter(|| run(&mut Stages::off())));
+        let mut clock = Stages::start();
+        run(&mut clock);
+        for stage in clock.noted() {
+            let parts = PARTS.iter().filter(|(_, stages)| stages.contains(&stage.name)).count();
+            assert_eq!(parts, 1, "stage `{}` is in {parts} of PARTS", stage.name);
+        }
         for (part, stages) in PARTS {
             group.bench_function(format!("{name}/{part}"), |b| {
                 b.iter_custom(|times| {

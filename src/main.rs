@@ -1,5 +1,8 @@
 //! The `scan2params` program: see [`cli`].
 
+// What prints is `cli::print`, which a full disk or a closed pipe does not make panic.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod cli;
 
 use std::process::ExitCode;

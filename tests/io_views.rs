@@ -274,7 +274,7 @@ fn pictures_and_bombs_are_no_depth_images() {
     assert!(fail(&bytes.into_inner(), "png").to_string().contains("export the raw depth"));
     let mut bytes = std::io::Cursor::new(Vec::new());
     image::GrayImage::new(4, 4).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
-    assert!(fail(&bytes.into_inner(), "png").to_string().contains("L8"));
+    assert!(fail(&bytes.into_inner(), "png").to_string().contains("with 8 bits"));
     let whole = depth_png(8, &[500; 64]);
     for length in 0..whole.len() - 12 {
         fail(&whole[..length], "png");
@@ -315,6 +315,53 @@ fn two_views(folder: &Path, list: impl FnOnce(&mut Value)) {
     });
     list(&mut document);
     std::fs::write(folder.join("views.json"), document.to_string()).unwrap();
+}
+
+#[test]
+fn views_lie_in_the_folder_of_their_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = folder.path().join("set");
+    std::fs::create_dir_all(set.join("sub")).unwrap();
+    two_views(&set, |_| {});
+    // Readable files beside the set, which the list has no business with.
+    std::fs::copy(set.join("b.ply"), folder.path().join("secret.ply")).unwrap();
+    let camera = r#"{"fx":100,"fy":100,"cx":3,"cy":4}"#;
+    std::fs::write(folder.path().join("camera.json"), camera).unwrap();
+    std::fs::write(set.join("sub/camera.json"), camera).unwrap();
+    std::fs::copy(set.join("b.ply"), set.join("sub/b.ply")).unwrap();
+    let read = |pointer: &str, name: &str| {
+        two_views(&set, |list| *list.pointer_mut(pointer).unwrap() = name.into());
+        read_scan(&set).map(|(cloud, _)| cloud.points.len()).map_err(|e| e.to_string())
+    };
+    let whole = folder.path().join("secret.ply").display().to_string();
+    for name in [whole.as_str(), "../secret.ply", "sub/../../secret.ply", "sub/../b.ply", "/b.ply"]
+    {
+        let said = read("/views/1/file", name).unwrap_err();
+        assert!(said.contains("leads out of the list's folder"), "{name}: {said}");
+        assert!(said.contains("views.json") && said.contains("put the file beside"), "{said}");
+    }
+    let said = read("/intrinsics", "../camera.json").unwrap_err();
+    assert!(said.contains("leads out of the list's folder"), "{said}");
+    assert_eq!(read("/views/1/file", "sub/b.ply"), Ok(2));
+    assert_eq!(read("/views/1/file", "./b.ply"), Ok(2));
+    assert_eq!(read("/intrinsics", "sub/camera.json"), Ok(2));
+    assert!(read("/views/1/file", "sub/none.ply").unwrap_err().contains("no such file"));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::symlink;
+        symlink("../secret.ply", set.join("link.ply")).unwrap();
+        symlink("b.ply", set.join("own.ply")).unwrap();
+        symlink("..", set.join("up")).unwrap();
+        for name in ["link.ply", "up/secret.ply"] {
+            let said = read("/views/1/file", name).unwrap_err();
+            assert!(said.contains("a link that leads out"), "{name}: {said}");
+        }
+        assert_eq!(read("/views/1/file", "own.ply"), Ok(2));
+        // The list's own folder may be reached by a link.
+        symlink("set", folder.path().join("alias")).unwrap();
+        two_views(&set, |_| {});
+        assert_eq!(read_scan(folder.path().join("alias")).unwrap().0.points.len(), 2);
+    }
 }
 
 #[test]

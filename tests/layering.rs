@@ -1,13 +1,16 @@
-//! The layers of `src/lib.rs`, held: no upward import, and no printing below `cli`.
+//! The walls inside `src`, held: no upward import, no circle between files, and no
+//! printing below `cli`.
 //!
-//! Reads the sources as tokens, so that comments, doc links and strings do not
-//! count, and grouped imports, inline paths and `super::super` do. Test modules
-//! are not exempt from the order. Not seen: paths that a macro puts together, and
-//! a layer reached through another's re-export.
+//! `layering_support` says what is read of the sources, and what is not seen. Test
+//! modules are not exempt from the order.
+
+mod layering_support;
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::path::{Path, PathBuf};
+
+use layering_support::circles::{Imports, circles, imports};
+use layering_support::{Source, sources, src};
 
 /// The layers, low to high; those on one line are siblings and may not import
 /// each other.
@@ -35,10 +38,16 @@ const ORDER: &[&[&str]] = &[
 /// matches an import fails the test.
 const EXCEPTIONS: &[(&str, &str, &str)] = &[];
 
+/// Circles that are still there: files of which each imports every other, directly or
+/// by way of the rest. Part of an entry may be gone; an entry of which nothing is left
+/// fails the test.
+const CIRCLES: &[&[&str]] = &[];
+
 /// Fewer files than this means that the search went wrong.
 const LEAST_FILES: usize = 50;
 
-const PRINTING: [&str; 5] = ["print", "println", "eprint", "eprintln", "dbg"];
+/// Fewer imports of one file by another mean that the search went wrong.
+const LEAST_IMPORTS: usize = 300;
 
 #[test]
 fn no_layer_imports_from_above() {
@@ -63,14 +72,39 @@ fn no_layer_imports_from_above() {
 }
 
 #[test]
+fn no_files_import_each_other_in_a_circle() {
+    let imports = imports(&sources());
+    assert!(imports.len() >= LEAST_IMPORTS, "only {} imports found", imports.len());
+    let found = circles(&imports);
+    let known = |circle: &BTreeSet<String>| {
+        CIRCLES.iter().any(|files| circle.iter().all(|file| files.contains(&file.as_str())))
+    };
+    let new: Vec<_> = found.iter().filter(|c| !known(c)).map(|c| described(c, &imports)).collect();
+    assert!(new.is_empty(), "files that import each other:\n{}", new.join("\n"));
+    for files in CIRCLES {
+        let left = |circle: &BTreeSet<String>| circle.iter().all(|f| files.contains(&f.as_str()));
+        assert!(found.iter().any(left), "no longer a circle, take it from CIRCLES: {files:?}");
+    }
+}
+
+/// A circle with the places that make it one.
+fn described(circle: &BTreeSet<String>, imports: &Imports) -> String {
+    let inside = imports.iter().filter(|((a, b), _)| circle.contains(a) && circle.contains(b));
+    let places = inside.map(|((file, other), at)| {
+        format!("    {file}:{} names {}, which is in {other}", at.line, at.path)
+    });
+    format!("  {circle:?}\n{}", places.collect::<Vec<_>>().join("\n"))
+}
+
+#[test]
 fn only_the_command_line_prints() {
     let sources = sources();
-    let tests: BTreeSet<_> = sources.iter().flat_map(test_files).collect();
+    let tests: BTreeSet<_> = sources.iter().flat_map(|source| &source.test_modules).collect();
     let faults: Vec<_> = sources
         .iter()
         .filter(|source| rank(source.layer()).is_some_and(|r| r + 1 < ORDER.len()))
         .filter(|source| !tests.contains(&source.module))
-        .flat_map(|source| prints(source).into_iter().map(|line| format!("{}:{line}", source.file)))
+        .flat_map(|source| source.prints.iter().map(|line| format!("{}:{line}", source.file)))
         .collect();
     assert!(faults.is_empty(), "printed outside cli:\n{}", faults.join("\n"));
 }
@@ -83,31 +117,6 @@ fn the_order_here_is_that_of_lib_rs_and_covers_every_folder() {
     assert!(said.contains(&format!("`{order}`")), "lib.rs does not say: {order}");
     for source in sources().iter().filter(|s| !s.module.is_empty()) {
         assert!(rank(source.layer()).is_some(), "{}: not in a known layer", source.file);
-    }
-}
-
-/// One source file.
-struct Source {
-    /// Path from the package's root, with slashes.
-    file: String,
-    /// Module path below the crate: `["sim", "grid"]`; empty for lib.rs and main.rs.
-    module: Vec<String>,
-    tokens: Vec<Token>,
-}
-
-impl Source {
-    fn new(file: &str, text: &str) -> Self {
-        let inner = file.trim_start_matches("src/").trim_end_matches(".rs");
-        let mut module: Vec<String> = inner.split('/').map(String::from).collect();
-        let last = module.last().map(String::as_str);
-        if last == Some("mod") || matches!(inner, "lib" | "main") {
-            module.pop();
-        }
-        Self { file: file.into(), module, tokens: tokens(text) }
-    }
-
-    fn layer(&self) -> &str {
-        self.module.first().map_or("", String::as_str)
     }
 }
 
@@ -138,7 +147,7 @@ fn upward_imports(source: &Source) -> Vec<Fault> {
         why,
     };
     let mut faults = Vec::new();
-    for (line, target) in crate_paths(source) {
+    for (line, target) in layers_named(source) {
         match rank(&target) {
             _ if target == source.layer() => {}
             Some(other) if other < own => {}
@@ -153,45 +162,19 @@ fn upward_imports(source: &Source) -> Vec<Fault> {
 
 /// The first segment below the crate of every path that starts with `crate`,
 /// `self` or `super`, with its line. `*` stands for the crate as a whole.
-fn crate_paths(source: &Source) -> Vec<(usize, String)> {
-    let tokens = &source.tokens;
-    let mut found = Vec::new();
-    // inline modules around the present token; other braces are None
-    let mut braces: Vec<Option<String>> = Vec::new();
-    let mut i = 0;
-    while i < tokens.len() {
-        let text = |k: usize| tokens.get(k).map_or("", |t| t.text.as_str());
-        let before = if i == 0 { "" } else { text(i - 1) };
-        match text(i) {
-            "mod" if text(i + 2) == "{" => {
-                braces.push(Some(text(i + 1).into()));
-                i += 3;
-                continue;
-            }
-            "{" => braces.push(None),
-            "}" => drop(braces.pop()),
-            start @ ("crate" | "super" | "self") if before != "::" => {
-                let visibility = before == "(" && text(i + 1) == ")";
-                if text(i + 1) == "::" || (start != "self" && !visibility) {
-                    let mut paths = Vec::new();
-                    let line = tokens[i].line;
-                    i = expand(tokens, i, &[], &mut paths);
-                    let inline = braces.iter().flatten().cloned();
-                    let here: Vec<_> = source.module.iter().cloned().chain(inline).collect();
-                    found.extend(paths.iter().map(|path| (line, below_crate(&here, path))));
-                    continue;
-                }
-            }
-            _ => {}
-        }
-        i += 1;
-    }
-    found
+fn layers_named(source: &Source) -> Vec<(usize, String)> {
+    let relative = |path: &[String]| match path {
+        [only] if only == "self" => false,
+        [first, ..] => ["crate", "self", "super"].contains(&first.as_str()),
+        [] => false,
+    };
+    let named = source.mentions.iter().filter(|m| relative(&m.path));
+    named.map(|m| (m.line, below_crate(&m.scope, &m.path))).collect()
 }
 
-/// The first segment below the crate of `path` as written in module `here`.
-fn below_crate(here: &[String], path: &[String]) -> String {
-    let mut at = here.to_vec();
+/// The first segment below the crate of `path` as written in module `scope`.
+fn below_crate(scope: &[String], path: &[String]) -> String {
+    let mut at = scope.to_vec();
     for segment in path {
         match segment.as_str() {
             "crate" => at.clear(),
@@ -201,230 +184,6 @@ fn below_crate(here: &[String], path: &[String]) -> String {
         }
     }
     at.into_iter().next().unwrap_or_else(|| "*".into())
-}
-
-/// Expands the path or import tree at `i` into plain paths; returns the place
-/// after it.
-fn expand(
-    tokens: &[Token],
-    mut i: usize,
-    prefix: &[String],
-    paths: &mut Vec<Vec<String>>,
-) -> usize {
-    let text = |k: usize| tokens.get(k).map_or("", |t| t.text.as_str());
-    let mut path = prefix.to_vec();
-    loop {
-        match text(i) {
-            "{" => {
-                i += 1;
-                while i < tokens.len() && text(i) != "}" {
-                    i = expand(tokens, i, &path, paths);
-                    if text(i) == "as" {
-                        i += 2;
-                    }
-                    if text(i) == "," {
-                        i += 1;
-                    }
-                }
-                return i + 1;
-            }
-            word if is_word(word) || word == "*" => path.push(word.into()),
-            // a turbofish, or nothing that is known: the path ends here
-            other => {
-                paths.push(path);
-                return if matches!(other, "}" | ",") { i } else { i + 1 };
-            }
-        }
-        i += 1;
-        if text(i) != "::" {
-            paths.push(path);
-            return i;
-        }
-        i += 1;
-    }
-}
-
-fn is_word(text: &str) -> bool {
-    text.starts_with(|c: char| c.is_alphabetic() || c == '_')
-}
-
-/// Lines of printing macros outside `#[cfg(test)]`.
-fn prints(source: &Source) -> Vec<usize> {
-    let (code, _) = without_tests(source);
-    code.windows(2)
-        .filter(|pair| PRINTING.contains(&pair[0].text.as_str()) && pair[1].text == "!")
-        .map(|pair| pair[0].line)
-        .collect()
-}
-
-/// Modules that the file declares as `#[cfg(test)] mod name;`.
-fn test_files(source: &Source) -> Vec<Vec<String>> {
-    let child = |name: String| source.module.iter().cloned().chain([name]).collect();
-    without_tests(source).1.into_iter().map(child).collect()
-}
-
-/// The tokens outside items marked `#[cfg(test)]`, and the names of the modules
-/// in files of their own that are so marked.
-fn without_tests(source: &Source) -> (Vec<&Token>, Vec<String>) {
-    const MARK: [&str; 7] = ["#", "[", "cfg", "(", "test", ")", "]"];
-    let tokens = &source.tokens;
-    let (mut code, mut files) = (Vec::new(), Vec::new());
-    let mut i = 0;
-    while i < tokens.len() {
-        let marked = tokens[i..].iter().map(|t| t.text.as_str()).take(MARK.len()).eq(MARK);
-        if !marked {
-            code.push(&tokens[i]);
-            i += 1;
-            continue;
-        }
-        i += MARK.len();
-        if tokens.get(i).is_some_and(|t| t.text == "mod")
-            && tokens.get(i + 2).is_some_and(|t| t.text == ";")
-        {
-            files.push(tokens[i + 1].text.clone());
-        }
-        i = item_end(tokens, i);
-    }
-    (code, files)
-}
-
-/// The place after the item at `i`: its closing brace, or its semicolon.
-fn item_end(tokens: &[Token], mut i: usize) -> usize {
-    let mut depth = 0_usize;
-    while let Some(token) = tokens.get(i) {
-        i += 1;
-        match token.text.as_str() {
-            "{" | "(" | "[" => depth += 1,
-            ")" | "]" => depth -= 1,
-            "}" => {
-                depth -= 1;
-                if depth == 0 {
-                    break;
-                }
-            }
-            ";" if depth == 0 => break,
-            _ => {}
-        }
-    }
-    i
-}
-
-/// A word, `::`, or a single other character.
-#[derive(Debug)]
-struct Token {
-    text: String,
-    line: usize,
-}
-
-/// Splits Rust source; comments, strings and characters are left out.
-fn tokens(text: &str) -> Vec<Token> {
-    let chars: Vec<char> = text.chars().collect();
-    let at = |k: usize| chars.get(k).copied().unwrap_or('\0');
-    let mut tokens = Vec::new();
-    let (mut i, mut line, mut counted) = (0, 1, 0);
-    while i < chars.len() {
-        line += chars[counted..i].iter().filter(|c| **c == '\n').count();
-        counted = i;
-        match at(i) {
-            '/' if at(i + 1) == '/' => {
-                while i < chars.len() && at(i) != '\n' {
-                    i += 1;
-                }
-            }
-            '/' if at(i + 1) == '*' => i = after_block_comment(&chars, i),
-            '"' => i = after_string(&chars, i),
-            '\'' if at(i + 1) == '\\' => {
-                i += 3;
-                while i < chars.len() && at(i) != '\'' {
-                    i += 1;
-                }
-                i += 1;
-            }
-            '\'' if at(i + 2) == '\'' => i += 3,
-            ':' if at(i + 1) == ':' => {
-                tokens.push(Token { text: "::".into(), line });
-                i += 2;
-            }
-            c if c.is_alphanumeric() || c == '_' => {
-                let start = i;
-                while at(i).is_alphanumeric() || at(i) == '_' {
-                    i += 1;
-                }
-                let word: String = chars[start..i].iter().collect();
-                let hashes = (i..).take_while(|&k| at(k) == '#').count();
-                let raw = matches!(word.as_str(), "r" | "br" | "cr");
-                if raw && at(i + hashes) == '"' {
-                    i = after_raw_string(&chars, i + hashes + 1, hashes);
-                } else {
-                    tokens.push(Token { text: word, line });
-                }
-            }
-            c => {
-                if !c.is_whitespace() {
-                    tokens.push(Token { text: c.into(), line });
-                }
-                i += 1;
-            }
-        }
-    }
-    tokens
-}
-
-fn after_block_comment(chars: &[char], mut i: usize) -> usize {
-    let mut depth = 0;
-    while i < chars.len() {
-        match (chars[i], chars.get(i + 1)) {
-            ('/', Some('*')) => (depth, i) = (depth + 1, i + 2),
-            ('*', Some('/')) => (depth, i) = (depth - 1, i + 2),
-            _ => i += 1,
-        }
-        if depth == 0 {
-            break;
-        }
-    }
-    i
-}
-
-fn after_string(chars: &[char], quote: usize) -> usize {
-    let mut i = quote + 1;
-    while i < chars.len() && chars[i] != '"' {
-        i += if chars[i] == '\\' { 2 } else { 1 };
-    }
-    i + 1
-}
-
-fn after_raw_string(chars: &[char], mut i: usize, hashes: usize) -> usize {
-    let ends = |i: usize| {
-        chars[i] == '"' && (1..=hashes).all(|k| chars.get(i + k).is_some_and(|c| *c == '#'))
-    };
-    while i < chars.len() && !ends(i) {
-        i += 1;
-    }
-    i + 1 + hashes
-}
-
-fn src() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
-}
-
-/// All `.rs` files below `src`.
-fn sources() -> Vec<Source> {
-    let mut found = Vec::new();
-    let mut folders = vec![src()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                let inner = path.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap();
-                let file: Vec<_> = inner.iter().map(|part| part.to_str().unwrap()).collect();
-                let text = std::fs::read_to_string(&path).unwrap();
-                found.push(Source::new(&file.join("/"), &text));
-            }
-        }
-    }
-    found
 }
 
 /// The layers that a snippet in `file` uses upwards, each once.
@@ -473,7 +232,7 @@ fn siblings_may_not_import_each_other() {
 #[test]
 fn what_is_no_upward_import_passes() {
     for text in [
-        "// use crate::sim;\n/// [`crate::sim`]\n//! crate::cli",
+        "//! crate::cli\n// use crate::sim;\n/// [`crate::sim`]\nstruct S;",
         "/* crate::sim */",
         r##"const A: &str = "crate::sim"; const B: &str = r#"" crate::sim"#;"##,
         "use crate::{base::{Boundary, units}, geom::Mesh, io};",
@@ -490,13 +249,79 @@ fn what_is_no_upward_import_passes() {
 
 #[test]
 fn printing_is_caught_outside_tests_only() {
-    let lines = |text: &str| prints(&Source::new("src/sim/drape.rs", text));
+    let lines = |text: &str| Source::new("src/sim/drape.rs", text).prints;
     assert_eq!(lines("fn f() {\n    println!(\"x\");\n}"), [2]);
     assert_eq!(lines("#[cfg(test)]\nmod tests { fn f() { println!() } }\nfn g() { dbg!(1) }"), [3]);
     assert_eq!(lines("#[cfg(test)]\n#[allow(x)]\nfn f() { eprintln!() }"), []);
     assert_eq!(lines("#[cfg(test)]\nuse a::{b, c};\nfn f() { eprint!() }"), [3]);
     assert_eq!(lines("#[cfg(feature)]\nfn f() { print!() }"), [2]);
+    assert_eq!(lines("#[cfg(all(test, unix))]\nfn f() { print!() }"), []);
+    assert_eq!(lines("fn f() { std::println!() }\nfn g() { maybe!(x => println!()) }"), [1, 2]);
+    assert_eq!(lines("impl A {\n    #[cfg(test)]\n    fn f() { print!() }\n}"), []);
     assert_eq!(lines("// println!()\nfn f() { writeln!(o, \"print!\") }"), []);
-    let files = test_files(&Source::new("src/sim/contact.rs", "#[cfg(test)]\nmod tests;\nmod b;"));
+    let text = "#[cfg(test)]\nmod tests;\nmod b;";
+    let files = Source::new("src/sim/contact.rs", text).test_modules;
     assert_eq!(files, [["sim", "contact", "tests"]]);
+}
+
+/// The circles among made-up files below `src`, without their folder.
+fn circles_of(files: &[(&str, &str)]) -> Vec<Vec<String>> {
+    let root = ("src/lib.rs", "pub mod sim;");
+    let all = files.iter().chain([&root]);
+    let sources: Vec<_> = all.map(|(f, text)| Source::new(f, text)).collect();
+    let short = |file: String| file.trim_start_matches("src/sim/").to_owned();
+    circles(&imports(&sources)).into_iter().map(|c| c.into_iter().map(short).collect()).collect()
+}
+
+#[test]
+fn a_circle_is_caught_in_every_form() {
+    let a_needs_b = "use super::b::B; pub struct A; pub fn g() {}";
+    for (parent, b) in [
+        ("mod a; mod b;", "use crate::sim::a::A; pub struct B;"),
+        ("mod a; mod b;", "pub struct B(super::a::A);"),
+        ("mod a; mod b;", "use super::a; pub struct B; fn f() { a::g() }"),
+        ("mod a; mod b;", "pub struct B; fn f() { assert!(x, \"{}\", super::a::g()) }"),
+        ("mod a; mod b;", "#[error(\"{}\", super::a::g())] pub struct B;"),
+        ("mod a; mod b;", "use super::a::*; pub struct B;"),
+        ("mod a; mod b;", "pub struct B; mod inner { use super::super::a::A; }"),
+        ("mod a; mod b; pub use a::A;", "use super::A; pub struct B;"),
+        ("mod a; mod b; pub use a::{A as Other};", "use crate::sim::Other; pub struct B;"),
+        ("mod a; mod b; pub use a::*;", "use crate::sim::A; pub struct B;"),
+        ("mod a; mod b; pub use b::B as C; pub use a::A;", "use super::*; pub struct B; impl A {}"),
+    ] {
+        let files = [("src/sim/mod.rs", parent), ("src/sim/a.rs", a_needs_b), ("src/sim/b.rs", b)];
+        assert_eq!(circles_of(&files), [["a.rs", "b.rs"]], "{parent} {b}");
+    }
+    let ring = [("src/sim/a.rs", a_needs_b), ("src/sim/c.rs", "use super::a::A; struct C;")];
+    let b = ("src/sim/b.rs", "use super::c::C; pub struct B;");
+    let all = [("src/sim/mod.rs", "mod a; mod b; mod c;"), ring[0], b, ring[1]];
+    assert_eq!(circles_of(&all), [["a.rs", "b.rs", "c.rs"]]);
+}
+
+#[test]
+fn a_child_that_uses_its_parent_is_a_circle_if_the_parent_uses_the_child() {
+    let child = ("src/sim/a.rs", "use super::Stop; pub struct A;");
+    let of = |parent| circles_of(&[("src/sim/mod.rs", parent), child]);
+    assert_eq!(of("mod a; pub struct Stop; fn f(x: a::A) {}"), [["a.rs", "mod.rs"]]);
+    assert_eq!(of("mod a; pub use a::A; pub struct Stop; fn f(x: A) {}"), [["a.rs", "mod.rs"]]);
+    assert_eq!(of("mod a; use a::A; pub struct Stop;"), [["a.rs", "mod.rs"]]);
+    assert_eq!(of("mod a; pub use a::A; pub struct Stop;"), [[""; 0]; 0]);
+}
+
+#[test]
+fn what_is_no_circle_passes() {
+    let a = ("src/sim/a.rs", "use super::b::B; pub struct A; pub fn g() {}");
+    for b in [
+        "/// [`super::a::A`]\npub struct B;",
+        "pub struct B; #[cfg(test)] mod tests { use crate::sim::a::A; }",
+        "use crate::sim::a; pub struct B;",
+        "pub(in crate::sim) struct B; fn f(a: u8) { \"super::a::A\"; a.g(); }",
+        "use other::a::A; pub struct B;",
+    ] {
+        let files = [("src/sim/mod.rs", "mod a; mod b; pub use a::A;"), a, ("src/sim/b.rs", b)];
+        assert!(circles_of(&files).is_empty(), "{b}");
+    }
+    let tests = ("src/sim/b.rs", "use super::a::A; pub struct B;");
+    let parent = ("src/sim/mod.rs", "mod a; #[cfg(test)] mod b;");
+    assert!(circles_of(&[parent, a, tests]).is_empty());
 }

@@ -3,11 +3,10 @@
 use nalgebra::Rotation3;
 use scan2params::base::Vector3;
 use scan2params::fabric::Fabric;
-use scan2params::sim::energy::plate::Plate;
 use scan2params::sim::experiment::{Outline, Specimen, Tilt};
 use scan2params::sim::grid::Grid;
 use scan2params::sim::model::Model;
-use scan2params::sim::{Drape, Drop, Experiment, SimOptions, Stop, drape};
+use scan2params::sim::{Drape, Drop, Experiment, Plate, SimOptions, Stop, drape};
 
 /// Stiff enough to rest within a second on 25 x 25 vertices.
 fn fabric() -> Fabric {
@@ -23,16 +22,16 @@ fn draped(experiment: Experiment) -> Drape {
 }
 
 #[test]
-fn a_turned_specimen_drapes_turned() {
+fn the_drape_of_a_rotated_specimen_is_the_drape_rotated() {
     let straight = draped(Experiment::default());
-    let mut turned = Experiment::default();
-    turned.specimen.rotation_rad = 0.7;
-    let turned = draped(turned);
+    let mut rotated = Experiment::default();
+    rotated.specimen.rotation_rad = 0.7;
+    let rotated = draped(rotated);
     let back = Rotation3::from_axis_angle(&Vector3::y_axis(), -0.7);
     let largest = straight
         .positions_m
         .iter()
-        .zip(&turned.positions_m)
+        .zip(&rotated.positions_m)
         .map(|(p, q)| (p - back * q).norm())
         .fold(0.0, f64::max);
     // the plate is round: only rounding and the solver's rest differ

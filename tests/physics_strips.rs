@@ -1,5 +1,8 @@
 //! Strips and a sliding piece against their known answers.
 
+mod promises;
+
+use promises::{hold, promise};
 use scan2params::evaluate::physics::strips::{Cantilever, elastica_against, extension};
 use scan2params::fabric::Fabric;
 use scan2params::sim::Experiment;
@@ -14,20 +17,34 @@ fn cut(degrees: f64, across: usize) -> Cut {
 
 #[test]
 fn strips_follow_the_heavy_elastica_along_warp_weft_and_bias() {
-    for degrees in [0.0, 90.0, 45.0] {
-        // observed: at gamma 1000, where the strip reaches out 6.6 mm, 3.9 and 0.4 %
-        for (gamma, slope, end) in [(1.0, 1e-3, 2e-4), (100.0, 8e-3, 2e-3), (1000.0, 0.05, 5e-3)] {
+    // at gamma 1000 the strip reaches out 6.6 mm, and droop over reach divides by that
+    for (gamma, slope, end) in [
+        (1.0, "strips.slope_1", "strips.end_1"),
+        (100.0, "strips.slope_100", "strips.end_100"),
+        (1000.0, "strips.slope_1000", "strips.end_1000"),
+    ] {
+        let (mut worst_slope, mut worst_end) = (0.0_f64, 0.0_f64);
+        for degrees in [0.0, 90.0, 45.0] {
             let c = Cantilever::new(cut(degrees, 6), gamma, [1.0; 3]).unwrap();
             assert!(c.strip.at_rest, "{degrees} {gamma}");
-            assert!(c.slope_error().abs() < slope, "{degrees} {gamma}: {:e}", c.slope_error());
-            assert!(c.end_error() < end, "{degrees} {gamma}: {:e}", c.end_error());
+            worst_slope = worst_slope.max(c.slope_error().abs());
+            worst_end = worst_end.max(c.end_error());
         }
+        hold(slope, 100.0 * worst_slope);
+        hold(end, 100.0 * worst_end);
+        // what bending a tenth too soft would score
+        let soft = Cantilever::new(cut(0.0, 6), gamma, [0.9; 3]).unwrap();
+        let [slope_error, end_error] = [soft.slope_error().abs(), soft.end_error()];
+        println!("a tenth too soft: {slope_error:.4} {end_error:.4}");
+        assert!(!promise(slope).is_kept_by(100.0 * slope_error));
+        assert!(!promise(end).is_kept_by(100.0 * end_error));
     }
 }
 
 #[test]
 fn the_fold_correction_keeps_strips_to_two_percent_from_two_cells_on() {
     // (cells along, gamma): bending lengths of 10.2, 10.1 and 14.3 mm on 5 mm cells
+    let mut worst = 0.0_f64;
     for (along, gamma) in [(10, 100.0), (14, 300.0), (29, 1000.0)] {
         let cut = Cut { along, ..cut(0.0, 4) };
         let error = |correction| {
@@ -37,8 +54,10 @@ fn the_fold_correction_keeps_strips_to_two_percent_from_two_cells_on() {
         };
         // observed: 2.5, 2.6, 3.9 % without, 0.6, 0.4, 1.95 % with it
         let (plain, corrected) = (error(0.0), error(0.04));
-        assert!(plain > 0.02 && corrected.abs() < 0.02, "{along} {gamma}: {plain} {corrected}");
+        assert!(plain > 0.02, "{along} {gamma}: {plain}");
+        worst = worst.max(corrected.abs());
     }
+    hold("strips.corrected", 100.0 * worst);
 }
 
 #[test]
@@ -49,11 +68,10 @@ fn the_cantilever_s_error_falls_with_the_square_of_the_cell() {
         (cell_m / cut.clamped_length_m(), c.end_error())
     };
     let [a, b, c] = [error(10e-3, 15), error(5e-3, 29), error(2.5e-3, 58)];
-    for (coarse, fine) in [(a, b), (b, c)] {
-        let order = (coarse.1 / fine.1).ln() / (coarse.0 / fine.0).ln();
-        // observed: 2.04 and 2.07
-        assert!((1.9..2.2).contains(&order), "{order}");
-    }
+    let order =
+        |coarse: (f64, f64), fine: (f64, f64)| (coarse.1 / fine.1).ln() / (coarse.0 / fine.0).ln();
+    hold("strips.order", order(a, b).min(order(b, c)));
+    assert!(order(a, b).max(order(b, c)) < 2.2);
 }
 
 #[test]
@@ -80,12 +98,13 @@ fn the_bias_stiffness_alone_moves_the_bias_strip_alone() {
 fn hanging_strips_stretch_by_their_analytic_extension() {
     let fabric = Fabric::from_paper_units([400e3, 600e3, 150e3, 1e3, 1e3, 1e3, 100.0]);
     let bias = 4.0 / (1.0 / 400.0 + 1.0 / 600.0 + 1.0 / 150.0);
-    // bias observed 3e-4, the size of its strain; along the yarns 1e-7, the solver's rest
-    for (degrees, stiffness, bound) in [(0.0, 600.0, 2e-6), (90.0, 400.0, 2e-6), (45.0, bias, 1e-3)]
-    {
+    let error = |degrees: f64, stiffness: f64| {
         let [measured, exact] = extension(&fabric, degrees, 5e-3, stiffness);
-        assert!((measured / exact - 1.0).abs() < bound, "{degrees}: {measured:e} {exact:e}");
-    }
+        100.0 * (measured / exact - 1.0).abs()
+    };
+    // along the yarns the solver's rest, on the bias the size of its strain
+    hold("strips.extension_yarns", error(0.0, 600.0).max(error(90.0, 400.0)));
+    hold("strips.extension_bias", error(45.0, bias));
 }
 
 #[test]
@@ -93,13 +112,14 @@ fn cloth_sticks_just_below_mu_and_slides_just_above() {
     let mu = 0.3;
     let at = |over_mu: f64| slide(&Fabric::mean_knit(), mu, mu * over_mu, 0.5);
     // within the 0.1 mm over which friction grows
-    assert!(at(0.99).distance_m < 0.1e-3, "{:?}", at(0.99));
-    for over_mu in [1.01, 1.5] {
+    hold("friction.sticks", 1e3 * at(0.99).distance_m);
+    let beyond = [1.01, 1.5].map(|over_mu| {
         let slid = at(over_mu);
         // it starts with those 0.1 mm and the speed gathered on them
-        let late = slid.distance_m - slid.expected_m;
-        assert!(slid.expected_m > 3e-3 && (0.0..0.8e-3).contains(&late), "{slid:?}");
-    }
+        assert!(slid.expected_m > 3e-3 && slid.distance_m > slid.expected_m, "{slid:?}");
+        slid.distance_m - slid.expected_m
+    });
+    hold("friction.slides", 1e3 * beyond[0].max(beyond[1]));
 }
 
 #[test]
@@ -122,7 +142,7 @@ fn natural_curvature_bends_a_heavy_strip_as_the_elastica_with_it() {
 }
 
 #[test]
-fn a_crease_turns_a_strip_without_weight_by_curvature_times_width() {
+fn a_crease_bends_a_strip_without_weight_by_the_angle_curvature_times_width() {
     let strip = cut(0.0, 6);
     let (curvature_per_m, width_m) = (20.0, 0.02);
     let angle_rad = std::f64::consts::FRAC_PI_2;
@@ -131,9 +151,9 @@ fn a_crease_turns_a_strip_without_weight_by_curvature_times_width() {
     let experiment = Experiment { curl, ..Experiment::default() };
     let s = cantilever(&knit(1e-3, strip.clamped_length_m()), &strip, &experiment);
     let end = s.row_m(s.grid.rows - 1) - s.row_m(s.grid.rows - 4);
-    let turn = end.y.atan2(end.x);
+    let angle = end.y.atan2(end.x);
     // observed: 0.39992
-    assert!(s.at_rest && (turn / (curvature_per_m * width_m) - 1.0).abs() < 0.01, "{turn}");
+    assert!(s.at_rest && (angle / (curvature_per_m * width_m) - 1.0).abs() < 0.01, "{angle}");
 }
 
 #[test]
@@ -168,10 +188,11 @@ fn knit(gamma: f64, length_m: f64) -> Fabric {
 fn the_elastica_is_the_published_curve() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/cantilever_master_curve.csv");
     if !std::path::Path::new(path).exists() {
-        println!("skipped: no {path}");
+        eprintln!("skipped: {path} is absent (see its ORIGIN.md)");
         return;
     }
     let error = elastica_against(path.as_ref(), 1e3).unwrap();
     // the file drifts with gamma; doubling the steps moves this integration by 1e-8
-    assert!(error.points > 400 && error.largest < 4e-3, "{error}");
+    assert!(error.points > 400, "{error}");
+    hold("elastica.published", 100.0 * error.largest);
 }

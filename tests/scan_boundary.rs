@@ -1,7 +1,9 @@
 //! From scan to rim on drapes whose truth is known.
 
+mod promises;
 mod scan_support;
 
+use promises::hold;
 use scan_support::{Drape, Sampling, random_pose, scan};
 use std::sync::OnceLock;
 
@@ -40,13 +42,21 @@ fn drape(stiff: bool) -> &'static Drape {
     DRAPES[usize::from(stiff)].get_or_init(|| Drape::simulated(seed, fabric))
 }
 
+/// Mean and largest error \[mm\] of a scan that is answered.
+fn answered(stiff: bool, sampling: &Sampling, pose: &Isometry3) -> (ScannedBoundary, f64, f64) {
+    let cloud = scan(drape(stiff), sampling, pose);
+    let found = boundary_from_scan(&cloud, &warp(pose)).unwrap();
+    let (mean, largest) = errors(&found, &drape(stiff).rim());
+    (found, mean, largest)
+}
+
 #[test]
-fn mean_error_stays_below_the_promise_over_noise_pose_and_unit() {
-    for (stiff, noise_mm, pose, units, limit_mm) in [
-        (false, 0.15, 3, 1.0, 0.5),
-        (true, 0.15, 4, 1000.0, 0.5),
-        (true, 1.0, 5, 1000.0, 1.0),
-        (true, 2.0, 6, 1.0, 2.0),
+fn rims_keep_their_promise_over_noise_pose_and_unit() {
+    let mut all_largest = 0.0_f64;
+    for (stiff, noise_mm, pose, units, id) in [
+        (false, 0.15, 3, 1.0, "rim.even_knit_0.15"),
+        (true, 0.15, 4, 1000.0, "rim.even_stiff_0.15"),
+        (true, 1.0, 5, 1000.0, "rim.even_stiff_1"),
     ] {
         let sampling = Sampling {
             noise_m: noise_mm * 1e-3,
@@ -54,65 +64,67 @@ fn mean_error_stays_below_the_promise_over_noise_pose_and_unit() {
             seed: pose,
             ..Sampling::default()
         };
-        let pose = random_pose(pose);
-        let answer = boundary_from_scan(&scan(drape(stiff), &sampling, &pose), &warp(&pose));
-        let found = match answer {
-            Err(ScanError::Gap { .. } | ScanError::NoPlate { .. }) if noise_mm > 1.5 => continue,
-            other => other.unwrap(),
-        };
-        let (mean, max) = errors(&found, &drape(stiff).rim());
-        assert!(
-            mean < limit_mm && max < 5.0,
-            "stiff {stiff}, noise {noise_mm} mm: mean {mean:.2} max {max:.2} mm"
-        );
-        assert_eq!(
-            found.unit,
-            if units > 1.0 { LengthUnit::Millimetre } else { LengthUnit::Metre }
-        );
+        let (found, mean, largest) = answered(stiff, &sampling, &random_pose(pose));
+        hold(id, mean);
+        all_largest = all_largest.max(largest);
+        let expected = if units > 1.0 { LengthUnit::Millimetre } else { LengthUnit::Metre };
+        assert_eq!(found.unit, expected);
         let noise_found_mm = found.quality.noise_m * 1e3;
-        println!("stiff {stiff}, noise {noise_mm} mm: mean {mean:.2} max {max:.2} mm");
-        assert!((noise_found_mm - noise_mm).abs() < 0.15 * noise_mm + 0.15, "{noise_found_mm:.2}");
+        println!("noise {noise_mm} mm, found {noise_found_mm:.3} mm");
+        assert!((noise_found_mm / noise_mm - 1.0).abs() < 0.2, "{noise_found_mm:.2}");
     }
+    hold("rim.even_largest", all_largest);
+}
+
+/// Two millimetres of noise are beyond what this cloth's rim can be read from.
+#[test]
+fn two_millimetres_of_noise_are_refused() {
+    let sampling = Sampling { noise_m: 2e-3, seed: 6, ..Sampling::default() };
+    let pose = random_pose(6);
+    let answer = boundary_from_scan(&scan(drape(true), &sampling, &pose), &warp(&pose));
+    assert!(matches!(answer, Err(ScanError::Gap { .. })), "{:?}", answer.map(|f| f.quality));
 }
 
 #[test]
 fn rim_does_not_depend_on_the_scans_frame() {
-    let rims: Vec<_> = [11, 12]
-        .map(|seed| {
-            let pose = random_pose(seed);
-            boundary_from_scan(&scan(drape(true), &Sampling::default(), &pose), &warp(&pose))
-                .unwrap()
-                .boundary
-        })
-        .into();
-    // Cells of the thinning fall differently: not zero.
-    let apart = rims[0].mean_distance_m(&rims[1]) * 1e3;
-    assert!(apart < 0.35, "{apart:.3} mm");
+    let rims = [11, 12].map(|seed| answered(true, &Sampling::default(), &random_pose(seed)).0);
+    // Voxels fall differently: not zero.
+    hold("rim.frame", rims[0].boundary.mean_distance_m(&rims[1].boundary) * 1e3);
 }
 
 #[test]
 fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
-    let run = |missing_deg| {
-        let sampling = Sampling { missing_deg: Some(missing_deg), ..Sampling::default() };
-        boundary_from_scan(
-            &scan(drape(true), &sampling, &Isometry3::identity()),
-            &warp(&Isometry3::identity()),
-        )
+    let run = |from: f64, wide: f64| {
+        let missing_deg = Some((from, from + wide));
+        let sampling = Sampling { missing_deg, ..Sampling::default() };
+        let pose = Isometry3::identity();
+        boundary_from_scan(&scan(drape(true), &sampling, &pose), &warp(&pose))
     };
-    let bridged = run((100.0, 104.0)).unwrap();
-    let (mean, max) = errors(&bridged, &drape(true).rim());
-    assert!(mean < 1.0 && max < 8.0, "mean {mean:.2} max {max:.2} mm");
-    assert!(bridged.quality.observed_fraction < 1.0);
-    let sigma = |observed: bool| {
-        let points = bridged.boundary.points().iter().filter(|p| p.observed == observed);
-        points.map(|p| p.sigma_m).fold(0.0, f64::max)
-    };
-    assert!(sigma(false) > 1.5 * sigma(true), "{} {}", sigma(false), sigma(true));
-    match run((70.0, 120.0)) {
-        Err(ScanError::Gap { bearing_deg, .. } | ScanError::TooLittleRim { bearing_deg, .. }) => {
-            assert!((bearing_deg - 95.0).abs() < 15.0, "{bearing_deg}");
+    let (mut worst_mean, mut worst, mut longest_m) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (from, wide) in [(60.0, 6.0), (100.0, 4.0), (100.0, 8.0), (280.0, 6.0), (340.0, 10.0)] {
+        let found = run(from, wide).unwrap();
+        let (mean, largest) = errors(&found, &drape(true).rim());
+        worst_mean = worst_mean.max(mean);
+        worst = worst.max(largest);
+        longest_m = longest_m.max(found.quality.longest_gap_m);
+        assert!(found.quality.observed_fraction < 1.0);
+        let sigma = |observed: bool| {
+            let points = found.boundary.points().iter().filter(|p| p.observed == observed);
+            points.map(|p| p.sigma_m).fold(0.0, f64::max)
+        };
+        assert!(sigma(false) > 1.2 * sigma(true), "{} {}", sigma(false), sigma(true));
+    }
+    hold("rim.bridged_arc", 1e3 * longest_m);
+    hold("rim.bridged_mean", worst_mean);
+    hold("rim.bridged_largest", worst);
+    for wide in [30.0, 40.0] {
+        match run(95.0 - 0.5 * wide, wide) {
+            Err(ScanError::Gap { bearing_deg, length_mm, limit_mm }) => {
+                assert!((bearing_deg - 95.0).abs() < 15.0, "{bearing_deg}");
+                assert!(length_mm > limit_mm);
+            }
+            other => panic!("{:?}", other.map(|f| f.quality)),
         }
-        other => panic!("{:?}", other.map(|f| f.quality)),
     }
 }
 
@@ -169,7 +181,10 @@ fn scenes_without_a_drape_are_refused() {
 #[test]
 fn real_sensor_files_without_a_drape_are_refused() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/scans");
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        eprintln!("skipped: {} is absent (see its ORIGIN.md)", folder.display());
+        return;
+    };
     for path in entries.map(|e| e.unwrap().path()).filter(|p| p.is_file()) {
         let (cloud, _) = scan2params::io::read_scan(&path).unwrap();
         let answer = boundary_from_scan(&cloud, &ScanOptions::default());
@@ -183,8 +198,7 @@ fn a_virtual_structured_light_scan_is_answered() {
     let sim_from_scan = scanned.truth.simulation_from_scanner;
     let options = warp(&sim_from_scan.inverse());
     let found = boundary_from_scan(&scanned.cloud, &options).unwrap();
-    let (mean, max) = errors(&found, &drape(true).rim());
-    assert!(mean < 1.2, "mean {mean:.2} max {max:.2} mm");
+    hold("rim.virtual_stiff", errors(&found, &drape(true).rim()).0);
 }
 
 /// A drape before the virtual depth camera.

@@ -1,8 +1,10 @@
 //! What a scan costs in memory: no more than four times its points as f64.
 
+mod promises;
 mod scan_support;
 
 use peak_alloc::PeakAlloc;
+use promises::hold;
 use scan_support::Drape;
 use scan2params::geom::Mesh;
 use scan2params::io::{ReadOptions, write_ply};
@@ -35,12 +37,14 @@ fn a_million_points_take_at_most_four_times_their_coordinates() {
     drop(cloud);
     let warp_toward = Some(WarpToward::Direction([1.0, 0.0, 0.0]));
     let options = ScanOptions { warp_toward, ..ScanOptions::default() };
+    let mut most = 0.0_f64;
     for path in [&binary, &ascii] {
         ALLOCATED.reset_peak_usage();
         let before = ALLOCATED.current_usage();
         of_scan(path, &ReadOptions::default(), &options).unwrap();
         let took = ALLOCATED.peak_usage() - before;
         println!("{}: {:.2} times the points", path.display(), took as f64 / points_bytes as f64);
-        assert!(took <= 4 * points_bytes, "{took} bytes for {points_bytes} of points");
+        most = most.max(took as f64 / points_bytes as f64);
     }
+    hold("scan.memory", most);
 }

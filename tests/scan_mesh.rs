@@ -1,10 +1,12 @@
 //! Scans that are meshes: open, decimated, and closed underneath as scanning apps do.
 
+mod promises;
 mod scan_support;
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
+use promises::{hold, promise};
 use rand_distr::{Distribution as _, Normal};
 use scan_support::{Drape, SIDE, random_pose};
 use scan2params::base::{Isometry3, Point3, Vector3, seed};
@@ -202,15 +204,18 @@ fn without_faces(mesh: &Mesh) -> Mesh {
 #[test]
 fn the_edge_of_an_open_mesh_is_read_from_it_and_not_from_its_vertices() {
     let coarse = run("5 mm", knit(), &open(knit(), 1), 0.0).unwrap();
-    // observed: 0.22 mm, bias 0.03; its vertices alone show no plate
-    assert!(coarse.mean_mm < 0.4 && coarse.bias_mm.abs() < 0.15);
+    hold("mesh.open_mean", coarse.mean_mm);
+    hold("mesh.open_bias", coarse.bias_mm.abs());
+    // its vertices alone show no plate
     assert!(run("5 mm, vertices", knit(), &without_faces(&open(knit(), 1)), 0.0).is_err());
     let finer = finer(&open(knit(), 1));
     let [mesh, cloud] = [finer.clone(), without_faces(&finer)]
         .map(|mesh| run("2.5 mm, noise 0.1 mm", knit(), &mesh, 0.1e-3).unwrap());
-    // observed: bias 0.04 mm with the mesh's own edge, 0.88 mm from its vertices
-    assert!(mesh.mean_mm < 0.4 && mesh.bias_mm.abs() < 0.2, "{}", mesh.bias_mm);
-    assert!(cloud.bias_mm > 3.0 * mesh.bias_mm.abs() && cloud.rim.quality.mesh.is_none());
+    hold("mesh.noisy_mean", mesh.mean_mm);
+    hold("mesh.noisy_bias", mesh.bias_mm.abs());
+    // what the bias would be without the mesh's own edge
+    assert!(!promise("mesh.noisy_bias").is_kept_by(cloud.bias_mm), "{}", cloud.bias_mm);
+    assert!(cloud.rim.quality.mesh.is_none());
     assert!(mesh.rim.quality.mesh.unwrap().own_edge_share > 0.9);
 }
 
@@ -218,9 +223,10 @@ fn the_edge_of_an_open_mesh_is_read_from_it_and_not_from_its_vertices() {
 fn a_decimated_mesh_is_no_sparse_cloud() {
     let mesh = open(knit(), 2);
     assert_eq!(mesh.vertices.len(), 961);
-    // observed: 1.03 mm, largest 2.42; chords of 10 mm cut off folds
+    // chords of 10 mm cut off folds
     let found = run("10 mm", knit(), &mesh, 0.0).unwrap();
-    assert!(found.mean_mm < 1.4 && found.max_mm < 3.5);
+    hold("mesh.decimated_mean", found.mean_mm);
+    hold("mesh.decimated_largest", found.max_mm);
     let cloud = run("10 mm, vertices", knit(), &without_faces(&mesh), 0.0);
     assert!(matches!(cloud.err(), Some(ScanError::TooFewPoints { points: 961, .. })));
 }
@@ -268,24 +274,28 @@ fn seams_of_a_file_are_no_edges() {
 
 #[test]
 fn a_shell_is_cut_at_its_upper_edge() {
+    let mut worst = [0.0_f64; 3];
     for thickness_mm in [1.0, 3.0, 6.0] {
         let closed = finer(&finer(&shell(open(knit(), 1), thickness_mm * 1e-3)));
         let name = format!("shell of {thickness_mm} mm");
-        // observed: 0.8 to 1.0 mm, largest 1.3 to 2.5, bias -0.16 to -0.20: the cut runs half a
-        // triangle inside the crease
+        // the cut runs half a triangle inside the crease
         let found = run(&name, knit(), &closed, 0.05e-3).unwrap();
-        assert!(found.mean_mm < 1.2 && found.max_mm < 3.5 && found.bias_mm.abs() < 0.3);
+        let figures = [found.mean_mm, found.max_mm, found.bias_mm.abs()];
+        worst = [0, 1, 2].map(|k| worst[k].max(figures[k]));
         let cut = found.rim.quality.mesh.unwrap().cut.unwrap();
         assert!((0.45..0.55).contains(&cut.removed_share), "{}", cut.removed_share);
     }
+    hold("mesh.shell_mean", worst[0]);
+    hold("mesh.shell_largest", worst[1]);
+    hold("mesh.shell_bias", worst[2]);
 }
 
 #[test]
 fn what_spans_the_rim_is_cut_away_or_the_scan_is_refused() {
     // What closes a sheet runs on where folds end without a crease: that is refused.
-    // observed: 0.30 mm, largest 0.85
     let found = run("stiff, spanned, 5 mm", stiff(), &spanned(open(stiff(), 1)), 0.0).unwrap();
-    assert!(found.mean_mm < 0.6 && found.max_mm < 2.0);
+    hold("mesh.spanned_mean", found.mean_mm);
+    hold("mesh.spanned_largest", found.max_mm);
     assert!(found.rim.quality.mesh.unwrap().cut.unwrap().removed_share > 0.1);
     let finer_still = |of| finer(&finer(&spanned(open(of, 1))));
     for (name, of, closed, steps) in [
@@ -293,23 +303,20 @@ fn what_spans_the_rim_is_cut_away_or_the_scan_is_refused() {
         ("stiff", stiff(), finer_still(stiff()), 0),
         ("stiff", stiff(), finer_still(stiff()), 3),
         ("knit", knit(), finer_still(knit()), 3),
+        ("knit, a blob", knit(), finer_still(knit()), 40),
     ] {
-        let closed = rounded(closed, steps);
-        match run(&format!("{name}, spanned, rounded {steps} times"), of, &closed, 0.05e-3) {
-            Ok(found) => {
-                assert!(found.mean_mm < 1.0 && found.max_mm < 5.0);
-                assert!(found.rim.quality.mesh.unwrap().cut.is_some());
+        let name = format!("{name}, spanned, rounded {steps} times");
+        let refused = run(&name, of, &rounded(closed, steps), 0.05e-3).err();
+        // one is cut, but where the membrane and not the cloth ends
+        let uneven = name.starts_with("stiff") && steps == 0;
+        match refused {
+            Some(ScanError::HiddenCrease { clear_percent, limit_percent }) if !uneven => {
+                assert!(clear_percent < limit_percent);
             }
-            Err(
-                ScanError::HiddenCrease { .. }
-                | ScanError::NoCrease { .. }
-                | ScanError::UnevenSides { .. },
-            ) => {}
-            Err(other) => panic!("{other}"),
+            Some(ScanError::UnevenSides { .. }) if uneven => {}
+            other => panic!("{name}: {other:?}"),
         }
     }
-    let blob = rounded(finer(&finer(&spanned(open(knit(), 1)))), 40);
-    assert!(run("a blob", knit(), &blob, 0.05e-3).is_err());
 }
 
 #[test]

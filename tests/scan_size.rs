@@ -17,7 +17,7 @@ use scan2params::scan::{
     ExperimentFault, LengthUnit, Refusal, ScanError, ScanOptions, WarpToward, boundary_from_scan,
     boundary_in_stages,
 };
-use scan2params::sensor::{self, Profile, Scene, VirtualScan};
+use scan2params::sensor::{self, Profile, Scene, Stand, VirtualScan};
 use scan2params::sim::{Drop, DropStart, SimOptions, drape};
 
 /// A stiff fabric's drape of another specimen on another plate \[m\].
@@ -31,7 +31,8 @@ fn draped(side_m: f64, plate_radius_m: f64) -> Mesh {
 
 /// A good scanner's scan of a drape on a plate of this radius \[m\].
 fn scanned(drape: &Mesh, plate_radius_m: f64) -> VirtualScan {
-    let scene = Scene { plate_radius_m, ..Scene::modified_cusick(drape.clone()) };
+    let stand = Stand { plate_radius_m, ..Stand::MODIFIED_CUSICK };
+    let scene = Scene::on(drape.clone(), stand);
     let profile = Profile::named("structured-light").unwrap();
     sensor::scan(&scene, &sensor::default_ring(), &profile, 4).unwrap()
 }

@@ -8,7 +8,9 @@
 //! x = -150 towards -z, and along z = -150 towards +x.
 //! Source: section IV of the paper (its 732 numbers, 733 with the density).
 
-use super::Point3;
+use serde::Serialize;
+
+use super::vectors::Point3;
 
 /// Sides of the specimen.
 pub const SIDES: usize = 4;
@@ -16,6 +18,16 @@ pub const SIDES: usize = 4;
 pub const POINTS_PER_SIDE: usize = 61;
 /// Points of the boundary vector.
 pub const POINTS: usize = SIDES * POINTS_PER_SIDE;
+
+/// Whether weft and warp of a rim are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Orientation {
+    /// The caller said where the warp points, or a mark on the specimen did.
+    Given,
+    /// Undecided: the boundary turned by one quarter is as likely.
+    Ambiguous,
+}
 
 /// One point of the rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,17 +47,29 @@ pub struct Boundary {
     points: Vec<BoundaryPoint>,
 }
 
+/// Another number of points than a boundary has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{found} points, but a boundary has {POINTS}: four sides of {POINTS_PER_SIDE}")]
+pub struct BoundaryError {
+    /// How many there are.
+    pub found: usize,
+}
+
 impl Boundary {
-    /// Takes exactly [`POINTS`] points in the module's order; `None` for any
-    /// other number.
-    #[must_use]
-    pub fn new(points: Vec<BoundaryPoint>) -> Option<Self> {
-        (points.len() == POINTS).then_some(Self { points })
+    /// Takes exactly [`POINTS`] points in the module's order.
+    ///
+    /// # Errors
+    /// When there is any other number of them.
+    pub fn new(points: Vec<BoundaryPoint>) -> Result<Self, BoundaryError> {
+        let found = points.len();
+        if found == POINTS { Ok(Self { points }) } else { Err(BoundaryError { found }) }
     }
 
     /// A rim without error, as the simulator gives it.
-    #[must_use]
-    pub fn exact(positions_m: impl IntoIterator<Item = Point3>) -> Option<Self> {
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn exact(positions_m: impl IntoIterator<Item = Point3>) -> Result<Self, BoundaryError> {
         let exact = |position_m| BoundaryPoint { position_m, sigma_m: 0.0, observed: true };
         Self::new(positions_m.into_iter().map(exact).collect())
     }
@@ -150,6 +174,6 @@ mod tests {
 
     #[test]
     fn a_wrong_number_of_points_is_refused() {
-        assert!(Boundary::exact((0..240).map(|_| Point3::origin())).is_none());
+        assert!(Boundary::exact((0..240).map(|_| Point3::origin())).is_err());
     }
 }

@@ -4,7 +4,7 @@
 //! along x** (the paper's Fig. 3; its section IV-B says the opposite, see
 //! `docs/symbols.md`). Right-handed. Metres.
 
-use super::Vector3;
+use super::vectors::Vector3;
 
 /// Up, against gravity.
 pub const UP: Vector3 = Vector3::new(0.0, 1.0, 0.0);

@@ -6,12 +6,7 @@ pub mod clock;
 pub mod frame;
 pub mod seed;
 pub mod units;
+pub mod vectors;
 
-/// A point in 3D, metres unless the name says otherwise.
-pub type Point3 = nalgebra::Point3<f64>;
-/// A vector in 3D, metres unless the name says otherwise.
-pub type Vector3 = nalgebra::Vector3<f64>;
-/// A rigid motion, named `target_from_source`.
-pub type Isometry3 = nalgebra::Isometry3<f64>;
-
-pub use boundary::{Boundary, BoundaryPoint};
+pub use boundary::{Boundary, BoundaryError, BoundaryPoint};
+pub use vectors::{Isometry3, Point3, Vector3};

@@ -4,18 +4,14 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{BatchError, BatchOptions};
+use super::error::BatchError;
+use super::options::{BatchOptions, SCANS};
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::check_density;
 use crate::io::density_csv::{self, DensityRow};
 use crate::io::{VIEWS_FILE, is_views_folder};
 use crate::job::rim::parse_warp_toward;
 use crate::scan::WarpToward;
-
-/// Files that are scans by their name alone, besides folders of views. Tables
-/// (`.csv`, `.txt`), images and lists of views are taken only if the density table
-/// names them: folders are full of others.
-pub(super) const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
 
 /// One scan of a batch.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +50,9 @@ pub fn inputs(options: &BatchOptions) -> Result<Vec<Input>, BatchError> {
     }
     let table = options.density_csv.as_deref().unwrap_or(Path::new(""));
     let mut lines = HashMap::new();
+    let mut names = Names::of(&found);
     for row in &rows {
-        let at = apply(row, table, options, &mut found)?;
+        let at = apply(row, table, options, &mut found, &mut names)?;
         if let Some(first) = lines.insert(at, row.line) {
             let fault = format!(
                 "`{}` is the scan that line {first} names already; keep one of both",
@@ -137,6 +134,7 @@ fn apply(
     table: &Path,
     options: &BatchOptions,
     found: &mut Vec<Input>,
+    names: &mut Names,
 ) -> Result<usize, BatchError> {
     let fault = |fault: String| {
         let (path, line) = (table.to_owned(), row.line);
@@ -146,7 +144,7 @@ fn apply(
     check_density(density_kg_m2).map_err(|error| fault(error.to_string()))?;
     let warp = row.warp_toward.as_deref().map(parse_warp_toward).transpose();
     let warp_toward = warp.map_err(|error| fault(format!("warp_toward: {error}")))?;
-    let at = match find(&row.file, options, found).map_err(fault)? {
+    let at = match names.find(&row.file, options, found).map_err(fault)? {
         Some(at) => at,
         None => {
             let file = normal(&row.file, &options.folder);
@@ -155,6 +153,7 @@ fn apply(
                 let (line, table) = (row.line, table.display());
                 format!("{}: no such file; line {line} of {table} names it", path.display())
             });
+            names.add(&file, found.len());
             found.push(Input { fault: missing, ..Input::new(file, path) });
             found.len() - 1
         }
@@ -173,20 +172,51 @@ fn normal(cell: &str, folder: &Path) -> String {
     cell.strip_suffix(&format!("/{VIEWS_FILE}")).unwrap_or(cell).to_owned()
 }
 
-/// The scan that a cell names: by its path in the folder, or by its name alone if
-/// only one scan has it.
-fn find(cell: &str, options: &BatchOptions, found: &[Input]) -> Result<Option<usize>, String> {
-    let cell = normal(cell, &options.folder);
-    if let Some(at) = found.iter().position(|input| input.file == cell) {
-        return Ok(Some(at));
+/// Where in a list the scans of a name are: tables of 100,000 rows are read.
+#[derive(Default)]
+struct Names {
+    /// By path in the folder.
+    by_path: HashMap<String, usize>,
+    /// By the name alone: the first that has it, and the second if there is one.
+    by_name: HashMap<String, (usize, Option<usize>)>,
+}
+
+impl Names {
+    fn of(found: &[Input]) -> Self {
+        let mut names = Self::default();
+        for (at, input) in found.iter().enumerate() {
+            names.add(&input.file, at);
+        }
+        names
     }
-    let same_name = |input: &Input| input.file.rsplit('/').next() == Some(&cell);
-    let mut at = (0..found.len()).filter(|&i| same_name(&found[i]));
-    match (at.next(), at.next()) {
-        (Some(one), Some(other)) => Err(format!(
-            "`{cell}` may be `{}` or `{}`; write the path in the folder",
-            found[one].file, found[other].file
-        )),
-        (one, _) => Ok(one),
+
+    fn add(&mut self, file: &str, at: usize) {
+        self.by_path.entry(file.to_owned()).or_insert(at);
+        let name = file.rsplit('/').next().unwrap_or(file).to_owned();
+        self.by_name
+            .entry(name)
+            .and_modify(|(_, second)| *second = second.or(Some(at)))
+            .or_insert((at, None));
+    }
+
+    /// The scan that a cell names: by its path in the folder, or by its name alone if
+    /// only one scan has it.
+    fn find(
+        &self,
+        cell: &str,
+        options: &BatchOptions,
+        found: &[Input],
+    ) -> Result<Option<usize>, String> {
+        let cell = normal(cell, &options.folder);
+        if let Some(&at) = self.by_path.get(&cell) {
+            return Ok(Some(at));
+        }
+        match self.by_name.get(&cell) {
+            Some(&(one, Some(other))) => Err(format!(
+                "`{cell}` may be `{}` or `{}`; write the path in the folder",
+                found[one].file, found[other].file
+            )),
+            one => Ok(one.map(|&(at, _)| at)),
+        }
     }
 }

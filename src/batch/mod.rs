@@ -14,10 +14,12 @@
 //! path. Tried and dropped: the scans themselves as rayon tasks; a task that waits
 //! takes up another scan, and the memory of many scans is held at once.
 //!
-//! Limit: two runs must not fill one folder of results at the same time.
+//! One run at a time fills a folder of results; another is told who does.
 
+mod error;
 mod inputs;
 mod journal;
+mod options;
 mod row;
 mod table;
 
@@ -26,40 +28,27 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+pub use error::BatchError;
 pub use inputs::{Input, inputs};
+pub use options::BatchOptions;
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
 
 use crate::base::units::KG_M2_PER_G_M2;
-use crate::estimate::{EstimateError, Estimator};
-use crate::fabric::{Fault, sha256_hex};
-use crate::io::{self, ReadError, ReadOptions, WriteError};
-use crate::job::{FailureKind, Job, JobError};
+use crate::estimate::Estimator;
+use crate::fabric::sha256_hex;
+use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
+use crate::job::verdict::Limits;
+use crate::job::{Job, JobError};
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
 use journal::Journal;
 
-/// What to do, and where.
-#[derive(Clone, Debug)]
-pub struct BatchOptions {
-    /// The folder; folders in it are looked into.
-    pub folder: PathBuf,
-    /// Folder of results; made if it is not there.
-    pub out: PathBuf,
-    /// Table of densities, see [`crate::io::density_csv`].
-    pub density_csv: Option<PathBuf>,
-    /// Areal density of the scans that the table does not name \[kg/m^2\].
-    pub density_kg_m2: Option<f64>,
-    /// What depth images do not say themselves.
-    pub read: ReadOptions,
-    /// How the scans are taken; the table's warp directions go before this one.
-    pub scan: ScanOptions,
-    /// Whether each estimate is draped again.
-    pub resimulate: bool,
-    /// Scans at once; 0 for one per core.
-    pub threads: usize,
-}
+/// The files of the whole batch in the folder of results.
+const RESULTS: [&str; 2] = ["results.csv", "results.jsonl"];
+/// What is appended to as scans end.
+const JOURNAL: &str = "journal.jsonl";
 
 /// How far a run is; given after every scan.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +59,7 @@ pub struct Progress<'a> {
     pub done: usize,
     /// Scans that this run has to do: what was kept is not in it.
     pub to_do: usize,
-    /// Of those ended, the ones without an estimate.
+    /// Of those ended, the ones without an estimate that may be used.
     pub failed: usize,
     /// Estimated time left \[s\].
     pub left_s: f64,
@@ -91,63 +80,6 @@ pub struct Summary {
     pub written: [PathBuf; 2],
 }
 
-/// Why a batch cannot be run.
-#[derive(Debug, thiserror::Error)]
-pub enum BatchError {
-    /// The density for all is not one of a textile.
-    #[error(transparent)]
-    Density(#[from] Fault),
-    /// The table of densities cannot be read.
-    #[error(transparent)]
-    ReadTable(#[from] ReadError),
-    /// A row of that table cannot be meant.
-    #[error("{}:{line}: {fault}", path.display())]
-    Table {
-        /// The table.
-        path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// What is wrong and what to do.
-        fault: String,
-    },
-    /// The folder cannot be listed.
-    #[error("{}: cannot be listed ({source}); give a folder of scans", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// Nothing to do.
-    #[error(
-        "{}: no scans in it, neither files that end in one of .{} nor folders of views; tables and \
-         images count if --density-csv names them",
-        folder.display(), inputs::SCANS.join(", .")
-    )]
-    NoScans {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// The model cannot be used.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// A result cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-}
-
-impl BatchError {
-    /// What kind of failure it is.
-    #[must_use]
-    pub fn kind(&self) -> FailureKind {
-        match self {
-            Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
-            Self::ReadTable(error) if error.is_content() => FailureKind::Usage,
-            _ => FailureKind::Failed,
-        }
-    }
-}
-
 /// Estimates every scan of a folder.
 ///
 /// # Errors
@@ -158,13 +90,17 @@ pub fn run(
     progress: impl Fn(Progress<'_>) + Sync,
 ) -> Result<Summary, BatchError> {
     let inputs = inputs(options)?;
-    let estimator = Estimator::shipped()?;
     let out = &options.out;
+    output::check_folder(out)?;
     std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
-    let (journal, held) = Journal::open(&out.join("journal.jsonl"))?;
+    let _lock = Lock::take(out.join("batch.lock"))?;
+    check_results(options)?;
+    let estimator = Estimator::shipped()?;
+    let (journal, held) = Journal::open(&out.join(JOURNAL))?;
     let batch = Batch { options, estimator: &estimator };
     let mut rows: Vec<Option<Row>> = parallel(options.threads, inputs.len(), |i| {
-        held.rows.get(&inputs[i].file).filter(|row| batch.still_holds(&inputs[i], row)).cloned()
+        let row = held.rows.get(&inputs[i].file)?;
+        batch.still_holds(&inputs[i], row).then(|| row.clone().judged(options.strict))
     });
     let to_do: Vec<usize> = (0..inputs.len()).filter(|&i| rows[i].is_none()).collect();
     let kept = inputs.len() - to_do.len();
@@ -182,7 +118,7 @@ pub fn run(
             fault.get_or_insert(error);
             return None;
         }
-        (*done, *failed) = (*done + 1, *failed + usize::from(row.status != Status::Ok));
+        (*done, *failed) = (*done + 1, *failed + usize::from(row.exit_code != 0));
         let each_s = start.elapsed().as_secs_f64() / *done as f64;
         let left_s = each_s * (to_do.len() - *done) as f64;
         let (done, failed, to_do) = (*done, *failed, to_do.len());
@@ -201,9 +137,16 @@ pub fn run(
     Ok(Summary { rows, kept, unreadable_lines, torn_bytes, written })
 }
 
-/// Writes `results.csv` and `results.jsonl`.
+/// Whether the results can be written, and the table of densities is none of them.
+fn check_results(options: &BatchOptions) -> Result<(), OutputError> {
+    let inputs: Vec<PathBuf> = options.density_csv.iter().cloned().collect();
+    let mut names = RESULTS.into_iter().chain([JOURNAL]);
+    names.try_for_each(|name| output::check_file(&options.out.join(name), &inputs))
+}
+
+/// Writes [`RESULTS`].
 fn write(out: &Path, rows: &[Row]) -> Result<[PathBuf; 2], WriteError> {
-    let paths = ["results.csv", "results.jsonl"].map(|name| out.join(name));
+    let paths = RESULTS.map(|name| out.join(name));
     io::atomically(&paths[0], |file| file.write_all(csv(rows).as_bytes()))?;
     io::atomically(&paths[1], |file| {
         for row in rows {
@@ -261,6 +204,7 @@ impl Batch<'_> {
             "read": self.options.read,
             "scan": self.scan_options(input),
             "resimulate": self.options.resimulate,
+            "verdict": Limits::default(),
         });
         sha256_hex(settings.to_string().as_bytes())
     }
@@ -327,7 +271,8 @@ impl Batch<'_> {
             None => (self.files(), input.file.as_str()),
         };
         files::write_as(&outcome, &folder, name)?;
-        Ok(Row { result: Some(json::params(&outcome)), ..Row::new(&input.file, Status::Ok) })
+        let row = Row::new(&input.file, Status::Ok);
+        Ok(Row { result: Some(json::params(&outcome)), ..row }.judged(self.options.strict))
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::job::FailureKind;
+use crate::job::verdict::Level;
 
 /// Version of the layout of a [`Row`].
 pub const SCHEMA_VERSION: u32 = 1;
@@ -69,7 +70,8 @@ pub struct Row {
     pub file: String,
     /// How it ended.
     pub status: Status,
-    /// [`Status::exit_code`].
+    /// The exit code that `estimate` would have given: [`Status::exit_code`], or that of a
+    /// refused scan where there is a result that may not be used.
     pub exit_code: u8,
     /// Why there is no estimate.
     pub reason: Option<String>,
@@ -86,6 +88,49 @@ pub struct Row {
 }
 
 impl Row {
+    /// The row with the exit code that its verdict asks for. A row holds whatever was asked
+    /// when it was made, so that `strict` may differ from one run of a batch to the next.
+    pub(super) fn judged(mut self, strict: bool) -> Self {
+        let refused =
+            self.not_the_experiment() || strict && self.verdict() == Some(Level::DoNotUse.name());
+        if self.status == Status::Ok {
+            let code = FailureKind::Refused.exit_code();
+            self.exit_code = if refused { code } else { self.status.exit_code() };
+        }
+        self
+    }
+
+    /// The level of the verdict, as params.json has it; `None` without a result.
+    #[must_use]
+    pub fn verdict(&self) -> Option<&str> {
+        self.result.as_ref()?.pointer("/verdict/level")?.as_str()
+    }
+
+    /// Whether what was scanned is not the experiment.
+    #[must_use]
+    pub fn not_the_experiment(&self) -> bool {
+        let pointer = "/verdict/not_the_experiment";
+        let said = self.result.as_ref().and_then(|result| result.pointer(pointer));
+        said.and_then(serde_json::Value::as_bool) == Some(true)
+    }
+
+    /// Codes of the grounds of the verdict that speak against the result, each once.
+    #[must_use]
+    pub fn grounds(&self) -> Vec<&str> {
+        let grounds = self.result.as_ref().and_then(|r| r.pointer("/verdict/grounds")?.as_array());
+        let mut codes = Vec::new();
+        for ground in grounds.into_iter().flatten() {
+            let level = ground["level"].as_str();
+            if let Some(code) = ground["code"].as_str()
+                && level != Some(Level::Reliable.name())
+                && !codes.contains(&code)
+            {
+                codes.push(code);
+            }
+        }
+        codes
+    }
+
     pub(super) fn new(file: &str, status: Status) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
@@ -99,5 +144,32 @@ impl Row {
             seconds: 0.0,
             result: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_s_exit_code_follows_its_verdict_and_what_is_asked() {
+        let row = |level: &str, other: bool| {
+            let verdict = serde_json::json!({ "level": level, "not_the_experiment": other });
+            let result = Some(serde_json::json!({ "verdict": verdict }));
+            Row { result, ..Row::new("a.ply", Status::Ok) }
+        };
+        for (level, other, lenient, strict) in [
+            ("reliable", false, 0, 0),
+            ("doubtful", false, 0, 0),
+            ("do_not_use", false, 0, 4),
+            ("do_not_use", true, 4, 4),
+        ] {
+            assert_eq!(row(level, other).judged(false).exit_code, lenient, "{level}");
+            // As if kept from a run that asked for the opposite.
+            assert_eq!(row(level, other).judged(false).judged(true).exit_code, strict, "{level}");
+            assert_eq!(row(level, other).judged(true).judged(false).exit_code, lenient, "{level}");
+        }
+        let refused = Row::new("b.ply", Status::Refused).judged(true);
+        assert_eq!((refused.exit_code, refused.verdict()), (4, None));
     }
 }

@@ -19,7 +19,8 @@ pub fn csv(rows: &[Row]) -> String {
 }
 
 /// Titles before and after those of the stiffnesses.
-const BEFORE: [&str; 6] = ["file", "status", "exit_code", "reason", "density_g_m2", "orientation"];
+const BEFORE: [&str; 8] =
+    ["file", "status", "exit_code", "verdict", "grounds", "reason", "density_g_m2", "orientation"];
 const AFTER: [&str; 5] =
     ["observed_fraction", "novelty_mm", "mean_error_mm", "warnings", "input_sha256"];
 
@@ -40,7 +41,9 @@ fn cells(row: &Row) -> Vec<String> {
     let mut cells = vec![
         row.file.clone(),
         row.status.name().to_owned(),
-        row.status.exit_code().to_string(),
+        row.exit_code.to_string(),
+        row.verdict().unwrap_or_default().to_owned(),
+        row.grounds().join("; "),
         row.reason.clone().unwrap_or_default(),
         row.density_g_m2.map(|d| d.to_string()).unwrap_or_default(),
         cell("/orientation"),
@@ -87,6 +90,12 @@ mod tests {
             density_g_m2: Some(214.0),
             result: Some(serde_json::json!({
                 "orientation": "given",
+                "verdict": { "level": "doubtful", "not_the_experiment": false, "grounds": [
+                    { "code": "novel_rim", "level": "doubtful" },
+                    { "code": "out_of_range", "level": "doubtful" },
+                    { "code": "out_of_range", "level": "doubtful" },
+                    { "code": "rim_from_file", "level": "reliable" },
+                ] },
                 "parameters": { "shear": { "value": 1.5, "interval90": [1, 2], "in_range": true } },
                 "warnings": ["one, two", "three"],
             })),
@@ -101,7 +110,9 @@ mod tests {
         let cell = |row: usize, title: &str| {
             rows[row][titles.iter().position(|t| t == title).unwrap()].to_owned()
         };
-        assert_eq!(titles.len(), 35);
+        assert_eq!(titles.len(), 37);
+        assert_eq!((cell(0, "verdict"), cell(1, "verdict")), ("doubtful".into(), String::new()));
+        assert_eq!(cell(0, "grounds"), "novel_rim; out_of_range");
         assert_eq!(cell(0, "shear_g_s2"), "1.5");
         assert_eq!(cell(0, "shear_high90"), "2");
         assert_eq!(cell(0, "bending_bias_g_mm2_s2"), "");

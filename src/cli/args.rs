@@ -1,7 +1,6 @@
 //! Flags and verbs. A flag means here what the parameter of the same name means
 //! in the library.
 
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
@@ -13,7 +12,7 @@ use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{Form, Unit};
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric};
-use scan2params::io::{DepthSource, Intrinsics, ReadOptions, intrinsics};
+use scan2params::io::{DepthSource, Intrinsics, ReadOptions, files_of, intrinsics};
 use scan2params::job::rim::parse_warp_toward;
 use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
 
@@ -47,25 +46,6 @@ pub(crate) enum Command {
     Generate(Generate),
 }
 
-/// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 9] = [
-    "estimate", "inspect", "boundary", "batch", "simulate", "generate", "augment", "evaluate",
-    "help",
-];
-
-/// Puts the verb `estimate` in front of an input file given without a verb.
-pub(crate) fn with_default_verb(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
-    let mut arguments: Vec<_> = arguments.into_iter().collect();
-    let info = ["-h", "--help", "-V", "--version"];
-    let verb_needed = arguments
-        .get(1)
-        .is_some_and(|first| !VERBS.iter().chain(&info).any(|known| first.as_os_str() == *known));
-    if verb_needed {
-        arguments.insert(1, "estimate".into());
-    }
-    arguments
-}
-
 /// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
@@ -75,6 +55,15 @@ pub(crate) struct ScanFlags {
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) read: ReadFlags,
+}
+
+impl ScanFlags {
+    /// The files that are read: no result may be one of them.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        // A list of views that cannot be read is an error when it is read.
+        let scan = files_of(&self.input).unwrap_or_else(|_| vec![self.input.clone()]);
+        scan.into_iter().chain(self.read.intrinsics.clone()).collect()
+    }
 }
 
 /// How scans are read.
@@ -178,6 +167,13 @@ fn key_value(text: &str) -> Result<(String, String), String> {
     Ok((pair.0.to_owned(), pair.1.to_owned()))
 }
 
+/// A number of threads that a machine can have; 0 stands for one per core.
+fn threads(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1024;
+    let threads: Option<usize> = text.parse().ok();
+    threads.filter(|&threads| threads <= MOST).ok_or_else(|| format!("give 0 to {MOST}"))
+}
+
 fn unit(text: &str) -> Result<LengthUnit, String> {
     LengthUnit::named(text).ok_or_else(|| "give m, mm, cm or in".into())
 }
@@ -199,6 +195,9 @@ pub(crate) struct Estimate {
     /// Drape the estimate again even without --out
     #[arg(long)]
     pub(crate) resimulate: bool,
+    /// Exit with code 4 where the verdict is `do not use`; results are written all the same
+    #[arg(long)]
+    pub(crate) strict: bool,
 }
 
 #[derive(Debug, Args)]
@@ -242,8 +241,11 @@ pub(crate) struct Batch {
     #[arg(long)]
     pub(crate) resimulate: bool,
     /// Scans at once; 0: one per core
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,
+    /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate
+    #[arg(long)]
+    pub(crate) strict: bool,
     /// Print JSON lines instead of CSV
     #[arg(long)]
     pub(crate) json: bool,
@@ -361,8 +363,14 @@ pub(crate) enum Evaluate {
         /// Drapes as `simulate` writes them, or folders of them
         #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
-        /// Sensor profiles; with @top, the view from above alone; with @views, every pixel
-        /// of the depth images in place of a fused cloud
+        /// Sensor profiles, and behind them what else is said of the scene, each after an @ and
+        /// in any order, as in structured-light@post@below@views8:
+        /// @top (the view from above alone), @below (views from 40, 5 and -25 degrees, 30 if not
+        /// said), @viewsN (N views), @views (every pixel of the depth images in place of a fused
+        /// cloud), @post (a plate 6 mm thick on a thin post, no floor), @pedestal (a column nearly
+        /// as wide as the plate), @thickN (a plate N mm thick), @plateN (a plate of N mm radius,
+        /// for a drape simulated on one), @floorN (a floor N mm below the plate, 0 for none),
+        /// @off (the specimen 51 mm off the scanner's axis)
         #[arg(
             long,
             value_delimiter = ',',
@@ -382,6 +390,22 @@ pub(crate) enum Evaluate {
         /// `sheet.knot_m=4.5e-3`; src/scan/tuning.rs lists them. May be given often
         #[arg(long, value_name = "STAGE.NAME=VALUE", value_parser = key_value)]
         tune: Vec<(String, String)>,
+    },
+    /// Accuracy, widths and coverage of the estimate on rims that the model has not seen,
+    /// beside a baseline that ignores the scan.
+    Estimate {
+        /// A folder of `generate`, of another seed than the model's
+        #[arg(value_name = "DRAPES", required_unless_present = "count")]
+        drapes: Option<PathBuf>,
+        /// Drape so many fabrics of the model's prior afresh, as `generate` does
+        #[arg(long, conflicts_with = "drapes", value_parser = clap::value_parser!(u64).range(1..))]
+        count: Option<u64>,
+        /// Seed of their fabrics and drops
+        #[arg(long, default_value_t = 2, conflicts_with = "drapes")]
+        seed: u64,
+        /// Print the scores as JSON
+        #[arg(long)]
+        json: bool,
     },
     /// Where the time of one scan goes, from file to rim: stage, processor time of all
     /// threads, time on the wall. RAYON_NUM_THREADS=1 keeps it to one thread.
@@ -434,7 +458,9 @@ pub(crate) enum Evaluate {
         #[arg(long, value_delimiter = ',', default_value = "61")]
         vertices: Vec<usize>,
     },
-    /// How the rim of one drape answers a small change of each parameter.
+    /// What scans look like to the verdict, honest ones and ones that are wrong in a known way.
+    Verdict(Verdict),
+    /// How far the rim of one drape moves with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
         #[arg(long, default_value_t = 1)]
@@ -443,6 +469,37 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 0)]
         index: u64,
     },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Verdict {
+    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+    #[arg(long, default_value = DEFAULT_PRIOR)]
+    pub(crate) prior: String,
+    /// Sensor profile; as for `evaluate scan`
+    #[arg(long, default_value = "structured-light")]
+    pub(crate) profile: String,
+    /// Fabrics
+    #[arg(long, default_value_t = 24)]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and scans
+    #[arg(long, default_value_t = 7)]
+    pub(crate) seed: u64,
+    /// Radius of the plate that the cloth lies on [mm]; the main job is not told
+    #[arg(long, default_value_t = 50.0)]
+    pub(crate) plate_radius: f64,
+    /// The scan is larger by this factor
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) scale: f64,
+    /// The scan is higher by this factor
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) vertical_scale: f64,
+    /// The density that is given is larger by this factor
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) density_factor: f64,
 }
 
 #[derive(Debug, Args)]
@@ -501,8 +558,9 @@ pub(crate) struct Simulate {
     /// Vertices on a side of the specimen
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u64).range(21..=241))]
     pub(crate) vertices: u64,
-    /// Threads (one drape uses one)
-    #[arg(long, default_value_t = 1)]
+    /// Threads, as other commands take them; one drape is computed on one, and more do
+    /// not make it faster
+    #[arg(long, default_value = "1", value_parser = threads)]
     pub(crate) threads: usize,
     /// The sheet as OBJ, mm, simulation frame
     #[arg(long, short, value_name = "DRAPE.obj")]
@@ -521,7 +579,7 @@ pub(crate) struct Generate {
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Drapes of the whole run
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: u64,
     /// Seed of the whole run
     #[arg(long, default_value_t = 1)]
@@ -533,10 +591,10 @@ pub(crate) struct Generate {
     #[arg(long, value_name = "i/N", default_value = "0/1")]
     pub(crate) shard: scan2params::dataset::Shard,
     /// Drops of each fabric
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) drops_per_fabric: u64,
     /// Drapes at once; 0: one per core
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,
 }
 
@@ -552,34 +610,5 @@ impl FabricFlags {
             self.bending_bias?,
             self.density?,
         ]))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_input_without_a_verb_is_estimated() {
-        let given = |words: &[&str]| {
-            let words = words.iter().map(OsString::from);
-            with_default_verb(words)
-                .into_iter()
-                .map(|w| w.into_string().unwrap())
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(given(&["s", "a.ply", "--density", "180"])[1], "estimate");
-        assert_eq!(given(&["s", "simulate"])[1], "simulate");
-        assert_eq!(given(&["s", "--help"]), ["s", "--help"]);
-        assert_eq!(given(&["s"]), ["s"]);
-    }
-
-    #[test]
-    fn every_verb_is_known_to_the_default_verb() {
-        use clap::CommandFactory as _;
-        for verb in Arguments::command().get_subcommands() {
-            assert!(VERBS.contains(&verb.get_name()), "{}", verb.get_name());
-        }
-        Arguments::command().debug_assert();
     }
 }

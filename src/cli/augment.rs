@@ -4,8 +4,9 @@ use std::path::Path;
 
 use anyhow::anyhow;
 
+use super::progress::Working;
 use super::{Failure, Outcome, args};
-use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made};
+use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made, Step};
 use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
 
@@ -31,11 +32,19 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
             let why = "--out names one .ply; for other forms or more variants give a folder";
             return Err(Failure::usage(anyhow!("{}: {why}", given.out.display())));
         }
+        let working = Working::on(format!("scanning {}", given.input.display()));
         let points = augment::one_ply(&options, &given.out).map_err(failure)?;
+        drop(working);
         eprintln!("wrote {} ({points} points)", given.out.display());
         return Ok(());
     }
-    let all = augment::run(&options, report).map_err(failure)?;
+    let working = Working::on("reading the drapes");
+    let tell = |step: Step<'_>| match step {
+        Step::Begun { name, number, of } => working.now(format!("scan {number} of {of}: {name}")),
+        Step::Ended(made) => working.aside(|| report(made)),
+    };
+    let all = augment::run(&options, tell).map_err(failure)?;
+    drop(working);
     let failed = all.iter().filter(|made| made.outcome.is_err()).count();
     if failed > 0 {
         return Err(Failure::partial(anyhow!("{failed} of {} were not made", all.len())));
@@ -57,6 +66,7 @@ fn report(made: &Made) {
 fn failure(error: AugmentError) -> Failure {
     match error {
         AugmentError::Input { .. } => Failure::usage(error),
+        AugmentError::Output(error) => Failure::of_output(error),
         other => Failure::from(other),
     }
 }

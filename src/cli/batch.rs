@@ -1,6 +1,5 @@
 //! `batch`: every scan of a folder.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -9,6 +8,7 @@ use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::batch::{self, BatchError, BatchOptions, Progress, Row, Status, Summary};
 use scan2params::job::check_experiment;
+use scan2params::job::verdict::Level;
 
 pub(crate) fn run(given: &args::Batch) -> Outcome {
     let options = BatchOptions {
@@ -19,6 +19,7 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         read: given.read.read()?,
         scan: given.read.options()?,
         resimulate: given.resimulate,
+        strict: given.strict,
         threads: given.threads,
     };
     check_experiment(&options.scan).map_err(Failure::of_job)?;
@@ -38,8 +39,7 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
     } else {
         batch::csv(&summary.rows)
     };
-    // A reader like `head` may have gone; the files are written.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    print!("{text}");
     conclude(&summary)
 }
 
@@ -53,8 +53,9 @@ fn default_out(folder: &Path) -> anyhow::Result<PathBuf> {
 fn report(progress: Progress<'_>) {
     let Progress { row, done, to_do, failed, left_s } = progress;
     let Row { file, status, seconds, .. } = row;
+    let verdict = row.verdict().map(|level| format!(", {level}")).unwrap_or_default();
     eprintln!(
-        "{done}/{to_do} done, {failed} failed, {} left: {file}: {} ({seconds:.1} s)",
+        "{done}/{to_do} done, {failed} failed, {} left: {file}: {}{verdict} ({seconds:.1} s)",
         duration(left_s),
         status.name()
     );
@@ -75,16 +76,32 @@ fn conclude(summary: &Summary) -> Outcome {
         table.display(),
         lines.display()
     );
-    let failed: Vec<&Row> = summary.rows.iter().filter(|row| row.status != Status::Ok).collect();
+    let levels = Level::ALL.map(|level| {
+        let count = summary.rows.iter().filter(|row| row.verdict() == Some(level.name())).count();
+        format!("{count} {}", level.words())
+    });
+    let others = summary.rows.iter().filter(|row| row.not_the_experiment()).count();
+    eprintln!("verdicts: {} ({others} not the experiment)", levels.join(", "));
+    let failed: Vec<&Row> = summary.rows.iter().filter(|row| row.exit_code != 0).collect();
     if failed.is_empty() {
         return Ok(());
     }
     for row in &failed {
-        let reason = row.reason.as_deref().unwrap_or_default();
-        eprintln!("{} ({}): {reason}", row.file, row.status.name());
+        match (&row.reason, row.verdict()) {
+            (Some(reason), _) => eprintln!("{} ({}): {reason}", row.file, row.status.name()),
+            (None, level) => {
+                let level = level.unwrap_or_default();
+                eprintln!("{} ({level}): {}", row.file, row.grounds().join(", "));
+            }
+        }
     }
-    let (failed, all) = (failed.len(), summary.rows.len());
-    Err(Failure::partial(anyhow!("{failed} of {all} scans have no estimate")))
+    let (without, all) =
+        (failed.iter().filter(|row| row.status != Status::Ok).count(), summary.rows.len());
+    let mut said = format!("{without} of {all} scans have no estimate");
+    if without < failed.len() {
+        said += &format!(", {} one that is not to be used", failed.len() - without);
+    }
+    Err(Failure::partial(anyhow!(said)))
 }
 
 /// Seconds as a person reads them.

@@ -1,5 +1,6 @@
 //! `estimate`, the main job.
 
+use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::job::Job;
@@ -13,7 +14,12 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         scan: given.scan.read.options()?,
         resimulate: given.resimulate || given.out.is_some(),
     };
-    let outcome = job.run().map_err(Failure::of_job)?;
+    if let Some(folder) = &given.out {
+        files::check(&job.input, folder, &given.scan.files()).map_err(Failure::of_output)?;
+    }
+    let working = Working::on(format!("estimating {}", job.input.display()));
+    let outcome = job.run_telling(|step| working.now(step)).map_err(Failure::of_job)?;
+    drop(working);
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::params(&outcome))?);
     } else {
@@ -24,5 +30,5 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
             eprintln!("wrote {}", path.display());
         }
     }
-    Ok(())
+    Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
 }

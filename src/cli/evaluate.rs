@@ -1,31 +1,49 @@
 //! `evaluate`: the tables of docs/validation.md.
 
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 use anyhow::{Context as _, anyhow};
 use clap::ValueEnum as _;
 use rayon::prelude::*;
 
-use super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args, print};
 use scan2params::base::clock::Stage;
+use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::drape_file::{read_drape, rim_of};
-use scan2params::dataset::drapes::dataset_options;
+use scan2params::dataset::drapes::{dataset_options, simulate};
+use scan2params::dataset::{Manifest, Row, read_folder};
+use scan2params::estimate::Estimator;
+use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
 use scan2params::evaluate::physics::{branches, drapes, strips};
-use scan2params::evaluate::scan::{self as rims, Case, Setup, Summary};
+use scan2params::evaluate::scan::Setup;
+use scan2params::evaluate::scan::{self as rims, Case, Summary};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
-use scan2params::evaluate::{speed, stages};
-use scan2params::fabric::Mixture;
+use scan2params::evaluate::{speed, stages, verdict};
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::io::output;
+use scan2params::report::files;
 use scan2params::scan::Tuning;
-use scan2params::sensor::Profile;
-use scan2params::sim::SimOptions;
+use scan2params::sim::{NUMERICS_VERSION, SimOptions};
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
+    // Without a reader the tables are for nobody, and some take hours.
+    print::stdout_is_all();
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures, tune } => {
             let seeds = *first_seed..first_seed.saturating_add(*seeds);
             let tuning = tuned(tune)?;
             scan(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref(), tuning })
+        }
+        args::Evaluate::Estimate { drapes, count, seed, json } => {
+            let drapes = match (drapes, count) {
+                (Some(folder), _) => Drapes::Folder(folder),
+                (None, count) => Drapes::Fresh { count: count.unwrap_or(1), seed: *seed },
+            };
+            estimate(drapes, *json)
         }
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
@@ -36,8 +54,86 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Speed { count, seed, dataset, vertices } => {
             run_speed(*count, *seed, *dataset, vertices)
         }
+        args::Evaluate::Verdict(given) => run_verdict(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
+}
+
+/// Drapes that an estimate is held against.
+#[derive(Clone, Copy)]
+enum Drapes<'a> {
+    /// As `generate` left them.
+    Folder(&'a Path),
+    /// Made here.
+    Fresh { count: u64, seed: u64 },
+}
+
+fn estimate(drapes: Drapes<'_>, as_json: bool) -> Outcome {
+    let estimator = Estimator::shipped()?;
+    let prior = Mixture::named(&estimator.model().prior)?;
+    let rows = match drapes {
+        Drapes::Folder(folder) => {
+            held_out::check_folder(&estimator, &Manifest::read(folder)?)?;
+            read_folder(folder)?
+        }
+        Drapes::Fresh { count, seed } => {
+            held_out::check_unseen(&estimator, prior.name(), seed, NUMERICS_VERSION)
+                .map_err(Failure::usage)?;
+            fresh(&prior, count, seed)?
+        }
+    };
+    let made = rows.len();
+    let rows = held_out::at_rest(rows)?;
+    let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
+    let answers = rows.iter().map(|row| held_out::answer(&estimator, row));
+    let answers: Vec<Answer> = answers.collect::<Result<_, _>>()?;
+    let baseline = vec![Baseline::of(&prior)?.answer(); rows.len()];
+    let [shipped, baseline] =
+        [answers, baseline].map(|answers| Scores::of(&truths, &answers, prior.limits()));
+    if as_json {
+        let id = &estimator.model().id;
+        let all = serde_json::json!({
+            "model": id, "drapes": made, "at_rest": rows.len(),
+            "shipped": shipped, "ignoring_the_scan": baseline,
+        });
+        println!("{}", serde_json::to_string_pretty(&all)?);
+        return Ok(());
+    }
+    println!("{} of {made} drapes are at rest", rows.len());
+    println!("by, parameter, median_abs_ln_error, rmse, r2, coverage, half_width_factor, novel");
+    for (name, scores) in
+        [(estimator.model().id.as_str(), shipped), ("ignoring-the-scan", baseline)]
+    {
+        for p in &scores.parameters {
+            println!(
+                "{name}, {}, {:.3}, {:.4}, {:.3}, {:.3}, {:.2}, ",
+                p.key, p.median_abs_ln_error, p.rmse, p.r2, p.coverage, p.median_half_width_factor
+            );
+        }
+        println!(
+            "{name}, all, , {:.4}, {:.3}, {:.3}, {:.2}, {:.3}",
+            scores.rmse, scores.r2, scores.coverage, scores.half_width_factor, scores.novel_share
+        );
+    }
+    Ok(())
+}
+
+/// Drapes as `generate` makes them, on all cores.
+fn fresh(prior: &Mixture, count: u64, seed: u64) -> Result<Vec<Row>, Failure> {
+    let (options, start) = (dataset_options(), Instant::now());
+    let made = AtomicU64::new(0);
+    let row = |index: u64| {
+        let fabric = prior.sample(seed, index)?;
+        let drape = simulate(index, &fabric, seed, &options);
+        let made = made.fetch_add(1, Ordering::Relaxed) + 1;
+        if std::io::stderr().is_terminal() {
+            let left = start.elapsed().as_secs_f64() / made as f64 * (count - made) as f64;
+            eprintln!("{made}/{count} drapes, {left:.0} s left");
+        }
+        Ok(Row { index, fabric_index: index, fabric, drape })
+    };
+    let rows = (0..count).into_par_iter().map(row);
+    Ok(rows.collect::<Result<Vec<Row>, MixtureError>>()?)
 }
 
 fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {
@@ -76,15 +172,11 @@ fn tuned(tune: &[(String, String)]) -> Result<Tuning, Failure> {
 }
 
 fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
-    let setup = |name: &String| {
-        Setup::named(name).ok_or_else(|| {
-            Failure::usage(anyhow!(
-                "no sensor `{name}`: give one of {}, or one of them with @top or @views",
-                Profile::ALL.map(|profile| profile.name).join(", ")
-            ))
-        })
-    };
+    let setup = |name: &String| Setup::named(name).map_err(Failure::usage);
     let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
+    if let Some(folder) = sweep.pictures {
+        output::check_folder(folder).map_err(Failure::of_output)?;
+    }
     println!(
         "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \
          edge_bias_mm, within_68, within_95, observed, seconds, refusal"
@@ -103,7 +195,7 @@ fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
                 {
                     let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
                     std::fs::create_dir_all(folder)?;
-                    rims::picture(&found, &truth).save(file)?;
+                    files::picture(&file, &rims::picture(&found, &truth))?;
                 }
                 let case = rims::case(&made, &mesh, &truth, &sweep.tuning);
                 println!("{name}, {}, {seed}, {}", setup.name, row(&case));
@@ -241,9 +333,9 @@ fn run_speed(count: u64, seed: u64, dataset: bool, sides: &[usize]) -> Outcome {
 }
 
 fn sensitivities(seed: u64, index: u64) -> Outcome {
-    let answers = speed::answers(seed, index, &SimOptions::default())?;
+    let found = speed::rim_sensitivities(seed, index, &SimOptions::default())?;
     println!("parameter, unit, rim_mean_mm_per_part, rim_largest_mm_per_part, part");
-    for a in &answers.rows {
+    for a in &found.rows {
         println!(
             "{}, {}, {:.3e}, {:.3e}, {}",
             a.key, a.unit, a.rim_mean_mm, a.rim_largest_mm, a.part
@@ -251,10 +343,10 @@ fn sensitivities(seed: u64, index: u64) -> Outcome {
     }
     println!(
         "{} parameters in {:.2} CPU-s, {:.1} % of the drape's {:.2} CPU-s",
-        answers.rows.len(),
-        answers.cpu_s,
-        100.0 * answers.cpu_s / answers.drape_cpu_s,
-        answers.drape_cpu_s
+        found.rows.len(),
+        found.cpu_s,
+        100.0 * found.cpu_s / found.drape_cpu_s,
+        found.drape_cpu_s
     );
     Ok(())
 }
@@ -300,17 +392,76 @@ fn run_soak(prior: &str, first: u64, count: u64, seed: u64) -> Outcome {
     Ok(())
 }
 
+fn run_verdict(given: &args::Verdict) -> Outcome {
+    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let setup = Setup::named(&given.profile).map_err(Failure::usage)?;
+    let wrong = verdict::Wrong {
+        plate_radius_m: given.plate_radius * M_PER_MM,
+        scale: given.scale,
+        vertical_scale: given.vertical_scale,
+        density: given.density_factor,
+    };
+    let estimator = Estimator::shipped()?;
+    let (send, receive) = std::sync::mpsc::channel();
+    let mut cases: Vec<verdict::Case> = std::thread::scope(|scope| {
+        let (estimator, prior, setup, wrong) = (&estimator, &prior, &setup, &wrong);
+        let indices = given.first..given.first + given.count;
+        scope.spawn(move || {
+            indices.into_par_iter().for_each_with(send, |send, index| {
+                let of = (given.seed, index);
+                let _ = send.send(verdict::case(prior, setup, wrong, of, estimator));
+            });
+        });
+        let tell = |case: &verdict::Case| eprintln!("{}", verdict_row(case));
+        receive.into_iter().map(|case| case.inspect(tell)).collect::<Result<_, _>>()
+    })?;
+    cases.sort_by_key(|case| case.index);
+    let columns = cases.iter().map(verdict::numbers).max_by_key(Vec::len).unwrap_or_default();
+    let names: Vec<&str> = columns.iter().map(|column| column.0).collect();
+    println!("index,verdict,grounds,{},refusal", names.join(","));
+    for case in &cases {
+        let numbers = verdict::numbers(case);
+        let cell = |k: usize| numbers.get(k).map_or(String::new(), |n| format!("{:.4}", n.1));
+        let cells: Vec<String> = (0..names.len()).map(cell).collect();
+        println!("{}", verdict_row(case).replacen("; cells", &cells.join(","), 1));
+    }
+    let summary = verdict::Summary::of(&cases);
+    println!("\nverdicts: {:?}\ngrounds: {:?}", summary.verdicts, summary.grounds);
+    println!("\ncolumn,least,at_5_percent,median,at_95_percent,largest");
+    for (name, values) in &summary.columns {
+        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        let row = [0.0, 0.05, 0.5, 0.95, 1.0].map(|share| format!("{:.4}", at(share)));
+        println!("{name},{}", row.join(","));
+    }
+    Ok(())
+}
+
+/// A case as a line of a table, with a place for its numbers.
+fn verdict_row(case: &verdict::Case) -> String {
+    match &case.answer {
+        Ok(judged) => {
+            let codes = verdict::codes(&judged.verdict).join(" ");
+            format!("{},{},{codes},; cells,", case.index, judged.verdict.level.name())
+        }
+        Err(refusal) => {
+            let refusal = refusal.to_string().replace('"', "'");
+            format!("{},refused,,; cells,\"{refusal}\"", case.index)
+        }
+    }
+}
+
 fn run_physics(given: &args::Physics) -> Outcome {
     use args::PhysicsPart as Part;
     let (out, data) = (given.out.as_deref(), given.data.as_deref());
     let parts = if given.parts.is_empty() { Part::value_variants() } else { &given.parts };
     if let Some(out) = out {
+        output::check_folder(out).map_err(Failure::of_output)?;
         std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     }
     let save = |name: &str, image: image::RgbImage| -> Outcome {
         if let Some(out) = out {
             let path = out.join(name);
-            image.save(&path).with_context(|| path.display().to_string())?;
+            files::picture(&path, &image)?;
         }
         Ok(())
     };

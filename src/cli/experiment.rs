@@ -22,7 +22,7 @@ pub(crate) struct ExperimentFlags {
     /// Place of the specimen's centre on the plate [mm]
     #[arg(long, value_name = "X,Z", value_parser = numbers::<2>, allow_hyphen_values = true)]
     pub(crate) offset: Option<[f64; 2]>,
-    /// Turn of the specimen, from +x towards -z [degrees]
+    /// Rotation of the specimen, from +x towards -z [degrees]
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) rotation: Option<f64>,
     /// Fall of the plate towards +x and +z [degrees]

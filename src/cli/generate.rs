@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::{Failure, Outcome, args};
-use scan2params::dataset::{GenerateOptions, Progress, drapes, generate};
+use scan2params::dataset::{GenerateError, GenerateOptions, Progress, drapes, generate};
 use scan2params::fabric::Mixture;
 
 pub(crate) fn run(given: &args::Generate) -> Outcome {
@@ -23,11 +23,12 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
         report(progress, start);
         ControlFlow::Continue(())
     };
-    let summary = generate(&options, simulate, report)?;
+    let summary = generate(&options, simulate, report).map_err(failure)?;
     eprintln!(
-        "{} drapes made in {:.0} s, {} files written, {} kept",
+        "{} drapes made in {:.0} s, {} kept from an interrupted run, {} files written, {} kept",
         summary.made,
         start.elapsed().as_secs_f64(),
+        summary.rows_kept,
         summary.files_written,
         summary.files_kept
     );
@@ -35,6 +36,14 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
         eprintln!("not at rest: {count} ({stop})");
     }
     Ok(())
+}
+
+fn failure(error: GenerateError) -> Failure {
+    match error {
+        GenerateError::Options(_) | GenerateError::OtherOptions { .. } => Failure::usage(error),
+        GenerateError::Output(error) => Failure::of_output(error),
+        other => Failure::from(other),
+    }
 }
 
 fn report(progress: Progress, start: Instant) {

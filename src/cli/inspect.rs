@@ -2,28 +2,39 @@
 
 use anyhow::anyhow;
 
+use super::progress::Working;
 use super::{Failure, Outcome, args};
-use scan2params::io::{ReadNotes, boundary_csv};
-use scan2params::job::{JobError, rim};
-use scan2params::report::{inspection, json, table};
-use scan2params::scan::ScannedBoundary;
+use scan2params::io::{ReadNotes, boundary_csv, output};
+use scan2params::job::{JobError, rim, verdict};
+use scan2params::report::{files, inspection, json, table, verdict as words};
+use scan2params::scan::{ScanOptions, ScannedBoundary};
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
-    let (scanned, notes) = match rim_of(&given.scan)? {
+    if let Some(path) = &given.out {
+        output::check_file(path, &given.scan.files()).map_err(Failure::of_output)?;
+    }
+    let options = given.scan.read.options()?;
+    let (scanned, notes) = match rim_of(&given.scan, &options)? {
         Ok(found) => found,
         Err(error) => return Err(refused(error, given)?),
     };
+    let said = verdict::of_scan(&scanned, &options);
     eprint!("{}", table::notes(&notes));
-    if given.json {
-        println!("{}", serde_json::to_string_pretty(&json::quality(&scanned))?);
+    let found = format!("{}{}", words::lines(&said), table::scan(&scanned));
+    if given.out.as_deref().is_some_and(output::is_stdout) {
+        eprint!("{found}");
+    } else if given.json {
+        let mut found = json::quality(&scanned);
+        found["verdict"] = serde_json::to_value(&said)?;
+        println!("{}", serde_json::to_string_pretty(&found)?);
     } else {
-        print!("{}", table::scan(&scanned));
+        print!("{found}");
     }
     if let Some(path) = &given.out {
-        inspection::draw(&scanned).save(path)?;
+        files::picture(path, &inspection::draw(&scanned))?;
         eprintln!("wrote {}", path.display());
     }
-    Ok(())
+    Failure::of_verdict(&given.scan.input, &said, false)
 }
 
 /// Shows what was found in a scan that gives no rim, and hands the failure on.
@@ -33,7 +44,7 @@ fn refused(error: JobError, given: &args::Inspect) -> Result<Failure, Failure> {
             eprintln!("found: {line}");
         }
         if let Some(path) = &given.out {
-            inspection::draw_refused(found, source).save(path)?;
+            files::picture(path, &inspection::draw_refused(found, source))?;
             eprintln!("wrote {}", path.display());
         }
     }
@@ -41,21 +52,25 @@ fn refused(error: JobError, given: &args::Inspect) -> Result<Failure, Failure> {
 }
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
-    let (scanned, _) = rim_of(&given.scan)?.map_err(Failure::of_job)?;
-    boundary_csv::write(&given.out, &scanned.boundary)?;
-    eprint!("{}", table::scan(&scanned));
+    output::check_file(&given.out, &given.scan.files()).map_err(Failure::of_output)?;
+    let options = given.scan.read.options()?;
+    let (scanned, _) = rim_of(&given.scan, &options)?.map_err(Failure::of_job)?;
+    boundary_csv::write_oriented(&given.out, &scanned.boundary, scanned.orientation)?;
+    let said = verdict::of_scan(&scanned, &options);
+    eprint!("{}{}", words::lines(&said), table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());
-    Ok(())
+    Failure::of_verdict(&given.scan.input, &said, false)
 }
 
 /// The rim of a scan, or why there is none; a file that holds a rim already is no scan.
 type Found = Result<(ScannedBoundary, ReadNotes), JobError>;
 
-fn rim_of(scan: &args::ScanFlags) -> Result<Found, Failure> {
+fn rim_of(scan: &args::ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
     let path = &scan.input;
     if boundary_csv::is_one(path) {
         let why = "holds a rim already; `estimate` takes it as it is";
         return Err(Failure::usage(anyhow!("{}: {why}", path.display())));
     }
-    Ok(rim::of_scan(path, &scan.read.read()?, &scan.read.options()?))
+    let _working = Working::on(format!("looking for the rim in {}", path.display()));
+    Ok(rim::of_scan(path, &scan.read.read()?, options))
 }

@@ -1,7 +1,11 @@
 //! The command line: parses, resolves, calls the library, prints.
 //!
 //! stdout is for data, stderr for people. Exit codes: 0 ok, 1 failure, 2 usage,
-//! 3 some of a batch failed, 4 scan refused.
+//! 3 some of a batch failed, 4 scan refused or not the experiment, 130 interrupted.
+
+// First: its macros stand in for the standard library's in the modules below.
+#[macro_use]
+mod print;
 
 mod args;
 mod augment;
@@ -9,27 +13,28 @@ mod batch;
 mod estimate;
 mod evaluate;
 mod experiment;
+mod failure;
 mod generate;
 mod inspect;
+mod interrupt;
+mod progress;
 mod simulate;
+mod verb;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use scan2params::job::{FailureKind, JobError};
+use failure::{Failure, Outcome};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let arguments = args::with_default_verb(arguments);
-    let parsed = match args::Arguments::try_parse_from(arguments) {
+    interrupt::watch();
+    let arguments = verb::with_default_verb(arguments);
+    let parsed = match arguments.and_then(args::Arguments::try_parse_from) {
         Ok(parsed) => parsed,
-        Err(error) => {
-            // help and version go to stdout with code 0, faults to stderr with 2
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
-        }
+        Err(error) => return print::of_clap(&error),
     };
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),
@@ -41,13 +46,15 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Simulate(given) => simulate::run(&given),
         args::Command::Generate(given) => generate::run(&given),
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+    let code = match outcome {
+        Ok(()) => 0,
+        Err(failure) if failure.is_end_of_pipe() => 0,
         Err(failure) => {
             eprintln!("scan2params: {}", message(&failure.error));
-            ExitCode::from(failure.code)
+            failure.code
         }
-    }
+    };
+    ExitCode::from(print::finish(code))
 }
 
 /// An error with its causes, each once: most errors of the library name theirs.
@@ -62,39 +69,3 @@ fn message(error: &anyhow::Error) -> String {
         }
     })
 }
-
-/// What went wrong, with the exit code that says which kind it is.
-pub(crate) struct Failure {
-    code: u8,
-    error: anyhow::Error,
-}
-
-impl Failure {
-    /// A mistake in what the user asked for: exit code 2.
-    pub(crate) fn usage(error: impl Into<anyhow::Error>) -> Self {
-        Self { code: 2, error: error.into() }
-    }
-
-    /// A batch of which some failed: exit code 3.
-    pub(crate) fn partial(error: impl Into<anyhow::Error>) -> Self {
-        Self { code: 3, error: error.into() }
-    }
-
-    /// A failure of this kind.
-    pub(crate) fn of_kind(kind: FailureKind, error: impl Into<anyhow::Error>) -> Self {
-        Self { code: kind.exit_code(), error: error.into() }
-    }
-
-    /// The exit code that a job's error stands for.
-    pub(crate) fn of_job(error: JobError) -> Self {
-        Self::of_kind(error.kind(), error)
-    }
-}
-
-impl<E: Into<anyhow::Error>> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Self { code: 1, error: error.into() }
-    }
-}
-
-pub(crate) type Outcome = Result<(), Failure>;

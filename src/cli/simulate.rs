@@ -1,12 +1,16 @@
 //! `simulate`: one drape.
 
+use super::progress::Working;
 use super::{Failure, Outcome, args};
+use scan2params::base::boundary::Orientation;
 use scan2params::base::clock::thread_cpu_s;
 use scan2params::fabric::Fabric;
 use scan2params::fabric::params;
-use scan2params::sim::{Drop, DropStart, SimOptions, Stop, drape};
+use scan2params::io::{OutputError, boundary_csv, output};
+use scan2params::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
+    check_outputs(given).map_err(Failure::of_output)?;
     let fabric = fabric(&given.fabric)?;
     let warnings = fabric.check().map_err(Failure::usage)?;
     for warning in warnings {
@@ -20,12 +24,20 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     let experiment = given.experiment.experiment().map_err(Failure::usage)?;
     let options =
         SimOptions { vertices: given.vertices as usize, experiment, ..SimOptions::default() };
+    if given.threads > 1 {
+        eprintln!(
+            "note: one drape is computed on one thread; --threads {} changes nothing",
+            given.threads
+        );
+    }
+    let working = Working::on("simulating the drape");
     let cpu_before_s = thread_cpu_s();
     let drape = drape(&fabric, &Drop { start }, &options);
     let cpu_s = cpu_before_s.zip(thread_cpu_s()).map(|(before, after)| after - before);
+    drop(working);
     scan2params::io::write_obj(&given.out, &drape.mesh())?;
     if let Some(path) = &given.boundary {
-        scan2params::io::boundary_csv::write(path, &drape.boundary)?;
+        boundary_csv::write_oriented(path, &drape.boundary, Orientation::Given)?;
     }
     for warning in &drape.warnings {
         eprintln!("warning: {warning}");
@@ -33,6 +45,11 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     if drape.stop != Stop::AtRest {
         eprintln!("warning: the drape is not at rest ({})", drape.stop.name());
     }
+    report(given, &drape, cpu_s)
+}
+
+/// Prints what became of the drape.
+fn report(given: &args::Simulate, drape: &Drape, cpu_s: Option<f64>) -> Outcome {
     if given.json {
         let report = serde_json::json!({
             "stop": drape.stop.name(),
@@ -45,9 +62,9 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
             "factorisations": drape.effort.factorisations,
             "cpu_s": cpu_s,
         });
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say(given, &serde_json::to_string_pretty(&report)?);
     } else {
-        println!(
+        let text = format!(
             "{}: {} folds, {} (largest net force {:.1e} N), energy {:.3} mJ, {} intersections",
             given.out.display(),
             drape.nodes,
@@ -56,6 +73,28 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
             drape.energy_j * 1e3,
             drape.intersections
         );
+        say(given, &text);
+    }
+    Ok(())
+}
+
+/// Prints the report, beside a result that went to stdout itself.
+fn say(given: &args::Simulate, report: &str) {
+    let results = given.boundary.iter().chain([&given.out]);
+    if results.into_iter().any(|path| output::is_stdout(path)) {
+        eprintln!("{report}");
+    } else {
+        println!("{report}");
+    }
+}
+
+/// Whether the results can be written, and lose nothing.
+fn check_outputs(given: &args::Simulate) -> Result<(), OutputError> {
+    let inputs: Vec<_> = given.fabric.params.iter().cloned().collect();
+    output::check_file(&given.out, &inputs)?;
+    if let Some(boundary) = &given.boundary {
+        output::check_file(boundary, &inputs)?;
+        output::check_distinct(&given.out, boundary)?;
     }
     Ok(())
 }

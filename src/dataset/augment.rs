@@ -26,10 +26,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt as _;
 
 use super::drape_file::{DrapeFileError, read_drape, rim_of};
+use crate::base::boundary::Orientation;
 use crate::base::{Boundary, seed};
 use crate::fabric::params::{self, ParamsError};
 use crate::geom::Mesh;
-use crate::io::{self, WriteError, boundary_csv};
+use crate::io::{self, OutputError, WriteError, boundary_csv, output};
 use crate::scan::{MarkColor, ScanError, ScanOptions, WarpToward, boundary_from_scan};
 use crate::sensor::{
     CameraPose, Profile, Scene, SceneError, VirtualScan, default_ring, even, scan,
@@ -87,6 +88,22 @@ pub struct AugmentOptions {
     pub simulator: SimOptions,
 }
 
+/// How far [`run`] is.
+#[derive(Clone, Copy, Debug)]
+pub enum Step<'a> {
+    /// A variant is begun, or a drape that is simulated first.
+    Begun {
+        /// Of the variant, or of the drape.
+        name: &'a str,
+        /// Which of the run's variants comes next, from 1.
+        number: u64,
+        /// Variants of the run.
+        of: u64,
+    },
+    /// A variant is there, or will not be.
+    Ended(&'a Made),
+}
+
 /// What became of one variant, or of a drape that makes none.
 #[derive(Debug)]
 pub struct Made {
@@ -135,6 +152,9 @@ pub enum AugmentError {
     /// A result cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// A result cannot be written where it is asked to be.
+    #[error(transparent)]
+    Output(#[from] OutputError),
 }
 
 /// A drape to be scanned.
@@ -152,27 +172,35 @@ struct Source {
 /// When the input is none, or the folder of results cannot be made.
 pub fn run(
     options: &AugmentOptions,
-    mut tell: impl FnMut(&Made),
+    mut tell: impl FnMut(Step<'_>),
 ) -> Result<Vec<Made>, AugmentError> {
     let sources = sources(&options.input)?;
     let out = &options.out;
+    output::check_folder(out)?;
     std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
+    let of = sources.len() as u64 * options.count;
     let mut all = Vec::new();
-    let mut took = |made: Made| {
-        tell(&made);
-        all.push(made);
-    };
-    for source in &sources {
-        match mesh(source, options) {
-            Ok(mesh) => {
-                for index in 0..options.count {
+    for (source, before) in sources.iter().zip(0..) {
+        let number = before * options.count + 1;
+        tell(Step::Begun { name: &source.name, number, of });
+        let made: Vec<Made> = match mesh(source, options) {
+            Ok(mesh) => (0..options.count)
+                .map(|index| {
                     let name = format!("{}-{index}", source.name);
+                    tell(Step::Begun { name: &name, number: number + index, of });
                     let outcome = variant(source, &mesh, &name, index, options);
-                    took(Made { name, outcome });
-                }
+                    let made = Made { name, outcome };
+                    tell(Step::Ended(&made));
+                    made
+                })
+                .collect(),
+            Err(error) => {
+                let made = Made { name: source.name.clone(), outcome: Err(error) };
+                tell(Step::Ended(&made));
+                vec![made]
             }
-            Err(error) => took(Made { name: source.name.clone(), outcome: Err(error) }),
-        }
+        };
+        all.extend(made);
     }
     Ok(all)
 }
@@ -188,6 +216,8 @@ pub fn one_ply(options: &AugmentOptions, path: &Path) -> Result<usize, AugmentEr
         path: input.clone(),
         fault: "holds other than one drape, and one PLY is to be written".to_owned(),
     })?;
+    check_outputs(&path.with_extension(""), &["truth.json"], &source)?;
+    output::check_file(path, &source.files())?;
     let mesh = mesh(&source, options)?;
     if let Some(count) = options.even {
         let scene = Scene::modified_cusick(mesh.clone());
@@ -217,11 +247,14 @@ fn sources(input: &Path) -> Result<Vec<Source>, AugmentError> {
     } else {
         vec![input.to_owned()]
     };
-    paths.sort();
+    // What a run on this folder wrote beside its scans is no drape of the next.
     let single = !input.is_dir();
+    let name_of = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    paths.retain(|path| single || !name_of(path).contains(".truth."));
+    paths.sort();
     let mut sources: Vec<Source> = Vec::new();
     for path in &paths {
-        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = name_of(path);
         if let Some(name) = file.strip_suffix(".obj") {
             let params = path.with_file_name(format!("{name}.params.json"));
             let params = params.is_file().then_some(params);
@@ -260,6 +293,22 @@ fn mesh(source: &Source, options: &AugmentOptions) -> Result<Mesh, AugmentError>
     Ok(mesh)
 }
 
+impl Source {
+    /// The files that are read of it.
+    fn files(&self) -> Vec<PathBuf> {
+        [Some(self.path.clone()), self.params.clone()].into_iter().flatten().collect()
+    }
+}
+
+/// Whether `<stem>.<ending>` and the truth can be written without the drape being lost.
+fn check_outputs(stem: &Path, endings: &[&str], source: &Source) -> Result<(), OutputError> {
+    let inputs = source.files();
+    for ending in endings.iter().chain(&["truth.boundary.csv", "truth.params.json"]) {
+        output::check_file(&with_ending(stem, ending), &inputs)?;
+    }
+    Ok(())
+}
+
 /// The seed of variant `index` of a drape.
 fn seed_of(run_seed: u64, name: &str, index: u64) -> u64 {
     seed::rng(run_seed, &format!("augment {name}"), index).random()
@@ -279,11 +328,11 @@ fn with_unit(options: &AugmentOptions, seed: u64) -> Profile {
 /// The ring of cameras, started at a random bearing.
 fn turned_ring(seed: u64) -> Vec<CameraPose> {
     let angle = seed::rng(seed, "augment-ring", 0).random_range(0.0..std::f64::consts::TAU);
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
-    let turned = |pose: CameraPose| CameraPose {
-        simulation_from_camera: turn * pose.simulation_from_camera,
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    let rotated = |pose: CameraPose| CameraPose {
+        simulation_from_camera: rotation * pose.simulation_from_camera,
     };
-    default_ring().into_iter().map(turned).collect()
+    default_ring().into_iter().map(rotated).collect()
 }
 
 /// Scans a drape on its stand, with the mark if one is wanted.
@@ -310,10 +359,16 @@ fn variant(
     index: u64,
     options: &AugmentOptions,
 ) -> Result<PathBuf, AugmentError> {
+    let stem = options.out.join(name);
+    let ending = match options.form {
+        Form::Ply => &["truth.json", "ply"][..],
+        Form::Depth => &["truth.json"],
+        Form::Boundary => &["truth.json", "boundary.csv"],
+    };
+    check_outputs(&stem, ending, source)?;
     let seed = seed_of(options.seed, &source.name, index);
     let profile = with_unit(options, seed);
     let made = scan_of(source, mesh, &turned_ring(seed), &profile, seed, options)?;
-    let stem = options.out.join(name);
     let path = match options.form {
         Form::Ply => {
             let path = with_ending(&stem, "ply");
@@ -327,7 +382,7 @@ fn variant(
         }
         Form::Boundary => {
             let path = with_ending(&stem, "boundary.csv");
-            boundary_csv::write(&path, &rim_in(&made)?)?;
+            boundary_csv::write_oriented(&path, &rim_in(&made)?, Orientation::Given)?;
             made.truth.write(&with_ending(&stem, "truth.json"))?;
             path
         }
@@ -354,7 +409,8 @@ fn with_ending(stem: &Path, ending: &str) -> PathBuf {
 /// The true rim and the true parameters, as far as they are known.
 fn truth_beside(stem: &Path, source: &Source, mesh: &Mesh) -> Result<(), AugmentError> {
     if let Some(rim) = rim_of(mesh) {
-        boundary_csv::write(with_ending(stem, "truth.boundary.csv"), &rim)?;
+        let path = with_ending(stem, "truth.boundary.csv");
+        boundary_csv::write_oriented(path, &rim, Orientation::Given)?;
     }
     if let Some(params) = &source.params {
         let path = with_ending(stem, "truth.params.json");

@@ -1,6 +1,6 @@
 //! One sample of a dataset: a fabric's perturbed drop, simulated.
 
-use super::SimulatedRow;
+use super::row::SimulatedRow;
 use crate::fabric::Fabric;
 use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
 

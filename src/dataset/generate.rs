@@ -3,88 +3,31 @@
 //!
 //! Threads take samples one by one in order of index, over the boundaries of
 //! chunks, so that no thread waits at the end of a chunk; whoever finishes the
-//! last sample of a chunk writes it.
+//! last sample of a chunk writes it. Until then its rows are kept in a file of the same
+//! form, `drapes-NNNNNN.partial`, written anew with every row (a chunk takes 200 kB, a
+//! drape seconds): a run that ends before its time loses the samples under way, and
+//! the next one goes on from the rest. Which rows came from there does not show in the
+//! file: a boundary of f32 millimetres survives reading, and the fabric is drawn again.
+//!
+//! One run at a time makes a shard in a folder; another is told who does.
+
+mod plan;
 
 use std::collections::BTreeMap;
 use std::io;
-use std::ops::{ControlFlow, Range};
-use std::path::{Path, PathBuf};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
+use super::error::GenerateError;
 use super::manifest::Manifest;
-use super::{Row, SimulatedRow, table};
-use crate::fabric::{Fabric, Mixture, MixtureError};
-
-/// What to make, and where.
-#[derive(Clone, Debug)]
-pub struct GenerateOptions {
-    /// Where the fabrics are drawn from.
-    pub prior: Mixture,
-    /// Seed of the whole run.
-    pub seed: u64,
-    /// Samples of the whole run, over all shards.
-    pub count: u64,
-    /// Drops of each fabric: sample k is of fabric k / `drops_per_fabric`.
-    pub drops_per_fabric: u64,
-    /// The part of the run to make here.
-    pub shard: Shard,
-    /// Folder; made if it is not there.
-    pub out: PathBuf,
-    /// Drapes at once; 0 for one per core.
-    pub threads: usize,
-    /// Samples per file: what a kill can lose, against the number of files.
-    pub chunk_rows: u64,
-    /// The simulator's options, for the manifest: a folder takes one set only.
-    pub simulator: serde_json::Value,
-}
-
-impl GenerateOptions {
-    /// Defaults: `knit-2020`, seed 1, one drop per fabric, all of the run, all
-    /// cores, 64 samples per file (about 200 kB).
-    #[must_use]
-    pub fn new(out: impl Into<PathBuf>, count: u64) -> Self {
-        Self {
-            prior: Mixture::knit_2020(),
-            seed: 1,
-            count,
-            drops_per_fabric: 1,
-            shard: Shard::default(),
-            out: out.into(),
-            threads: 0,
-            chunk_rows: 64,
-            simulator: serde_json::Value::Null,
-        }
-    }
-}
-
-/// Part `index` of `of`: the chunks whose number leaves that remainder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// From 0.
-    pub index: u64,
-    /// At least 1.
-    pub of: u64,
-}
-
-impl Default for Shard {
-    fn default() -> Self {
-        Self { index: 0, of: 1 }
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    /// `i/N` with 0 <= i < N.
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let parse = |part: &str| part.trim().parse::<u64>().ok();
-        text.split_once('/')
-            .and_then(|(index, of)| Some(Self { index: parse(index)?, of: parse(of)? }))
-            .filter(|shard| shard.index < shard.of)
-            .ok_or_else(|| format!("`{text}` is not a shard: give i/N with i from 0 to N-1"))
-    }
-}
+use super::options::{GenerateOptions, Shard};
+use super::row::{Row, SimulatedRow};
+use super::table::{self, Durability};
+use crate::fabric::Fabric;
+use crate::io::{Lock, output};
+use plan::{Chunk, Plan, partial};
 
 /// How far a run is; given after every drape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,8 +43,10 @@ pub struct Progress {
 /// What a run did.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Summary {
-    /// Samples made, written or not.
+    /// Samples made, in a file or kept for the next run.
     pub made: u64,
+    /// Samples that an earlier run had made of files that it did not complete.
+    pub rows_kept: u64,
     /// Of those made, the ones not at rest, by why they stopped.
     pub not_at_rest: BTreeMap<String, u64>,
     /// Files written.
@@ -115,56 +60,11 @@ pub struct Summary {
     pub interrupted: bool,
 }
 
-/// Why a folder could not be filled.
-#[derive(Debug, thiserror::Error)]
-pub enum GenerateError {
-    /// An option makes no sense.
-    #[error("{0}")]
-    Options(String),
-    /// The folder was made with other options.
-    #[error(
-        "{folder} was made with other options ({differing}): give those, or another folder",
-        folder = folder.display(), differing = differing.join("; ")
-    )]
-    OtherOptions {
-        /// The folder.
-        folder: PathBuf,
-        /// Each option with its value there and now.
-        differing: Vec<String>,
-    },
-    /// The manifest cannot be understood.
-    #[error("{path}: {fault}: this folder was not made by this program, give another", path = path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        fault: String,
-    },
-    /// A file cannot be read or written.
-    #[error("{path}: {source}", path = path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The prior cannot be sampled.
-    #[error(transparent)]
-    Prior(#[from] MixtureError),
-}
-
-impl GenerateError {
-    pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::Io { path, source }
-    }
-}
-
 /// Makes the samples of a shard that its folder does not have yet.
 ///
 /// `simulate` gets the sample's index, its fabric and the run's seed; it derives
 /// the drop from these alone. `progress` is called after every drape and may end
-/// the run: the chunks under way are then dropped.
+/// the run: the samples under way are then dropped.
 ///
 /// # Errors
 /// When the options make no sense or are not those of the folder, or a file
@@ -175,9 +75,13 @@ pub fn generate(
     progress: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<Summary, GenerateError> {
     check(options)?;
+    output::check_folder(&options.out)?;
     Manifest::new(options).settle(&options.out)?;
-    let plan = Plan::new(options);
+    let Shard { index, of } = options.shard;
+    let _lock = Lock::take(options.out.join(format!("shard-{index}-of-{of}.lock")))?;
+    let plan = Plan::new(options)?;
     let run = Run::new(options, &plan);
+    run.write_complete()?;
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|error| {
             GenerateError::Options(format!("threads = {}: {error}", options.threads))
@@ -207,50 +111,14 @@ fn check(options: &GenerateOptions) -> Result<(), GenerateError> {
     if faults.is_empty() { Ok(()) } else { Err(GenerateError::Options(faults.join("; "))) }
 }
 
-/// What is there and what is to be made.
-struct Plan {
-    chunks: Vec<Chunk>,
-    kept: usize,
-    remade: Vec<PathBuf>,
-}
-
-/// Consecutive samples of one file.
-struct Chunk {
-    path: PathBuf,
-    samples: Range<u64>,
-}
-
-impl Plan {
-    fn new(options: &GenerateOptions) -> Self {
-        let mut plan = Self { chunks: Vec::new(), kept: 0, remade: Vec::new() };
-        let chunks = options.count.div_ceil(options.chunk_rows);
-        for number in (options.shard.index..chunks).step_by(options.shard.of as usize) {
-            let start = number * options.chunk_rows;
-            let samples = start..(start + options.chunk_rows).min(options.count);
-            let path = options.out.join(format!("drapes-{number:06}.parquet"));
-            match table::rows_of_complete_file(&path) {
-                Some(rows) if rows == samples.end - samples.start => plan.kept += 1,
-                _ => {
-                    if path.exists() {
-                        plan.remade.push(path.clone());
-                    }
-                    plan.chunks.push(Chunk { path, samples });
-                }
-            }
-        }
-        plan
-    }
-}
-
 /// The state that the threads of a run share.
 struct Run<'a> {
     options: &'a GenerateOptions,
     plan: &'a Plan,
     /// Rows of each chunk as they come; emptied when the chunk is written.
     rows: Vec<Mutex<Vec<Row>>>,
-    /// (chunk, sample) pairs in the order they are handed out.
-    next: AtomicU64,
-    to_make: u64,
+    /// Place in the plan's `to_make` of the next sample that is handed out.
+    next: AtomicUsize,
     made: AtomicU64,
     written: AtomicUsize,
     not_at_rest: Mutex<BTreeMap<String, u64>>,
@@ -263,15 +131,25 @@ impl<'a> Run<'a> {
         Self {
             options,
             plan,
-            rows: plan.chunks.iter().map(|_| Mutex::default()).collect(),
-            next: AtomicU64::new(0),
-            to_make: plan.chunks.iter().map(|c| c.samples.end - c.samples.start).sum(),
+            rows: plan.chunks.iter().map(|chunk| Mutex::new(chunk.there.clone())).collect(),
+            next: AtomicUsize::new(0),
             made: AtomicU64::new(0),
             written: AtomicUsize::new(0),
             not_at_rest: Mutex::default(),
             stop: AtomicBool::new(false),
             error: Mutex::default(),
         }
+    }
+
+    /// Writes the chunks that an earlier run made all samples of.
+    fn write_complete(&self) -> Result<(), GenerateError> {
+        for (chunk, rows) in self.plan.chunks.iter().zip(&self.rows) {
+            let mut rows = locked(rows);
+            if chunk.is_complete(&rows) {
+                self.write(chunk, &mut rows)?;
+            }
+        }
+        Ok(())
     }
 
     /// One thread's work: samples until none is left or the run is stopped.
@@ -281,7 +159,8 @@ impl<'a> Run<'a> {
         progress: &(impl Fn(Progress) -> ControlFlow<()> + Sync),
     ) {
         while !self.stop.load(Ordering::Relaxed) {
-            let Some((chunk, index)) = self.hand_out() else { return };
+            let next = self.next.fetch_add(1, Ordering::Relaxed);
+            let Some(&(chunk, index)) = self.plan.to_make.get(next) else { return };
             let made = self.make(index, simulate).and_then(|row| {
                 let progress_now = self.count(&row);
                 self.keep(chunk, row)?;
@@ -296,16 +175,6 @@ impl<'a> Run<'a> {
                 }
             }
         }
-    }
-
-    fn hand_out(&self) -> Option<(usize, u64)> {
-        let n = self.next.fetch_add(1, Ordering::Relaxed);
-        // Only the last chunk of a run can be short, and only it is last in the
-        // list: position n lies in chunk n / chunk_rows.
-        let chunk = usize::try_from(n / self.options.chunk_rows).ok()?;
-        let samples = &self.plan.chunks.get(chunk)?.samples;
-        let index = samples.start + n % self.options.chunk_rows;
-        (index < samples.end).then_some((chunk, index))
     }
 
     fn make(
@@ -326,28 +195,37 @@ impl<'a> Run<'a> {
         }
         Progress {
             made: self.made.fetch_add(1, Ordering::Relaxed) + 1,
-            to_make: self.to_make,
+            to_make: self.plan.to_make.len() as u64,
             not_at_rest: not_at_rest.values().sum(),
         }
     }
 
-    /// Adds a row to its chunk and writes the chunk when it is complete.
+    /// Adds a row to its chunk, and writes the chunk: as a file when it is complete,
+    /// else for the next run.
     fn keep(&self, chunk: usize, row: Row) -> Result<(), GenerateError> {
-        let Chunk { path, samples } = &self.plan.chunks[chunk];
         let mut rows = locked(&self.rows[chunk]);
+        let chunk = &self.plan.chunks[chunk];
         rows.push(row);
-        if (rows.len() as u64) < samples.end - samples.start {
-            return Ok(());
+        if chunk.is_complete(&rows) {
+            return self.write(chunk, &mut rows);
         }
-        let mut rows = std::mem::take(&mut *rows);
+        let path = partial(&chunk.path);
+        table::write_file(&path, &rows, Durability::Kill).map_err(GenerateError::io(&path))
+    }
+
+    /// Writes a complete chunk, and forgets its rows.
+    fn write(&self, chunk: &Chunk, rows: &mut Vec<Row>) -> Result<(), GenerateError> {
+        let mut rows = std::mem::take(rows);
         rows.sort_unstable_by_key(|row| row.index);
-        let part = path.with_extension("parquet.part");
-        table::write_file(&part, &rows)
-            .map_err(io::Error::other)
-            .and_then(|()| std::fs::rename(&part, path))
-            .map_err(GenerateError::io(path))?;
+        table::write_file(&chunk.path, &rows, Durability::PowerCut)
+            .map_err(GenerateError::io(&chunk.path))?;
         self.written.fetch_add(1, Ordering::Relaxed);
-        Ok(())
+        match std::fs::remove_file(partial(&chunk.path)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(GenerateError::io(&partial(&chunk.path))(error))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn finish(self) -> Result<Summary, GenerateError> {
@@ -356,6 +234,7 @@ impl<'a> Run<'a> {
         }
         Ok(Summary {
             made: self.made.load(Ordering::Relaxed),
+            rows_kept: self.plan.chunks.iter().map(|chunk| chunk.there.len() as u64).sum(),
             not_at_rest: locked(&self.not_at_rest).clone(),
             files_written: self.written.load(Ordering::Relaxed),
             files_kept: self.plan.kept,

@@ -5,8 +5,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{GenerateError, GenerateOptions};
+use super::error::GenerateError;
+use super::options::GenerateOptions;
 use crate::fabric::PARAMETERS;
+use crate::io::part::Part;
 use crate::sim::NUMERICS_VERSION;
 
 /// Name of the manifest in its folder.
@@ -104,11 +106,11 @@ impl Manifest {
         // all with the same text.
         let part = folder.join(format!("{MANIFEST_FILE}.{}.part", std::process::id()));
         let write = || -> std::io::Result<()> {
-            let mut file = std::fs::File::create(&part)?;
+            let part = Part::named(part, &path)?;
+            let mut file = part.file();
             serde_json::to_writer_pretty(&mut file, self)?;
             file.write_all(b"\n")?;
-            file.sync_all()?;
-            std::fs::rename(&part, &path)
+            part.finish_durably()
         };
         write().map_err(GenerateError::io(&path))
     }

@@ -6,10 +6,11 @@
 //!
 //! Sample k is the same bytes in whatever shard, order or thread it is made, so a
 //! folder can be filled by many machines, and an interrupted run goes on where it
-//! was: a chunk is written beside its place and renamed when complete.
+//! was: the rows of a chunk lie in `drapes-NNNNNN.partial` until it is complete. A kill
+//! loses the samples under way (one a thread), a power cut the chunks under way.
 //!
-//! Where it fails: a kill loses the chunks under way (at most one and the rows in
-//! flight, per process); two processes must not run the *same* shard at once.
+//! Where it fails: one process at a time makes a shard; another is refused and told who
+//! does (`shard-I-of-N.lock`). Of shardings that overlap both make the same bytes, twice.
 //!
 //! Columns, one row per drape:
 //!
@@ -33,45 +34,16 @@
 pub mod augment;
 pub mod drape_file;
 pub mod drapes;
+mod error;
 mod generate;
 mod manifest;
+mod options;
+mod row;
 mod table;
 
-pub use generate::{GenerateError, GenerateOptions, Progress, Shard, Summary, generate};
+pub use error::GenerateError;
+pub use generate::{Progress, Summary, generate};
 pub use manifest::{MANIFEST_FILE, Manifest};
+pub use options::{GenerateOptions, Shard, ShardError};
+pub use row::{Row, SimulatedRow};
 pub use table::{TableError, read_file, read_folder};
-
-use crate::base::Boundary;
-use crate::fabric::Fabric;
-
-/// What a simulator says of one drape.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SimulatedRow {
-    /// The rim.
-    pub boundary: Boundary,
-    /// Whether the drape is at rest: rows that are not are kept but not trained on.
-    pub at_rest: bool,
-    /// Why the simulation ended, in the simulator's words.
-    pub stop: String,
-    /// Whether the rest is a stable equilibrium.
-    pub stable: bool,
-    /// Folds of the drape.
-    pub node_count: u32,
-    /// Potential energy \[J\].
-    pub energy_j: f64,
-    /// Largest force that is not in balance \[N\].
-    pub residual_n: f64,
-}
-
-/// One row of a dataset.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// Sample.
-    pub index: u64,
-    /// Which fabric of the prior: several drops of one fabric share it.
-    pub fabric_index: u64,
-    /// The fabric.
-    pub fabric: Fabric,
-    /// Its drape.
-    pub drape: SimulatedRow,
-}

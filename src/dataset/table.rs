@@ -16,10 +16,11 @@ use parquet::file::reader::{FileReader as _, RowGroupReader, SerializedFileReade
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
-use super::{Row, SimulatedRow};
+use super::row::{Row, SimulatedRow};
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3, boundary};
 use crate::fabric::{Fabric, PARAMETERS};
+use crate::io::part::Part;
 
 /// Bytes of one boundary.
 const BOUNDARY_BYTES: usize = boundary::POINTS * 3 * size_of::<f32>();
@@ -52,16 +53,44 @@ pub struct TableError {
     source: ParquetError,
 }
 
-/// Writes `rows` as one file, durably: it is on the disk when this returns.
-pub(super) fn write_file(path: &Path, rows: &[Row]) -> Result<()> {
+/// What a file outlives once it is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Durability {
+    /// The end of this program: the system has it.
+    Kill,
+    /// The end of the system: the disk has it.
+    PowerCut,
+}
+
+/// Writes `rows` as one file, which appears whole or not at all.
+pub(super) fn write_file(path: &Path, rows: &[Row], durability: Durability) -> std::io::Result<()> {
+    let part = Part::of(path)?;
+    write_rows(part.file(), rows).map_err(of_parquet)?;
+    match durability {
+        Durability::Kill => part.finish(),
+        Durability::PowerCut => part.finish_durably(),
+    }
+}
+
+/// What the system said of a file that cannot be written.
+fn of_parquet(error: ParquetError) -> std::io::Error {
+    match error {
+        ParquetError::External(source) => match source.downcast() {
+            Ok(error) => *error,
+            Err(other) => std::io::Error::other(other),
+        },
+        other => std::io::Error::other(other),
+    }
+}
+
+fn write_rows(file: &File, rows: &[Row]) -> Result<()> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::None)
         .set_created_by("scan2params".into());
     let schema = Arc::new(parse_message_type(SCHEMA)?);
-    let mut writer =
-        SerializedFileWriter::new(File::create(path)?, schema, Arc::new(properties.build()))?;
+    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build()))?;
     let mut group = writer.next_row_group()?;
     let integer = |value: u64| i64::try_from(value).unwrap_or(i64::MAX);
     put::<Int64Type>(&mut group, rows, |r| integer(r.index))?;
@@ -77,12 +106,12 @@ pub(super) fn write_file(path: &Path, rows: &[Row]) -> Result<()> {
     put::<DoubleType>(&mut group, rows, |r| r.drape.energy_j)?;
     put::<DoubleType>(&mut group, rows, |r| r.drape.residual_n)?;
     group.close()?;
-    writer.into_inner()?.sync_all()?;
+    writer.into_inner()?;
     Ok(())
 }
 
 fn put<T: DataType>(
-    group: &mut SerializedRowGroupWriter<'_, File>,
+    group: &mut SerializedRowGroupWriter<'_, &File>,
     rows: &[Row],
     value: impl Fn(&Row) -> T::T,
 ) -> Result<()> {
@@ -212,5 +241,5 @@ fn boundary_from_bytes(bytes: &[u8]) -> Result<Boundary> {
         .map(|&mm| f64::from(f32::from_le_bytes(mm)) * M_PER_MM)
         .collect();
     Boundary::exact(metres.as_chunks::<3>().0.iter().map(|&[x, y, z]| Point3::new(x, y, z)))
-        .ok_or_else(|| ParquetError::General(format!("a boundary of {} bytes", bytes.len())))
+        .map_err(|error| ParquetError::General(error.to_string()))
 }

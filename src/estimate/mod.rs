@@ -47,6 +47,9 @@ pub struct Estimate {
     /// Whether each stiffness (paper's order) lies inside what the model was
     /// trained on, and not at its end.
     pub in_range: [bool; STIFFNESSES],
+    /// Ends of what the model was trained on, for each stiffness (paper's order and units).
+    /// Values and intervals are cut there.
+    pub trained: [[f64; 2]; STIFFNESSES],
     /// One fabric if weft and warp are known. If not, two: the boundary as given,
     /// and with weft and warp exchanged.
     pub candidates: Vec<Candidate>,
@@ -91,6 +94,8 @@ pub struct ParameterEstimate {
     pub interval90: [f64; 2],
     /// Inside what the model was trained on, and not at its end.
     pub in_range: bool,
+    /// Ends of what the model was trained on.
+    pub trained: [f64; 2],
 }
 
 /// What the user should know of an estimate.
@@ -282,6 +287,7 @@ impl Estimator {
             fabric: candidates[0].fabric,
             interval90: covering(&candidates),
             in_range,
+            trained: std::array::from_fn(|i| self.model.output.range(i)),
             candidates,
             novelty,
             warnings,
@@ -338,6 +344,7 @@ impl Estimate {
             value: value[i],
             interval90: [low[i], high[i]],
             in_range: self.in_range[i],
+            trained: self.trained[i],
         })
     }
 }

@@ -77,6 +77,13 @@ impl Output {
     }
 }
 
+impl Output {
+    /// Least and largest stiffness of the training (paper's units).
+    pub fn range(&self, parameter: usize) -> [f64; 2] {
+        [self.ln_min[parameter], self.ln_max[parameter]].map(f64::exp)
+    }
+}
+
 /// Conformal calibration: the interval is mean -+ quantile * sigma.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -2,9 +2,12 @@
 //!
 //! In: drapes with known truth, a prior, measured data. Out: rows, tables and pictures.
 
+pub mod estimate;
 pub mod physics;
 pub mod scan;
+mod setup;
 pub mod soak;
 pub mod speed;
 pub mod stages;
 pub mod timed;
+pub mod verdict;

@@ -1,22 +1,22 @@
 //! The promise of the scan path, measured: rim error, stated sigma and refusals of
 //! virtual scans of drapes with known truth, for `evaluate scan`.
 //!
-//! In: drapes (mesh and true rim), [`Setup`]s (sensor and poses), seeds. Out: one
+//! In: drapes (mesh and true rim), [`Setup`]s (sensor, poses, stand), seeds. Out: one
 //! [`Case`] each, and a [`Summary`] of many. A refusal is a case too.
 
 use std::time::Instant;
 
 use nalgebra::{Matrix6, Vector6};
 
+pub use super::setup::{Setup, SetupError};
 use crate::base::{Boundary, Point3, Vector3};
 use crate::geom::Mesh;
 use crate::numeric::robust;
+use crate::picture::draw::{dot, line};
 use crate::scan::{
     ScanError, ScanOptions, ScannedBoundary, Tuning, WarpToward, boundary_from_scan,
 };
-use crate::sensor::{
-    CameraPose, Profile, Ring, Scene, SceneError, VirtualScan, default_ring, scan,
-};
+use crate::sensor::VirtualScan;
 
 /// Shares of a normal distribution within [`INTERVAL_SIGMAS`].
 pub const INTERVALS: [f64; 2] = [0.68, 0.95];
@@ -24,52 +24,6 @@ pub const INTERVALS: [f64; 2] = [0.68, 0.95];
 pub const INTERVAL_SIGMAS: [f64; 2] = [0.9945, 1.9600];
 /// A rim point this far off, not refused, is a silent error \[m\].
 pub const SILENT_ERROR_M: f64 = 5e-3;
-
-/// A sensor and where it stands.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// As the command line names it: a profile, behind it `@top` for the view from
-    /// above alone, `@views` for the depth images themselves in place of a fused cloud.
-    pub name: String,
-    /// Its errors.
-    pub profile: Profile,
-    /// Where it stands.
-    pub poses: Vec<CameraPose>,
-    /// Whether every pixel of every view counts, unfused.
-    pub as_views: bool,
-}
-
-impl Setup {
-    /// The setup of this name; `None` for an unknown profile or set of poses.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        let (profile, poses) = match name.split_once('@') {
-            None | Some((_, "views")) => (name, default_ring()),
-            Some((profile, "top")) => {
-                (profile, Ring { elevations_rad: Vec::new(), ..Ring::default() }.poses())
-            }
-            Some(_) => return None,
-        };
-        let (profile, as_views) = match profile.strip_suffix("@views") {
-            Some(profile) => (profile, true),
-            None => (profile, false),
-        };
-        Some(Self { name: name.to_owned(), profile: Profile::named(profile)?, poses, as_views })
-    }
-
-    /// A virtual scan of `drape` \[m\].
-    ///
-    /// # Errors
-    /// When the mesh makes no scene.
-    pub fn scan(&self, drape: &Mesh, seed: u64) -> Result<VirtualScan, SceneError> {
-        let scene = Scene::modified_cusick(drape.clone());
-        let mut made = scan(&scene, &self.poses, &self.profile, seed)?;
-        if self.as_views {
-            made.cloud = made.unfused();
-        }
-        Ok(made)
-    }
-}
 
 /// Finds the rim in a virtual scan, told where the warp points, with these constants.
 ///
@@ -259,8 +213,6 @@ impl Summary {
 /// above and from two sides; simulation frame.
 #[must_use]
 pub fn picture(found: &ScannedBoundary, truth: &Boundary) -> image::RgbImage {
-    use imageproc::drawing::{draw_antialiased_line_segment_mut, draw_filled_circle_mut};
-    use imageproc::pixelops::interpolate;
     const PANE: u32 = 900;
     const PIXELS_PER_M: f64 = 3600.0;
     let mut image = image::RgbImage::from_pixel(3 * PANE, PANE, image::Rgb([255; 3]));
@@ -269,21 +221,19 @@ pub fn picture(found: &ScannedBoundary, truth: &Boundary) -> image::RgbImage {
     for (pane, view) in views.into_iter().enumerate() {
         let place = |p: &Point3| {
             let [x, y] = view(p).map(|c| c * PIXELS_PER_M + f64::from(PANE) / 2.0);
-            ((x + f64::from(pane as u32 * PANE)) as i32, y as i32)
+            [(x + f64::from(pane as u32 * PANE)) as f32, y as f32]
         };
         for p in &found.evidence.cloth {
             let shade = 150 + (80.0 * (p.y / -0.17).clamp(0.0, 1.0)) as u8;
-            draw_filled_circle_mut(&mut image, place(p), 0, image::Rgb([shade; 3]));
+            dot(&mut image, place(p), 0.6, image::Rgb([shade; 3]));
         }
         for (p, q) in found.boundary.points().iter().zip(truth.positions_m()) {
             if (p.position_m - q).norm() > 1e-3 {
-                let green = image::Rgb([0, 160, 0]);
-                let (a, b) = (place(&p.position_m), place(&q));
-                draw_antialiased_line_segment_mut(&mut image, a, b, green, interpolate);
+                line(&mut image, place(&p.position_m), place(&q), image::Rgb([0, 160, 0]));
             }
-            draw_filled_circle_mut(&mut image, place(&q), 2, image::Rgb([20, 60, 220]));
+            dot(&mut image, place(&q), 2.2, image::Rgb([20, 60, 220]));
             let color = if p.observed { [220, 0, 0] } else { [255, 150, 0] };
-            draw_filled_circle_mut(&mut image, place(&p.position_m), 2, image::Rgb(color));
+            dot(&mut image, place(&p.position_m), 2.2, image::Rgb(color));
         }
     }
     image
@@ -308,16 +258,6 @@ mod tests {
         let errors: Vec<Vector3> = arms.iter().map(|arm| shift + turn.cross(arm)).collect();
         let (t, w) = best_motion(&arms, &errors);
         assert!((t - shift).norm() < 1e-9 && (w - turn).norm() < 1e-8, "{t} {w}");
-    }
-
-    #[test]
-    fn setups_have_names() {
-        assert_eq!(Setup::named("consumer").unwrap().poses.len(), 11);
-        assert_eq!(Setup::named("structured-light@top").unwrap().poses.len(), 1);
-        assert!(Setup::named("consumer@views").unwrap().as_views);
-        assert!(!Setup::named("consumer").unwrap().as_views);
-        assert!(Setup::named("structured-light@left").is_none());
-        assert!(Setup::named("sonar").is_none());
     }
 
     #[test]

@@ -113,20 +113,20 @@ pub fn peak_memory_mib() -> Option<f64> {
     Some(line.trim().split(' ').next()?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// How a drape's rim answers its parameters, and what it cost to know.
+/// How far a drape's rim moves with each parameter, and what it cost to compute.
 #[derive(Clone, Debug)]
-pub struct Answers {
+pub struct RimSensitivities {
     /// One row a parameter.
-    pub rows: Vec<Answer>,
+    pub rows: Vec<RimSensitivity>,
     /// Processor time of the drape alone \[s\].
     pub drape_cpu_s: f64,
     /// What the sensitivities cost besides \[s\].
     pub cpu_s: f64,
 }
 
-/// How the rim answers one parameter.
+/// How far the rim moves with one parameter.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub struct RimSensitivity {
     /// The parameter's name.
     pub key: String,
     /// Its SI unit.
@@ -139,13 +139,13 @@ pub struct Answer {
     pub part: String,
 }
 
-/// Why there are no answers.
+/// Why a drape has no sensitivities.
 #[derive(Debug, thiserror::Error)]
-pub enum AnswersError {
-    /// No fabric.
+pub enum RimSensitivityError {
+    /// The fabric could not be drawn.
     #[error(transparent)]
     Fabric(#[from] MixtureError),
-    /// No answer.
+    /// The drape has none.
     #[error(transparent)]
     Sensitivity(#[from] SensitivityError),
     /// The system does not tell processor times.
@@ -156,24 +156,28 @@ pub enum AnswersError {
 /// Fabric `index` of the prior, draped once alone and once with all its sensitivities.
 ///
 /// # Errors
-/// [`AnswersError`].
-pub fn answers(seed: u64, index: u64, options: &SimOptions) -> Result<Answers, AnswersError> {
+/// [`RimSensitivityError`].
+pub fn rim_sensitivities(
+    seed: u64,
+    index: u64,
+    options: &SimOptions,
+) -> Result<RimSensitivities, RimSensitivityError> {
     let alone = timed_drape(seed, index, options)?;
-    let drape_cpu_s = alone.cpu_s.ok_or(AnswersError::NoClock)?;
+    let drape_cpu_s = alone.cpu_s.ok_or(RimSensitivityError::NoClock)?;
     let drop = Drop { start: DropStart::Perturbed(seed ^ index) };
-    let before = thread_cpu_s().ok_or(AnswersError::NoClock)?;
+    let before = thread_cpu_s().ok_or(RimSensitivityError::NoClock)?;
     let (drape, found) = drape_with_sensitivities(&alone.fabric, &drop, options, &Parameter::ALL)?;
-    let both_s = thread_cpu_s().ok_or(AnswersError::NoClock)? - before;
+    let both_s = thread_cpu_s().ok_or(RimSensitivityError::NoClock)? - before;
     let border = drape.grid.border();
     let stiffness = alone.fabric.in_si();
-    let rows = found.iter().map(|s| answer(s, &border, &stiffness)).collect();
-    Ok(Answers { rows, drape_cpu_s, cpu_s: both_s - drape_cpu_s })
+    let rows = found.iter().map(|s| rim_sensitivity(s, &border, &stiffness)).collect();
+    Ok(RimSensitivities { rows, drape_cpu_s, cpu_s: both_s - drape_cpu_s })
 }
 
-fn answer(found: &Sensitivity, border: &[usize], fabric: &[f64; 7]) -> Answer {
-    let (key, unit) = found.parameter.name();
-    let (change, part) = match (found.parameter, unit) {
-        (Parameter::Fabric(k), _) => (0.01 * fabric[k], "1 %".to_owned()),
+fn rim_sensitivity(found: &Sensitivity, border: &[usize], fabric: &[f64; 7]) -> RimSensitivity {
+    let (key, unit) = (found.parameter.name(), found.parameter.unit());
+    let (change, part) = match (found.parameter.of_fabric(), unit) {
+        (Some(k), _) => (0.01 * fabric[k], "1 %".to_owned()),
         (_, "m") => (1e-3, "1 mm".to_owned()),
         (_, "rad") => (1_f64.to_radians(), "1 deg".to_owned()),
         (_, "") => (0.01, "0.01".to_owned()),
@@ -181,7 +185,7 @@ fn answer(found: &Sensitivity, border: &[usize], fabric: &[f64; 7]) -> Answer {
     };
     let moves: Vec<f64> =
         border.iter().map(|&v| 1e3 * change * Vector3::norm(&found.moves[v])).collect();
-    Answer {
+    RimSensitivity {
         key,
         unit,
         rim_mean_mm: moves.iter().sum::<f64>() / moves.len() as f64,

@@ -19,7 +19,9 @@ use rand::RngExt as _;
 use rand_distr::StandardNormal;
 use serde::Deserialize;
 
-use super::{Fabric, PARAMETERS, TABLE_2, sha256_hex};
+use super::digest::sha256_hex;
+use super::range::{PARAMETERS, TABLE_2};
+use super::values::Fabric;
 use crate::base::seed;
 
 type Vector = SVector<f64, PARAMETERS>;

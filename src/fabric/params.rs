@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::{Fabric, STIFFNESSES, TABLE_2};
+use super::range::{STIFFNESSES, TABLE_2};
+use super::values::Fabric;
 
 /// Why a params.json gives no fabric.
 #[derive(Debug, thiserror::Error)]

@@ -8,7 +8,7 @@
 //! estimation.md), so its energy is positive only while
 //! B^h >= (sqrt B^u - sqrt B^v)^2 / 4.
 
-use super::Fabric;
+use super::values::Fabric;
 use crate::base::units::{BENDING_UNIT, DENSITY_UNIT, N_M_PER_G_MM2_S2, STRETCH_UNIT};
 
 /// Parameters of a fabric, density included.

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::Mesh;
+use super::mesh::Mesh;
 use crate::base::{Point3, Vector3};
 
 /// No neighbour, across the boundary.

@@ -11,6 +11,35 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl Mesh {
+    /// The mesh without the vertices that no triangle names; the others keep their order.
+    #[must_use]
+    pub fn without_stray_vertices(mut self) -> Self {
+        let mut used = vec![false; self.vertices.len()];
+        for &vertex in self.triangles.iter().flatten() {
+            used[vertex as usize] = true;
+        }
+        if used.iter().all(|&used| used) {
+            return self;
+        }
+        let mut kept = 0;
+        let new_index: Vec<u32> = used
+            .iter()
+            .map(|&used| {
+                kept += u32::from(used);
+                // That of a stray vertex is asked for by nobody.
+                kept.wrapping_sub(1)
+            })
+            .collect();
+        let mut at = used.iter();
+        self.vertices.retain(|_| at.next() == Some(&true));
+        for vertex in self.triangles.iter_mut().flatten() {
+            *vertex = new_index[*vertex as usize];
+        }
+        self
+    }
+}
+
 /// Points, with what the file gave beside them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cloud {
@@ -20,4 +49,25 @@ pub struct Cloud {
     pub colors: Vec<[u8; 3]>,
     /// Triangles on the points; empty for a bare cloud.
     pub triangles: Vec<[u32; 3]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stray_vertices_go_and_the_triangles_stay() {
+        let at = |x: f64| Point3::new(x, 0.0, 0.0);
+        let mesh = Mesh {
+            vertices: [9.0, 1.0, 2.0, 9.0, 4.0, 5.0, 9.0].map(at).to_vec(),
+            triangles: vec![[4, 1, 2], [2, 5, 4]],
+        };
+        let corners = |mesh: &Mesh| -> Vec<[f64; 3]> {
+            mesh.triangles.iter().map(|t| t.map(|v| mesh.vertices[v as usize].x)).collect()
+        };
+        let clean = mesh.clone().without_stray_vertices();
+        assert_eq!(clean.vertices, [1.0, 2.0, 4.0, 5.0].map(at));
+        assert_eq!(corners(&clean), corners(&mesh));
+        assert_eq!(clean.clone().without_stray_vertices(), clean);
+    }
 }

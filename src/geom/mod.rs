@@ -6,4 +6,4 @@ pub mod parry;
 
 pub use adjacency::Adjacency;
 pub use mesh::{Cloud, Mesh};
-pub use parry::{Hit, MeshIndex};
+pub use parry::{Hit, MeshError, MeshIndex};

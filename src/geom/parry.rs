@@ -7,7 +7,7 @@ use parry3d_f64::math::Vec3;
 use parry3d_f64::query::{PointQuery as _, Ray, RayCast as _};
 use parry3d_f64::shape::{HalfSpace, TriMesh, Triangle};
 
-use super::Mesh;
+use super::mesh::Mesh;
 use crate::base::{Point3, Vector3};
 
 fn vec3(v: &Vector3) -> Vec3 {
@@ -29,23 +29,44 @@ pub struct Hit {
     pub triangle: u32,
 }
 
+/// Why rays cannot be cast on a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
+    /// It has no triangles.
+    #[error("the mesh has no triangles")]
+    NoTriangles,
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {triangle} of the mesh names vertex {vertex}, but there are {vertices}")]
+    NoVertex {
+        /// Which triangle, counted from 0.
+        triangle: usize,
+        /// The vertex that it names.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+}
+
 /// A mesh, ready for many rays and nearest-point queries. Both sides count.
 pub struct MeshIndex {
     mesh: TriMesh,
 }
 
 impl MeshIndex {
-    /// Builds the hierarchy; `None` for a mesh without triangles or with one
-    /// that names a vertex that is not there.
-    #[must_use]
-    pub fn new(mesh: &Mesh) -> Option<Self> {
-        let count = mesh.vertices.len();
-        if mesh.triangles.iter().flatten().any(|&vertex| vertex as usize >= count) {
-            return None;
+    /// Builds the hierarchy.
+    ///
+    /// # Errors
+    /// When the mesh has no triangles, or one that names a vertex that is not there.
+    pub fn new(mesh: &Mesh) -> Result<Self, MeshError> {
+        let vertices = mesh.vertices.len();
+        let corners = mesh.triangles.as_flattened().iter();
+        let missing = corners.enumerate().find(|(_, vertex)| **vertex as usize >= vertices);
+        if let Some((k, &vertex)) = missing {
+            return Err(MeshError::NoVertex { triangle: k / 3, vertex, vertices });
         }
         let vertices = mesh.vertices.iter().map(|p| vec3(&p.coords)).collect();
-        let mesh = TriMesh::new(vertices, mesh.triangles.clone()).ok()?;
-        Some(Self { mesh })
+        let mesh = TriMesh::new(vertices, mesh.triangles.clone());
+        Ok(Self { mesh: mesh.map_err(|_| MeshError::NoTriangles)? })
     }
 
     /// The first point of the mesh on a ray, no further than `most` lengths of
@@ -133,8 +154,11 @@ mod tests {
 
     #[test]
     fn what_is_no_mesh_is_refused() {
-        assert!(MeshIndex::new(&Mesh::default()).is_none());
-        assert!(MeshIndex::new(&Mesh { triangles: vec![[0, 1, 7]], ..triangle() }).is_none());
+        let fault = |mesh: &Mesh| MeshIndex::new(mesh).err().unwrap();
+        assert_eq!(fault(&Mesh::default()), MeshError::NoTriangles);
+        let beyond = Mesh { triangles: vec![[0, 1, 2], [0, 1, 7]], ..triangle() };
+        let wanted = MeshError::NoVertex { triangle: 1, vertex: 7, vertices: 3 };
+        assert_eq!(fault(&beyond), wanted);
     }
 
     #[test]

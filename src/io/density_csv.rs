@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::error::shown;
+use super::table::{Layout, Rows};
 use super::{At, Fault, Place, ReadError};
 
 /// One file's row.
@@ -61,38 +62,20 @@ fn parse(bytes: &[u8]) -> Result<Vec<DensityRow>, At> {
         return Err(Fault::Layout(fault.to_owned()).at_byte(error.valid_up_to()));
     }
     let delimiter = delimiter(bytes);
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .delimiter(delimiter)
-        .from_reader(bytes);
+    let mut table = Rows::new(bytes, Layout { delimiter, comment: Some(b'#') });
     let (mut rows, mut columns) = (Vec::new(), None);
     let mut seen: HashMap<String, usize> = HashMap::new();
-    let mut record = csv::StringRecord::new();
-    let (mut line, mut counted) = (1, 0);
-    loop {
-        let more = reader.read_record(&mut record);
-        if !more.map_err(|error| Fault::Layout(error.to_string()).anywhere())? {
-            break;
-        }
-        // The crate's own number is that of the blank lines before a record.
-        let end = bytes[..reader.position().byte() as usize].trim_ascii_end().len().max(counted);
-        line += bytes[counted..end].iter().filter(|&&byte| byte == b'\n').count();
-        counted = end;
-        if record.iter().all(str::is_empty) {
-            continue;
-        }
+    while let Some((line, record)) = table.next() {
+        let cells: Vec<&str> = record.iter().map(text_of).collect();
         let Some(columns) = columns else {
-            let (found, is_title) = columns_of(&record, delimiter, line)?;
+            let (found, is_title) = columns_of(&cells, delimiter, line)?;
             columns = Some(found);
             if !is_title {
-                rows.push(row(&record, found, delimiter, line)?);
+                rows.push(row(&cells, found, delimiter, line)?);
             }
             continue;
         };
-        rows.push(row(&record, columns, delimiter, line)?);
+        rows.push(row(&cells, columns, delimiter, line)?);
     }
     for row in &rows {
         if let Some(first) = seen.insert(row.file.clone(), row.line) {
@@ -110,6 +93,11 @@ fn parse(bytes: &[u8]) -> Result<Vec<DensityRow>, At> {
     Ok(rows)
 }
 
+/// A cell of a text that is known to be UTF-8.
+fn text_of(cell: &[u8]) -> &str {
+    std::str::from_utf8(cell).unwrap_or_default()
+}
+
 /// The separator: the one of the first line with anything in it.
 fn delimiter(bytes: &[u8]) -> u8 {
     let first = super::tokens::lines(bytes)
@@ -118,23 +106,19 @@ fn delimiter(bytes: &[u8]) -> u8 {
     [b';', b'\t'].into_iter().find(|mark| first.contains(mark)).unwrap_or(b',')
 }
 
-fn columns_of(
-    record: &csv::StringRecord,
-    delimiter: u8,
-    line: usize,
-) -> Result<(Columns, bool), At> {
+fn columns_of(cells: &[&str], delimiter: u8, line: usize) -> Result<(Columns, bool), At> {
     let find = |names: &[&str]| {
-        record.iter().position(|cell| names.contains(&cell.to_ascii_lowercase().as_str()))
+        cells.iter().position(|cell| names.contains(&cell.to_ascii_lowercase().as_str()))
     };
     let file = find(&["file", "scan", "path", "filename"]);
     let density = find(&["density_g_m2", "density"]);
     if let (Some(file), Some(density)) = (file, density) {
         return Ok((Columns { file, density, warp_toward: find(&["warp_toward"]) }, true));
     }
-    if record.get(1).and_then(|cell| value(cell, delimiter)).is_some() {
+    if cells.get(1).and_then(|cell| value(cell, delimiter)).is_some() {
         return Ok((Columns { file: 0, density: 1, warp_toward: Some(2) }, false));
     }
-    let cells = record.iter().collect::<Vec<_>>().join(", ");
+    let cells = cells.join(", ");
     let fault = format!(
         "the title line names no {} (it has: {}); write `file,density_g_m2` or \
          `file,density_g_m2,warp_toward`",
@@ -144,13 +128,8 @@ fn columns_of(
     Err(Fault::Layout(fault).at_line(line))
 }
 
-fn row(
-    record: &csv::StringRecord,
-    columns: Columns,
-    delimiter: u8,
-    line: usize,
-) -> Result<DensityRow, At> {
-    let cell = |column| record.get(column).unwrap_or_default();
+fn row(cells: &[&str], columns: Columns, delimiter: u8, line: usize) -> Result<DensityRow, At> {
+    let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
     let file = cell(columns.file);
     if file.is_empty() {
         let fault = "the row names no file; write the scan's path in the folder";

@@ -8,8 +8,7 @@
 
 use std::io::Cursor;
 
-use image::codecs::png::PngDecoder;
-use image::{ColorType, ImageDecoder as _, Limits};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Limits};
 
 use super::assemble::Raw;
 use super::{At, Fault, ReadOptions};
@@ -82,14 +81,15 @@ impl Depth {
 }
 
 fn decode(bytes: &[u8]) -> Result<Depth, At> {
-    let fault = |error: image::ImageError| {
+    let fault = |error: DecodingError| {
         let fault = format!("the PNG cannot be decoded ({error}); copy or export it again");
         Fault::Layout(fault).anywhere()
     };
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(2 * MOST_PIXELS + (64 << 20));
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(fault)?;
-    let (width, height) = decoder.dimensions();
+    let limits = Limits { bytes: 2 * MOST_PIXELS as usize + (64 << 20) };
+    let decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
+    let mut reader = decoder.read_info().map_err(fault)?;
+    let info = reader.info();
+    let (width, height) = info.size();
     let pixels = u64::from(width) * u64::from(height);
     if 2 * pixels > MOST_BYTES_PER_BYTE * bytes.len() as u64 || pixels > MOST_PIXELS {
         let fault = format!(
@@ -99,16 +99,16 @@ fn decode(bytes: &[u8]) -> Result<Depth, At> {
         );
         return Err(Fault::Layout(fault).anywhere());
     }
-    if decoder.color_type() != ColorType::L16 {
+    if (info.color_type, info.bit_depth) != (ColorType::Grayscale, BitDepth::Sixteen) {
         let fault = format!(
-            "a PNG of {:?}, not of 16-bit depths: a picture of the depths, in which they are lost; \
-             export the raw depth as 16-bit grey",
-            decoder.original_color_type()
+            "a PNG of {:?} with {} bits, not of 16-bit depths: a picture of the depths, in which \
+             they are lost; export the raw depth as 16-bit grey",
+            info.color_type, info.bit_depth as u8
         );
         return Err(Fault::Layout(fault).anywhere());
     }
     let mut samples = vec![0; 2 * pixels as usize];
-    decoder.read_image(&mut samples).map_err(fault)?;
-    let values = samples.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect();
+    reader.next_frame(&mut samples).map_err(fault)?;
+    let values = samples.as_chunks().0.iter().map(|&pair| u16::from_be_bytes(pair)).collect();
     Ok(Depth { size: [width as usize, height as usize], values })
 }

@@ -3,25 +3,31 @@
 //! | file | read from it |
 //! |---|---|
 //! | JSON of Open3D | `width`, `height`, `intrinsic_matrix` (column by column, also inside `intrinsic`) |
-//! | JSON with `fx`, `fy`, `cx`, `cy` | these, and `width`, `height` if there (Polycam and others; `ppx`, `ppy` too) |
+//! | JSON with `fx`, `fy`, `cx`, `cy` | these, and `width`, `height` if there (Polycam and others; `ppx`, `ppy` too); `model` and `coeffs` (RealSense), or `k1`, `k2`, `p1`, `p2`, `k3` |
 //! | YAML of ROS `camera_info` | `image_width`, `camera_matrix` or `K`, `distortion_model`, `distortion_coefficients` or `D` |
 //! | text of nine numbers | a 3 x 3 matrix, row by row |
 //!
 //! Pixels: the centre of the first pixel has the coordinates (0, 0), x right, y down.
 //! Distortion: none, or Brown and Conrady's five coefficients k1, k2, p1, p2, k3
-//! (`plumb_bob`); any other model is refused.
+//! (`plumb_bob`, `brown_conrady`); any other model is refused unless its coefficients
+//! are all 0, and fisheye models even then: theirs is no pinhole at 0 either.
 
 use std::path::Path;
 
 use serde::Serialize;
 use serde_json::Value;
 
+use super::bytes::regular_file;
 use super::error::shown;
 use super::tokens::{number, words};
-use super::{At, Fault, ReadError, regular_file};
+use super::{At, Fault, ReadError, distortion};
 
 /// More bytes than this, and the file is no camera's.
 const MOST_BYTES: usize = 1 << 20;
+
+/// How far from its pixel a ray may land when it is distorted again \[pixels\]; fixed
+/// points that are found land within 1e-6.
+const LARGEST_RAY_ERROR_PX: f64 = 0.05;
 
 /// A pinhole with distortion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -63,9 +69,11 @@ impl Intrinsics {
     /// For an image of `size_px`: scaled from the size that they hold for.
     ///
     /// # Errors
-    /// Text for a message, when the two sizes have different shapes.
+    /// Text for a message, when the two sizes have different shapes, or the distortion
+    /// cannot be undone.
     pub(super) fn at_size(&self, size_px: [usize; 2]) -> Result<Self, String> {
         let Some(own) = self.size_px else {
+            self.check_distortion(size_px)?;
             return Ok(*self);
         };
         let [sx, sy] = [0, 1].map(|axis| size_px[axis] as f64 / own[axis] as f64);
@@ -77,12 +85,14 @@ impl Intrinsics {
             ));
         }
         let centre = |axis: usize, s: f64| (self.centre_px[axis] + 0.5) * s - 0.5;
-        Ok(Self {
+        let scaled = Self {
             size_px: Some(size_px),
             focal_px: [self.focal_px[0] * sx, self.focal_px[1] * sy],
             centre_px: [centre(0, sx), centre(1, sy)],
             distortion: self.distortion,
-        })
+        };
+        scaled.check_distortion(size_px)?;
+        Ok(scaled)
     }
 
     /// The ray of a pixel: x and y where z is 1, distortion undone.
@@ -98,16 +108,56 @@ impl Intrinsics {
     /// Solves seen = distorted(x, y) by the fixed point of Brown and Conrady's model;
     /// 20 rounds leave less than 1e-9 at the distortions of depth cameras.
     fn undistorted(&self, seen: [f64; 2]) -> [f64; 2] {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let [mut x, mut y] = seen;
+        let mut ray = seen;
         for _ in 0..20 {
-            let r2 = x * x + y * y;
-            let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-            let dx = 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
-            let dy = p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
-            [x, y] = [(seen[0] - dx) / radial, (seen[1] - dy) / radial];
+            let (radial, [dx, dy]) = self.distortion_at(ray);
+            ray = [(seen[0] - dx) / radial, (seen[1] - dy) / radial];
         }
-        [x, y]
+        ray
+    }
+
+    /// Radial factor and tangential shift of a ray.
+    fn distortion_at(&self, [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        let r2 = x * x + y * y;
+        let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        let dx = 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
+        let dy = p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
+        (radial, [dx, dy])
+    }
+
+    /// How far the ray of a pixel, distorted again, lands from it \[pixels\]: large where
+    /// the distortion has no inverse.
+    fn ray_error_px(&self, column: f64, row: f64) -> f64 {
+        let [x, y] = self.ray(column, row);
+        let (radial, [dx, dy]) = self.distortion_at([x, y]);
+        let again = [
+            (x * radial + dx) * self.focal_px[0] + self.centre_px[0],
+            (y * radial + dy) * self.focal_px[1] + self.centre_px[1],
+        ];
+        (again[0] - column).hypot(again[1] - row)
+    }
+
+    /// Refuses a distortion that cannot be undone in an image of `size_px`: coefficients
+    /// of another camera, unit or order.
+    fn check_distortion(&self, size_px: [usize; 2]) -> Result<(), String> {
+        let [right, bottom] = size_px.map(|side| side.saturating_sub(1) as f64);
+        let border = [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().flat_map(|part| {
+            let (x, y) = (part * right, part * bottom);
+            [[x, 0.0], [x, bottom], [0.0, y], [right, y]]
+        });
+        for [column, row] in border {
+            let error = self.ray_error_px(column, row);
+            if error.is_nan() || error > LARGEST_RAY_ERROR_PX {
+                return Err(format!(
+                    "the distortion {:?} cannot be undone at pixel ({column:.0}, {row:.0}): off by \
+                     {error:.2} pixels; give the coefficients of the depth camera as k1, k2, p1, p2, \
+                     k3, or undistort the images first",
+                    self.distortion
+                ));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -161,11 +211,17 @@ fn too_long() -> At {
 /// # Errors
 /// Text for a message.
 pub(super) fn of_value(value: &Value) -> Result<Intrinsics, String> {
-    let value = value.get("intrinsic").unwrap_or(value);
+    let whole = value;
+    let value = whole.get("intrinsic").unwrap_or(whole);
     let field = |key: &str| value.get(key).and_then(Value::as_f64);
     let size_px = match (field("width"), field("height")) {
         (Some(w), Some(h)) => Some([pixels(w)?, pixels(h)?]),
         _ => None,
+    };
+    // Beside the matrix, or around it.
+    let distortion = match distortion::of_json(value)? {
+        [0.0, 0.0, 0.0, 0.0, 0.0] => distortion::of_json(whole)?,
+        found => found,
     };
     let found = if let Some(matrix) = value.get("intrinsic_matrix") {
         let cells = matrix.as_array().map(Vec::as_slice).unwrap_or_default();
@@ -190,6 +246,7 @@ pub(super) fn of_value(value: &Value) -> Result<Intrinsics, String> {
         let [focal_px, centre_px] = [[fx, fy], [cx, cy]];
         Intrinsics { size_px, focal_px, centre_px, distortion: [0.0; 5] }
     };
+    let found = Intrinsics { distortion, ..found };
     found.fault().map_or(Ok(found), Err)
 }
 
@@ -256,26 +313,8 @@ fn of_yaml(text: &str) -> Result<Intrinsics, String> {
     let mut found = of_matrix(&matrix, size_px)?;
     let distortion =
         numbers(&["distortion_coefficients.data", "distortion_coefficients", "D", "d"]);
-    let distortion = distortion.unwrap_or_default();
-    if distortion.iter().any(|&d| d != 0.0) {
-        let model = value(&["distortion_model"]).map_or("", |(_, text)| text.as_str());
-        let model = model.trim_matches(['"', '\'', ' ']);
-        // The rational model is this one where its further coefficients are 0.
-        let used = distortion.iter().rposition(|&d| d != 0.0).map_or(0, |last| last + 1);
-        let known = matches!(model, "plumb_bob" | "brown_conrady" | "rational_polynomial" | "");
-        found.distortion = match distortion.get(..used.max(5).min(distortion.len())) {
-            Some(&[k1, k2, p1, p2]) if known => [k1, k2, p1, p2, 0.0],
-            Some(&[k1, k2, p1, p2, k3]) if known => [k1, k2, p1, p2, k3],
-            _ => {
-                return Err(format!(
-                    "distortion `{}` with {} coefficients is not known, only plumb_bob with five; \
-                     undistort the depth images first",
-                    shown(model.as_bytes()),
-                    distortion.len()
-                ));
-            }
-        };
-    }
+    let model = value(&["distortion_model"]).map_or("", |(_, text)| text.as_str());
+    found.distortion = distortion::brown_conrady(model, &distortion.unwrap_or_default())?;
     Ok(found)
 }
 
@@ -380,6 +419,66 @@ mod tests {
         ] {
             let camera = read_bytes(format!("{head}{tail}").as_bytes()).unwrap();
             assert_eq!(camera.distortion, [0.1, -0.2, 0.01, 0.02, 0.3], "{tail}");
+        }
+    }
+
+    #[test]
+    fn distortion_in_json_is_read_or_refused_and_never_dropped() {
+        let json = |rest: &str| {
+            let text = format!(r#"{{"fx":585,"fy":585,"ppx":320,"ppy":240{rest}}}"#);
+            read_bytes(text.as_bytes()).map(|camera| camera.distortion).map_err(|e| e.to_string())
+        };
+        let given = [0.1, -0.2, 0.01, 0.02, 0.3];
+        for rest in [
+            r#","model":"Brown Conrady","coeffs":[0.1,-0.2,0.01,0.02,0.3]"#,
+            r#","model":"distortion.brown_conrady","coeffs":[0.1,-0.2,0.01,0.02,0.3]"#,
+            r#","coeffs":[0.1,-0.2,0.01,0.02,0.3]"#,
+            r#","distortion_model":"plumb_bob","D":[0.1,-0.2,0.01,0.02,0.3,0,0,0]"#,
+            r#","k1":0.1,"k2":-0.2,"p1":0.01,"p2":0.02,"k3":0.3"#,
+        ] {
+            assert_eq!(json(rest), Ok(given), "{rest}");
+        }
+        for rest in [
+            "",
+            r#","model":"Inverse Brown Conrady","coeffs":[0,0,0,0,0]"#,
+            r#","model":4,"coeffs":[0.0,0.0,0.0,0.0,0.0]"#,
+            r#","coeffs":[]"#,
+            r#","distortion":null"#,
+        ] {
+            assert_eq!(json(rest), Ok([0.0; 5]), "{rest}");
+        }
+        for (rest, part) in [
+            (
+                r#","model":"Inverse Brown Conrady","coeffs":[0.1,0,0,0,0]"#,
+                "`Inverse Brown Conrady`",
+            ),
+            (r#","model":2,"coeffs":[0.1,0,0,0,0]"#, "`2` with 5"),
+            (r#","model":"Kannala Brandt4","coeffs":[0,0,0,0,0]"#, "`Kannala Brandt4`"),
+            (r#","coeffs":[0.1,0,0,0,0,0,0,0.2]"#, "8 coefficients"),
+            (r#","coeffs":[0.1]"#, "1 coefficients"),
+            (r#","coeffs":"0.1 0 0 0 0""#, "`coeffs` is no list"),
+            (r#","distortion":{"k1":0.1}"#, "`distortion` is no list"),
+            (r#","k1":0.1,"k6":0.2"#, "8 coefficients"),
+        ] {
+            let said = json(rest).unwrap_err();
+            assert!(said.contains(part), "{said:?} lacks {part:?}");
+        }
+    }
+
+    #[test]
+    fn a_distortion_without_an_inverse_is_refused() {
+        let with = |distortion| Intrinsics { distortion, ..want(None) };
+        // Depth cameras: a tablet's, a structured-light sensor's, none.
+        for sound in [[0.12, -0.25, 1e-3, -5e-4, 0.08], [-0.28, 0.07, 0.0, 0.0, 0.0], [0.0; 5]] {
+            let camera = with(sound).at_size([640, 480]).unwrap();
+            let errors = [[0.0, 0.0], [639.0, 479.0], [320.0, 1.0]]
+                .map(|[column, row]| camera.ray_error_px(column, row));
+            assert!(errors.iter().all(|&error| error < 1e-6), "{sound:?}: {errors:?}");
+        }
+        // A barrel so strong that the image folds over inside the border.
+        for folded in [[-3.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, -40.0]] {
+            let said = with(folded).at_size([640, 480]).unwrap_err();
+            assert!(said.contains("cannot be undone at pixel"), "{said}");
         }
     }
 

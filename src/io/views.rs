@@ -16,7 +16,8 @@
 //! }
 //! ```
 //!
-//! Files are named relative to it. `world_from_camera` is rigid, row by row, its
+//! Files are named relative to it and lie in its folder or below: a list from elsewhere
+//! must not make its reader open the reader's other files. `world_from_camera` is rigid, row by row, its
 //! translation in metres. `intrinsics` is a file of [`super::intrinsics`] or such a
 //! JSON object; it and `depth_scale` may stand in a view as well. A view is a 16-bit
 //! depth PNG, or any other scan file in its camera's frame, in metres or in the
@@ -29,18 +30,18 @@
 //!
 //! The clouds are joined, not thinned: `scan` weighs and thins.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use nalgebra::{Matrix3, Matrix4, Rotation3, Translation3, UnitQuaternion};
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::assemble::ReadNotes;
+use super::bytes::regular_file;
 use super::error::shown;
+use super::file::read_file;
 use super::tokens::{number, words};
-use super::{
-    At, Fault, Format, Intrinsics, ReadError, ReadOptions, intrinsics, read_file, regular_file,
-};
+use super::{At, Fault, Format, Intrinsics, ReadError, ReadOptions, intrinsics};
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Vector3};
 use crate::geom::Cloud;
@@ -123,11 +124,6 @@ pub(super) fn is_folder(path: &Path) -> bool {
     path.join(VIEWS_FILE).is_file() || path.join(FOLDER_INTRINSICS).is_file()
 }
 
-pub(super) fn not_a_file() -> At {
-    let fault = "a set of views names files and is read from its path, not from bytes";
-    Fault::Layout(fault.to_owned()).anywhere()
-}
-
 /// The set of views that `path` stands for; `None` if it is none.
 pub(super) fn list(path: &Path) -> Option<Result<Views, ReadError>> {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
@@ -164,7 +160,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
     let mut others = vec![path.to_owned()];
     let mut camera = |value: &Value| match value {
         Value::String(name) => {
-            let file = folder.join(name);
+            let file = inside(folder, name).map_err(|e| fault(format!("intrinsics: {e}")))?;
             let found = intrinsics::read(&file)?;
             if !others.contains(&file) {
                 others.push(file);
@@ -181,7 +177,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
         };
         let own = view.intrinsics.as_ref().map(&mut camera).transpose()?;
         views.push(View {
-            file: folder.join(&view.file),
+            file: inside(folder, &view.file).map_err(at)?,
             world_from_camera: pose(&view.world_from_camera).map_err(at)?,
             opengl: matches!(list.camera_axes, Axes::Opengl),
             unit_m: match view.unit.as_deref() {
@@ -197,6 +193,28 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
         });
     }
     Ok(Views { path: path.to_owned(), views, others })
+}
+
+/// The file `name` of a folder, there or not.
+fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
+    let outside = |how: &str| {
+        let name = shown(name.as_bytes());
+        Err(format!("`{name}` {how}; put the file beside the list and name it relative to it"))
+    };
+    let steps = |step| matches!(step, Component::Normal(_) | Component::CurDir);
+    if !Path::new(name).components().all(steps) {
+        return outside("leads out of the list's folder");
+    }
+    let file = folder.join(name);
+    let whole = |path: &Path| path.canonicalize();
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (whole(&file), whole(folder)) {
+        (Ok(file), Ok(folder)) if !file.starts_with(&folder) => {
+            outside("is a link that leads out of the list's folder")
+        }
+        // Who reads it says that it is not there.
+        _ => Ok(file),
+    }
 }
 
 /// A folder of depth images with poses beside them.

@@ -1,40 +1,14 @@
 //! Writers. A file appears whole or not at all.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
+use std::io::Write;
 use std::path::Path;
 
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder as _};
+use png::{BitDepth, ColorType, Encoder, EncodingError};
 
-use super::WriteError;
+use super::{WriteError, atomically};
 use crate::base::units::M_PER_MM;
 use crate::geom::{Cloud, Mesh};
-
-/// Writes a file through `<name>.part`, which takes its name when complete.
-///
-/// # Errors
-/// When the system refuses; the `.part` file is removed then.
-pub fn atomically(
-    path: impl AsRef<Path>,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), WriteError> {
-    let path = path.as_ref();
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let written = File::create(&part).and_then(|file| {
-        let mut out = BufWriter::new(file);
-        write(&mut out)?;
-        out.flush()?;
-        drop(out);
-        std::fs::rename(&part, path)
-    });
-    written.map_err(|source| {
-        // Whether there is a part to remove depends on where it failed.
-        let _ = std::fs::remove_file(&part);
-        WriteError { path: path.to_owned(), source }
-    })
-}
 
 /// Writes a cloud as binary little-endian PLY with float coordinates multiplied
 /// by `scale`, its colours and its triangles.
@@ -88,7 +62,7 @@ pub fn write_depth_png(
         let value = (depth * scale).round();
         if (1.0..f64::from(u16::MAX)).contains(&value) { value as u16 } else { 0 }
     };
-    let samples: Vec<u8> = depth_m.iter().flat_map(|d| unit(d).to_ne_bytes()).collect();
+    let samples: Vec<u8> = depth_m.iter().flat_map(|d| unit(d).to_be_bytes()).collect();
     atomically(path, |out| {
         let wrong = || io::Error::new(io::ErrorKind::InvalidInput, "depths do not fill the rows");
         let size = depth_m.len().checked_div(width).filter(|rows| rows * width == depth_m.len());
@@ -97,10 +71,39 @@ pub fn write_depth_png(
         let (Ok(columns), Some(rows)) = (columns, rows) else {
             return Err(wrong());
         };
-        PngEncoder::new(out)
-            .write_image(&samples, columns, rows, ExtendedColorType::L16)
-            .map_err(io::Error::other)
+        encode_png(out, [columns, rows], (ColorType::Grayscale, BitDepth::Sixteen), &samples)
     })
+}
+
+/// Writes a picture as PNG: its width and height in pixels, and the red, green and blue of
+/// each pixel, row by row.
+///
+/// # Errors
+/// When the system refuses, or the colours do not fill the picture.
+pub fn write_png(path: impl AsRef<Path>, size: [u32; 2], rgb: &[u8]) -> Result<(), WriteError> {
+    atomically(path, |out| encode_png(out, size, (ColorType::Rgb, BitDepth::Eight), rgb))
+}
+
+fn encode_png(
+    out: &mut dyn Write,
+    [width, height]: [u32; 2],
+    (color, depth): (ColorType, BitDepth),
+    samples: &[u8],
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    let mut writer = encoder.write_header().map_err(of_png)?;
+    writer.write_image_data(samples).map_err(of_png)?;
+    writer.finish().map_err(of_png)
+}
+
+/// What the system said of a picture that cannot be written.
+fn of_png(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::IoError(error) => error,
+        other => io::Error::other(other),
+    }
 }
 
 /// Writes a mesh as OBJ in millimetres, to a nanometre, vertices in order.

@@ -3,22 +3,23 @@
 //! read -> rim -> estimate -> re-simulate. In: a path and what the user knows. Out:
 //! an [`Outcome`], which `report` shows.
 
+mod error;
 pub mod rim;
+pub mod verdict;
 
 use std::path::PathBuf;
 
+pub use error::{FailureKind, JobError, RimError};
 pub use rim::Rim;
+pub use verdict::Verdict;
 
-use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::units::M_PER_MM;
-use crate::estimate::{Estimate, EstimateError, Estimator};
-use crate::fabric::{Fault, check_density};
-use crate::io::{self, ReadError, ReadOptions, WriteError};
+use crate::estimate::{Estimate, Estimator};
+use crate::fabric::check_density;
+use crate::io::ReadOptions;
 use crate::refine::{Resimulation, resimulate};
-use crate::scan::{Found, Orientation, ScanError, ScanOptions};
+use crate::scan::{Orientation, ScanOptions};
 use crate::sim::SimOptions;
-use rim::RimError;
-use serde::{Deserialize, Serialize};
 
 /// What to do with one scan.
 #[derive(Clone, Debug)]
@@ -46,102 +47,10 @@ pub struct Outcome {
     pub estimate: Estimate,
     /// The drape of the estimate, if asked for.
     pub resimulation: Option<Resimulation>,
+    /// What all this is worth.
+    pub verdict: Verdict,
     /// Name of the model and the SHA-256 of its file.
     pub model: [String; 2],
-}
-
-/// Why a job gave nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum JobError {
-    /// The density is not one of a textile.
-    #[error(transparent)]
-    Density(#[from] Fault),
-    /// The file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The scan cannot be trusted.
-    #[error("{}: scan refused: {source}", path.display())]
-    Refused {
-        /// The scan.
-        path: PathBuf,
-        /// What was measured, the limit, the remedy.
-        source: ScanError,
-        /// What was found until then.
-        found: Box<Found>,
-    },
-    /// The specimen or the plate is another than the model's.
-    #[error(
-        "the estimate is for a specimen of {:.0} mm on a plate of {:.0} mm radius, not for {side_mm:.0} mm on \
-         {radius_mm:.0} mm: the model was trained on that drape alone; inspect and boundary take other sizes",
-        SPECIMEN_SIDE_M / M_PER_MM, PLATE_RADIUS_M / M_PER_MM
-    )]
-    Experiment {
-        /// Side of the specimen.
-        side_mm: f64,
-        /// Radius of the plate.
-        radius_mm: f64,
-    },
-    /// A rim read from a boundary CSV cannot be one.
-    #[error("{}: rim refused: {source}", path.display())]
-    RimRefused {
-        /// The boundary CSV.
-        path: PathBuf,
-        /// What was measured, the limit, the remedy.
-        source: RimError,
-    },
-    /// The model cannot be used.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// A result cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// A picture cannot be written.
-    #[error("{}: {source}", path.display())]
-    Picture {
-        /// The picture.
-        path: PathBuf,
-        /// What the encoder says.
-        source: image::ImageError,
-    },
-}
-
-/// The kinds of failure that a program can act on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FailureKind {
-    /// A file cannot be read or written.
-    Failed,
-    /// What was asked cannot be meant.
-    Usage,
-    /// The scan cannot be trusted.
-    Refused,
-}
-
-impl FailureKind {
-    /// The exit code that stands for it.
-    #[must_use]
-    pub fn exit_code(self) -> u8 {
-        match self {
-            Self::Failed => 1,
-            Self::Usage => 2,
-            Self::Refused => 4,
-        }
-    }
-}
-
-impl JobError {
-    /// What kind of failure it is.
-    #[must_use]
-    pub fn kind(&self) -> FailureKind {
-        match self {
-            Self::Density(_) | Self::Experiment { .. } => FailureKind::Usage,
-            Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
-                FailureKind::Usage
-            }
-            Self::Refused { .. } | Self::RimRefused { .. } => FailureKind::Refused,
-            _ => FailureKind::Failed,
-        }
-    }
 }
 
 /// Refuses specimens and plates that the model does not know.
@@ -163,9 +72,17 @@ impl Job {
     /// When the density is none, the file cannot be read, the scan is refused, or
     /// the model does not load.
     pub fn run(self) -> Result<Outcome, JobError> {
+        self.run_telling(|_| ())
+    }
+
+    /// [`Self::run`]; `tell` hears what is being done, in words, as it begins.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_telling(self, tell: impl Fn(&'static str)) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
         check_experiment(&self.scan)?;
-        self.run_with(&Estimator::shipped()?)
+        self.with_model(&Estimator::shipped()?, tell)
     }
 
     /// Runs the job with a model that is loaded already.
@@ -173,15 +90,27 @@ impl Job {
     /// # Errors
     /// As [`Self::run`].
     pub fn run_with(self, estimator: &Estimator) -> Result<Outcome, JobError> {
+        self.with_model(estimator, |_| ())
+    }
+
+    fn with_model(
+        self,
+        estimator: &Estimator,
+        tell: impl Fn(&'static str),
+    ) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
         check_experiment(&self.scan)?;
+        tell("looking for the rim");
         let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
         let known = rim.orientation() == Orientation::Given;
+        tell("estimating the stiffnesses");
         let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
-        let resimulation = self
-            .resimulate
-            .then(|| resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default()));
+        let resimulation = self.resimulate.then(|| {
+            tell("draping the estimate again");
+            resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default())
+        });
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
-        Ok(Outcome { job: self, rim, estimate, resimulation, model })
+        let verdict = verdict::of_job(&rim, &self.scan, &estimate, resimulation.as_ref());
+        Ok(Outcome { job: self, rim, estimate, resimulation, verdict, model })
     }
 }

@@ -5,20 +5,23 @@
 //! is known by its first line; what was typed wrong in it shows as a jump, an
 //! open corner or a side of impossible length, and is refused with its line.
 //!
-//! A boundary CSV does not say whether weft and warp were known when it was
-//! written: `--warp-toward +x` (x is the warp in the simulation frame) says that
-//! they were, `+z` that they are exchanged.
+//! A boundary CSV says whether weft and warp were known when it was written, and then
+//! `--warp-toward`, which was of the scan's frame, is not needed and not used. For a file that
+//! does not say it, or says that they are not known, the flag is of the file's frame:
+//! `+x` says that weft and warp are as in the file, `+z` that they are exchanged.
 
 use std::path::Path;
 
-use super::JobError;
+use super::error::{JobError, RimError};
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Point3};
-use crate::io::{Format, ReadNotes, ReadOptions, boundary_csv, read_scan_with};
+use crate::base::{Boundary, Isometry3, Point3};
+use crate::io::boundary_csv::{self, OrientedRim};
+use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
 use crate::scan::{
     LengthUnit, Orientation, Refusal, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
+    quarters_to_warp,
 };
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
@@ -44,9 +47,25 @@ pub enum Rim {
     Given {
         /// The rim, simulation frame.
         boundary: Boundary,
-        /// Whether the user said which direction is the warp.
+        /// Whether the file or the user said which direction is the warp.
         orientation: Orientation,
+        /// What was done with the user's word on it.
+        warp: GivenWarp,
     },
+}
+
+/// Where the warp of a rim from a boundary CSV comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GivenWarp {
+    /// The file says it, and the user nothing.
+    File,
+    /// The file says it, and what the user said was not used.
+    FileNotFlag,
+    /// The user says it; the angle between that direction and the file's axis that was taken
+    /// for the warp \[rad\].
+    Flag(f64),
+    /// Nobody says it.
+    Unknown,
 }
 
 impl Rim {
@@ -65,6 +84,17 @@ impl Rim {
         match self {
             Self::Scanned { scanned, .. } => scanned.orientation,
             Self::Given { orientation, .. } => *orientation,
+        }
+    }
+
+    /// Angle between the direction that the user gave for the warp and the specimen's axis
+    /// that was taken for it \[rad\]; `None` if none was given or used.
+    #[must_use]
+    pub fn warp_off_rad(&self) -> Option<f64> {
+        match self {
+            Self::Scanned { scanned, .. } => scanned.warp_off_rad,
+            Self::Given { warp: GivenWarp::Flag(off_rad), .. } => Some(*off_rad),
+            Self::Given { .. } => None,
         }
     }
 
@@ -94,70 +124,16 @@ impl Rim {
     }
 }
 
-/// Why a rim from a file cannot be one. Lines are those of a boundary CSV.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RimError {
-    /// Two neighbours too far apart.
-    #[error(
-        "the points of lines {line} and {next_line} lie {measured_mm:.1} mm apart (limit {limit_mm:.0} mm); \
-         correct the one that is off"
-    )]
-    Jump {
-        /// Line of the first point.
-        line: usize,
-        /// Line of the second.
-        next_line: usize,
-        /// Their distance \[mm\].
-        measured_mm: f64,
-        /// Largest accepted \[mm\].
-        limit_mm: f64,
-    },
-    /// The two points of a corner differ.
-    #[error(
-        "lines {line} and {next_line} are the same corner of the specimen but lie {measured_mm:.1} mm apart \
-         (limit {limit_mm:.0} mm); give both the same position"
-    )]
-    Corner {
-        /// Line of the end of a side.
-        line: usize,
-        /// Line of the start of the next side.
-        next_line: usize,
-        /// Their distance \[mm\].
-        measured_mm: f64,
-        /// Largest accepted \[mm\].
-        limit_mm: f64,
-    },
-    /// A side of impossible length.
-    #[error(
-        "side {side} (lines {first_line} to {last_line}) measures {measured_mm:.1} mm, accepted are \
-         {min_mm:.0} to {max_mm:.0} mm; check the points' positions and that they are in mm"
-    )]
-    SideLength {
-        /// Side, 0 to 3.
-        side: usize,
-        /// Line of its first point.
-        first_line: usize,
-        /// Line of its last point.
-        last_line: usize,
-        /// Its length \[mm\].
-        measured_mm: f64,
-        /// Least accepted \[mm\].
-        min_mm: f64,
-        /// Largest accepted \[mm\].
-        max_mm: f64,
-    },
-}
-
 /// The rim of a scan, or of a boundary CSV.
 ///
 /// # Errors
 /// When the file cannot be read, the scan is refused, or the file's rim is none.
 pub fn of_input(path: &Path, read: &ReadOptions, options: &ScanOptions) -> Result<Rim, JobError> {
     if boundary_csv::is_one(path) {
-        let boundary = boundary_csv::read(path)?;
-        check(&boundary, options)
-            .map_err(|source| JobError::RimRefused { path: path.to_owned(), source })?;
-        return Ok(oriented(&boundary, options.warp_toward));
+        let rim = boundary_csv::read_oriented(path)?;
+        return check(&rim.boundary, options)
+            .and_then(|()| oriented(rim, options))
+            .map_err(|source| JobError::RimRefused { path: path.to_owned(), source });
     }
     let (scanned, notes) = of_scan(path, read, options)?;
     Ok(Rim::Scanned { scanned: Box::new(scanned), notes })
@@ -198,27 +174,37 @@ pub fn of_scan_in_stages(
 }
 
 /// Turns a given rim so that its x axis is the warp, if the user said where that
-/// points in the file's frame.
-fn oriented(boundary: &Boundary, warp: Option<WarpToward>) -> Rim {
-    let bearing_deg = match warp {
-        None => {
-            let boundary = boundary.clone();
-            return Rim::Given { boundary, orientation: Orientation::Ambiguous };
+/// points in the file's frame and the file does not say that x is the warp already.
+fn oriented(rim: OrientedRim, options: &ScanOptions) -> Result<Rim, RimError> {
+    let OrientedRim { boundary, orientation } = rim;
+    let (orientation, warp) = match (orientation, options.warp_toward) {
+        (Some(Orientation::Given), None) => (Orientation::Given, GivenWarp::File),
+        (Some(Orientation::Given), Some(_)) => (Orientation::Given, GivenWarp::FileNotFlag),
+        (_, None) => (Orientation::Ambiguous, GivenWarp::Unknown),
+        (_, Some(warp)) => {
+            let least_deg = options.tuning.limits.least_warp_off_vertical_deg;
+            let bearing_rad = warp.bearing_rad(&Isometry3::identity(), least_deg)?;
+            // A quarter turn of `Boundary::rotated` brings +z, bearing -90 degrees, to +x.
+            let (quarters, off_rad) = quarters_to_warp(-bearing_rad);
+            let boundary = boundary.rotated(quarters.rem_euclid(SIDES as f64) as usize);
+            let warp = GivenWarp::Flag(off_rad);
+            return Ok(Rim::Given { boundary, orientation: Orientation::Given, warp });
         }
-        Some(WarpToward::BearingDeg(degrees)) => degrees,
-        Some(WarpToward::Direction([x, _, z])) => (-z).atan2(x).to_degrees(),
     };
-    // A quarter turn of `Boundary::rotated` brings +z, bearing -90 degrees, to +x.
-    let quarters = (-bearing_deg / 90.0).round().rem_euclid(SIDES as f64) as usize;
-    Rim::Given { boundary: boundary.rotated(quarters), orientation: Orientation::Given }
+    Ok(Rim::Given { boundary, orientation, warp })
 }
+
+/// A direction that cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give +x, -x, +y, ..., x,y,z or a bearing in degrees")]
+pub struct WarpTowardError;
 
 /// Where the warp points, as a user writes it: `+x`, `-y`, `z`, three numbers
 /// `x,y,z`, or a bearing in degrees.
 ///
 /// # Errors
-/// What may be written.
-pub fn parse_warp_toward(text: &str) -> Result<WarpToward, String> {
+/// When it is none of these.
+pub fn parse_warp_toward(text: &str) -> Result<WarpToward, WarpTowardError> {
     let axis = |sign: f64, name: &str| match name {
         "x" => Some([sign, 0.0, 0.0]),
         "y" => Some([0.0, sign, 0.0]),
@@ -240,7 +226,7 @@ pub fn parse_warp_toward(text: &str) -> Result<WarpToward, String> {
     match numbers.as_deref() {
         Some([degrees]) => Ok(WarpToward::BearingDeg(*degrees)),
         Some(&[x, y, z]) if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
-        _ => Err("give +x, -x, +y, ..., x,y,z or a bearing in degrees".into()),
+        _ => Err(WarpTowardError),
     }
 }
 
@@ -316,24 +302,67 @@ mod tests {
         assert!(matches!(error, RimError::SideLength { side: 0, .. }), "{error}");
     }
 
+    fn with_warp(warp_toward: Option<WarpToward>) -> ScanOptions {
+        ScanOptions { warp_toward, ..ScanOptions::default() }
+    }
+
     #[test]
     fn the_warp_s_direction_turns_the_rim_by_quarters() {
         let rim = with(7, 0.008);
-        let turned = |warp| match oriented(&rim, warp) {
-            Rim::Given { boundary, orientation } => (boundary, orientation),
-            Rim::Scanned { .. } => panic!("not scanned"),
+        let turned = |says, warp| {
+            let rim = OrientedRim { boundary: rim.clone(), orientation: says };
+            match oriented(rim, &with_warp(warp)).unwrap() {
+                Rim::Given { boundary, orientation, warp } => (boundary, orientation, warp),
+                Rim::Scanned { .. } => panic!("not scanned"),
+            }
         };
-        assert_eq!(turned(None), (rim.clone(), Orientation::Ambiguous));
-        for (direction, bearing_deg, quarters) in [
-            ([1.0, 0.0, 0.0], 360.0, 0),
-            ([0.0, 0.0, 1.0], -90.0, 1),
-            ([-1.0, 0.3, 0.1], 180.0, 2),
-            ([0.0, 0.0, -2.0], 85.0, 3),
-        ] {
-            let want = (rim.rotated(quarters), Orientation::Given);
-            assert_eq!(turned(Some(WarpToward::Direction(direction))), want);
-            assert_eq!(turned(Some(WarpToward::BearingDeg(bearing_deg))), want);
+        let unknown = (rim.clone(), Orientation::Ambiguous, GivenWarp::Unknown);
+        for says in [None, Some(Orientation::Ambiguous)] {
+            assert_eq!(turned(says, None), unknown);
+            for (direction, bearing_deg, quarters) in [
+                ([1.0, 0.0, 0.0], 360.0, 0),
+                ([0.0, 0.0, 1.0], -90.0, 1),
+                ([-1.0, 0.3, 0.1], 180.0, 2),
+                ([0.0, 0.0, -2.0], 85.0, 3),
+            ] {
+                for warp in [WarpToward::Direction(direction), WarpToward::BearingDeg(bearing_deg)]
+                {
+                    let (boundary, orientation, warp) = turned(says, Some(warp));
+                    assert_eq!(boundary, rim.rotated(quarters));
+                    assert_eq!(orientation, Orientation::Given);
+                    let GivenWarp::Flag(off_rad) = warp else { panic!("{warp:?}") };
+                    assert!(off_rad.to_degrees() < 6.0, "{off_rad}");
+                }
+            }
         }
+        let diagonal = turned(None, Some(WarpToward::BearingDeg(140.0)));
+        assert_eq!((diagonal.0, diagonal.1), (rim.rotated(2), Orientation::Given));
+        assert!(
+            matches!(diagonal.2, GivenWarp::Flag(off) if (off.to_degrees() - 40.0).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn a_rim_whose_file_says_where_the_warp_is_is_not_turned() {
+        let rim = OrientedRim { boundary: with(7, 0.008), orientation: Some(Orientation::Given) };
+        for (flag, want) in [
+            (None, GivenWarp::File),
+            (Some(WarpToward::Direction([0.0, 0.0, 1.0])), GivenWarp::FileNotFlag),
+            // Of the scan's frame, whose up was another.
+            (Some(WarpToward::Direction([0.0, 1.0, 0.0])), GivenWarp::FileNotFlag),
+        ] {
+            let Rim::Given { boundary, orientation, warp } =
+                oriented(rim.clone(), &with_warp(flag)).unwrap()
+            else {
+                panic!("not scanned")
+            };
+            assert_eq!((boundary, orientation), (rim.boundary.clone(), Orientation::Given));
+            assert_eq!(warp, want);
+        }
+        let silent = OrientedRim { orientation: None, ..rim };
+        let upright = Some(WarpToward::Direction([0.1, 1.0, 0.0]));
+        let refused = oriented(silent, &with_warp(upright)).unwrap_err();
+        assert!(matches!(refused, RimError::WarpSteep(_)), "{refused}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub struct Banded {
     rows: Vec<f64>,
 }
 
-/// A factor L with A = L L^T, in the same layout.
+/// The Cholesky factor L of a banded matrix A = L L^T, in the same layout.
 #[derive(Clone, Debug)]
 pub struct Factor(Banded);
 
@@ -31,7 +31,7 @@ impl Banded {
         self.rows[row * (self.width + 1) + column + self.width - row] += value;
     }
 
-    /// Factorises; `None` if a pivot is not positive.
+    /// The Cholesky factor of the matrix; `None` if a pivot is not positive.
     #[must_use]
     pub fn cholesky(mut self) -> Option<Factor> {
         let (n, w) = (self.size, self.width);
@@ -74,7 +74,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Factor {
-    /// Solves L y = b in place.
+    /// Solves L y = b in place: `b` becomes y.
     pub fn forward(&self, b: &mut [f64]) {
         let Banded { size, width, rows } = &self.0;
         for i in 0..*size {
@@ -85,7 +85,7 @@ impl Factor {
         }
     }
 
-    /// Solves A x = b in place.
+    /// Solves A x = b in place: `b` becomes x.
     pub fn solve(&self, b: &mut [f64]) {
         self.forward(b);
         let Banded { size, width, rows } = &self.0;

@@ -14,11 +14,11 @@ pub struct Grid {
 pub struct Weights {
     /// Index of the block's first control in u and v.
     pub first: [usize; 2],
-    /// Value.
+    /// Weights in the spline's value.
     pub value: [f64; 16],
-    /// Derivative to u.
+    /// Weights in its derivative by u.
     pub du: [f64; 16],
-    /// Derivative to v.
+    /// Weights in its derivative by v.
     pub dv: [f64; 16],
 }
 
@@ -44,38 +44,38 @@ impl Grid {
         Self { half, intervals: ((2.0 * half / spacing).round() as usize).max(1) }
     }
 
-    /// Half the square's side.
+    /// Half the side of the square.
     #[must_use]
     pub fn half(&self) -> f64 {
         self.half
     }
 
-    /// Length of a span.
+    /// Length of a knot span.
     #[must_use]
     pub fn spacing(&self) -> f64 {
         2.0 * self.half / self.intervals as f64
     }
 
-    /// Controls along a side.
+    /// Number of controls along a side.
     #[must_use]
     pub fn side(&self) -> usize {
         self.intervals + 3
     }
 
-    /// Number of the control at (a, b).
+    /// Index of the control at (a, b), among all of them.
     #[must_use]
     pub fn index(&self, a: usize, b: usize) -> usize {
         a * self.side() + b
     }
 
-    /// Largest difference of the numbers of two controls of one block.
+    /// Largest difference of the indices of two controls that act at one place.
     #[must_use]
     pub fn bandwidth(&self) -> usize {
         3 * self.side() + 3
     }
 
-    /// The controls that act at `at`; places outside take the nearest span's
-    /// polynomial.
+    /// The weights of the controls that act at the place `at`; outside the square they are those of
+    /// the nearest span's polynomial.
     #[must_use]
     pub fn weights(&self, at: [f64; 2]) -> Weights {
         let h = self.spacing();
@@ -99,7 +99,7 @@ impl Grid {
         }
     }
 
-    /// Number of control k of a block.
+    /// Index, among all controls, of control k of the block that `weights` belong to.
     #[must_use]
     pub fn control(&self, weights: &Weights, k: usize) -> usize {
         self.index(weights.first[0] + k / 4, weights.first[1] + k % 4)

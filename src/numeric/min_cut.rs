@@ -14,13 +14,13 @@ pub struct Network {
 }
 
 impl Network {
-    /// Nodes 0 to `nodes` - 1 without edges.
+    /// A network of the nodes 0 to `nodes` - 1, without edges.
     #[must_use]
     pub fn new(nodes: usize) -> Self {
         Self { nodes, to: Vec::new(), left: Vec::new() }
     }
 
-    /// Joins two nodes; flow may go either way.
+    /// Joins two nodes by an edge of this capacity, in both directions.
     pub fn join(&mut self, a: usize, b: usize, capacity: u64) {
         self.to.extend([b as u32, a as u32]);
         self.left.extend([capacity, capacity]);

@@ -1,4 +1,5 @@
-//! Numerical tools: sparse factorisation on a fixed pattern, robust statistics.
+//! Numerical tools: sparse and banded Cholesky factorisations, splines and least squares over
+//! them, minimum cuts, robust statistics.
 
 pub mod banded;
 pub mod bspline;

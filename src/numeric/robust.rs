@@ -1,6 +1,6 @@
 //! Medians and the scatter that strays do not inflate.
 
-/// The median; `None` of nothing.
+/// The median of some values; `None` if there are none.
 #[must_use]
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     if values.is_empty() {
@@ -10,7 +10,7 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// The `share` quantile (0 to 1, nearest rank); `None` of nothing.
+/// The quantile at `share`, 0 to 1, of some values, by the nearest rank; `None` if there are none.
 #[must_use]
 pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     if values.is_empty() {
@@ -20,8 +20,8 @@ pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
-/// Standard deviation from the median absolute deviation (x 1.4826: the ratio of
-/// the two for a normal distribution); `None` of nothing.
+/// The standard deviation of some values, estimated by 1.4826 times their median absolute deviation,
+/// which is the ratio of the two for a normal distribution; `None` if there are no values.
 #[must_use]
 pub fn sigma(values: &[f64]) -> Option<f64> {
     let middle = median(values.to_vec())?;

@@ -8,6 +8,7 @@
 //! The lower triangle is stored by scalar columns (CSC), the layout that faer
 //! factorises; a block's entries are found by [`BlockSlot`] without searching.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -67,19 +68,20 @@ impl BlockPattern {
         Self { blocks, block_col_ptr, block_rows, col_ptr, row_idx }
     }
 
-    /// Scalar unknowns.
+    /// Number of scalar unknowns, three a block.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         3 * self.blocks
     }
 
-    /// Length of the value array.
+    /// Number of values of a matrix on this pattern.
     #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.row_idx.len()
     }
 
-    /// The block (row, column) with row > column; `None` outside the pattern.
+    /// Where the block (row, column), row > column, lies among the values; `None` outside the
+    /// pattern.
     #[must_use]
     pub fn slot(&self, row: usize, column: usize) -> Option<BlockSlot> {
         let range = self.block_col_ptr[column]..self.block_col_ptr[column + 1];
@@ -89,7 +91,7 @@ impl BlockPattern {
         Some(BlockSlot { first: first as u32, stride: (3 * below + 2) as u32 })
     }
 
-    /// Adds `block` at a slot below the diagonal.
+    /// Adds `block` to the values at a slot below the diagonal.
     #[inline]
     pub fn add_block(values: &mut [f64], slot: BlockSlot, block: &Matrix3<f64>) {
         let mut start = slot.first as usize;
@@ -102,7 +104,7 @@ impl BlockPattern {
         }
     }
 
-    /// Adds the lower triangle of a symmetric `block` on the diagonal.
+    /// Adds the lower triangle of a symmetric `block` to the values on the diagonal.
     #[inline]
     pub fn add_diagonal(&self, values: &mut [f64], index: usize, block: &Matrix3<f64>) {
         for c in 0..3 {
@@ -113,7 +115,7 @@ impl BlockPattern {
         }
     }
 
-    /// `out = A x` for the symmetric matrix with these values.
+    /// Writes the product A x to `out`, A being the symmetric matrix with these values.
     pub fn multiply(&self, values: &[f64], x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         out.fill(Vector3::zeros());
         for j in 0..self.blocks {
@@ -149,7 +151,13 @@ impl BlockPattern {
 /// A pattern with its ordering and symbolic factor; clones share it.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    inner: Arc<(BlockPattern, SymbolicCholesky<usize>)>,
+    inner: Arc<Analysed>,
+}
+
+#[derive(Debug)]
+struct Analysed {
+    pattern: BlockPattern,
+    symbolic: SymbolicCholesky<usize>,
 }
 
 impl Analysis {
@@ -181,18 +189,18 @@ impl Analysis {
         let symbolic =
             factorize_symbolic_cholesky(pattern.symbolic(), Side::Lower, ordering, params)
                 .unwrap_or_else(|error| panic!("symbolic factorisation: {error:?}"));
-        Self { inner: Arc::new((pattern, symbolic)) }
+        Self { inner: Arc::new(Analysed { pattern, symbolic }) }
     }
 
     /// The pattern that was analysed.
     #[must_use]
     pub fn pattern(&self) -> &BlockPattern {
-        &self.inner.0
+        &self.inner.pattern
     }
 
     /// The factor's panels.
     fn supernodes(&self) -> &SymbolicSupernodalCholesky<usize> {
-        match self.inner.1.raw() {
+        match self.inner.symbolic.raw() {
             SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
             SymbolicCholeskyRaw::Simplicial(_) => unreachable!("supernodes were asked for"),
         }
@@ -200,21 +208,21 @@ impl Analysis {
 
     /// The unknown eliminated first, second, ...
     fn order(&self) -> &[usize] {
-        self.inner.1.perm().map_or(&[], |perm| perm.arrays().0)
+        self.inner.symbolic.perm().map_or(&[], |perm| perm.arrays().0)
     }
 
-    /// Entries of the factor, explicit zeros of the supernodes included.
+    /// Number of entries of the factor, explicit zeros of the supernodes included.
     #[must_use]
     pub fn factor_len(&self) -> usize {
-        self.inner.1.len_val()
+        self.inner.symbolic.len_val()
     }
 }
 
 /// The number types that a factor can be held in.
 pub trait Real: faer::traits::RealField + Scalar {
-    /// Rounds to this type.
+    /// The value rounded to this type.
     fn of(value: f64) -> Self;
-    /// Widens again.
+    /// The value in double precision.
     fn wide(self) -> f64;
 }
 
@@ -254,10 +262,10 @@ pub struct Work<T: Real = f64> {
 }
 
 impl<T: Real> Factor<T> {
-    /// Allocates the work space for one thread.
+    /// A factor without values yet, with its work space for one thread.
     #[must_use]
     pub fn new(analysis: &Analysis) -> Self {
-        let symbolic = &analysis.inner.1;
+        let symbolic = &analysis.inner.symbolic;
         let need = StackReq::any_of(&[
             symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Spec::default()),
             symbolic.solve_in_place_scratch::<T>(1, Par::Seq),
@@ -271,11 +279,11 @@ impl<T: Real> Factor<T> {
         }
     }
 
-    /// Factorises; false if the matrix is not positive definite (the factor then
-    /// must not be used).
+    /// Factorises the matrix with these values on the analysed pattern. False if it is not positive
+    /// definite; the factor must not be used then.
     #[must_use]
     pub fn factorize(&mut self, values: &[f64]) -> bool {
-        let (pattern, symbolic) = &*self.analysis.inner;
+        let Analysed { pattern, symbolic } = &*self.analysis.inner;
         for (own, &value) in self.values.iter_mut().zip(values) {
             *own = T::of(value);
         }
@@ -293,7 +301,8 @@ impl<T: Real> Factor<T> {
             .is_ok()
     }
 
-    /// Solves A x = b in place with the last factor.
+    /// Solves A x = b in place with the last factor: `x` holds the right-hand side and becomes the
+    /// solution.
     pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
         substitute(&self.analysis, &self.l_values, &mut self.work, x);
     }
@@ -304,7 +313,8 @@ impl<T: Real> Factor<T> {
         Work::new(&self.analysis)
     }
 
-    /// The same as [`Factor::solve`], for several threads at a time.
+    /// Solves as [`Factor::solve`] does, with a work space of the caller's, so that several threads
+    /// can share one factor.
     pub fn solve_with(&self, work: &mut Work<T>, x: &mut [Vector3<f64>]) {
         substitute(&self.analysis, &self.l_values, work, x);
     }
@@ -338,30 +348,29 @@ fn substitute<T: Real>(
 #[must_use]
 pub fn grid_dissection(rows: usize, columns: usize, reach: usize) -> Vec<u32> {
     fn visit(
-        r: (usize, usize),
-        c: (usize, usize),
+        r: Range<usize>,
+        c: Range<usize>,
         (columns, reach): (usize, usize),
         order: &mut Vec<u32>,
     ) {
-        let (height, width) = (r.1 - r.0, c.1 - c.0);
+        let (height, width) = (r.len(), c.len());
         let grid = (columns, reach);
         if height.min(width) <= reach || height * width <= 5 * reach * reach {
-            order
-                .extend((r.0..r.1).flat_map(|i| (c.0..c.1).map(move |j| (i * columns + j) as u32)));
+            order.extend(r.flat_map(|i| c.clone().map(move |j| (i * columns + j) as u32)));
         } else if height >= width {
-            let middle = r.0 + (height - reach) / 2;
-            visit((r.0, middle), c, grid, order);
-            visit((middle + reach, r.1), c, grid, order);
-            visit((middle, middle + reach), c, grid, order);
+            let middle = r.start + (height - reach) / 2;
+            visit(r.start..middle, c.clone(), grid, order);
+            visit(middle + reach..r.end, c.clone(), grid, order);
+            visit(middle..middle + reach, c, grid, order);
         } else {
-            let middle = c.0 + (width - reach) / 2;
-            visit(r, (c.0, middle), grid, order);
-            visit(r, (middle + reach, c.1), grid, order);
-            visit(r, (middle, middle + reach), grid, order);
+            let middle = c.start + (width - reach) / 2;
+            visit(r.clone(), c.start..middle, grid, order);
+            visit(r.clone(), middle + reach..c.end, grid, order);
+            visit(r, middle..middle + reach, grid, order);
         }
     }
     let mut order = Vec::with_capacity(rows * columns);
-    visit((0, rows), (0, columns), (columns, reach), &mut order);
+    visit(0..rows, 0..columns, (columns, reach), &mut order);
     order
 }
 

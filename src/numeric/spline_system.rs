@@ -89,7 +89,7 @@ pub struct SplineSystem<const Z: usize> {
 }
 
 impl<const Z: usize> SplineSystem<Z> {
-    /// The system of a grid, empty.
+    /// The system of a grid, without any rows yet.
     #[must_use]
     pub fn new(grid: Grid) -> Self {
         let n = grid.side();
@@ -121,7 +121,7 @@ impl<const Z: usize> SplineSystem<Z> {
         }
     }
 
-    /// Forgets all sums.
+    /// Forgets all rows; the factor stays.
     pub fn clear(&mut self) {
         self.values.fill(0.0);
         self.right.fill(Vector3::zeros());
@@ -166,25 +166,24 @@ impl<const Z: usize> SplineSystem<Z> {
         now: &[Vector3<f64>],
         weight: f64,
     ) {
-        let at = |cell: &(usize, usize, f64)| self.grid.index(cell.0, cell.1);
-        let sum: Vector3<f64> = cells.iter().map(|cell| now[at(cell)] * cell.2).sum();
-        for (k, high) in cells.iter().enumerate() {
-            let i = at(high);
-            self.right[i] -= sum * (weight * high.2);
-            for low in &cells[..=k] {
-                let block = Matrix3::identity() * (weight * high.2 * low.2);
-                if at(low) == i {
+        let at = |a: usize, b: usize| self.grid.index(a, b);
+        let sum: Vector3<f64> = cells.iter().map(|&(a, b, scale)| now[at(a, b)] * scale).sum();
+        for (k, &(high_a, high_b, high)) in cells.iter().enumerate() {
+            let i = at(high_a, high_b);
+            self.right[i] -= sum * (weight * high);
+            for &(low_a, low_b, low) in &cells[..=k] {
+                let block = Matrix3::identity() * (weight * high * low);
+                let j = at(low_a, low_b);
+                if j == i {
                     self.analysis.pattern().add_diagonal(&mut self.values, i, &block);
-                } else if let Some(slot) =
-                    self.slot(at(low), high.0 - low.0, REACH + high.1 - low.1)
-                {
+                } else if let Some(slot) = self.slot(j, high_a - low_a, REACH + high_b - low_b) {
                     BlockPattern::add_block(&mut self.values, slot, &block);
                 }
             }
         }
     }
 
-    /// Adds weight |dc|^2 of every control.
+    /// Adds weight |dc|^2 for every control.
     pub fn hold(&mut self, weight: f64) {
         for i in 0..self.right.len() {
             let block = Matrix3::identity() * weight;
@@ -192,13 +191,13 @@ impl<const Z: usize> SplineSystem<Z> {
         }
     }
 
-    /// Adds weight (dz - residual)^2 of one common unknown.
+    /// Adds weight (dz - residual)^2 for one of the common unknowns.
     pub fn hold_common(&mut self, which: usize, residual: f64, weight: f64) {
         self.corner[(which, which)] += weight;
         self.corner_right[which] += weight * residual;
     }
 
-    /// Factorises; false if the system is singular.
+    /// Factorises K as it is now; false if it is singular.
     #[must_use]
     pub fn factorize(&mut self) -> bool {
         self.factor.factorize(&self.values)

@@ -1,12 +1,19 @@
-//! Charts.
+//! Charts, drawn by `plotters`.
 //!
-//! In: series of numbers. Out: an image. Text is ASCII.
+//! In: series of numbers. Out: an image.
+
+use std::convert::Infallible;
+use std::ops::Range;
 
 use image::{Rgb, RgbImage};
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::prelude::*;
 
-use super::draw::{line, text};
+use super::canvas::{Canvas, FINE};
+use super::draw::{TEXT_HEIGHT, text, text_width};
 
-const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
+const PAPER: Rgb<u8> = Rgb([255, 255, 255]);
 const INK: Rgb<u8> = Rgb([40, 40, 40]);
 const FAINT: Rgb<u8> = Rgb([228, 228, 228]);
 /// Colours of series, in order.
@@ -65,139 +72,156 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-const SIZE: [f64; 2] = [860.0, 560.0];
-const LEFT: f64 = 80.0;
-const TOP: f64 = 40.0;
-const RIGHT: f64 = 20.0;
-const BOTTOM: f64 = 56.0;
+/// Width and height of a chart in pixels.
+const SIZE: [u32; 2] = [860, 560];
+/// Room above the axes for the title and the vertical axis' label, in pixels.
+const TOP: i32 = 56;
+/// Room for the axes' numbers, in pixels.
+const NUMBERS: [i32; 2] = [64, 30];
+/// Room below for the horizontal axis' label, and on the right, in pixels.
+const MARGIN: i32 = 26;
+/// Half the width of a cross, in pixels.
+const CROSS: i32 = 4;
+
+type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
+type Fault = DrawingAreaErrorKind<Infallible>;
 
 impl Chart {
     /// Draws it; points that are not finite, or not positive on a logarithmic axis, are
     /// left out.
+    ///
+    /// # Panics
+    /// Never: an image in memory takes whatever is drawn on it.
     #[must_use]
     pub fn draw(&self) -> RgbImage {
-        let mut image = RgbImage::from_pixel(SIZE[0] as u32, SIZE[1] as u32, WHITE);
-        let x = self.range(0, &self.x);
-        let y = self.range(1, &self.y);
-        let at = |p: &[f64; 2]| -> Option<[f32; 2]> {
-            let (a, b) = (x.part(p[0])?, y.part(p[1])?);
-            let px = LEFT + a * (SIZE[0] - LEFT - RIGHT);
-            Some([px as f32, (SIZE[1] - BOTTOM - b * (SIZE[1] - TOP - BOTTOM)) as f32])
+        let mut image = RgbImage::from_pixel(SIZE[0], SIZE[1], PAPER);
+        let (x, y) = (self.range(0, &self.x), self.range(1, &self.y));
+        let area = Canvas(&mut image).into_drawing_area();
+        let drawn = match (self.x.log, self.y.log) {
+            (false, false) => self.plot(&area, x, y),
+            (true, false) => self.plot(&area, x.log_scale(), y),
+            (false, true) => self.plot(&area, x, y.log_scale()),
+            (true, true) => self.plot(&area, x.log_scale(), y.log_scale()),
         };
-        for tick in x.ticks() {
-            if let (Some(a), Some(b)) = (at(&[tick, y.low]), at(&[tick, y.high])) {
-                line(&mut image, a, b, FAINT);
-                text(&mut image, a[0] as i32 - 14, a[1] as i32 + 8, &number(tick), INK);
-            }
-        }
-        for tick in y.ticks() {
-            if let (Some(a), Some(b)) = (at(&[x.low, tick]), at(&[x.high, tick])) {
-                line(&mut image, a, b, FAINT);
-                let label = number(tick);
-                let left = a[0] as i32 - 9 * label.len() as i32 - 4;
-                text(&mut image, left, a[1] as i32 - 4, &label, INK);
-            }
-        }
-        for series in &self.series {
-            let points: Vec<_> = series.points.iter().filter_map(at).collect();
-            draw_series(&mut image, &points, series);
-        }
-        for (k, series) in self.series.iter().enumerate() {
-            let y = TOP as i32 + 8 + 14 * k as i32;
-            text(&mut image, LEFT as i32 + 12, y, &series.name, series.colour);
-        }
-        text(&mut image, LEFT as i32, 12, &self.title, INK);
-        text(&mut image, LEFT as i32, SIZE[1] as i32 - 22, &self.x.label, INK);
-        text(&mut image, 8, 26, &self.y.label, INK);
+        drop(area);
+        drawn.expect("an image in memory takes whatever is drawn on it");
+        let [width, height] = SIZE.map(|v| v as i32);
+        text(&mut image, NUMBERS[0], 8, &self.title, INK);
+        text(&mut image, 10, 8 + TEXT_HEIGHT as i32 + 4, &self.y.label, INK);
+        let label = text_width(&self.x.label) as i32;
+        text(&mut image, width - MARGIN - label, height - MARGIN, &self.x.label, INK);
         image
     }
 
-    fn range(&self, coordinate: usize, axis: &Axis) -> Range {
-        let values = || {
-            self.series
-                .iter()
-                .flat_map(|s| s.points.iter().map(|p| p[coordinate]))
-                .filter(|v| v.is_finite() && (!axis.log || *v > 0.0))
-        };
-        let (mut low, mut high) =
-            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-        if axis.log {
-            (low, high) = (low / 1.3, high * 1.3);
-        } else {
-            let margin = 0.06 * (high - low).max(1e-12);
-            (low, high) = (low - margin, high + margin);
-        }
-        Range { low, high, log: axis.log }
-    }
-}
-
-fn draw_series(image: &mut RgbImage, points: &[[f32; 2]], series: &Series) {
-    match series.mark {
-        Mark::Line => {
-            for pair in points.windows(2) {
-                line(image, pair[0], pair[1], series.colour);
-                let below = [pair[0], pair[1]].map(|p| [p[0], p[1] + 1.0]);
-                line(image, below[0], below[1], series.colour);
-            }
-        }
-        Mark::Cross => {
-            for &[x, y] in points {
-                line(image, [x - 4.0, y - 4.0], [x + 4.0, y + 4.0], series.colour);
-                line(image, [x - 4.0, y + 4.0], [x + 4.0, y - 4.0], series.colour);
-            }
-        }
-        Mark::Bar => {
-            for pair in points.chunks_exact(2) {
-                for side in [-1.0, 0.0, 1.0] {
-                    let [a, b] = [pair[0], pair[1]].map(|p| [p[0] + side, p[1]]);
-                    line(image, a, b, series.colour);
+    fn plot<X, Y>(&self, area: &Area<'_>, x: X, y: Y) -> Result<(), Fault>
+    where
+        X: AsRangedCoord<Value = f64>,
+        Y: AsRangedCoord<Value = f64>,
+        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(TOP * FINE)
+            .margin_right(MARGIN * FINE)
+            .margin_bottom(MARGIN * FINE)
+            .set_label_area_size(LabelAreaPosition::Left, NUMBERS[0] * FINE)
+            .set_label_area_size(LabelAreaPosition::Bottom, NUMBERS[1] * FINE)
+            .build_cartesian_2d(x, y)?;
+        let font = ("sans-serif", TEXT_HEIGHT * FINE as f32).into_font();
+        chart
+            .configure_mesh()
+            .x_labels(9)
+            .y_labels(9)
+            .x_label_formatter(&|v| number(*v))
+            .y_label_formatter(&|v| number(*v))
+            .label_style(font.clone().color(&paint(INK)))
+            .axis_style(pen(INK, 1))
+            .bold_line_style(pen(FAINT, 1))
+            .light_line_style(TRANSPARENT)
+            .set_all_tick_mark_size(4 * FINE)
+            .draw()?;
+        for series in &self.series {
+            let pen = pen(series.colour, 2);
+            let points = self.drawable(series);
+            let points = points.iter().map(|[x, y]| (*x, *y));
+            let drawn = match series.mark {
+                Mark::Line => chart.draw_series(LineSeries::new(points, pen))?,
+                Mark::Cross => {
+                    chart.draw_series(points.map(|at| Cross::new(at, CROSS * FINE, pen)))?
                 }
-            }
+                Mark::Bar => {
+                    let ends: Vec<_> = points.collect();
+                    let pairs = ends.chunks_exact(2).map(<[_]>::to_vec);
+                    chart.draw_series(pairs.map(|pair| PathElement::new(pair, pen)))?
+                }
+            };
+            let mark = series.mark;
+            drawn.label(&series.name).legend(move |(x, y)| {
+                let line = |ends| PathElement::new(ends, pen).into_dyn();
+                let middle = x + 9 * FINE;
+                match mark {
+                    Mark::Line => line(vec![(x, y), (middle + 9 * FINE, y)]),
+                    Mark::Cross => Cross::new((middle, y), CROSS * FINE, pen).into_dyn(),
+                    Mark::Bar => line(vec![(middle, y - 6 * FINE), (middle, y + 6 * FINE)]),
+                }
+            });
         }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Range {
-    low: f64,
-    high: f64,
-    log: bool,
-}
-
-impl Range {
-    fn part(&self, value: f64) -> Option<f64> {
-        let scale = |v: f64| if self.log { v.ln() } else { v };
-        let part = (scale(value) - scale(self.low)) / (scale(self.high) - scale(self.low));
-        part.is_finite().then_some(part)
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .margin(8 * FINE)
+            .legend_area_size(24 * FINE)
+            .label_font(font.color(&paint(INK)))
+            .background_style(paint(PAPER))
+            .border_style(pen(FAINT, 1))
+            .draw()
     }
 
-    fn ticks(&self) -> Vec<f64> {
-        if self.log {
-            let first = self.low.log10().floor() as i32;
-            let last = self.high.log10().ceil() as i32;
-            return (first..=last)
-                .flat_map(|k| [1.0, 2.0, 5.0].map(|m| m * 10.0_f64.powi(k)))
-                .filter(|t| (self.low..=self.high).contains(t))
-                .filter(|t| last - first < 3 || t.log10().fract().abs() < 1e-9)
-                .collect();
+    /// The points of a series that its axes can show.
+    fn drawable(&self, series: &Series) -> Vec<[f64; 2]> {
+        let shows = |v: f64, axis: &Axis| v.is_finite() && (!axis.log || v > 0.0);
+        let points = series.points.iter().copied();
+        points.filter(|[x, y]| shows(*x, &self.x) && shows(*y, &self.y)).collect()
+    }
+
+    /// What an axis shows: all points, and a margin.
+    fn range(&self, coordinate: usize, axis: &Axis) -> Range<f64> {
+        let values = || {
+            let points = self.series.iter().flat_map(|s| self.drawable(s));
+            points.map(|p| p[coordinate])
+        };
+        let (low, high) =
+            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        if low > high {
+            return 1.0..10.0;
         }
-        let raw = (self.high - self.low) / 6.0;
-        let power = 10.0_f64.powf(raw.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= raw);
-        let step = step.unwrap_or(raw);
-        let first = (self.low / step).ceil() as i64;
-        let last = (self.high / step).floor() as i64;
-        (first..=last).map(|k| k as f64 * step).collect()
+        if axis.log {
+            return low / 1.3..high * 1.3;
+        }
+        let margin = 0.06 * (high - low).max(1e-12);
+        low - margin..high + margin
     }
 }
 
+fn paint(colour: Rgb<u8>) -> RGBColor {
+    let [r, g, b] = colour.0;
+    RGBColor(r, g, b)
+}
+
+/// A line of this many pixels.
+fn pen(colour: Rgb<u8>, width: u32) -> ShapeStyle {
+    paint(colour).stroke_width(width * FINE as u32)
+}
+
+/// A number of an axis, as short as it can be.
 fn number(value: f64) -> String {
     let size = value.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+    if size > 1e-12 && !(1e-3..1e5).contains(&size) {
         return format!("{value:.0e}");
     }
     let text = format!("{value:.3}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
 #[cfg(test)]
@@ -206,22 +230,34 @@ mod tests {
 
     #[test]
     fn a_chart_draws_its_points_and_survives_bad_ones() {
-        let series = |mark| Series {
+        let series = |mark, points: &[[f64; 2]]| Series {
             name: "s".into(),
-            points: vec![[1.0, 1.0], [10.0, f64::NAN], [100.0, 1000.0], [-1.0, 2.0]],
+            points: points.to_vec(),
             mark,
             colour: COLOURS[0],
         };
+        let axis = |log| Axis { label: "x".into(), log };
+        let chart = |mark, points: &[[f64; 2]], log| Chart {
+            title: "t".into(),
+            x: axis(log),
+            y: axis(false),
+            series: vec![series(mark, points)],
+        };
+        let inked = |image: &RgbImage| image.pixels().filter(|p| **p == COLOURS[0]).count();
+        let points = [[1.0, 1.0], [10.0, f64::NAN], [100.0, 1000.0], [-1.0, 2.0]];
         for mark in [Mark::Line, Mark::Cross, Mark::Bar] {
-            let axis = |log| Axis { label: "x".into(), log };
-            let image = Chart {
-                title: "t".into(),
-                x: axis(true),
-                y: axis(false),
-                series: vec![series(mark)],
+            for log in [false, true] {
+                // the legend alone, then the points
+                let empty = inked(&chart(mark, &[], log).draw());
+                let full = inked(&chart(mark, &points, log).draw());
+                assert!(full > empty + 10, "{mark:?} {empty} {full}");
             }
-            .draw();
-            assert!(image.pixels().any(|p| *p == COLOURS[0]), "{mark:?}");
         }
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let short = [0.0, -1e-17, 0.5, 100.0, 1e-4, 250_000.0].map(number);
+        assert_eq!(short, ["0", "0", "0.5", "100", "1e-4", "2e5"]);
     }
 }

@@ -33,6 +33,7 @@ pub fn params(outcome: &Outcome) -> Value {
         outcome.estimate.candidates.iter().map(|c| c.fabric.to_paper_units()).collect();
     json!({
         "schema_version": SCHEMA_VERSION,
+        "verdict": outcome.verdict,
         "input": outcome.job.input.display().to_string(),
         "parameters": parameters,
         "density": {
@@ -114,6 +115,8 @@ pub fn quality(scanned: &ScannedBoundary) -> Value {
         "loop_length_mm": mm(q.loop_length_m),
         "side_lengths_mm": q.side_lengths_m.map(mm),
         "outline_side_mm": q.outline_side_m.map(mm),
+        "widths_mm": q.widths_m.map(|width| width.map(mm)),
+        "edges_mm": q.edge_m.map(mm),
         "longest_gap_mm": mm(q.longest_gap_m),
         "longest_gap_bearing_deg": q.longest_gap_bearing_deg,
         "plate_radius_mm": mm(q.plate_radius_m),

@@ -6,3 +6,4 @@ pub mod json;
 pub mod overlay;
 mod pane;
 pub mod table;
+pub mod verdict;

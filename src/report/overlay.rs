@@ -2,15 +2,18 @@
 //! side, over the scanned cloth.
 
 use image::{Rgb, RgbImage};
-use imageproc::drawing::draw_filled_circle_mut;
 
+use super::verdict::one_line;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
 use crate::job::Outcome;
-use crate::picture::draw::{line, text};
+use crate::job::verdict::Level;
+use crate::picture::draw::{self, line, stroke, text, text_width};
 
 const PANE: i32 = 720;
-const MARGIN: i32 = 46;
+const MARGIN: i32 = 64;
+/// Characters that fit beside each other: one is 8 pixels wide in the mean.
+const MOST_CHARACTERS: usize = (2 * PANE as usize - 24) / 9;
 /// Half the width of the view \[m\].
 const HALF_VIEW_M: f64 = 0.165;
 const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
@@ -18,8 +21,13 @@ const CLOTH: Rgb<u8> = Rgb([205, 210, 216]);
 const SCANNED: Rgb<u8> = Rgb([200, 30, 30]);
 const BRIDGED: Rgb<u8> = Rgb([255, 150, 0]);
 const SIMULATED: Rgb<u8> = Rgb([20, 90, 200]);
+const RELIABLE: Rgb<u8> = Rgb([0, 120, 50]);
+const DOUBTFUL: Rgb<u8> = Rgb([190, 110, 0]);
 const TEXT: Rgb<u8> = Rgb([40, 40, 40]);
 const GRID: Rgb<u8> = Rgb([232, 232, 232]);
+
+/// Width of a rim's line, in pixels.
+const RIM_WIDTH: f32 = 1.8;
 
 /// A view: horizontal and downward coordinate \[m\] of a point.
 type View = fn(&Point3) -> [f64; 2];
@@ -37,7 +45,7 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
         grid(&mut image, left);
         let evidence = outcome.rim.scanned().map(|scanned| &scanned.evidence);
         for p in evidence.iter().flat_map(|e| &e.cloth) {
-            dot(&mut image, left, view(p), CLOTH, 1);
+            dot(&mut image, left, view(p), CLOTH, 1.0);
         }
         if let Some(again) = &outcome.resimulation {
             rim(&mut image, left, view, &again.drape.boundary, |_| SIMULATED);
@@ -45,19 +53,16 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
         let color = |observed| if observed { SCANNED } else { BRIDGED };
         rim(&mut image, left, view, outcome.rim.boundary(), color);
         for corner in evidence.iter().flat_map(|e| &e.corners) {
-            dot(&mut image, left, view(corner), SCANNED, 4);
+            dot(&mut image, left, view(corner), SCANNED, 4.5);
         }
-        text(&mut image, left + 12, PANE - 20, title, TEXT);
+        text(&mut image, left + 12, PANE - 22, title, TEXT);
     }
     legend(&mut image, outcome);
     image
 }
 
 fn legend(image: &mut RgbImage, outcome: &Outcome) {
-    let y = PANE + 8;
-    text(image, 12, y, "scanned rim", SCANNED);
-    text(image, 130, y, "bridged", BRIDGED);
-    let line = match &outcome.resimulation {
+    let again = match &outcome.resimulation {
         Some(again) => format!(
             "re-simulated rim: mean error {:.2} mm, largest {:.2} mm, {} folds",
             again.mean_distance_m / M_PER_MM,
@@ -66,9 +71,19 @@ fn legend(image: &mut RgbImage, outcome: &Outcome) {
         ),
         None => "not re-simulated".to_owned(),
     };
-    text(image, 220, y, &line, SIMULATED);
+    let mut x = 12;
+    for (words, color) in [("scanned rim", SCANNED), ("bridged", BRIDGED), (&again, SIMULATED)] {
+        text(image, x, PANE + 4, words, color);
+        x += text_width(words) as i32 + 24;
+    }
     let name = outcome.job.input.file_name().unwrap_or_default().to_string_lossy();
-    text(image, 12, y + 18, &name, TEXT);
+    text(image, 12, PANE + 22, &name, TEXT);
+    let color = match outcome.verdict.level {
+        Level::Reliable => RELIABLE,
+        Level::Doubtful => DOUBTFUL,
+        Level::DoNotUse => SCANNED,
+    };
+    text(image, 12, PANE + 40, &one_line(&outcome.verdict, MOST_CHARACTERS), color);
 }
 
 fn pixel(left: i32, [x, y]: [f64; 2]) -> [f32; 2] {
@@ -82,7 +97,8 @@ fn grid(image: &mut RgbImage, left: i32) {
         line(image, pixel(left, [at, -HALF_VIEW_M]), pixel(left, [at, HALF_VIEW_M]), GRID);
         line(image, pixel(left, [-HALF_VIEW_M, at]), pixel(left, [HALF_VIEW_M, at]), GRID);
         let [x, _] = pixel(left, [at, 0.0]);
-        text(image, x as i32 - 12, 4, &format!("{}", k * 50), GRID.map_text());
+        let label = format!("{}", k * 50);
+        text(image, (x - 0.5 * text_width(&label)) as i32, 4, &label, GRID.map_text());
     }
 }
 
@@ -109,14 +125,16 @@ fn rim(
         let next = &points[(k + 1) % points.len()];
         let [a, b] = [point, next].map(|p| pixel(left, view(&p.position_m)));
         let color = color(point.observed && next.observed);
-        line(image, a, b, color);
-        line(image, [a[0], a[1] + 1.0], [b[0], b[1] + 1.0], color);
+        stroke(image, a, b, RIM_WIDTH, color);
+        draw::dot(image, a, 0.5 * RIM_WIDTH, color);
     }
 }
 
-fn dot(image: &mut RgbImage, left: i32, at: [f64; 2], color: Rgb<u8>, radius: i32) {
-    let [x, y] = pixel(left, at).map(|v| v.round() as i32);
-    if (left..left + PANE).contains(&x) && (0..PANE).contains(&y) {
-        draw_filled_circle_mut(image, (x, y), radius, color);
+/// A dot of `radius` pixels, if its centre lies in the pane.
+fn dot(image: &mut RgbImage, left: i32, at: [f64; 2], color: Rgb<u8>, radius: f32) {
+    let [x, y] = pixel(left, at);
+    let pane = PANE as f32;
+    if (0.0..pane).contains(&(x - left as f32)) && (0.0..pane).contains(&y) {
+        draw::dot(image, [x, y], radius, color);
     }
 }

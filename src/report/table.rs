@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::verdict;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::io::ReadNotes;
 use crate::job::{Outcome, Rim};
@@ -10,9 +11,9 @@ use crate::scan::{Orientation, ScannedBoundary};
 /// The whole result as text.
 #[must_use]
 pub fn text(outcome: &Outcome) -> String {
-    let mut out = String::new();
+    let mut out = verdict::lines(&outcome.verdict);
     // writing to a string cannot fail
-    let _ = writeln!(out, "{}", outcome.job.input.display());
+    let _ = writeln!(out, "input            {}", outcome.job.input.display());
     out += &rim(&outcome.rim);
     let density = outcome.job.density_kg_m2 / KG_M2_PER_G_M2;
     let _ = writeln!(out, "density          {density:>12.1}  {DENSITY_UNIT} (given)\n");
@@ -37,9 +38,6 @@ pub fn text(outcome: &Outcome) -> String {
             again.drape.nodes,
             again.drape.stop.name()
         );
-    }
-    for warning in &outcome.estimate.warnings {
-        let _ = writeln!(out, "warning: {warning}");
     }
     let _ = writeln!(out, "model {} ({})", outcome.model[0], &outcome.model[1][..12]);
     let _ = writeln!(out, "simulation parameters, not measured mechanical properties");

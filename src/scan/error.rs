@@ -171,6 +171,9 @@ pub enum ScanError {
         /// Where the mark's middle lies.
         bearing_deg: f64,
     },
+    /// The direction given for the warp stands nearly upright.
+    #[error(transparent)]
+    WarpSteep(#[from] super::warp::WarpSteep),
     /// The flattened cloth is not a square of the specimen's size.
     #[error(
         "the flattened outline differs from a {side_mm:.0} mm square by {rms_mm:.1} mm rms (limit \

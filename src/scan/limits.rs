@@ -195,7 +195,7 @@ pub(super) fn misfit(
     noise_m: f64,
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
-    let limit_m = options.max_misfit_m + options.max_misfit_per_noise * noise_m;
+    let limit_m = options.most_misfit_m(noise_m);
     if misfit.rms_m > limit_m {
         return Err(ScanError::Misfit {
             rms_mm: misfit.rms_m * 1e3,
@@ -226,9 +226,8 @@ pub(super) fn rim(
 
 /// Refuses a rim of which too little is observed.
 fn observed(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
-    let more_noise_m = (noise_m - options.tuning.limits.bridged_well_noise_m).max(0.0);
-    let min_observed = options.min_observed + options.min_observed_per_noise * more_noise_m;
-    let max_gap_m = (options.max_gap_m - options.max_gap_per_noise * more_noise_m).max(0.0);
+    let (min_observed, max_gap_m) =
+        (options.least_observed(noise_m), options.longest_gap_m(noise_m));
     let observed = rim.observed_fraction();
     let gap = longest_gap(&rim.points);
     if observed < min_observed {
@@ -267,7 +266,7 @@ fn sides(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError
     let median_m = robust::median(rim.side_lengths_m.to_vec()).unwrap_or(0.0);
     let off = |side: usize| (rim.side_lengths_m[side] - median_m).abs();
     let worst = (0..SIDES).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
-    let limit_m = options.max_uneven_m + options.max_uneven_per_noise * noise_m;
+    let limit_m = options.most_uneven_m(noise_m);
     if off(worst) > limit_m {
         return Err(ScanError::UnevenSides {
             measured_mm: rim.side_lengths_m[worst] * 1e3,

@@ -58,17 +58,21 @@ mod uncertainty;
 mod underside;
 pub mod unit;
 mod unit_guess;
+mod warp;
 
 pub use color::MarkColor;
 pub use error::{Place, ScanError};
 pub use found::{Found, FoundPlate, FoundSquare, Refusal};
 pub use frame::Bearing;
 pub use mesh_facts::{CutFacts, MeshFacts};
-pub use options::{ExperimentFault, Orientation, ScanOptions, WarpToward};
+pub use options::{ExperimentFault, ScanOptions, WarpToward};
 pub use quality::Quality;
 pub use scanned::{Evidence, ScannedBoundary};
 pub use tuning::{Tuning, TuningError};
 pub use unit::LengthUnit;
+pub use warp::{WarpSteep, quarters_to_warp};
+
+pub use crate::base::boundary::Orientation;
 
 use crate::base::clock::Stages;
 use crate::geom::Cloud;

@@ -17,16 +17,6 @@ pub enum WarpToward {
     BearingDeg(f64),
 }
 
-/// Whether weft and warp are known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Orientation {
-    /// The caller said where the warp points, or a mark on the specimen.
-    Given,
-    /// Undecided: the boundary rotated by one quarter turn is as likely.
-    Ambiguous,
-}
-
 /// The settings of one scan, all with defaults.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScanOptions {
@@ -180,5 +170,36 @@ impl Default for ScanOptions {
             max_uneven_per_noise: 0.5,
             tuning: Tuning::default(),
         }
+    }
+}
+
+impl ScanOptions {
+    /// Least share of the rim that must be observed at this noise \[m\].
+    #[must_use]
+    pub fn least_observed(&self, noise_m: f64) -> f64 {
+        self.min_observed + self.min_observed_per_noise * self.more_noise_m(noise_m)
+    }
+
+    /// Longest arc of the rim that is bridged at this noise \[m\].
+    #[must_use]
+    pub fn longest_gap_m(&self, noise_m: f64) -> f64 {
+        (self.max_gap_m - self.max_gap_per_noise * self.more_noise_m(noise_m)).max(0.0)
+    }
+
+    /// Largest root mean square distance of cloth and sheet at this noise \[m\].
+    #[must_use]
+    pub fn most_misfit_m(&self, noise_m: f64) -> f64 {
+        self.max_misfit_m + self.max_misfit_per_noise * noise_m
+    }
+
+    /// Most that a side's length may differ from the four sides' median at this noise \[m\].
+    #[must_use]
+    pub fn most_uneven_m(&self, noise_m: f64) -> f64 {
+        self.max_uneven_m + self.max_uneven_per_noise * noise_m
+    }
+
+    /// Noise beyond that up to which bridges are held by the sheet's lengths \[m\].
+    fn more_noise_m(&self, noise_m: f64) -> f64 {
+        (noise_m - self.tuning.limits.bridged_well_noise_m).max(0.0)
     }
 }

@@ -4,11 +4,11 @@
 use nalgebra::{Translation3, UnitQuaternion};
 
 use super::found::Found;
-use super::options::{Orientation, ScanOptions};
+use super::options::ScanOptions;
 use super::quality::Quality;
 use super::steps::{Assessed, Edged, Oriented, Registered};
 use super::unit::LengthUnit;
-use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
+use crate::base::boundary::{Orientation, POINTS_PER_SIDE, SIDES};
 use crate::base::{Boundary, Isometry3, Point3, Vector3};
 
 /// Raw points this close to the nominal edge or beyond it are shown as the edge's [m].
@@ -21,6 +21,9 @@ pub struct ScannedBoundary {
     pub boundary: Boundary,
     /// Whether weft and warp are known.
     pub orientation: Orientation,
+    /// Angle between the direction that was given for the warp and the specimen's axis that
+    /// was taken for it \[rad\], at most an eighth of a turn; `None` if none was given.
+    pub warp_off_rad: Option<f64>,
     /// The simulation frame from the scan's, both in metres.
     pub sim_from_scan: Isometry3,
     /// The file's unit, given or guessed.
@@ -53,7 +56,7 @@ impl ScannedBoundary {
         let sim_from_local = sim_from_local(&assessed.edged, options);
         let Assessed { edged: Edged { registered, near_edge, mut rim, .. }, .. } = assessed;
         let Registered { cloth, material, .. } = registered;
-        let Oriented { bench, surface, orientation, .. } = cloth;
+        let Oriented { bench, surface, warp_off_rad, .. } = cloth;
         for point in &mut rim.points {
             point.position_m = sim_from_local * point.position_m;
         }
@@ -69,10 +72,12 @@ impl ScannedBoundary {
             corners,
         };
         let boundary =
-            Boundary::new(rim.points).unwrap_or_else(|| unreachable!("four sides of 61 points"));
+            Boundary::new(rim.points).unwrap_or_else(|_| unreachable!("four sides of 61 points"));
         let sim_from_scan = sim_from_local * bench.local_from_scan;
+        let known = warp_off_rad.is_some();
+        let orientation = if known { Orientation::Given } else { Orientation::Ambiguous };
         let unit = bench.unit;
-        Self { boundary, orientation, sim_from_scan, unit, quality, evidence, found }
+        Self { boundary, orientation, warp_off_rad, sim_from_scan, unit, quality, evidence, found }
     }
 }
 

@@ -14,7 +14,7 @@ use super::floor::Floor;
 use super::mark::{self, Marked};
 use super::measured::{MeasuredSize, Misfit};
 use super::mesh_facts::MeshFacts;
-use super::options::{Orientation, ScanOptions, WarpToward};
+use super::options::{ScanOptions, WarpToward};
 use super::origin::{self, Origin};
 use super::parameterisation::{self, Parameterisation};
 use super::plate::{self, Plate};
@@ -25,9 +25,10 @@ use super::sheet::Sheet;
 use super::square::{Outline, Square};
 use super::uncertainty::{self, Explained, Unexplained};
 use super::unit::LengthUnit;
+use super::warp::quarters_to_warp;
 use super::{frame, limits, loops};
 use crate::base::clock::Stages;
-use crate::base::{Isometry3, Point3, Vector3};
+use crate::base::{Isometry3, Point3};
 
 /// The scan besides the cloth: what stands there, and how it was seen.
 pub(super) struct Bench {
@@ -120,8 +121,9 @@ pub(super) struct Oriented {
     /// Side of the square that they made before they were tied to the specimen's, if they
     /// made one \[m\].
     pub outline_side_m: Option<f64>,
-    /// Whether weft and warp are known.
-    pub orientation: Orientation,
+    /// How far the direction given for the warp is from the axis taken for it \[rad\]; `None`
+    /// if none was given.
+    pub warp_off_rad: Option<f64>,
     free_edge: Vec<Point3>,
 }
 
@@ -278,11 +280,15 @@ impl Oriented {
             }
             (given, _) => given,
         };
-        let orientation =
-            if warp_toward.is_some() { Orientation::Given } else { Orientation::Ambiguous };
-        let square = orient(square, &bench.local_from_scan, warp_toward);
+        let mut wanted_rad = 0.0;
+        if let Some(warp) = warp_toward {
+            let least_deg = options.tuning.limits.least_warp_off_vertical_deg;
+            wanted_rad = warp.bearing_rad(&bench.local_from_scan, least_deg)?;
+        }
+        let (square, off_rad) = orient(square, wanted_rad);
+        let warp_off_rad = warp_toward.map(|_| off_rad);
         let outline_side_m = outline.map(|outline| outline.side_m);
-        Ok(Self { bench, cloth, surface, square, outline_side_m, orientation, free_edge })
+        Ok(Self { bench, cloth, surface, square, outline_side_m, warp_off_rad, free_edge })
     }
 
     /// The noise of single points \[m\].
@@ -295,20 +301,12 @@ impl Oriented {
     }
 }
 
-/// Rotates the square by quarter turns so that its x axis is the warp, or lies nearest
-/// to bearing 0 if nothing is known.
-fn orient(square: Square, local_from_scan: &Isometry3, warp: Option<WarpToward>) -> Square {
-    let wanted = match warp {
-        Some(WarpToward::Direction(direction)) => {
-            let local = local_from_scan * Vector3::from(direction);
-            (-local.z).atan2(local.x)
-        }
-        Some(WarpToward::BearingDeg(degrees)) => degrees.to_radians(),
-        None => 0.0,
-    };
-    let quarter = std::f64::consts::FRAC_PI_2;
-    let quarter_turns = ((wanted - square.rotation_rad) / quarter).round();
-    Square { rotation_rad: square.rotation_rad + quarter_turns * quarter, ..square }
+/// Rotates the square by quarter turns so that its x axis lies nearest to this bearing \[rad\],
+/// and tells how far it is from it \[rad\].
+fn orient(square: Square, wanted_rad: f64) -> (Square, f64) {
+    let (quarter_turns, off_rad) = quarters_to_warp(wanted_rad - square.rotation_rad);
+    let rotation_rad = square.rotation_rad + quarter_turns * std::f64::consts::FRAC_PI_2;
+    (Square { rotation_rad, ..square }, off_rad)
 }
 
 impl Sheeted {

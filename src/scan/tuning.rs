@@ -538,6 +538,9 @@ pub struct LimitTuning {
     pub needed_m: f64,
     /// With sparse points the flattened cloth reads shorter, down to this share.
     pub sparse_reads: f64,
+    /// A direction for the warp that is nearer to the vertical tells no side of the
+    /// specimen \[degrees\]: an error of ten degrees in it turns its horizontal part by twenty.
+    pub least_warp_off_vertical_deg: f64,
 }
 
 /// The values that ship.
@@ -734,21 +737,22 @@ const SHIPPED: Tuning = Tuning {
         seen_cells: 4.0,                 // c
     },
     limits: LimitTuning {
-        min_points: 3000,           // c
-        min_clear: 0.8,             // m
-        min_on_square: 0.5,         // c
-        most_hidden: 0.2,           // c
-        least_mark_points: 20,      // c
-        least_mark_share: 0.8,      // c
-        most_mark_off_deg: 30.0,    // c
-        bridged_well_noise_m: 1e-3, // m
-        sides: [0.975, 1.045],      // m
-        likely_sides: [0.98, 1.02], // m
-        size_noises: 4.0,           // m
-        plate_reads: 0.98,          // m
-        sparse_m: 2.8e-3,           // m
-        needed_m: 2.5e-3,           // m
-        sparse_reads: 0.94,         // m
+        min_points: 3000,                  // c
+        min_clear: 0.8,                    // m
+        min_on_square: 0.5,                // c
+        most_hidden: 0.2,                  // c
+        least_mark_points: 20,             // c
+        least_mark_share: 0.8,             // c
+        most_mark_off_deg: 30.0,           // c
+        bridged_well_noise_m: 1e-3,        // m
+        sides: [0.975, 1.045],             // m
+        likely_sides: [0.98, 1.02],        // m
+        size_noises: 4.0,                  // m
+        plate_reads: 0.98,                 // m
+        sparse_m: 2.8e-3,                  // m
+        needed_m: 2.5e-3,                  // m
+        sparse_reads: 0.94,                // m
+        least_warp_off_vertical_deg: 30.0, // c
     },
 };
 

@@ -49,17 +49,19 @@ impl CameraPose {
     }
 }
 
-/// Cameras around the drape.
+/// Cameras around the drape, on rings of one elevation each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ring {
     /// Heights above the target as angles \[rad\]; one ring of views each.
     pub elevations_rad: Vec<f64>,
-    /// Views in each ring; every other ring is turned by half a step.
-    pub views_per_ring: usize,
+    /// Views on all rings together, shared out evenly, the first rings first; every
+    /// other ring is turned by half a step.
+    pub views: usize,
     /// Distance from the target \[m\].
     pub distance_m: f64,
-    /// Where the rings' cameras look, on the axis of the plate \[m\].
-    pub target_y_m: f64,
+    /// Where the rings' cameras look, and the rings' axis: simulation frame \[m\]. Off
+    /// the plate's axis where the specimen does not stand in the middle of the scanner.
+    pub target_m: [f64; 3],
     /// Whether one more camera looks straight down.
     pub from_top: bool,
 }
@@ -70,23 +72,33 @@ impl Default for Ring {
     fn default() -> Self {
         Self {
             elevations_rad: vec![45_f64.to_radians(), (-2_f64).to_radians()],
-            views_per_ring: 5,
+            views: 10,
             distance_m: 0.45,
-            target_y_m: -0.07,
+            target_m: [0.0, -0.07, 0.0],
             from_top: true,
         }
     }
 }
 
 impl Ring {
+    /// Views from 40, 5 and -25 degrees, none from the top: the last see the plate's
+    /// underside.
+    #[must_use]
+    pub fn from_below(views: usize) -> Self {
+        let elevations_rad = [40_f64, 5.0, -25.0].map(f64::to_radians).to_vec();
+        Self { elevations_rad, views, from_top: false, ..Self::default() }
+    }
+
     /// The poses, in a fixed order.
     #[must_use]
     pub fn poses(&self) -> Vec<CameraPose> {
-        let target = Point3::new(0.0, self.target_y_m, 0.0);
-        let step = std::f64::consts::TAU / self.views_per_ring.max(1) as f64;
+        let target = Point3::from(self.target_m);
+        let rings = self.elevations_rad.len().max(1);
         let mut poses = Vec::new();
         for (ring, elevation) in self.elevations_rad.iter().enumerate() {
-            for view in 0..self.views_per_ring {
+            let views = self.views / rings + usize::from(ring < self.views % rings);
+            let step = std::f64::consts::TAU / views.max(1) as f64;
+            for view in 0..views {
                 let azimuth = (view as f64 + 0.5 * (ring % 2) as f64) * step;
                 let away = Vector3::new(
                     elevation.cos() * azimuth.cos(),
@@ -97,7 +109,7 @@ impl Ring {
             }
         }
         if self.from_top {
-            let eye = target + Vector3::new(0.0, self.distance_m - self.target_y_m, 0.0);
+            let eye = target + Vector3::new(0.0, self.distance_m - self.target_m[1], 0.0);
             poses.push(CameraPose::look_at(eye, target));
         }
         poses

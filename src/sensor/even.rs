@@ -21,7 +21,7 @@ const FLOOR_HALF_M: f64 = 0.3;
 /// When the scene is none.
 pub fn even(scene: &Scene, count: usize, noise_m: f64, run_seed: u64) -> Result<Cloud, SceneError> {
     scene.check()?;
-    let floor = floor(scene.floor_y_m);
+    let floor = floor(scene.stand.floor_y_m);
     let on = |mesh: &Mesh, share: f64| -> Vec<Point3> {
         let area = (0..mesh.triangles.len()).map(|face| area_vector2(mesh, face).norm());
         let area = 0.5 * area.sum::<f64>();

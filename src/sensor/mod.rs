@@ -32,7 +32,7 @@ pub use even::even;
 pub use fuse::{Truth, VirtualScan};
 pub use profile::Profile;
 pub use render::DepthImage;
-pub use scene::{Scene, SceneError, Surface};
+pub use scene::{Scene, SceneError, Stand, Surface};
 
 use fuse::Thinning;
 use render::Clean;

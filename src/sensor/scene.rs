@@ -1,9 +1,9 @@
-//! What stands before the camera: drape, plate, pedestal, floor.
+//! What is before the camera: the drape and its stand (plate, pedestal, floor).
 
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::{Point3, Vector3};
 use crate::geom::parry::cast_on_floor;
-use crate::geom::{Hit, Mesh, MeshIndex};
+use crate::geom::{Hit, Mesh, MeshError, MeshIndex};
 
 /// A drape on its stand, in the simulation frame.
 #[derive(Clone, Debug)]
@@ -12,24 +12,57 @@ pub struct Scene {
     pub drape: Mesh,
     /// Colour of each vertex of the cloth; empty for [`Scene::CLOTH_COLOR`].
     pub cloth_colors: Vec<[u8; 3]>,
+    /// What it lies on.
+    pub stand: Stand,
+}
+
+/// What the cloth lies on: a plate with an underside, on a column, on a table or on
+/// nothing that is seen. All about the axis x = z = 0, simulation frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stand {
     /// Radius of the plate, whose top face is y = 0 \[m\].
     pub plate_radius_m: f64,
     /// Thickness of the plate \[m\].
     pub plate_thickness_m: f64,
     /// Radius of the column that carries the plate \[m\].
     pub pedestal_radius_m: f64,
-    /// Height of the floor, below the lowest point of the cloth \[m\].
+    /// Height of the floor and of the column's foot, below the lowest point of the
+    /// cloth \[m\].
     pub floor_y_m: f64,
-    /// The floor is a round table of this radius \[m\]; beyond it nothing is seen.
+    /// The floor is a round table of this radius \[m\]; beyond it nothing is seen, and
+    /// with a radius of 0 there is no floor.
     pub floor_radius_m: f64,
+}
+
+impl Stand {
+    /// The stand of the modified Cusick drape: plate of radius 50 mm, 5 mm
+    /// thick, on a column of radius 20 mm, 0.25 m above a table.
+    pub const MODIFIED_CUSICK: Self = Self {
+        plate_radius_m: PLATE_RADIUS_M,
+        plate_thickness_m: 0.005,
+        pedestal_radius_m: 0.020,
+        floor_y_m: -0.25,
+        floor_radius_m: 0.20,
+    };
+    /// A plate 6 mm thick on a post of radius 6 mm, held from far below: most of its
+    /// underside shows from below, and no floor.
+    pub const POST: Self = Self {
+        plate_thickness_m: 0.006,
+        pedestal_radius_m: 0.006,
+        floor_y_m: -0.6,
+        floor_radius_m: 0.0,
+        ..Self::MODIFIED_CUSICK
+    };
+    /// A plate on a column nearly as wide, as on a jar, above a table.
+    pub const PEDESTAL: Self = Self { pedestal_radius_m: 0.042, ..Self::MODIFIED_CUSICK };
 }
 
 /// A scene that cannot be scanned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// No triangles, or triangles of vertices that are not there.
-    #[error("the drape is no mesh ({0} vertices, {1} triangles)")]
-    NoMesh(usize, usize),
+    #[error("the drape cannot be scanned: {0}")]
+    NoMesh(#[from] MeshError),
     /// A vertex that is NaN or infinite.
     #[error("vertex {0} of the drape is not finite")]
     NotFinite(usize),
@@ -78,19 +111,16 @@ impl Scene {
     /// Size of a mark: from the edge inward, and along it \[m\].
     const MARK_M: [f64; 2] = [12e-3, 80e-3];
 
-    /// The stand of the modified Cusick drape: plate of radius 50 mm, 5 mm
-    /// thick, on a column of radius 20 mm, 0.25 m above a table.
+    /// A drape on the stand of the modified Cusick drape, [`Stand::MODIFIED_CUSICK`].
     #[must_use]
     pub fn modified_cusick(drape: Mesh) -> Self {
-        Self {
-            drape,
-            cloth_colors: Vec::new(),
-            plate_radius_m: PLATE_RADIUS_M,
-            plate_thickness_m: 0.005,
-            pedestal_radius_m: 0.020,
-            floor_y_m: -0.25,
-            floor_radius_m: 0.20,
-        }
+        Self::on(drape, Stand::MODIFIED_CUSICK)
+    }
+
+    /// A drape on a stand.
+    #[must_use]
+    pub fn on(drape: Mesh, stand: Stand) -> Self {
+        Self { drape, cloth_colors: Vec::new(), stand }
     }
 
     /// Marks the middle of the side to which the warp runs (x = +150 mm on the flat
@@ -125,12 +155,13 @@ impl Scene {
             return Err(SceneError::Colors(self.cloth_colors.len(), vertices.len()));
         }
         let lowest = vertices.iter().map(|p| p.y).fold(0.0, f64::min);
+        let stand = &self.stand;
         let sizes = [
-            ("plate_radius_m", self.plate_radius_m, 1e-3, 1.0),
-            ("plate_thickness_m", self.plate_thickness_m, 1e-4, 0.1),
-            ("pedestal_radius_m", self.pedestal_radius_m, 1e-4, self.plate_radius_m),
-            ("floor_y_m", self.floor_y_m, -2.0, lowest - self.plate_thickness_m),
-            ("floor_radius_m", self.floor_radius_m, 0.0, 10.0),
+            ("plate_radius_m", stand.plate_radius_m, 1e-3, 1.0),
+            ("plate_thickness_m", stand.plate_thickness_m, 1e-4, 0.1),
+            ("pedestal_radius_m", stand.pedestal_radius_m, 1e-4, stand.plate_radius_m),
+            ("floor_y_m", stand.floor_y_m, -2.0, lowest - stand.plate_thickness_m),
+            ("floor_radius_m", stand.floor_radius_m, 0.0, 10.0),
         ];
         match sizes.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
             Some((key, value, low, high)) => Err(SceneError::Size { key, value, low, high }),
@@ -152,8 +183,7 @@ const CLOTH_WINS_M: f64 = 1e-3;
 impl<'a> Stage<'a> {
     pub(super) fn new(scene: &'a Scene) -> Result<Self, SceneError> {
         scene.check()?;
-        let (vertices, triangles) = (scene.drape.vertices.len(), scene.drape.triangles.len());
-        let cloth = MeshIndex::new(&scene.drape).ok_or(SceneError::NoMesh(vertices, triangles))?;
+        let cloth = MeshIndex::new(&scene.drape)?;
         Ok(Self { scene, cloth })
     }
 
@@ -164,25 +194,25 @@ impl<'a> Stage<'a> {
         ray: &Vector3,
         most_m: f64,
     ) -> Option<(Hit, Surface)> {
-        let scene = self.scene;
+        let stand = &self.scene.stand;
         let plate =
-            Cylinder { radius: scene.plate_radius_m, bottom: -scene.plate_thickness_m, top: 0.0 };
+            Cylinder { radius: stand.plate_radius_m, bottom: -stand.plate_thickness_m, top: 0.0 };
         let pedestal = Cylinder {
-            radius: scene.pedestal_radius_m,
-            bottom: scene.floor_y_m,
-            top: -scene.plate_thickness_m,
+            radius: stand.pedestal_radius_m,
+            bottom: stand.floor_y_m,
+            top: -stand.plate_thickness_m,
         };
         let on_table = |hit: &Hit| {
             let at = origin + ray * hit.distance;
-            at.x.hypot(at.z) <= scene.floor_radius_m
+            stand.floor_radius_m > 0.0 && at.x.hypot(at.z) <= stand.floor_radius_m
         };
-        let floor = cast_on_floor(origin, ray, scene.floor_y_m, most_m).filter(on_table);
-        let stand = [
+        let floor = cast_on_floor(origin, ray, stand.floor_y_m, most_m).filter(on_table);
+        let parts = [
             (plate.cast(origin, ray), Surface::Plate),
             (pedestal.cast(origin, ray), Surface::Pedestal),
             (floor, Surface::Floor),
         ];
-        let nearest = stand
+        let nearest = parts
             .into_iter()
             .filter_map(|(hit, surface)| Some((hit?, surface)))
             .min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))

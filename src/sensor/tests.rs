@@ -51,12 +51,13 @@ fn off_surface_m(scene: &Scene, cloth: &MeshIndex, p: &Point3) -> f64 {
         let (out, above) = (r - radius, (p.y - top).max(bottom - p.y));
         if out < 0.0 && above < 0.0 { -out.max(above) } else { out.max(0.0).hypot(above.max(0.0)) }
     };
-    let thickness = scene.plate_thickness_m;
+    let stand = &scene.stand;
+    let thickness = stand.plate_thickness_m;
     [
         (cloth.nearest(p) - p).norm(),
-        (p.y - scene.floor_y_m).abs(),
-        cylinder(scene.plate_radius_m, -thickness, 0.0),
-        cylinder(scene.pedestal_radius_m, scene.floor_y_m, -thickness),
+        (p.y - stand.floor_y_m).abs(),
+        cylinder(stand.plate_radius_m, -thickness, 0.0),
+        cylinder(stand.pedestal_radius_m, stand.floor_y_m, -thickness),
     ]
     .into_iter()
     .fold(f64::INFINITY, f64::min)
@@ -292,8 +293,9 @@ fn a_scene_that_is_none_is_refused() {
     let profile = small(IDEAL);
     let refused = |scene: &Scene| scan(scene, &[], &profile, 1).unwrap_err();
     let empty = Scene::modified_cusick(Mesh::default());
-    assert_eq!(refused(&empty), SceneError::NoMesh(0, 0));
-    let low = Scene { floor_y_m: -0.05, ..scene() };
+    assert_eq!(refused(&empty), SceneError::NoMesh(crate::geom::MeshError::NoTriangles));
+    let stand = Stand { floor_y_m: -0.05, ..Stand::MODIFIED_CUSICK };
+    let low = Scene { stand, ..scene() };
     assert!(refused(&low).to_string().contains("floor_y_m is -0.05 m"));
     let mut broken = scene();
     broken.drape.vertices[3].y = f64::NAN;

@@ -18,121 +18,56 @@ use crate::fabric::Fabric;
 use crate::geom::Mesh;
 use crate::sim::drop::{Drop, DropStart, guide, start_positions};
 use crate::sim::effort::Effort;
-use crate::sim::experiment::{Experiment, MeshWarning, mesh_warnings};
+use crate::sim::experiment::{MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Model};
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Memory, Newton};
+use crate::sim::options::{SimOptions, Stop};
 use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, Setup, sensitivities};
 
-/// How the specimen is simulated. Lengths in metres, times in seconds.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct SimOptions {
-    /// Specimen, plate and effects.
-    pub experiment: Experiment,
-    /// Vertices on a side of the grid that rests (61: 5 mm).
-    pub vertices: usize,
-    /// Vertices on a side of the grid that falls.
-    pub fall_vertices: usize,
-    /// Time step of the fall.
-    pub fall_step_s: f64,
-    /// Longest fall, in steps.
-    pub fall_steps: usize,
-    /// Longest motion on the fine grid before Newton steps are tried, in steps.
-    pub settle_steps: usize,
-    /// At rest when no vertex feels more than this fraction of its cell's weight ...
-    pub residual: f64,
-    /// ... and the last Newton step moved no vertex more than this.
-    pub step_m: f64,
-    /// Ends as [`Stop::Slow`] when a cycle of the descent lowers the energy by less
-    /// than this fraction; 0 goes on to the residual's limit.
-    pub energy_drop: f64,
-    /// Factorisations on the fine grid before it is given up.
-    pub iterations: usize,
-}
-
-impl Default for SimOptions {
-    fn default() -> Self {
-        Self {
-            experiment: Experiment::default(),
-            vertices: 61,
-            fall_vertices: 31,
-            fall_step_s: 1.0 / 50.0,
-            fall_steps: 70,
-            settle_steps: 30,
-            residual: 1e-3,
-            step_m: 1e-5,
-            energy_drop: 0.0,
-            iterations: 200,
-        }
-    }
-}
-
-/// Why the search for rest ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// Residual and step are below their limits and the equilibrium is stable.
-    AtRest,
-    /// Residual and step are below their limits, but the tangent is not positive
-    /// definite.
-    Unstable,
-    /// The energy hardly falls any more, but a residual is left.
-    Slow,
-    /// The iterations ran out.
-    Iterations,
-}
-
-impl Stop {
-    /// The word used in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AtRest => "at_rest",
-            Self::Unstable => "unstable",
-            Self::Slow => "slow",
-            Self::Iterations => "iterations",
-        }
-    }
-}
-
-/// A drape with its report.
+/// A specimen that was let fall on the plate: the sheet, its rim, and how the search for rest
+/// ended.
 #[derive(Clone, Debug)]
 pub struct Drape {
-    /// The grid it was simulated on.
+    /// The grid that the sheet was simulated on.
     pub grid: Arc<Grid>,
-    /// Vertex positions, simulation frame \[m\].
+    /// Position of each vertex of the grid, simulation frame \[m\].
     pub positions_m: Vec<Vector3>,
-    /// The rim.
+    /// The rim: 244 points, simulation frame \[m\].
     pub boundary: Boundary,
-    /// Why it stopped.
+    /// Why the search for rest ended.
     pub stop: Stop,
-    /// Largest net force on a vertex \[N\].
+    /// Largest net force on a vertex \[N\]; at rest it is below the options' limit.
     pub residual_n: f64,
-    /// Elastic and gravitational energy, zero for the flat sheet at y = 0 \[J\].
+    /// Elastic and gravitational energy \[J\], zero for the flat sheet at y = 0.
     pub energy_j: f64,
-    /// Folds: maxima of the rim's distance from the axis.
+    /// Number of folds: the maxima of the rim's distance from the plate's axis.
     pub nodes: usize,
-    /// Pairs of triangles that intersect, by a test independent of the contact's.
+    /// Number of pairs of triangles that intersect, by a test that shares no code with
+    /// self-contact; 0 for a sound drape.
     pub intersections: usize,
-    /// Least distance of the sheet from the plate's surface \[m\].
+    /// Least signed distance of the sheet from the plate's surface \[m\]; positive if no cloth is
+    /// inside the plate.
     pub plate_clearance_m: f64,
-    /// Work, coarse and fine together.
+    /// What the drape cost, on all grids together.
     pub effort: Effort,
-    /// What its reader should know: a mesh too coarse for the fabric.
+    /// What the reader of this drape should know, such as a mesh too coarse for the fabric.
     pub warnings: Vec<MeshWarning>,
 }
 
 impl Drape {
-    /// Amplitudes of the harmonics 1 to 16 of the rim's distance from the axis, over its
-    /// length from the first corner \[m\]: which branch it is on, beside the count of nodes.
+    /// Amplitudes of the harmonics 1 to 16 of the rim's distance from the plate's axis, taken over
+    /// the rim's length from its first corner on \[m\]. Beside the number of folds they tell on
+    /// which branch a drape is.
     #[must_use]
     pub fn rim_harmonics_m(&self) -> [f64; 16] {
         let rho: Vec<f64> = self.boundary.positions_m().map(|p| p.x.hypot(p.z)).collect();
-        let turn = std::f64::consts::TAU / rho.len() as f64;
+        let step = std::f64::consts::TAU / rho.len() as f64;
         std::array::from_fn(|k| {
-            let angles = (0..rho.len()).map(|i| turn * ((k + 1) * i) as f64);
+            let angles = (0..rho.len()).map(|i| step * ((k + 1) * i) as f64);
             let (sine, cosine) = angles
                 .zip(&rho)
                 .fold((0.0, 0.0), |(s, c), (angle, r)| (s + r * angle.sin(), c + r * angle.cos()));
@@ -140,25 +75,33 @@ impl Drape {
         })
     }
 
-    /// The sheet as triangles.
+    /// The sheet as a mesh of triangles, simulation frame \[m\].
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         self.grid.mesh(&self.positions_m)
     }
 }
 
-/// Drapes `fabric`.
+/// Drapes a specimen of `fabric`: lets it go as `drop` says and brings it to rest.
+///
+/// The same arguments give the same bytes on every thread. A search that does not come to rest is
+/// a result too; [`Drape::stop`] says so.
+///
+/// # Panics
+/// If a grid of the options has fewer than 4 vertices on a side; [`SimOptions::check`] finds this
+/// and other numbers with which nothing can be simulated.
 #[must_use]
 pub fn drape(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Drape {
     let (fine, start, effort) = fallen(fabric, drop, options);
     rest(fabric, drop, &fine, start, options).report(fabric, effort)
 }
 
-/// Drapes `fabric` and tells how the sheet at rest answers a small change of each of these
-/// parameters; see [`crate::sim::sensitivity`].
+/// Drapes a specimen as [`drape`] does, and tells how far each vertex of the sheet at rest moves
+/// with a small change of each of `parameters`; see [`crate::sim::sensitivity`].
 ///
 /// # Errors
-/// Where the drape is not at rest, or a parameter cannot be changed.
+/// [`SensitivityError`] where the drape is not at rest or not stable, or where a parameter does not
+/// exist.
 pub fn drape_with_sensitivities(
     fabric: &Fabric,
     drop: &Drop,
@@ -167,16 +110,12 @@ pub fn drape_with_sensitivities(
 ) -> Result<(Drape, Vec<Sensitivity>), SensitivityError> {
     let (fine, start, effort) = fallen(fabric, drop, options);
     let mut rested = rest(fabric, drop, &fine, start, options);
-    let answers = rested.sensitivities(fabric, options, parameters)?;
-    Ok((rested.report(fabric, effort), answers))
+    let found = rested.sensitivities(fabric, options, parameters)?;
+    Ok((rested.report(fabric, effort), found))
 }
 
-/// The sheet after its fall, on the grid that is to rest.
-pub(super) fn fallen(
-    fabric: &Fabric,
-    drop: &Drop,
-    options: &SimOptions,
-) -> (Arc<Grid>, Vec<Vector3>, Effort) {
+/// The sheet after its fall, carried to the fine grid, with the work so far.
+fn fallen(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
     let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));
@@ -212,8 +151,8 @@ fn settle_between(
     newton.effort
 }
 
-/// Drapes on a finer grid from the drape `from` of the same specimen: its branch, if
-/// the finer grid has that.
+/// Brings the drape `from` of the same specimen to rest again on a finer grid. It ends on the same
+/// branch, if the finer grid has that branch.
 #[must_use]
 pub fn drape_on_finer(fabric: &Fabric, from: &Drape, options: &SimOptions) -> Drape {
     let fine = Grid::of(&options.experiment.specimen, options.vertices);
@@ -268,7 +207,7 @@ const SLOW_M_S: f64 = 0.01;
 const SETTLED_M_S: f64 = 0.003;
 
 /// A sheet at the end of its search for rest, with what it was searched with.
-pub(super) struct Rested {
+struct Rested {
     model: Model,
     newton: Newton,
     x: Vec<Vector3>,
@@ -277,7 +216,7 @@ pub(super) struct Rested {
 }
 
 /// The search for equilibrium on the fine grid.
-pub(super) fn rest(
+fn rest(
     fabric: &Fabric,
     drop: &Drop,
     grid: &Arc<Grid>,
@@ -306,11 +245,6 @@ pub(super) fn rest(
 }
 
 impl Rested {
-    #[cfg(test)]
-    pub(super) fn model_and_positions(&self) -> (&Model, &[Vector3]) {
-        (&self.model, &self.x)
-    }
-
     /// The drape, with the effort before added to its own.
     fn report(self, fabric: &Fabric, mut effort: Effort) -> Drape {
         let Self { model, newton, x, stop, residual_n } = self;
@@ -331,14 +265,14 @@ impl Rested {
         }
     }
 
-    pub(super) fn sensitivities(
+    fn sensitivities(
         &mut self,
         fabric: &Fabric,
         options: &SimOptions,
         parameters: &[Parameter],
     ) -> Result<Vec<Sensitivity>, SensitivityError> {
         if self.stop != Stop::AtRest {
-            return Err(SensitivityError::NotAtRest(self.stop.name()));
+            return Err(SensitivityError::NotAtRest(self.stop));
         }
         let setup = Setup { fabric: *fabric, experiment: options.experiment };
         sensitivities(&mut self.model, &mut self.newton, &self.x, &setup, parameters)
@@ -359,8 +293,9 @@ fn lift_clear(model: &Model, grid: &Grid, x: &mut [Vector3]) {
     }
 }
 
-/// Maxima of the rim's distance from the axis, after smoothing over 45 mm.
-fn count_nodes(rim: &Boundary) -> usize {
+/// Folds of a rim: maxima of its distance from the axis, after smoothing over 45 mm.
+#[must_use]
+pub fn count_nodes(rim: &Boundary) -> usize {
     let rho: Vec<f64> = rim.positions_m().map(|p| p.x.hypot(p.z)).collect();
     let n = rho.len();
     let smooth: Vec<f64> =

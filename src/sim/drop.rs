@@ -10,41 +10,41 @@ use crate::base::boundary::POINTS_PER_SIDE;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::base::{Boundary, Vector3, seed};
 use crate::fabric::Fabric;
-use crate::sim::drape::SimOptions;
 use crate::sim::grid::Grid;
-use crate::sim::model::Guide;
+use crate::sim::model::{Guide, Target};
+use crate::sim::options::SimOptions;
 
-/// How the flat specimen is let go.
+/// The state from which the flat specimen falls.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DropStart {
-    /// Level, with a fixed unevenness of 0.2 mm that breaks the symmetry.
+    /// The specimen is level, with a fixed unevenness of 0.2 mm that breaks the symmetry.
     Canonical,
-    /// Corners lifted, sheet tilted, uneven and a little off centre, all drawn
-    /// from this seed: samples the branches.
+    /// The corners are lifted and the sheet is tilted, uneven and a little off centre, all drawn
+    /// from this seed. Different seeds sample the stable shapes of a fabric.
     Perturbed(u64),
-    /// Led by springs to a scanned rim (simulation frame), then released: the
-    /// equilibrium nearest to what was scanned.
+    /// Springs lead the border to a scanned rim (simulation frame) and are released before the
+    /// sheet comes to rest, so that it ends in an equilibrium near what was scanned.
     Guided(Box<Boundary>),
 }
 
-/// A drop.
+/// How a specimen is dropped onto the plate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drop {
-    /// How the specimen is let go.
+    /// The state from which the specimen falls.
     pub start: DropStart,
 }
 
 impl Drop {
-    /// The canonical drop.
+    /// The drop that every fabric is compared by: level, with a fixed small unevenness.
     #[must_use]
     pub fn canonical() -> Self {
         Self { start: DropStart::Canonical }
     }
 }
 
-/// Springs from the border to a scanned rim; each cell's weight stretches its
-/// spring by 8 mm (of 0.5 to 50 mm tried on one drape the best). They choose the branch and are released before the search for
-/// equilibrium.
+/// Springs from the border to a scanned rim, of such a stiffness that a cell's weight stretches one
+/// by 8 mm (the best of 0.5 to 50 mm, tried on one drape). They choose the branch and are released
+/// before the search for equilibrium.
 pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
     let points: Vec<_> = rim.positions_m().collect();
     let border = grid.border();
@@ -58,7 +58,11 @@ pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
     };
     let weight = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
     Guide {
-        targets: border.iter().enumerate().map(|(k, &v)| (v, target(k))).collect(),
+        targets: border
+            .iter()
+            .enumerate()
+            .map(|(k, &vertex)| Target { vertex, position_m: target(k) })
+            .collect(),
         stiffness_n_m: weight / SPRING_SAG_M,
     }
 }
@@ -66,7 +70,20 @@ pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
 /// How far a cell's weight stretches a guiding spring \[m\].
 const SPRING_SAG_M: f64 = 8e-3;
 
-/// The sheet as it is let go, just above the plate.
+/// An unevenness of the flat sheet: a wave over the specimen's half sides.
+struct Wave {
+    /// Its amplitude \[m\].
+    height_m: f64,
+    /// Radians a half side along x.
+    along_x: f64,
+    /// Radians a half side along z.
+    along_z: f64,
+    /// Phase at the specimen's centre \[rad\].
+    phase: f64,
+}
+
+/// The positions from which the sheet falls \[m\]: its lowest point over the plate lies one gap
+/// above the plate's face.
 pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) -> Vec<Vector3> {
     let specimen = &options.experiment.specimen;
     let half = 0.5 * specimen.weft_m;
@@ -74,7 +91,10 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
     let (mut tilt, mut offset) = ([0.0, 0.0, 0.0], Vector3::zeros());
     match drop.start {
         DropStart::Canonical | DropStart::Guided(_) => {
-            waves.extend([(0.2e-3, 1.3, 2.1, 0.4), (0.1e-3, 3.2, -1.7, 1.9)]);
+            waves.extend([
+                Wave { height_m: 0.2e-3, along_x: 1.3, along_z: 2.1, phase: 0.4 },
+                Wave { height_m: 0.1e-3, along_x: 3.2, along_z: -1.7, phase: 1.9 },
+            ]);
         }
         DropStart::Perturbed(drop_seed) => {
             let mut rng = seed::rng(drop_seed, "drop", 0);
@@ -82,7 +102,12 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
             tilt = [uniform(0.02), uniform(0.02), uniform(0.03)];
             offset = Vector3::new(uniform(1e-3), 0.0, uniform(1e-3));
             for _ in 0..6 {
-                waves.push((uniform(1e-3), uniform(6.0), uniform(6.0), uniform(3.2)));
+                waves.push(Wave {
+                    height_m: uniform(1e-3),
+                    along_x: uniform(6.0),
+                    along_z: uniform(6.0),
+                    phase: uniform(3.2),
+                });
             }
         }
     }
@@ -91,8 +116,10 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
         // lifted by the square of the distance, so that the plate's part stays flat
         let lift =
             (x * tilt[0] + z * tilt[1] + x * z * tilt[2]) * p.norm_squared() / (2.0 * half * half);
-        let uneven: f64 =
-            waves.iter().map(|(a, kx, kz, phase)| a * (kx * x + kz * z + phase).sin()).sum();
+        let uneven: f64 = waves
+            .iter()
+            .map(|w| w.height_m * (w.along_x * x + w.along_z * z + w.phase).sin())
+            .sum();
         specimen.place(p) + offset + Vector3::new(0.0, lift + uneven, 0.0)
     };
     let mut x: Vec<_> = (0..grid.vertices()).map(|v| shape(grid.flat(v))).collect();

@@ -1,29 +1,29 @@
-//! Where the time of a drape goes.
+//! What a search for rest cost: counts and times.
 
 use std::ops::AddAssign;
 use std::time::Instant;
 
-/// Counts and times of a search for rest. Times are by the wall \[s\]; a drape runs on one
-/// thread, so that their shares are those of processor time unless the machine is crowded.
+/// Counts and times of a search for rest. Times are those of a clock on the wall \[s\]; a drape runs
+/// on one thread, so that their shares are those of processor time unless the machine is crowded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
-    /// Cholesky factorisations.
+    /// Number of Cholesky factorisations.
     pub factorisations: usize,
-    /// Gradients and Hessians.
+    /// Time spent on gradients and Hessians \[s\].
     pub assembly_s: f64,
-    /// Factorisations.
+    /// Time spent on factorisations \[s\].
     pub factorisation_s: f64,
-    /// Substitutions and products with the tangent.
+    /// Time spent on linear solves: substitutions, and products with the Hessian \[s\].
     pub solve_s: f64,
-    /// Pairs in contact, with the plate and of the sheet with itself, and steps kept short
-    /// of them.
+    /// Time spent on finding what touches the plate or the sheet itself, and on keeping steps short
+    /// of it \[s\].
     pub contact_s: f64,
-    /// Energies along a direction.
+    /// Time spent on energies along a direction \[s\].
     pub search_s: f64,
 }
 
 impl Effort {
-    /// The parts with their names, in seconds.
+    /// The five times with their names in files \[s\].
     #[must_use]
     pub fn parts_s(&self) -> [(&'static str, f64); 5] {
         [

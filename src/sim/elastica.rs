@@ -11,30 +11,62 @@
 //! logarithmic near zero, since a long strip hangs within e^-66 of it.
 //!
 //! Fails: where softening leaves no curvature for a moment (beyond the top of the parabola)
-//! the tangent of `energy/softening.rs` is not followed, and `None` is returned.
+//! the tangent of `energy/softening.rs` is not followed, and the result is an error.
 
-/// A strip without dimensions: lengths in its own length L, moments in B / L.
+/// A heavy strip clamped level at one end, without dimensions: lengths are in its own length L,
+/// moments in B / L.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastica {
-    /// rho g L^3 / B.
+    /// Weight over stiffness, rho g L^3 / B.
     pub gamma: f64,
     /// Natural curvature times L, positive downward.
     pub natural: f64,
-    /// Softening s over L: M = k (1 - s |k|).
+    /// Softening s over L, of the moment M = k (1 - s |k|).
     pub softening: f64,
 }
 
-/// Where the free end is, in lengths of the strip from the clamp.
+/// Where the free end of a strip is, seen from the clamp, in lengths of the strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
-    /// Below the clamp.
+    /// How far the end hangs below the clamp.
     pub droop: f64,
-    /// Horizontally before the clamp.
+    /// How far the end reaches out horizontally.
     pub reach: f64,
+}
+
+/// No curvature bears the moment of a strip that softens.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "a strip with weight over stiffness {gamma} and softening {softening} has moments beyond the \
+     top of its parabola, B / (4 s): give a shorter strip or less softening"
+)]
+pub struct BeyondParabola {
+    /// Weight over stiffness, rho g L^3 / B.
+    pub gamma: f64,
+    /// Softening s over the strip's length L.
+    pub softening: f64,
+}
+
+/// To which side an integration left the strips that can rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Swing {
+    /// Past straight up: the end's angle was too large.
+    Outward,
+    /// Past straight down: the end's angle was too small.
+    Inward,
+}
+
+impl Swing {
+    /// The side that the sign of an angle or a moment tells.
+    fn of(signed: f64) -> Self {
+        if signed > 0.0 { Self::Outward } else { Self::Inward }
+    }
 }
 
 /// Integration steps; doubling them moves no result by 1e-8 up to gamma = 1e4 (tested).
 const STEPS: usize = 4000;
+/// Angle within which the clamp must be level \[rad\].
+const LEVEL_RAD: f64 = 1e-6;
 /// Scale below which the end's angle from the vertical is resolved linearly.
 const LEAST_ANGLE: f64 = 1e-40;
 
@@ -45,13 +77,15 @@ impl Elastica {
         Self { gamma, natural: 0.0, softening: 0.0 }
     }
 
-    /// The free end at rest; `None` where the softening's parabola is left.
-    #[must_use]
-    pub fn end(&self) -> Option<End> {
+    /// Where the free end comes to rest.
+    ///
+    /// # Errors
+    /// [`BeyondParabola`] where the moment leaves the softening's parabola.
+    pub fn end(&self) -> Result<End, BeyondParabola> {
         self.end_in(STEPS)
     }
 
-    fn end_in(&self, steps: usize) -> Option<End> {
+    fn end_in(&self, steps: usize) -> Result<End, BeyondParabola> {
         let angle = |z: f64| LEAST_ANGLE * z.sinh();
         let wide = (3.0 / LEAST_ANGLE).asinh();
         let (mut low, mut high) = (-wide, wide);
@@ -59,21 +93,25 @@ impl Elastica {
             let middle = 0.5 * (low + high);
             let too_far = match self.integrate(angle(middle), steps) {
                 Ok([upright, ..]) => upright >= std::f64::consts::FRAC_PI_2,
-                Err(outward) => outward,
+                Err(swing) => swing == Swing::Outward,
             };
             if too_far { high = middle } else { low = middle }
         }
-        self.integrate(angle(low), steps).ok().map(|[_, _, reach, droop]| End { droop, reach })
+        let beyond = BeyondParabola { gamma: self.gamma, softening: self.softening };
+        let [upright, _, reach, droop] = self.integrate(angle(low), steps).map_err(|_| beyond)?;
+        // where the parabola's top lies between the two last angles, neither has a level clamp
+        let level = (upright - std::f64::consts::FRAC_PI_2).abs() < LEVEL_RAD;
+        if level { Ok(End { droop, reach }) } else { Err(beyond) }
     }
 
-    /// From the free end at the angle `upright` from the vertical to the clamp: the angle
-    /// there, the moment, and how far reach and droop have grown. An error where the strip
-    /// turns past straight up (true) or down and on (false), from where it could swing back
-    /// to a level clamp by a shape that no strip rests in, or leaves the parabola.
-    fn integrate(&self, upright: f64, steps: usize) -> Result<[f64; 4], bool> {
+    /// Integrates from the free end, at the angle `upright` from the vertical, to the clamp. The
+    /// result is the angle there, the moment, and how far reach and droop have grown. It is an
+    /// error where the strip swings past straight up or straight down, from where it could come
+    /// back to a level clamp by a shape that no strip rests in, or where it leaves the parabola.
+    fn integrate(&self, upright: f64, steps: usize) -> Result<[f64; 4], Swing> {
         let slope = |t: f64, [upright, moment, _, _]: [f64; 4]| {
             let (sin, cos) = upright.sin_cos();
-            let curvature = self.curvature(moment).ok_or(moment > 0.0)?;
+            let curvature = self.curvature(moment).ok_or(Swing::of(moment))?;
             Ok([curvature, self.gamma * t * sin, sin, cos])
         };
         let along = |a: [f64; 4], b: [f64; 4], by: f64| -> [f64; 4] {
@@ -91,7 +129,7 @@ impl Elastica {
                 state[k] += h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
             }
             if state[0].abs() > std::f64::consts::PI {
-                return Err(state[0] > 0.0);
+                return Err(Swing::of(state[0]));
             }
         }
         Ok(state)
@@ -145,6 +183,10 @@ mod tests {
         let droop = |softening| Elastica { gamma: 5.0, natural: 0.0, softening }.end();
         let (linear, soft) = (droop(0.0).unwrap(), droop(0.05).unwrap());
         assert!(soft.droop > linear.droop + 0.01);
+        // of 0.2 an end was given until it was asked whether its clamp is level (it was 43 degrees off)
+        for softening in [0.2, 3.0] {
+            assert_eq!(droop(softening), Err(BeyondParabola { gamma: 5.0, softening }));
+        }
         // to first order in the softening the droop grows in proportion
         let little = droop(0.0005).unwrap();
         let rate = (soft.droop - linear.droop) / (little.droop - linear.droop);

@@ -9,27 +9,29 @@
 use crate::base::Vector3;
 use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
 use crate::fabric::Fabric;
-use crate::sim::energy::plate::Plate;
+use crate::sim::plate::Plate;
 
-/// The experiment that a drape comes from.
+/// Everything that a drape depends on beside the fabric: the specimen's cut and place, the plate,
+/// and the effects beyond seven parameters. The default is the modified Cusick drape with every
+/// effect off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Experiment {
     /// The specimen and how it lies on the plate.
     pub specimen: Specimen,
-    /// The plate: radius, edge radius, friction.
+    /// The plate: its radius, its edge and its friction.
     pub plate: Plate,
-    /// How far the plate is from level. The simulation frame stays the plate's:
-    /// y is its normal, and gravity tilts.
+    /// How far the plate is from level. The simulation frame stays the plate's: y is its normal, and
+    /// it is gravity that tilts.
     pub tilt: Tilt,
-    /// Natural curvature; zero for a fabric that is flat when weightless.
+    /// Natural curvature of the sheet; zero for a fabric that is flat when weightless.
     #[serde(skip_serializing_if = "Curl::is_off")]
     pub curl: Curl,
     /// Bending that softens with curvature; zero for linear bending.
     pub softening: Softening,
-    /// beta of the energy beta B h^2 k^4 / 4 per area that a fold across cells of side h
-    /// costs besides: a correction of the mesh, not an effect of the cloth. Second
-    /// differences make tight folds too soft; with 0.04 cantilever strips keep to 2 % from
-    /// two cells a bending length on (`docs/validation.md`). 0: none.
+    /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
+    /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
+    /// differences make tight folds too soft. With 0.04 cantilever strips keep to 2 % from two
+    /// cells a bending length on (`docs/validation.md`); with 0 nothing is corrected.
     pub fold_correction: f64,
 }
 
@@ -44,20 +46,20 @@ pub enum Outline {
     Disc,
 }
 
-/// The specimen: its cut and its place.
+/// The specimen: how it is cut and how it lies on the plate.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Specimen {
-    /// Rectangle or disc.
+    /// Whether it is a rectangle or a disc.
     pub outline: Outline,
     /// Extent along the warp (x), or the disc's diameter \[m\].
     pub warp_m: f64,
     /// Extent along the weft (z), or the disc's diameter \[m\].
     pub weft_m: f64,
-    /// Angle by which the sides along z lean towards +x \[rad\]; 0: a right angle.
+    /// Angle by which the sides along z lean towards +x \[rad\]; 0 for right angles.
     pub skew_rad: f64,
-    /// Place (x, z) of its centre on the plate \[m\].
+    /// Place (x, z) of the specimen's centre, from the plate's \[m\].
     pub offset_m: [f64; 2],
-    /// Turn about the plate's normal, from +x towards -z \[rad\].
+    /// Rotation of the specimen about the plate's normal, from +x towards -z \[rad\].
     pub rotation_rad: f64,
 }
 
@@ -75,7 +77,8 @@ impl Default for Specimen {
 }
 
 impl Specimen {
-    /// A flat point of the specimen (from its centre) where it lies on the plate.
+    /// Where a point of the flat specimen, given from the specimen's centre, lies on the plate
+    /// \[m\].
     #[must_use]
     pub fn place(&self, flat: Vector3) -> Vector3 {
         let (sin, cos) = self.rotation_rad.sin_cos();
@@ -95,7 +98,7 @@ pub struct Tilt {
 }
 
 impl Tilt {
-    /// Against gravity, in the plate's frame; a unit vector.
+    /// The unit vector against gravity, in the plate's frame.
     #[must_use]
     pub fn up(&self) -> Vector3 {
         let up = Vector3::new(-self.down_x_rad.tan(), 1.0, -self.down_z_rad.tan());
@@ -103,29 +106,54 @@ impl Tilt {
     }
 }
 
-/// Nodes of a [`Curl`] along one side of the specimen.
+/// A component of the sheet's curvature. As a number it is the component's place in a node of a
+/// [`Curl`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurvatureComponent {
+    /// Curvature along the weft.
+    Weft = 0,
+    /// Curvature along the warp.
+    Warp = 1,
+    /// Twist.
+    Twist = 2,
+}
+
+impl CurvatureComponent {
+    /// The word used in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Weft => "weft",
+            Self::Warp => "warp",
+            Self::Twist => "twist",
+        }
+    }
+}
+
+/// Number of nodes of a [`Curl`] along one side of the specimen.
 pub const CURL_NODES: usize = 5;
 
-/// Natural curvature of the weightless sheet: positive where it curls towards its
-/// face (up, +y, on the flat specimen). Given at 5 x 5 nodes evenly over the
-/// specimen, bilinear between; `nodes[i][j]` has i along the warp, j along the weft.
+/// Natural curvature: how the sheet curls when it is weightless. It is positive where the sheet
+/// curls towards its face, which is up (+y) on the flat specimen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Curl {
-    /// Curvature along the weft, along the warp, and twist, at each node \[1/m\].
+    /// Curvature along the weft, along the warp, and twist \[1/m\], in the order of
+    /// [`CurvatureComponent`], at 5 x 5 nodes evenly over the specimen: `nodes[i][j]` is node i
+    /// along the warp and j along the weft. Between nodes the curvature is bilinear.
     pub nodes: [[[f64; 3]; CURL_NODES]; CURL_NODES],
-    /// Besides, along the free edges.
+    /// Curvature along the free edges, added to that of the nodes.
     pub edge: EdgeCurl,
-    /// Besides, along a line: a crease.
+    /// Curvature along a line, a crease, added to that of the nodes.
     pub line: LineCurl,
 }
 
-/// Natural curvature across the free edges, full at the edge and falling to nothing over a
-/// width: a knit whose edges roll.
+/// Natural curvature across the free edges, as of a knit whose edges roll: full at the edge, and
+/// falling linearly to zero over a width.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct EdgeCurl {
-    /// Curvature at the edge, towards the face \[1/m\].
+    /// Curvature at the edge, positive towards the face \[1/m\].
     pub curvature_per_m: f64,
-    /// How far in from the edge it reaches \[m\].
+    /// Distance from the edge at which the curvature has fallen to zero \[m\].
     pub width_m: f64,
 }
 
@@ -135,14 +163,14 @@ impl Default for EdgeCurl {
     }
 }
 
-/// Natural curvature across a straight line on the specimen, full on the line and falling to
-/// nothing over a width on both sides: a crease. Weightless, it turns the cloth by curvature
-/// times width.
+/// Natural curvature across a straight line on the specimen, a crease: full on the line, and falling
+/// linearly to zero over a width on both sides. Weightless cloth is bent by the angle curvature times
+/// width.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LineCurl {
-    /// Curvature on the line, towards the face \[1/m\].
+    /// Curvature on the line, positive towards the face \[1/m\].
     pub curvature_per_m: f64,
-    /// How far from the line it reaches \[m\].
+    /// Distance from the line at which the curvature has fallen to zero \[m\].
     pub width_m: f64,
     /// Direction of the line, from the warp towards the weft \[rad\].
     pub angle_rad: f64,
@@ -158,13 +186,14 @@ impl Default for LineCurl {
 }
 
 impl Curl {
-    /// The same curvature everywhere: along the weft, along the warp, twist \[1/m\].
+    /// A natural curvature that is the same everywhere: along the weft, along the warp, twist
+    /// \[1/m\].
     #[must_use]
     pub fn uniform(weft_warp_twist: [f64; 3]) -> Self {
         Self { nodes: [[weft_warp_twist; CURL_NODES]; CURL_NODES], ..Self::default() }
     }
 
-    /// Whether it is zero everywhere.
+    /// Whether the natural curvature is zero everywhere.
     #[must_use]
     pub fn is_off(&self) -> bool {
         self.nodes.iter().flatten().flatten().all(|&k| k == 0.0)
@@ -172,8 +201,8 @@ impl Curl {
             && self.line.curvature_per_m == 0.0
     }
 
-    /// The field's curvature, without edges and line, at the fractions (along warp, along weft) of the specimen's
-    /// sides, each in 0 to 1.
+    /// The curvature of the nodes' field \[1/m\], without that of edges and line, at a place given
+    /// as fractions of the specimen's sides along the warp and along the weft, 0 to 1 each.
     #[must_use]
     pub fn at(&self, warp: f64, weft: f64) -> [f64; 3] {
         let split = |t: f64| {
@@ -195,11 +224,11 @@ impl Curl {
 /// tangent stiffness has fallen to a twentieth; from there on linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Softening {
-    /// s for bending along the weft \[m\].
+    /// The law's s for bending along the weft \[m\].
     pub weft_m: f64,
-    /// s for bending along the warp \[m\].
+    /// The law's s for bending along the warp \[m\].
     pub warp_m: f64,
-    /// s for bending about a line at 45 degrees \[m\].
+    /// The law's s for bending about a line at 45 degrees \[m\].
     pub bias_m: f64,
 }
 
@@ -214,21 +243,21 @@ impl Softening {
 /// A number of the experiment that cannot be simulated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ExperimentFault {
-    /// NaN, infinite, or outside its limits.
+    /// A number is NaN, infinite, or outside its limits.
     #[error("{key} = {value} {unit} is outside {least} to {most} {unit}: give a value inside")]
     Outside {
-        /// The number's name.
+        /// Name of the number.
         key: &'static str,
-        /// Its value in `unit`.
+        /// Value of the number, in `unit`.
         value: f64,
-        /// Least that is taken.
+        /// Least value that can be simulated, in `unit`.
         least: f64,
-        /// Most that is taken.
+        /// Largest value that can be simulated, in `unit`.
         most: f64,
-        /// Unit.
+        /// Unit in which the number is given.
         unit: &'static str,
     },
-    /// A disc cut from something else than a square.
+    /// A disc is to be cut from something else than a square.
     #[error(
         "a disc needs equal extents and no skew, got {warp_mm} x {weft_mm} mm, skew {skew_deg} deg: \
          give the diameter as both extents"
@@ -241,12 +270,45 @@ pub enum ExperimentFault {
         /// Skew \[degrees\].
         skew_deg: f64,
     },
+    /// The specimen's centre of mass lies beyond the plate's edge.
+    #[error(
+        "specimen.offset puts the centre of mass {distance_mm:.1} mm from the plate's axis, and the \
+         plate ends at {radius_mm:.1} mm: the specimen falls off; give less"
+    )]
+    FallsOff {
+        /// Distance of the specimen's centre from the plate's axis \[mm\].
+        distance_mm: f64,
+        /// Radius of the plate \[mm\].
+        radius_mm: f64,
+    },
 }
 
-/// All faults of one experiment.
+/// A number of an experiment with the limits within which it can be simulated.
+struct Limit {
+    key: &'static str,
+    value: f64,
+    least: f64,
+    most: f64,
+    unit: &'static str,
+}
+
+impl Limit {
+    fn of(key: &'static str, value: f64, least: f64, most: f64, unit: &'static str) -> Self {
+        Self { key, value, least, most, unit }
+    }
+
+    /// The fault of a number outside its limits, or one that is not a number.
+    fn fault(self) -> Option<ExperimentFault> {
+        let Self { key, value, least, most, unit } = self;
+        let outside = !(least..=most).contains(&value);
+        outside.then_some(ExperimentFault::Outside { key, value, least, most, unit })
+    }
+}
+
+/// Why an experiment cannot be simulated: all of its faults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExperimentError {
-    /// At least one.
+    /// The faults, at least one.
     pub faults: Vec<ExperimentFault>,
 }
 
@@ -273,57 +335,52 @@ impl Experiment {
     /// Checks that the experiment can be simulated.
     ///
     /// # Errors
-    /// All faults at once: numbers that are not finite or outside their limits.
+    /// All faults at once: numbers that are not finite or outside their limits, a disc that is not
+    /// cut from a square, and a specimen that falls off the plate.
     pub fn check(&self) -> Result<(), ExperimentError> {
         let (s, p) = (&self.specimen, &self.plate);
         let degrees = f64::to_degrees;
         let rows = [
-            ("specimen.warp", s.warp_m * 1e3, 20.0, 1000.0, "mm"),
-            ("specimen.weft", s.weft_m * 1e3, 20.0, 1000.0, "mm"),
-            ("specimen.skew", degrees(s.skew_rad), -30.0, 30.0, "deg"),
-            ("specimen.offset_x", s.offset_m[0] * 1e3, -100.0, 100.0, "mm"),
-            ("specimen.offset_z", s.offset_m[1] * 1e3, -100.0, 100.0, "mm"),
-            ("specimen.rotation", degrees(s.rotation_rad), -360.0, 360.0, "deg"),
-            ("plate.radius", p.radius_m * 1e3, 5.0, 500.0, "mm"),
-            ("plate.edge_radius", p.edge_radius_m * 1e3, 0.5, p.radius_m * 1e3, "mm"),
-            ("plate.gap", p.gap_m * 1e3, 0.05, 5.0, "mm"),
-            ("plate.friction", p.friction, 0.0, 5.0, ""),
-            ("plate.slip", p.slip_m * 1e3, 1e-3, 5.0, "mm"),
-            ("tilt.down_x", degrees(self.tilt.down_x_rad), -60.0, 60.0, "deg"),
-            ("tilt.down_z", degrees(self.tilt.down_z_rad), -60.0, 60.0, "deg"),
-            ("fold_correction", self.fold_correction, 0.0, 1.0, ""),
-            ("softening.weft", self.softening.weft_m * 1e3, 0.0, 100.0, "mm"),
-            ("softening.warp", self.softening.warp_m * 1e3, 0.0, 100.0, "mm"),
-            ("softening.bias", self.softening.bias_m * 1e3, 0.0, 100.0, "mm"),
+            Limit::of("specimen.warp", s.warp_m * 1e3, 20.0, 1000.0, "mm"),
+            Limit::of("specimen.weft", s.weft_m * 1e3, 20.0, 1000.0, "mm"),
+            Limit::of("specimen.skew", degrees(s.skew_rad), -30.0, 30.0, "deg"),
+            Limit::of("specimen.offset_x", s.offset_m[0] * 1e3, -100.0, 100.0, "mm"),
+            Limit::of("specimen.offset_z", s.offset_m[1] * 1e3, -100.0, 100.0, "mm"),
+            Limit::of("specimen.rotation", degrees(s.rotation_rad), -360.0, 360.0, "deg"),
+            Limit::of("plate.radius", p.radius_m * 1e3, 5.0, 500.0, "mm"),
+            Limit::of("plate.edge_radius", p.edge_radius_m * 1e3, 0.5, p.radius_m * 1e3, "mm"),
+            Limit::of("plate.gap", p.gap_m * 1e3, 0.05, 5.0, "mm"),
+            Limit::of("plate.friction", p.friction, 0.0, 5.0, ""),
+            Limit::of("plate.slip", p.slip_m * 1e3, 1e-3, 5.0, "mm"),
+            Limit::of("tilt.down_x", degrees(self.tilt.down_x_rad), -60.0, 60.0, "deg"),
+            Limit::of("tilt.down_z", degrees(self.tilt.down_z_rad), -60.0, 60.0, "deg"),
+            Limit::of("fold_correction", self.fold_correction, 0.0, 1.0, ""),
+            Limit::of("softening.weft", self.softening.weft_m * 1e3, 0.0, 100.0, "mm"),
+            Limit::of("softening.warp", self.softening.warp_m * 1e3, 0.0, 100.0, "mm"),
+            Limit::of("softening.bias", self.softening.bias_m * 1e3, 0.0, 100.0, "mm"),
         ];
         let (edge, line) = (self.curl.edge, self.curl.line);
         let bands = [
-            ("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
-            ("curl.edge_width", edge.width_m * 1e3, 0.5, 100.0, "mm"),
-            ("curl.line", line.curvature_per_m, -500.0, 500.0, "1/m"),
-            ("curl.line_width", line.width_m * 1e3, 0.5, 100.0, "mm"),
-            ("curl.line_angle", degrees(line.angle_rad), -360.0, 360.0, "deg"),
-            ("curl.line_offset", line.offset_m * 1e3, -500.0, 500.0, "mm"),
+            Limit::of("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
+            Limit::of("curl.edge_width", edge.width_m * 1e3, 0.5, 100.0, "mm"),
+            Limit::of("curl.line", line.curvature_per_m, -500.0, 500.0, "1/m"),
+            Limit::of("curl.line_width", line.width_m * 1e3, 0.5, 100.0, "mm"),
+            Limit::of("curl.line_angle", degrees(line.angle_rad), -360.0, 360.0, "deg"),
+            Limit::of("curl.line_offset", line.offset_m * 1e3, -500.0, 500.0, "mm"),
         ];
         let curls = self.curl.nodes.iter().flatten().flatten();
-        let curls = curls.map(|&k| ("curl", k, -500.0, 500.0, "1/m"));
-        let mut faults: Vec<_> = rows
-            .into_iter()
-            .chain(bands)
-            .chain(curls)
-            .filter(|&(_, value, least, most, _)| !(least..=most).contains(&value))
-            .map(|(key, value, least, most, unit)| ExperimentFault::Outside {
-                key,
-                value,
-                least,
-                most,
-                unit,
-            })
-            .collect();
+        let curls = curls.map(|&k| Limit::of("curl", k, -500.0, 500.0, "1/m"));
+        let mut faults: Vec<_> =
+            rows.into_iter().chain(bands).chain(curls).filter_map(|limit| limit.fault()).collect();
         if s.outline == Outline::Disc && (s.warp_m != s.weft_m || s.skew_rad != 0.0) {
             let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);
             let skew_deg = degrees(s.skew_rad);
             faults.push(ExperimentFault::NoDisc { warp_mm, weft_mm, skew_deg });
+        }
+        let distance_m = s.offset_m[0].hypot(s.offset_m[1]);
+        if distance_m >= p.radius_m {
+            let (distance_mm, radius_mm) = (distance_m * 1e3, p.radius_m * 1e3);
+            faults.push(ExperimentFault::FallsOff { distance_mm, radius_mm });
         }
         if faults.is_empty() { Ok(()) } else { Err(ExperimentError { faults }) }
     }
@@ -332,35 +389,36 @@ impl Experiment {
 /// Something about a drape that its reader should know.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MeshWarning {
-    /// The folds are as fine as the mesh.
+    /// The fabric's folds are as fine as the mesh.
     #[error(
         "the shortest bending length is {length_mm:.1} mm, below {limit_mm:.1} mm, two cells of \
          {cell_mm:.1} mm: the folds depend on the mesh; use at least {vertices} vertices a side"
     )]
     TooCoarse {
-        /// Shortest bending length of the fabric \[mm\].
+        /// The fabric's shortest bending length \[mm\].
         length_mm: f64,
-        /// Two cells \[mm\].
+        /// The least bending length for this mesh, which is two cells \[mm\].
         limit_mm: f64,
         /// Side of a cell \[mm\].
         cell_mm: f64,
-        /// Vertices a side at which the warning goes away.
+        /// Vertices a side from which on the mesh is fine enough.
         vertices: usize,
     },
 }
 
-/// Cells that a bending length must span: from there on a cantilever's droop is within 4 %
+/// Number of cells that a bending length must span: from there on a cantilever's droop is within 4 %
 /// of the elastica's, within 2 % with the fold correction (`docs/validation.md`, "Physics").
 pub const CELLS_PER_BENDING_LENGTH: f64 = 2.0;
 
-/// The shortest of the three bending lengths (B / (D g))^(1/3) \[m\].
+/// The shortest of a fabric's three bending lengths (B / (D g))^(1/3) \[m\].
 #[must_use]
 pub fn bending_length_m(fabric: &Fabric) -> f64 {
     let rigidity = fabric.bending_weft_nm.min(fabric.bending_warp_nm).min(fabric.bending_bias_nm);
     (rigidity / (fabric.density_kg_m2 * GRAVITY_M_S2)).cbrt()
 }
 
-/// What is to be said about draping `fabric` on cells of `cell_m`, `vertices` a side.
+/// Warnings about draping `fabric` on a grid of `vertices` a side whose cells have sides of
+/// `cell_m` metres; none if the mesh is fine enough.
 #[must_use]
 pub fn mesh_warnings(fabric: &Fabric, cell_m: f64, vertices: usize) -> Vec<MeshWarning> {
     let length_m = bending_length_m(fabric);
@@ -411,6 +469,13 @@ mod tests {
         let mut disc = Experiment::standard_cusick();
         disc.specimen.weft_m = 0.2;
         assert!(matches!(disc.check().unwrap_err().faults[..], [ExperimentFault::NoDisc { .. }]));
+        let mut off = Experiment::default();
+        off.specimen.offset_m = [0.03, -0.03];
+        assert_eq!(off.check(), Ok(()));
+        off.specimen.offset_m = [0.03, -0.04];
+        let error = off.check().unwrap_err();
+        assert!(matches!(error.faults[..], [ExperimentFault::FallsOff { .. }]), "{error}");
+        assert!(error.to_string().contains("50.0 mm from the plate's axis"), "{error}");
     }
 
     #[test]

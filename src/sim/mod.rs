@@ -1,4 +1,7 @@
 //! The drape simulator: from a fabric to its sheet at rest.
+//!
+//! In: a fabric, how it is let go, options with the experiment. Out: the sheet with its rim and a
+//! report. [`fn@drape`] is the way in; the method is in `docs/design/simulator.md`.
 
 pub mod drape;
 pub mod drop;
@@ -7,19 +10,25 @@ pub mod elastica;
 pub mod energy;
 pub mod experiment;
 pub mod grid;
+pub mod hessian_form;
 pub mod model;
 mod motion;
 pub mod newton;
+pub mod options;
+pub mod plate;
 mod rest;
 pub mod self_contact;
 pub mod sensitivity;
 pub mod strip;
 
-pub use drape::{Drape, SimOptions, Stop, drape, drape_on_finer};
+pub use drape::{Drape, drape, drape_on_finer};
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};
+pub use hessian_form::HessianForm;
+pub use options::{OptionsError, OptionsFault, SimOptions, Stop};
+pub use plate::Plate;
 
-/// Version of the numbers that this simulator gives: raised whenever a change
-/// moves the rim of a drape by more than the solver's tolerance. The shipped
-/// model's metadata carries the version it was trained on.
+/// Version of the numbers that this simulator gives. It is raised whenever a change moves the rim of
+/// a drape, which `tests/physics_pinned.rs` holds; the shipped model's metadata carries the version
+/// that the model was trained on.
 pub const NUMERICS_VERSION: u32 = 3;

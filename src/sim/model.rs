@@ -19,56 +19,78 @@ use crate::sim::energy::plate::PlateContact;
 use crate::sim::energy::softening::SofteningEnergy;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::{CELL_PAIRS, Grid};
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
+
+/// The place that a spring pulls a vertex to.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// The vertex.
+    pub vertex: usize,
+    /// The place, simulation frame \[m\].
+    pub position_m: Vector3,
+}
 
 /// Springs that pull some vertices to places in space, to lead the sheet to a
 /// branch; released before the equilibrium is sought.
 #[derive(Clone, Debug, Default)]
 pub struct Guide {
-    /// (vertex, target \[m\]).
-    pub targets: Vec<(usize, Vector3)>,
+    /// Where each spring pulls.
+    pub targets: Vec<Target>,
     /// Stiffness of each spring \[N/m\].
     pub stiffness_n_m: f64,
 }
 
-/// A matrix on the grid's pattern and the blocks outside it.
-#[derive(Clone, Debug, Default)]
-pub struct Tangent {
-    /// Values on the pattern, lower triangle.
-    pub values: Vec<f64>,
-    /// Blocks (row, column, block) outside the pattern, each standing for itself
-    /// and its transpose.
-    pub outside: Vec<(u32, u32, Matrix3<f64>)>,
+/// A block of the Hessian outside the grid's pattern.
+#[derive(Clone, Copy, Debug)]
+pub struct OutsideBlock {
+    /// Vertex of its rows, larger than `column`.
+    pub row: u32,
+    /// Vertex of its columns.
+    pub column: u32,
+    /// The block \[N/m\]; its transpose stands at the mirrored place.
+    pub block: Matrix3<f64>,
 }
 
-/// The energy of one specimen of one fabric.
+/// The Hessian of the energy: values on the grid's pattern, and the blocks of self-contact
+/// outside it.
+#[derive(Clone, Debug, Default)]
+pub struct Tangent {
+    /// Values on the grid's pattern, lower triangle \[N/m\].
+    pub values: Vec<f64>,
+    /// Blocks outside the pattern, each standing for itself and its transpose.
+    pub outside: Vec<OutsideBlock>,
+}
+
+/// The energy of a specimen of one fabric in one experiment, and the state of its contacts.
 pub struct Model {
-    /// The grid.
+    /// The grid of the specimen.
     pub grid: Arc<Grid>,
-    /// Mass of each vertex \[kg\].
+    /// The mass that each vertex carries \[kg\].
     pub mass_kg: Vec<f64>,
-    /// Plate contact with its anchors.
+    /// Contact with the plate, with the grips of its friction.
     pub plate: PlateContact,
-    /// Self-contact with its candidate pairs.
+    /// Contact of the sheet with itself, with the pairs that may touch.
     pub self_contact: SelfContact,
-    /// Springs, none by default.
+    /// Springs that lead the sheet to a branch; none by default.
     pub guide: Guide,
-    /// Vertices that stay where they are: a clamp, or those outside a disc.
+    /// The vertices that stay where they are: those in a clamp, and those outside a disc.
     pub held: Vec<usize>,
-    /// Against gravity; a unit vector, not y if the plate is tilted.
+    /// The unit vector against gravity; it is not y if the plate is tilted.
     pub up: Vector3,
     membrane: Membrane,
     bending: Bending,
     curl: Option<CurlEnergy>,
     softening: Option<SofteningEnergy>,
     constant: Vec<f64>,
-    foreseen: Vec<Stress>,
+    lagged_stress: Vec<Stress>,
     blocks: Vec<Block>,
 }
 
 impl Model {
-    /// The model of `fabric` on `grid` in `experiment`; without natural curvature at
-    /// rest when flat and weightless. Self-contact reaches `self_gap_cells` cells.
+    /// The model of `fabric` on `grid` in `experiment`, with nothing in contact yet. Without natural
+    /// curvature it is at rest when flat and weightless. Self-contact begins where layers are
+    /// `self_gap_cells` cells apart.
     #[must_use]
     pub fn new(
         grid: &Arc<Grid>,
@@ -84,8 +106,8 @@ impl Model {
         Self::with_contact(grid, fabric, experiment, plate, self_contact)
     }
 
-    /// This model, its contacts as they are, of another fabric, experiment or cut on the same
-    /// cells.
+    /// The model of another fabric, experiment or cut on the same cells, with the contacts of this
+    /// one: the sheet has not moved.
     #[must_use]
     pub fn changed(&self, grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Self {
         let ratio = grid.cell_area_m2() / self.grid.cell_area_m2();
@@ -100,7 +122,7 @@ impl Model {
         plate: PlateContact,
         self_contact: SelfContact,
     ) -> Self {
-        let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m * grid.lay.area();
+        let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m * grid.frame.area();
         let mass_kg = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
         let rigidity = PlateRigidity::new(fabric);
         let bending = Bending::new(grid, &rigidity);
@@ -119,7 +141,7 @@ impl Model {
             softening: SofteningEnergy::new(grid, fabric, &rigidity, experiment),
             bending,
             constant,
-            foreseen: Vec::new(),
+            lagged_stress: Vec::new(),
             blocks: Vec::new(),
             grid: Arc::clone(grid),
         }
@@ -129,12 +151,14 @@ impl Model {
         cell.map(|v| x[v as usize])
     }
 
-    /// Elastic and gravitational energy \[J\], zero for the flat sheet at y = 0.
+    /// Elastic and gravitational energy at the positions `x` \[J\], zero for the flat sheet at
+    /// y = 0.
     #[must_use]
     pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
-        let cells = self.grid.cells.iter().zip(&self.grid.fill);
-        let membrane: f64 =
-            cells.map(|(c, fill)| self.membrane.energy_j(&Self::corners(x, c)) * fill).sum();
+        let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction);
+        let membrane: f64 = cells
+            .map(|(c, fraction)| self.membrane.energy_j(&Self::corners(x, c)) * fraction)
+            .sum();
         let weight: f64 =
             x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * self.up.dot(p)).sum();
         let effects = self.curl.as_ref().map_or(0.0, |curl| curl.energy_j(x))
@@ -142,10 +166,11 @@ impl Model {
         membrane + self.bending.energy_j(x) + weight + effects
     }
 
-    /// Total energy \[J\].
+    /// Total energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        let guide: f64 = self.guide.targets.iter().map(|(v, t)| (x[*v] - t).norm_squared()).sum();
+        let guide: f64 =
+            self.guide.targets.iter().map(|t| (x[t.vertex] - t.position_m).norm_squared()).sum();
         self.plate.energy_j(&self.grid, x)
             + self.body_energy_j(x)
             + self.self_contact.energy_j(x)
@@ -159,14 +184,15 @@ impl Model {
         self.plate.max_step(&self.grid, x, dx, self.self_contact.max_step(x, dx))
     }
 
-    /// Total gradient \[N\]: minus the net force on each vertex.
+    /// Writes the gradient of the total energy at the positions `x` \[N\]: minus the net force on
+    /// each vertex, zero for those that are held.
     pub fn gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         gradient.fill(Vector3::zeros());
-        for (cell, fill) in self.grid.cells.iter().zip(&self.grid.fill) {
+        for (cell, fraction) in self.grid.cells.iter().zip(&self.grid.volume_fraction) {
             let mut local = [Vector3::zeros(); 4];
             self.membrane.add_gradient(&Self::corners(x, cell), &mut local);
             for (&v, g) in cell.iter().zip(local) {
-                gradient[v as usize] += g * *fill;
+                gradient[v as usize] += g * *fraction;
             }
         }
         self.bending.add_gradient(x, gradient);
@@ -181,42 +207,47 @@ impl Model {
         }
         self.plate.add_gradient(&self.grid, x, gradient);
         self.self_contact.add_gradient(x, gradient);
-        for (v, target) in &self.guide.targets {
-            gradient[*v] += (x[*v] - target) * self.guide.stiffness_n_m;
+        for target in &self.guide.targets {
+            let v = target.vertex;
+            gradient[v] += (x[v] - target.position_m) * self.guide.stiffness_n_m;
         }
         for &v in &self.held {
             gradient[v] = Vector3::zeros();
         }
     }
 
-    /// Foresees the membrane's tension after the move `dx` from `x`, for the next
-    /// Hessian's geometric part; see [`Membrane::foreseen_stress`].
-    pub fn foresee(&mut self, x: &[Vector3], dx: &[Vector3], fraction: f64) {
-        self.foreseen.clear();
+    /// Sets the stress of the next Hessian's geometric stiffness to that which the linearisation
+    /// at `x` predicts after `fraction` of the move `dx`: the geometric stiffness lags one step
+    /// behind. See [`Membrane::linearised_stress`].
+    pub fn lag_linearised_stress(&mut self, x: &[Vector3], dx: &[Vector3], fraction: f64) {
+        self.lagged_stress.clear();
         for cell in &self.grid.cells {
             let move_ = Self::corners(dx, cell).map(|d| d * fraction);
-            self.foreseen.push(self.membrane.foreseen_stress(&Self::corners(x, cell), &move_));
+            self.lagged_stress
+                .push(self.membrane.linearised_stress(&Self::corners(x, cell), &move_));
         }
     }
 
-    /// Adds to the tension at `x`, for the next projected Hessian, `weight` times the
-    /// tension that the strain of second order of the move `dx` would add; see
-    /// [`Membrane::foreboded_stress`].
-    pub fn forebode(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
-        self.foreseen.clear();
+    /// Sets the stress of the next Hessian's geometric stiffness to that at `x`, with `weight` times
+    /// the tension that the strain of second order of the last move `dx` would add: the geometric
+    /// stiffness lags one step behind. See [`Membrane::second_order_stress`].
+    pub fn lag_second_order_stress(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
+        self.lagged_stress.clear();
         for cell in &self.grid.cells {
             let (corners, move_) = (Self::corners(x, cell), Self::corners(dx, cell));
-            self.foreseen.push(self.membrane.foreboded_stress(&corners, &move_, weight));
+            self.lagged_stress.push(self.membrane.second_order_stress(&corners, &move_, weight));
         }
     }
 
-    /// Goes back to the exact Hessian.
-    pub fn forget_foreseen(&mut self) {
-        self.foreseen.clear();
+    /// Lets the next Hessian's geometric stiffness be that of the positions it is asked for, so
+    /// that the Hessian is the exact one again.
+    pub fn forget_lagged_stress(&mut self) {
+        self.lagged_stress.clear();
     }
 
-    /// Total Hessian; with `project` a positive semidefinite substitute.
-    pub fn hessian(&mut self, x: &[Vector3], project: bool, tangent: &mut Tangent) {
+    /// Writes the Hessian of the total energy at the positions `x` \[N/m\], exact or with a
+    /// positive semidefinite substitute for each part.
+    pub fn hessian(&mut self, x: &[Vector3], form: HessianForm, tangent: &mut Tangent) {
         let grid = Arc::clone(&self.grid);
         let pattern = grid.analysis.pattern();
         tangent.values.clear();
@@ -226,11 +257,14 @@ impl Model {
         for (index, (cell, slots)) in grid.cells.iter().zip(&grid.cell_slots).enumerate() {
             let mut k = 0;
             let corners = Self::corners(x, cell);
-            let stress =
-                self.foreseen.get(index).copied().unwrap_or_else(|| self.membrane.stress(&corners));
-            let fill = grid.fill[index];
-            self.membrane.hessian(&corners, &stress, project, &CELL_PAIRS, |r, c, block| {
-                let block = &(block * fill);
+            let stress = self
+                .lagged_stress
+                .get(index)
+                .copied()
+                .unwrap_or_else(|| self.membrane.stress(&corners));
+            let fraction = grid.volume_fraction[index];
+            self.membrane.hessian(&corners, &stress, form, &CELL_PAIRS, |r, c, block| {
+                let block = &(block * fraction);
                 if r == c {
                     pattern.add_diagonal(values, cell[r] as usize, block);
                 } else {
@@ -239,21 +273,25 @@ impl Model {
                 }
             });
         }
-        if let Some(curl) = self.curl.as_ref().filter(|_| !project) {
+        if let Some(curl) = self.curl.as_ref().filter(|_| form == HessianForm::Exact) {
             curl.add_hessian(pattern, x, values);
         }
         if let Some(softening) = &self.softening {
-            softening.add_hessian(pattern, x, project, values);
+            softening.add_hessian(pattern, x, form, values);
         }
-        self.plate.add_hessian(&grid, x, project, values);
-        for (v, _) in &self.guide.targets {
-            pattern.add_diagonal(values, *v, &(Matrix3::identity() * self.guide.stiffness_n_m));
+        self.plate.add_hessian(&grid, x, form, values);
+        for target in &self.guide.targets {
+            pattern.add_diagonal(
+                values,
+                target.vertex,
+                &(Matrix3::identity() * self.guide.stiffness_n_m),
+            );
         }
         for &v in &self.held {
             pattern.add_diagonal(values, v, &(Matrix3::identity() * HELD_N_M));
         }
         self.blocks.clear();
-        self.self_contact.blocks(x, project, &mut self.blocks);
+        self.self_contact.blocks(x, form, &mut self.blocks);
         for block in &self.blocks {
             add_contact_block(pattern, block, tangent);
         }
@@ -287,7 +325,10 @@ fn add_contact_block(pattern: &BlockPattern, block: &Block, tangent: &mut Tangen
             let one_element = (a < first) == (b < first);
             match slot(a, b).filter(|_| inside || one_element) {
                 Some(slot) => BlockPattern::add_block(&mut tangent.values, slot, &part),
-                None => tangent.outside.push((r as u32, c as u32, part)),
+                None => {
+                    let (row, column) = (r as u32, c as u32);
+                    tangent.outside.push(OutsideBlock { row, column, block: part });
+                }
             }
         }
     }
@@ -327,9 +368,9 @@ mod tests {
             (0..grid.vertices()).map(|v| Vector3::new(0.0, (v as f64).cos(), 0.0)).collect();
         let mut product = vec![Vector3::zeros(); x.len()];
         pattern.multiply(&tangent.values, &x, &mut product);
-        for (r, c, block) in &tangent.outside {
-            product[*r as usize] += block * x[*c as usize];
-            product[*c as usize] += block.transpose() * x[*r as usize];
+        for OutsideBlock { row, column, block } in &tangent.outside {
+            product[*row as usize] += block * x[*column as usize];
+            product[*column as usize] += block.transpose() * x[*row as usize];
         }
         let along: f64 = vertices.iter().zip(weights).map(|(&v, w)| w * x[v as usize].y).sum();
         for (&v, w) in vertices.iter().zip(weights) {

@@ -1,8 +1,9 @@
 //! Motion of the sheet in time: implicit Euler with large steps.
 
 use crate::base::Vector3;
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
-use crate::sim::newton::{Inertia, Newton, Tangency};
+use crate::sim::newton::{Inertia, Newton};
 
 /// How the time step of a motion grows.
 #[derive(Clone, Copy)]
@@ -34,14 +35,14 @@ pub(super) fn evolve(
         newton.renew_contact(model, x);
         before.copy_from_slice(x);
         let inertia = Inertia { dt_s, free_flight: Some(&free_flight) };
-        let mut done = newton.iterate(model, x, inertia, Tangency::Projected);
+        let mut done = newton.iterate(model, x, inertia, HessianForm::Projected);
         for _ in 1..ITERATIONS_A_STEP {
             // a pair in the way stops the whole sheet: go on until its barrier acts
             if done.fraction > 0.5 || !done.definite {
                 break;
             }
-            model.forget_foreseen();
-            done = newton.iterate(model, x, inertia, Tangency::Projected);
+            model.forget_lagged_stress();
+            done = newton.iterate(model, x, inertia, HessianForm::Projected);
         }
         let mut fastest = 0.0_f64;
         for ((u, p), q) in velocity.iter_mut().zip(x.iter()).zip(&before) {

@@ -1,10 +1,11 @@
 //! The search for equilibrium: quasi-Newton descents and Newton steps in turn.
 
 use crate::base::Vector3;
-use crate::sim::drape::{SimOptions, Stop};
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
 use crate::sim::motion::{Pace, evolve};
-use crate::sim::newton::{Inertia, Memory, Newton, Tangency};
+use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::options::{SimOptions, Stop};
 
 /// Descents by quasi-Newton until the residual is small, then Newton steps; round again
 /// where they do not lead to rest. At a saddle the sheet is nudged off along its direction
@@ -111,7 +112,7 @@ fn finish(
     for _ in 0..NEWTON_STEPS {
         let grip_change_n = newton.renew_contact(model, x);
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        let done = newton.iterate(model, x, still, Tangency::Exact);
+        let done = newton.iterate(model, x, still, HessianForm::Exact);
         let settled = done.residual_n < limit_n && grip_change_n < limit_n;
         if settled && done.definite && done.step_m < limit_step_m {
             if newton.is_stable(model, x) {

@@ -47,67 +47,34 @@ mod broad;
 mod ccd;
 mod collect;
 mod distance;
+mod elements;
 mod intersections;
 mod patches;
 #[cfg(test)]
 mod tests;
 
 pub use distance::Hessian12;
+pub use elements::SelfContactParams;
 pub use intersections::count_intersections;
 
 use crate::base::Vector3;
+use crate::sim::hessian_form::HessianForm;
 use barrier::Pair;
-use collect::Work;
+use collect::{Found, Work};
 use distance::closest;
-use patches::Patches;
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use elements::Elements;
 
-/// Pairs nearer than this many gaps at rest are left out. 1 would do for an
-/// unstrained sheet; 2 leaves room for compression and shear. Empirical.
-const REST_FACTOR: f64 = 2.0;
-/// Area at which a pair has weight 1, m^2: a 5 mm cell.
-const WEIGHT_AREA_M2: f64 = 25e-6;
-/// Edge-edge mollifier threshold on the squared sine (Li et al. 2020, eq. 24).
-const MOLLIFIER_SIN_SQ: f64 = 1e-3;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SelfContactParams {
-    /// Distance at which the barrier starts to act, metres; positive.
-    pub gap_m: f64,
-    /// Scale of the barrier `k (d - gap)^2 ln(gap / d)` of one pair of weight 1
-    /// (25 mm^2 of cloth), N/m; positive. Two layers facing each other feel
-    /// the sum over several of these per cell. See `Default` for the value.
-    pub stiffness_n_m: f64,
-}
-
-/// Stiffness: empirical. A sheet pressed on another with 0.5, 4 and 40 Pa (1.2e-5,
-/// 1e-4 and 1e-3 N per vertex) rests at 0.9, 0.75 and 0.37 gaps (test
-/// `pressed_sheets_rest_within_the_gap_and_never_pass`).
-impl Default for SelfContactParams {
-    fn default() -> Self {
-        SelfContactParams { gap_m: 1.0e-3, stiffness_n_m: 0.1 }
-    }
-}
-
-/// Second derivative of one pair's energy.
+/// The Hessian of one pair's energy.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// Rows and columns `3 i .. 3 i + 3` belong to `vertices[i]`.
+    /// The pair's vertices; rows and columns `3 i .. 3 i + 3` of the Hessian belong to
+    /// `vertices[i]`.
     pub vertices: [u32; 4],
-    /// How many of them, from the first on, are the first element's: 1 of a point and a
-    /// triangle, 2 of two edges.
+    /// How many of the vertices, from the first on, belong to the pair's first element: 1 of a point
+    /// and a triangle, 2 of two edges.
     pub first: usize,
-    /// N/m.
+    /// The second derivatives, N/m.
     pub hessian: Hessian12,
-}
-
-#[derive(Clone, Debug)]
-struct Edge {
-    ends: [u32; 2],
-    rest_length_m: f64,
-    /// Area over [`WEIGHT_AREA_M2`].
-    weight: f64,
 }
 
 /// Where the cached pairs are all that matter.
@@ -119,94 +86,65 @@ enum Coverage {
     Line(Vec<Vector3>),
 }
 
+/// The contact of a sheet with itself: its elements, and the pairs of them that may touch.
 #[derive(Clone, Debug)]
 pub struct SelfContact {
-    params: SelfContactParams,
-    triangles: Vec<[u32; 3]>,
-    edges: Vec<Edge>,
-    rest: Vec<Vector3>,
-    point_weight: Vec<f64>,
-    pairs: Vec<Pair>,
-    /// Distance of each pair at the update, metres.
-    cached_distances_m: Vec<f64>,
+    elements: Elements,
+    /// The cached pairs.
+    found: Found,
     /// Positions at the update.
     reference: Vec<Vector3>,
     coverage: Coverage,
-    patches: Arc<Patches>,
     work: Work,
 }
 
 impl SelfContact {
-    /// `rest`: flat or as made, metres. Before the first update no pair is
-    /// cached and [`SelfContact::max_step`] gives 0.
+    /// The contact of the mesh `triangles` (vertex indices) whose positions at rest, flat or as
+    /// made, are `rest` in metres. Before the first update no pair is cached and
+    /// [`SelfContact::max_step`] gives 0.
     pub fn new(triangles: &[[u32; 3]], rest: &[Vector3], params: SelfContactParams) -> Self {
-        let mut point_weight = vec![0.0; rest.len()];
-        let mut edge_weight = BTreeMap::<[u32; 2], f64>::new();
-        for t in triangles {
-            let [a, b, c] = t.map(|v| rest[v as usize]);
-            let third = 0.5 * (b - a).cross(&(c - a)).norm() / (3.0 * WEIGHT_AREA_M2);
-            for i in 0..3 {
-                let (from, to) = (t[i], t[(i + 1) % 3]);
-                point_weight[from as usize] += third;
-                *edge_weight.entry([from.min(to), from.max(to)]).or_default() += third;
-            }
-        }
-        let length_m = |e: [u32; 2]| (rest[e[1] as usize] - rest[e[0] as usize]).norm();
-        let edges = edge_weight
-            .into_iter()
-            .map(|(ends, weight)| Edge { ends, rest_length_m: length_m(ends), weight })
-            .collect::<Vec<_>>();
-        let ends: Vec<_> = edges.iter().map(|e| e.ends).collect();
-        let has_area: Vec<_> = point_weight.iter().map(|w| *w > 0.0).collect();
-        let patches =
-            Patches::shared(triangles, &ends, &has_area, rest, REST_FACTOR * params.gap_m);
         SelfContact {
-            params,
-            triangles: triangles.to_vec(),
-            edges,
-            rest: rest.to_vec(),
-            point_weight,
-            pairs: Vec::new(),
-            cached_distances_m: Vec::new(),
+            elements: Elements::new(triangles, rest, params),
+            found: Found::default(),
             reference: Vec::new(),
             coverage: Coverage::Ball(0.0),
-            patches,
             work: Work::default(),
         }
     }
 
+    /// Gap and stiffness of the contact.
     pub fn params(&self) -> &SelfContactParams {
-        &self.params
+        &self.elements.params
     }
 
-    /// Cached pairs, near or not.
+    /// Number of cached pairs, whether they are near or not.
     pub fn pair_count(&self) -> usize {
-        self.pairs.len()
+        self.found.pairs.len()
     }
 
-    /// Pairs nearer than the gap at `x`.
+    /// Number of pairs nearer than the gap at the positions `x` (metres).
     pub fn active_count(&self, x: &[Vector3]) -> usize {
-        let gap_sq = self.params.gap_m * self.params.gap_m;
+        let gap_sq = self.elements.params.gap_m * self.elements.params.gap_m;
         self.near_pairs(x).filter(|(pair, c)| closest(pair.kind, c).distance_sq < gap_sq).count()
     }
 
-    /// Caches every pair that comes within `gap + reach_m` at `x`. Complete as
-    /// long as no vertex is farther than `reach_m / 2` from `x`; `max_step`
-    /// keeps to that. Cost grows with `reach_m` beyond the edge length.
+    /// Caches every pair that is nearer than `gap + reach_m` at the positions `x` (metres). The
+    /// cache is complete as long as no vertex is farther than `reach_m / 2` from `x`, and
+    /// [`SelfContact::max_step`] keeps to that. The cost grows with `reach_m` beyond the edge
+    /// length.
     pub fn update(&mut self, x: &[Vector3], reach_m: f64) {
-        self.collect(x, None, self.params.gap_m + reach_m);
+        self.collect(x, None, self.elements.params.gap_m + reach_m);
         self.coverage = Coverage::Ball(0.5 * reach_m);
     }
 
-    /// Caches every pair that can come within the gap on the way from `x` to
-    /// `x + dx`. Complete on that segment whatever its length; a common
-    /// translation costs nothing.
+    /// Caches every pair that can come within the gap on the way from `x` to `x + dx` (metres). The
+    /// cache is complete on that way, however long it is; a common translation costs nothing.
     pub fn update_along(&mut self, x: &[Vector3], dx: &[Vector3]) {
         let mean = dx.iter().sum::<Vector3>() / dx.len().max(1) as f64;
         let mut end = std::mem::take(&mut self.work.end);
         end.clear();
         end.extend(x.iter().zip(dx).map(|(p, d)| p + d - mean));
-        self.collect(x, Some(&end), self.params.gap_m);
+        self.collect(x, Some(&end), self.elements.params.gap_m);
         self.work.end = end;
         let mut line = match std::mem::replace(&mut self.coverage, Coverage::Ball(0.0)) {
             Coverage::Line(buffer) => buffer,
@@ -217,6 +155,13 @@ impl SelfContact {
         self.coverage = Coverage::Line(line);
     }
 
+    /// Caches the pairs that come within `within_m` at `x`, or anywhere on the way to `end`.
+    fn collect(&mut self, x: &[Vector3], end: Option<&[Vector3]>, within_m: f64) {
+        self.reference.clear();
+        self.reference.extend_from_slice(x);
+        collect::collect(&self.elements, x, end, within_m, &mut self.work, &mut self.found);
+    }
+
     /// Cached pairs that may be within the gap at `x`, with their corners: the
     /// motion since the update must make up for the distance then.
     fn near_pairs<'a>(
@@ -224,8 +169,8 @@ impl SelfContact {
         x: &'a [Vector3],
     ) -> impl Iterator<Item = (&'a Pair, [Vector3; 4])> {
         let moved_m = largest_relative_m(x.iter().zip(&self.reference).map(|(p, q)| p - q));
-        let gap_m = self.params.gap_m;
-        let cached = self.pairs.iter().zip(&self.cached_distances_m);
+        let gap_m = self.elements.params.gap_m;
+        let cached = self.found.pairs.iter().zip(&self.found.distances_m);
         cached.filter(move |(_, distance_m)| **distance_m - gap_m <= moved_m).filter_map(
             move |(pair, distance_m)| {
                 let corners = pair.corners(x);
@@ -237,16 +182,19 @@ impl SelfContact {
         )
     }
 
-    /// Contact energy, J.
+    /// The contact's energy at the positions `x`, J.
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        self.near_pairs(x).map(|(pair, c)| barrier::energy_j(pair, &c, self.params.gap_m)).sum()
+        self.near_pairs(x)
+            .map(|(pair, c)| barrier::energy_j(pair, &c, self.elements.params.gap_m))
+            .sum()
     }
 
-    /// Adds the gradient (N) to `grad`; gives the energy (J).
+    /// Adds the gradient at the positions `x` to `grad` (N), and gives the energy there (J).
     pub fn add_gradient(&self, x: &[Vector3], grad: &mut [Vector3]) -> f64 {
         let mut energy_j = 0.0;
         for (pair, corners) in self.near_pairs(x) {
-            if let Some((e, parts)) = barrier::gradient(pair, &corners, self.params.gap_m) {
+            if let Some((e, parts)) = barrier::gradient(pair, &corners, self.elements.params.gap_m)
+            {
                 energy_j += e;
                 for (v, part) in pair.vertices.iter().zip(parts) {
                     grad[*v as usize] += part;
@@ -256,20 +204,21 @@ impl SelfContact {
         energy_j
     }
 
-    /// Appends one block per pair within the gap. `project`: positive
-    /// semidefinite, for a Newton direction; else exact, for a stability test.
-    pub fn blocks(&self, x: &[Vector3], project: bool, out: &mut Vec<Block>) {
+    /// Appends the Hessian of every pair that is nearer than the gap at the positions `x`: projected
+    /// for a Newton direction, exact for a test of stability.
+    pub fn blocks(&self, x: &[Vector3], form: HessianForm, out: &mut Vec<Block>) {
         for (pair, corners) in self.near_pairs(x) {
-            if let Some(hessian) = barrier::hessian(pair, &corners, self.params.gap_m, project) {
+            if let Some(hessian) =
+                barrier::hessian(pair, &corners, self.elements.params.gap_m, form)
+            {
                 out.push(Block { vertices: pair.vertices, first: pair.kind.first(), hessian });
             }
         }
     }
 
-    /// Largest fraction in (0, 1] such that on the way to `x + t dx` no pair
-    /// falls below a tenth of its distance at `x`, and the cache stays
-    /// complete. 0 means only this: the cache does not cover a step from `x`
-    /// (update first).
+    /// The largest fraction t in (0, 1] such that on the way to `x + t dx` no pair falls below a
+    /// tenth of its distance at `x`, and the cache stays complete. It is 0 only where the cache
+    /// does not cover a step from `x`: then update it first.
     pub fn max_step(&self, x: &[Vector3], dx: &[Vector3]) -> f64 {
         let mut limit = self.covered_fraction(x, dx);
         if limit <= 0.0 {
@@ -279,7 +228,7 @@ impl SelfContact {
         let kept = 1.0 - ccd::KEEP - 1e-9;
         let moved_m = largest_relative_m(x.iter().zip(&self.reference).map(|(p, q)| p - q));
         let step_m = largest_relative_m(dx.iter().copied());
-        for (pair, distance_m) in self.pairs.iter().zip(&self.cached_distances_m) {
+        for (pair, distance_m) in self.found.pairs.iter().zip(&self.found.distances_m) {
             if limit * step_m < kept * (distance_m - moved_m) {
                 continue;
             }
@@ -318,10 +267,11 @@ impl SelfContact {
         }
     }
 
-    /// Least distance over the cached pairs, metres; infinite if there is none.
+    /// The least distance of a cached pair at the positions `x`, metres; infinite if no pair is
+    /// cached.
     pub fn min_distance_m(&self, x: &[Vector3]) -> f64 {
         let distances =
-            self.pairs.iter().map(|pair| closest(pair.kind, &pair.corners(x)).distance_sq);
+            self.found.pairs.iter().map(|pair| closest(pair.kind, &pair.corners(x)).distance_sq);
         distances.fold(f64::INFINITY, f64::min).sqrt()
     }
 }

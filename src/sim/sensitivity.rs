@@ -1,4 +1,4 @@
-//! How a sheet at rest answers a small change of the fabric or the experiment.
+//! How far a sheet at rest moves with a small change of the fabric or of the experiment.
 //!
 //! At rest the gradient of the energy vanishes, g(x, p) = 0, so that
 //!
@@ -8,50 +8,78 @@
 //! touch). dg/dp is a central difference of the gradient at fixed x, exact to rounding for the
 //! many parameters in which the energy is linear.
 //!
-//! Frame and units: moves of the vertices \[m\] in the simulation frame per SI unit of the
-//! parameter. Friction is taken as it stands: the anchors and normal forces of its grips do not
-//! change, which holds for small changes of cloth that sticks. The specimen's place and turn act through
-//! these anchors alone. The pairs of self-contact are those at rest; on a fold's flank the sheet
-//! may leave this branch at a change far smaller than a linear answer suggests.
+//! In: a sheet at rest, the parameters asked for. Out: moves of the vertices \[m\] in the
+//! simulation frame per SI unit of the parameter.
+//!
+//! Where it fails: friction is taken as it stands. The anchors and normal forces of its grips
+//! do not change, which holds for small changes of cloth that sticks; the specimen's place and
+//! rotation act through these anchors alone. The pairs of self-contact are those at rest. On a
+//! fold's flank the sheet may leave this branch at a change far smaller than the linear solution
+//! suggests.
+
+use std::sync::Arc;
 
 use crate::base::Vector3;
-use crate::fabric::Fabric;
-use crate::sim::experiment::{CURL_NODES, Experiment};
+use crate::fabric::{Fabric, TABLE_2};
+use crate::sim::experiment::{CURL_NODES, CurvatureComponent, Experiment};
 use crate::sim::grid::Grid;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
+use crate::sim::options::Stop;
 
 /// A number that the drape depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// One of the paper's seven, in its order: S^u, S^v, H \[N/m\], B^u, B^v, B^h \[N m\],
-    /// density \[kg/m^2\].
-    Fabric(usize),
-    /// Natural curvature of the whole sheet: along the weft, the warp, twist \[1/m\].
-    Curl(usize),
-    /// The same at one node of the field: along the warp, along the weft, component \[1/m\].
-    CurlNode(usize, usize, usize),
+    /// Weft stretch stiffness S^u \[N/m\].
+    StretchWeft,
+    /// Warp stretch stiffness S^v \[N/m\].
+    StretchWarp,
+    /// Shear stiffness H \[N/m\].
+    Shear,
+    /// Weft bending stiffness B^u \[N m\].
+    BendingWeft,
+    /// Warp bending stiffness B^v \[N m\].
+    BendingWarp,
+    /// Bias bending stiffness B^h \[N m\].
+    BendingBias,
+    /// Areal density D \[kg/m^2\].
+    Density,
+    /// One component of the natural curvature, everywhere on the sheet \[1/m\].
+    Curl(CurvatureComponent),
+    /// One component of the natural curvature at one node of its field \[1/m\].
+    CurlNode {
+        /// The node's number along the warp, from 0.
+        warp: usize,
+        /// The node's number along the weft, from 0.
+        weft: usize,
+        /// Which curvature.
+        component: CurvatureComponent,
+    },
     /// Natural curvature across the free edges \[1/m\].
     EdgeCurl,
     /// Natural curvature across a line \[1/m\].
     LineCurl,
-    /// Softening of bending: weft, warp, bias \[m\].
-    Softening(usize),
-    /// Fall of the plate towards +x \[rad\].
+    /// Softening of bending along the weft \[m\].
+    SofteningWeft,
+    /// Softening of bending along the warp \[m\].
+    SofteningWarp,
+    /// Softening of bending about a line at 45 degrees \[m\].
+    SofteningBias,
+    /// Angle by which the plate falls towards +x \[rad\].
     TiltX,
-    /// Fall of the plate towards +z \[rad\].
+    /// Angle by which the plate falls towards +z \[rad\].
     TiltZ,
     /// Place of the specimen along x \[m\].
     OffsetX,
     /// Place of the specimen along z \[m\].
     OffsetZ,
-    /// Turn of the specimen, from +x towards -z \[rad\].
+    /// Rotation of the specimen about the plate's normal, from +x towards -z \[rad\].
     Rotation,
     /// Radius of the plate \[m\].
     PlateRadius,
-    /// Radius of the plate's edge \[m\].
+    /// Radius of the plate's rounded edge \[m\].
     EdgeRadius,
-    /// Friction on the plate.
+    /// Coefficient of friction on the plate.
     Friction,
     /// Extent of the specimen along the warp \[m\].
     Warp,
@@ -62,23 +90,23 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// All of them, the natural curvature's nodes one by one left out.
+    /// All parameters but the single nodes of the natural curvature's field.
     pub const ALL: [Self; 26] = [
-        Self::Fabric(0),
-        Self::Fabric(1),
-        Self::Fabric(2),
-        Self::Fabric(3),
-        Self::Fabric(4),
-        Self::Fabric(5),
-        Self::Fabric(6),
-        Self::Curl(0),
-        Self::Curl(1),
-        Self::Curl(2),
+        Self::StretchWeft,
+        Self::StretchWarp,
+        Self::Shear,
+        Self::BendingWeft,
+        Self::BendingWarp,
+        Self::BendingBias,
+        Self::Density,
+        Self::Curl(CurvatureComponent::Weft),
+        Self::Curl(CurvatureComponent::Warp),
+        Self::Curl(CurvatureComponent::Twist),
         Self::EdgeCurl,
         Self::LineCurl,
-        Self::Softening(0),
-        Self::Softening(1),
-        Self::Softening(2),
+        Self::SofteningWeft,
+        Self::SofteningWarp,
+        Self::SofteningBias,
         Self::TiltX,
         Self::TiltZ,
         Self::OffsetX,
@@ -92,57 +120,123 @@ impl Parameter {
         Self::Skew,
     ];
 
-    /// Name and SI unit.
+    /// The parameter's place among the fabric's seven, in the paper's order (see [`TABLE_2`]);
+    /// `None` for a parameter of the experiment.
     #[must_use]
-    pub fn name(self) -> (String, &'static str) {
-        const DIRECTIONS: [&str; 3] = ["weft", "warp", "twist"];
-        const BIAS: [&str; 3] = ["weft", "warp", "bias"];
+    pub fn of_fabric(self) -> Option<usize> {
+        const SEVEN: [Parameter; 7] = [
+            Parameter::StretchWeft,
+            Parameter::StretchWarp,
+            Parameter::Shear,
+            Parameter::BendingWeft,
+            Parameter::BendingWarp,
+            Parameter::BendingBias,
+            Parameter::Density,
+        ];
+        SEVEN.iter().position(|&parameter| parameter == self)
+    }
+
+    /// Name of the parameter, as it stands in tables.
+    #[must_use]
+    pub fn name(self) -> String {
+        let name = match self {
+            Self::Curl(component) => return format!("curl_{}", component.name()),
+            Self::CurlNode { warp, weft, component } => {
+                return format!("curl_{}_{warp}_{weft}", component.name());
+            }
+            Self::EdgeCurl => "curl_edge",
+            Self::LineCurl => "curl_line",
+            Self::SofteningWeft => "softening_weft",
+            Self::SofteningWarp => "softening_warp",
+            Self::SofteningBias => "softening_bias",
+            Self::TiltX => "tilt_down_x",
+            Self::TiltZ => "tilt_down_z",
+            Self::OffsetX => "offset_x",
+            Self::OffsetZ => "offset_z",
+            Self::Rotation => "rotation",
+            Self::PlateRadius => "plate_radius",
+            Self::EdgeRadius => "plate_edge_radius",
+            Self::Friction => "friction",
+            Self::Warp => "specimen_warp",
+            Self::Weft => "specimen_weft",
+            Self::Skew => "specimen_skew",
+            fabric => fabric.of_fabric().map_or("", |k| TABLE_2[k].key),
+        };
+        name.to_owned()
+    }
+
+    /// SI unit of the parameter; empty for a number without one.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
         match self {
-            Self::Fabric(k) => (
-                crate::fabric::TABLE_2[k].key.to_owned(),
-                ["N/m", "N/m", "N/m", "N m", "N m", "N m", "kg/m^2"][k],
-            ),
-            Self::Curl(k) => (format!("curl_{}", DIRECTIONS[k]), "1/m"),
-            Self::CurlNode(i, j, k) => (format!("curl_{}_{i}_{j}", DIRECTIONS[k]), "1/m"),
-            Self::EdgeCurl => ("curl_edge".into(), "1/m"),
-            Self::LineCurl => ("curl_line".into(), "1/m"),
-            Self::Softening(k) => (format!("softening_{}", BIAS[k]), "m"),
-            Self::TiltX => ("tilt_down_x".into(), "rad"),
-            Self::TiltZ => ("tilt_down_z".into(), "rad"),
-            Self::OffsetX => ("offset_x".into(), "m"),
-            Self::OffsetZ => ("offset_z".into(), "m"),
-            Self::Rotation => ("rotation".into(), "rad"),
-            Self::PlateRadius => ("plate_radius".into(), "m"),
-            Self::EdgeRadius => ("plate_edge_radius".into(), "m"),
-            Self::Friction => ("friction".into(), ""),
-            Self::Warp => ("specimen_warp".into(), "m"),
-            Self::Weft => ("specimen_weft".into(), "m"),
-            Self::Skew => ("specimen_skew".into(), "rad"),
+            Self::StretchWeft | Self::StretchWarp | Self::Shear => "N/m",
+            Self::BendingWeft | Self::BendingWarp | Self::BendingBias => "N m",
+            Self::Density => "kg/m^2",
+            Self::Curl(_) | Self::CurlNode { .. } | Self::EdgeCurl | Self::LineCurl => "1/m",
+            Self::TiltX | Self::TiltZ | Self::Rotation | Self::Skew => "rad",
+            Self::Friction => "",
+            _ => "m",
+        }
+    }
+
+    /// A change small enough for a difference of the gradient and large enough for its digits;
+    /// `fabric` in SI, in the paper's order.
+    fn step(self, fabric: &[f64; 7]) -> f64 {
+        match self {
+            Self::Curl(_) | Self::CurlNode { .. } | Self::EdgeCurl | Self::LineCurl => 0.1,
+            Self::SofteningWeft | Self::SofteningWarp | Self::SofteningBias => 1e-6,
+            Self::TiltX | Self::TiltZ | Self::Rotation | Self::Skew => 1e-5,
+            Self::Friction => 1e-3,
+            _ => self.of_fabric().map_or(1e-7, |k| 1e-3 * fabric[k]),
+        }
+    }
+
+    /// Whether the parameter exists.
+    fn check(self) -> Result<(), SensitivityError> {
+        match self {
+            Self::CurlNode { warp, weft, .. } if warp.max(weft) >= CURL_NODES => {
+                Err(SensitivityError::NoSuchNode { warp, weft })
+            }
+            _ => Ok(()),
         }
     }
 }
 
-/// The answer to one parameter.
+/// How the sheet moves with one parameter.
 #[derive(Clone, Debug)]
 pub struct Sensitivity {
     /// The parameter.
     pub parameter: Parameter,
-    /// d(vertex position) / d(parameter), a vertex after another \[m per SI unit\].
+    /// Derivative of each vertex's position by the parameter, in the order of the grid's
+    /// vertices, simulation frame \[m per SI unit of the parameter\].
     pub moves: Vec<Vector3>,
 }
 
-/// Why there is no answer.
+/// Why a drape has no sensitivities.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SensitivityError {
-    /// The sheet is not at rest.
-    #[error("the drape ended as `{0}`, not at rest: raise the number of iterations")]
-    NotAtRest(&'static str),
+    /// The sheet is not at rest, so that its forces do not balance.
+    #[error("the drape ended as `{}`, not at rest: raise the number of iterations", .0.name())]
+    NotAtRest(Stop),
     /// Some small move lowers the energy.
-    #[error("the equilibrium is not stable: no small change has a small answer")]
+    #[error(
+        "the equilibrium is not stable: a small change can move the sheet far; perturb the drop \
+         to find a stable one"
+    )]
     Unstable,
+    /// The natural curvature's field has no such node.
+    #[error(
+        "no node {warp}, {weft} of the natural curvature: give numbers from 0 to {}", CURL_NODES - 1
+    )]
+    NoSuchNode {
+        /// The number asked for along the warp.
+        warp: usize,
+        /// The number asked for along the weft.
+        weft: usize,
+    },
 }
 
-/// What is simulated.
+/// The fabric and the experiment that a sheet at rest belongs to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setup {
     pub(super) fabric: Fabric,
@@ -150,29 +244,31 @@ pub(super) struct Setup {
 }
 
 impl Setup {
-    /// The number that `parameter` names; `None` for those that act through friction's anchors.
-    fn number(&mut self, parameter: Parameter) -> Option<&mut f64> {
+    /// The same with `change` added to `parameter`. The specimen's place and rotation change
+    /// nothing here: they act through friction's anchors.
+    fn with(mut self, parameter: Parameter, change: f64) -> Self {
         let (f, e) = (&mut self.fabric, &mut self.experiment);
-        Some(match parameter {
-            Parameter::Fabric(k) => {
-                return [
-                    &mut f.stretch_weft_n_m,
-                    &mut f.stretch_warp_n_m,
-                    &mut f.shear_n_m,
-                    &mut f.bending_weft_nm,
-                    &mut f.bending_warp_nm,
-                    &mut f.bending_bias_nm,
-                    &mut f.density_kg_m2,
-                ]
-                .into_iter()
-                .nth(k);
+        let number = match parameter {
+            Parameter::StretchWeft => &mut f.stretch_weft_n_m,
+            Parameter::StretchWarp => &mut f.stretch_warp_n_m,
+            Parameter::Shear => &mut f.shear_n_m,
+            Parameter::BendingWeft => &mut f.bending_weft_nm,
+            Parameter::BendingWarp => &mut f.bending_warp_nm,
+            Parameter::BendingBias => &mut f.bending_bias_nm,
+            Parameter::Density => &mut f.density_kg_m2,
+            Parameter::Curl(component) => {
+                let nodes = e.curl.nodes.iter_mut().flatten();
+                nodes.for_each(|node| node[component as usize] += change);
+                return self;
             }
-            Parameter::CurlNode(i, j, k) => &mut e.curl.nodes[i][j][k],
+            Parameter::CurlNode { warp, weft, component } => {
+                &mut e.curl.nodes[warp][weft][component as usize]
+            }
             Parameter::EdgeCurl => &mut e.curl.edge.curvature_per_m,
             Parameter::LineCurl => &mut e.curl.line.curvature_per_m,
-            Parameter::Softening(0) => &mut e.softening.weft_m,
-            Parameter::Softening(1) => &mut e.softening.warp_m,
-            Parameter::Softening(_) => &mut e.softening.bias_m,
+            Parameter::SofteningWeft => &mut e.softening.weft_m,
+            Parameter::SofteningWarp => &mut e.softening.warp_m,
+            Parameter::SofteningBias => &mut e.softening.bias_m,
             Parameter::TiltX => &mut e.tilt.down_x_rad,
             Parameter::TiltZ => &mut e.tilt.down_z_rad,
             Parameter::PlateRadius => &mut e.plate.radius_m,
@@ -181,59 +277,20 @@ impl Setup {
             Parameter::Warp => &mut e.specimen.warp_m,
             Parameter::Weft => &mut e.specimen.weft_m,
             Parameter::Skew => &mut e.specimen.skew_rad,
-            Parameter::Curl(_) | Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation => {
-                return None;
-            }
-        })
-    }
-
-    /// Adds `change` to `parameter`.
-    fn change(&mut self, parameter: Parameter, change: f64) {
-        match parameter {
-            Parameter::Curl(k) => {
-                for i in 0..CURL_NODES {
-                    for j in 0..CURL_NODES {
-                        self.change(Parameter::CurlNode(i, j, k), change);
-                    }
-                }
-            }
-            _ => {
-                if let Some(number) = self.number(parameter) {
-                    *number += change;
-                }
-            }
-        }
-    }
-
-    /// A change small enough for a difference and large enough for its digits.
-    fn step(&mut self, parameter: Parameter) -> f64 {
-        match parameter {
-            Parameter::Fabric(_) => 1e-3 * self.number(parameter).map_or(0.0, |n| *n),
-            Parameter::Curl(_)
-            | Parameter::CurlNode(..)
-            | Parameter::EdgeCurl
-            | Parameter::LineCurl => 0.1,
-            Parameter::Softening(_) => 1e-6,
-            Parameter::TiltX | Parameter::TiltZ | Parameter::Rotation | Parameter::Skew => 1e-5,
-            Parameter::Friction => 1e-3,
-            Parameter::OffsetX
-            | Parameter::OffsetZ
-            | Parameter::PlateRadius
-            | Parameter::EdgeRadius
-            | Parameter::Warp
-            | Parameter::Weft => 1e-7,
-        }
+            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation => return self,
+        };
+        *number += change;
+        self
     }
 
     /// The model with `parameter` changed, contacts as they are in `model`.
     fn changed(&self, model: &Model, parameter: Parameter, change: f64) -> Model {
-        let mut setup = *self;
-        setup.change(parameter, change);
+        let setup = self.with(parameter, change);
         let grid = match parameter {
             Parameter::Warp | Parameter::Weft | Parameter::Skew => {
                 Grid::unshared(&setup.experiment.specimen, model.grid.n)
             }
-            _ => std::sync::Arc::clone(&model.grid),
+            _ => Arc::clone(&model.grid),
         };
         let mut changed = model.changed(&grid, &setup.fabric, &setup.experiment);
         let (sin, cos) = change.sin_cos();
@@ -253,10 +310,11 @@ impl Setup {
     }
 }
 
-/// The answers of the sheet at rest at `x`.
+/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order.
 ///
 /// # Errors
-/// [`SensitivityError`].
+/// [`SensitivityError::Unstable`] where the Hessian at `x` is not positive definite,
+/// [`SensitivityError::NoSuchNode`] for a node that the natural curvature does not have.
 pub(super) fn sensitivities(
     model: &mut Model,
     newton: &mut Newton,
@@ -264,93 +322,30 @@ pub(super) fn sensitivities(
     setup: &Setup,
     parameters: &[Parameter],
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
+    parameters.iter().try_for_each(|parameter| parameter.check())?;
     let loads: Vec<_> = parameters.iter().map(|&p| load(model, x, setup, p)).collect();
-    let moves = newton.answers(model, x, &loads).ok_or(SensitivityError::Unstable)?;
-    let answers = parameters.iter().zip(moves);
-    Ok(answers.map(|(&parameter, moves)| Sensitivity { parameter, moves }).collect())
+    let moves = newton.solve_loads(model, x, &loads).ok_or(SensitivityError::Unstable)?;
+    let both = parameters.iter().zip(moves);
+    Ok(both.map(|(&parameter, moves)| Sensitivity { parameter, moves }).collect())
 }
 
 /// -dg/dp: the load on the vertices \[N per unit of the parameter\].
 fn load(model: &Model, x: &[Vector3], setup: &Setup, parameter: Parameter) -> Vec<Vector3> {
-    let step = Setup::step(&mut setup.clone(), parameter);
+    let step = parameter.step(&setup.fabric.in_si());
     let gradient = |change: f64| {
         let mut at = vec![Vector3::zeros(); x.len()];
         setup.changed(model, parameter, change).gradient(x, &mut at);
         at
     };
     // what cannot be negative is changed to one side alone
-    let one_sided = matches!(parameter, Parameter::Softening(_));
+    let one_sided = matches!(
+        parameter,
+        Parameter::SofteningWeft | Parameter::SofteningWarp | Parameter::SofteningBias
+    );
     let (low, width) = if one_sided { (0.0, step) } else { (-step, 2.0 * step) };
     let (below, above) = (gradient(low), gradient(step));
     below.iter().zip(&above).map(|(b, a)| (b - a) / width).collect()
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sim::experiment::Softening;
-    use crate::sim::newton::{Inertia, Tangency};
-    use crate::sim::{Drop, DropStart, SimOptions, drape};
-
-    fn fabric() -> Fabric {
-        Fabric::from_paper_units([40e3, 50e3, 20e3, 9000.0, 7000.0, 8200.0, 180.0])
-    }
-
-    fn options() -> SimOptions {
-        SimOptions { vertices: 25, fall_vertices: 25, residual: 1e-7, ..SimOptions::default() }
-    }
-
-    /// Newton steps to the changed equilibrium, the grips as they are.
-    fn again(model: &mut Model, x: &[Vector3]) -> Vec<Vector3> {
-        let mut y = x.to_vec();
-        let mut newton = Newton::new(model);
-        for _ in 0..12 {
-            model.self_contact.update(&y, 0.0);
-            model.forget_foreseen();
-            let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-            newton.iterate(model, &mut y, still, Tangency::Exact);
-        }
-        y
-    }
-
-    #[test]
-    fn answers_are_those_of_a_changed_drape() {
-        let (fabric, mut options) = (fabric(), options());
-        options.experiment.softening = Softening { weft_m: 1e-4, warp_m: 1e-4, bias_m: 1e-4 };
-        let drop = Drop { start: DropStart::Perturbed(3) };
-        let (fine, start, _) = crate::sim::drape::fallen(&fabric, &drop, &options);
-        let mut rested = crate::sim::drape::rest(&fabric, &drop, &fine, start, &options);
-        let answers = rested.sensitivities(&fabric, &options, &Parameter::ALL).unwrap();
-        let setup = Setup { fabric, experiment: options.experiment };
-        let (model, x) = rested.model_and_positions();
-        let base = again(&mut setup.changed(model, Parameter::TiltX, 0.0), x);
-        for answer in &answers {
-            let largest = answer.moves.iter().map(Vector3::norm).fold(0.0, f64::max);
-            // a change that moves the sheet by some 2 um: still linear, far above rounding
-            let change = 2e-6 / largest.max(1e-12);
-            let at = |change: f64| again(&mut setup.changed(model, answer.parameter, change), x);
-            // a skewed grid has wider stencils, however small the skew
-            let skew = answer.parameter == Parameter::Skew;
-            let (moved, from) = (at(change), if skew { at(-change) } else { base.clone() });
-            let width = if skew { 2.0 * change } else { change };
-            let mut worst = 0.0_f64;
-            for ((m, a), b) in answer.moves.iter().zip(&moved).zip(&from) {
-                worst = worst.max(((a - b) / width - m).norm());
-            }
-            let error = worst / largest;
-            println!("{:>20} {largest:10.3e} error {error:.1e}", answer.parameter.name().0);
-            assert!(largest > 0.0, "{:?} has no answer", answer.parameter);
-            assert!(error < 0.01, "{:?}: off by {error:.1e} of its largest", answer.parameter);
-        }
-    }
-
-    #[test]
-    fn a_drape_that_is_not_at_rest_has_no_answer() {
-        let options = SimOptions { iterations: 0, ..options() };
-        let drop = Drop::canonical();
-        let given = crate::sim::drape::drape_with_sensitivities(&fabric(), &drop, &options, &[])
-            .unwrap_err();
-        assert!(matches!(given, SensitivityError::NotAtRest(_)), "{given}");
-        assert!(drape(&fabric(), &drop, &options).stop.name() != "at_rest");
-    }
-}
+mod tests;

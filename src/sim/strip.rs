@@ -15,64 +15,66 @@ use std::sync::Arc;
 use crate::base::Vector3;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
-use crate::sim::energy::plate::{Plate, PlateContact};
+use crate::sim::energy::plate::{PlateContact, resting_depth_m};
 use crate::sim::experiment::{Experiment, Specimen, Tilt};
 use crate::sim::grid::Grid;
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
-use crate::sim::newton::{Inertia, Memory, Newton, Tangency};
+use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::plate::Plate;
 
-/// The cut and the mesh of a strip.
+/// How a strip is cut from the cloth, and its mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// Angle of the strip against the warp \[rad\]: 0 along the warp, a quarter turn
+    /// Angle between the strip and the warp \[rad\]: 0 for a strip along the warp, pi/2 for one
     /// along the weft.
     pub angle_rad: f64,
-    /// Side of a cell \[m\].
+    /// Side of a square cell of the mesh \[m\].
     pub cell_m: f64,
-    /// Cells along the strip.
+    /// Number of cells along the strip.
     pub along: usize,
-    /// Cells across it.
+    /// Number of cells across the strip.
     pub across: usize,
 }
 
 impl Cut {
     fn grid(&self) -> Arc<Grid> {
-        // the grid's i runs along the strip; seen from there the warp is turned back
+        // the grid's i runs along the strip; seen from there the warp is rotated back
         Grid::strip(self.along + 1, self.across + 1, self.cell_m, -self.angle_rad)
     }
 
-    /// Free length of the strip in a clamp \[m\].
+    /// Length of the strip that is free of the clamp \[m\].
     #[must_use]
     pub fn clamped_length_m(&self) -> f64 {
         (self.along as f64 - 0.5) * self.cell_m
     }
 }
 
-/// A held strip at rest.
+/// A strip that is held at one end, after the search for rest.
 #[derive(Clone, Debug)]
 pub struct Strip {
-    /// Its grid.
+    /// The grid that the strip was simulated on.
     pub grid: Arc<Grid>,
-    /// Vertex positions \[m\]; the strip starts along x.
+    /// Position of each vertex of the grid \[m\]; the strip leaves its clamp along x.
     pub positions_m: Vec<Vector3>,
-    /// Largest net force on a vertex \[N\].
+    /// Largest net force on a vertex at the end of the search \[N\].
     pub residual_n: f64,
-    /// Whether it came to a stable rest.
+    /// Whether the strip came to rest in a stable equilibrium.
     pub at_rest: bool,
-    /// Factorisations spent.
+    /// Number of Cholesky factorisations that the search took.
     pub factorisations: usize,
 }
 
 impl Strip {
-    /// Mean position of the vertices of row `i` \[m\].
+    /// Mean position of the vertices of row `i`, which runs across the strip \[m\].
     #[must_use]
     pub fn row_m(&self, i: usize) -> Vector3 {
         let row = &self.positions_m[i * self.grid.n..(i + 1) * self.grid.n];
         row.iter().sum::<Vector3>() / row.len() as f64
     }
 
-    /// From the clamp's middle to the free end: reach along x, droop below, and how far the
-    /// end has gone sideways \[m\].
+    /// Where the free end is, from the clamp's middle \[m\]: how far it reaches along x, how far it
+    /// droops below, and how far it has gone sideways along z.
     #[must_use]
     pub fn end_m(&self) -> [f64; 3] {
         let from = (self.row_m(0) + self.row_m(1)) * 0.5;
@@ -81,8 +83,9 @@ impl Strip {
     }
 }
 
-/// A strip of `fabric` clamped level at one end and bent by its weight, with the effects of
-/// `experiment` (its specimen and plate do not matter).
+/// Lets a strip of `fabric` that is clamped level at one end bend under its weight, with the effects
+/// of `experiment`; the experiment's specimen and plate do not matter. The known answer for a strip
+/// along a yarn is the heavy elastica, [`crate::sim::elastica`].
 #[must_use]
 pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip {
     let grid = cut.grid();
@@ -91,7 +94,7 @@ pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip 
     rest(model, fabric)
 }
 
-/// A strip of `fabric` held along its first row and hanging along x under its own weight.
+/// Lets a strip of `fabric` that is held along its first row hang along x under its own weight.
 /// In a strip along a yarn the end sinks by `rho g L^2 / (2 S)`; at 45 degrees to it, by the
 /// same with 4 / (1/S^u + 1/S^v + 1/H) for S while strains are small.
 #[must_use]
@@ -132,14 +135,14 @@ fn rest(mut model: Model, fabric: &Fabric) -> Strip {
     let mut memory = Memory::default();
     let (mut residual_n, mut at_rest) = (f64::INFINITY, false);
     'rounds: for _ in 0..ROUNDS {
-        model.forget_foreseen();
+        model.forget_lagged_stress();
         model.self_contact.update(&x, 0.0);
         let near_n = NEAR_REST * limit_n;
         residual_n = newton.quasi_newton(&mut model, &mut x, &mut memory, 15, near_n).residual_n;
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         for _ in 0..NEWTON_STEPS {
             model.self_contact.update(&x, 0.0);
-            let done = newton.iterate(&mut model, &mut x, still, Tangency::Exact);
+            let done = newton.iterate(&mut model, &mut x, still, HessianForm::Exact);
             residual_n = done.residual_n;
             if !done.definite || done.fraction < 0.05 {
                 break;
@@ -160,19 +163,20 @@ const NEAR_REST: f64 = 1e3;
 /// Newton steps in a row.
 const NEWTON_STEPS: usize = 12;
 
-/// A piece that lay on a tilted plate.
+/// How far a piece of cloth slid down a tilted plate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slide {
-    /// How far its centre went down the slope \[m\].
+    /// Distance that the piece's centre went down the slope \[m\].
     pub distance_m: f64,
-    /// What Coulomb's law gives, 0 up to a slope of mu \[m\].
+    /// Distance by Coulomb's law, 0 up to a slope of mu \[m\].
     pub expected_m: f64,
 }
 
-/// A 40 mm square of `fabric` on a wide plate that is tilted from level to `slope` (the
-/// tangent of its angle) within [`TILTING_S`] and stays so for `seconds`. Known answer: a
-/// block with the acceleration g (sin - mu cos) of the slope's angle once that is positive.
-/// Tilted at once the piece would gather speed while friction grows over its first 0.1 mm.
+/// Lays a square of `fabric` with sides of 40 mm on a wide plate, tilts the plate from level to
+/// `slope` (the tangent of its angle) within [`TILTING_S`], and leaves it so for `seconds`. The known
+/// answer is a block with the acceleration g (sin - mu cos) of the slope's angle, once that is
+/// positive. If the plate were tilted at once, the piece would gather speed while friction grows over
+/// its first 0.1 mm.
 #[must_use]
 pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide {
     let specimen = Specimen { warp_m: 0.04, weft_m: 0.04, ..Specimen::default() };
@@ -181,7 +185,7 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
     let grid = Grid::of(&specimen, 9);
     let mut model = Model::new(&grid, fabric, &experiment, SELF_GAP_CELLS);
     let mut newton = Newton::new(&model);
-    let height = plate.gap_m - plate.resting_depth_m();
+    let height = plate.gap_m - resting_depth_m(&plate);
     let mut x: Vec<_> =
         (0..grid.vertices()).map(|v| grid.flat(v) + Vector3::new(0.0, height, 0.0)).collect();
     let centre = |x: &[Vector3]| x.iter().map(|p| p.x).sum::<f64>() / x.len() as f64;
@@ -199,8 +203,8 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
         model.plate.renew(&grid, &x);
         for _ in 0..3 {
             let inertia = Inertia { dt_s: SLIDE_STEP_S, free_flight: Some(&free) };
-            model.forget_foreseen();
-            newton.iterate(&mut model, &mut x, inertia, Tangency::Projected);
+            model.forget_lagged_stress();
+            newton.iterate(&mut model, &mut x, inertia, HessianForm::Projected);
         }
         for ((u, p), q) in velocity.iter_mut().zip(&x).zip(&before) {
             *u = (p - q) / SLIDE_STEP_S;
@@ -209,7 +213,7 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
     Slide { distance_m: centre(&x) - start_m, expected_m: block_m }
 }
 
-/// Time in which the plate is tilted \[s\].
+/// Time in which [`slide`] tilts the plate \[s\].
 pub const TILTING_S: f64 = 0.3;
 /// Time step of a slide \[s\].
 const SLIDE_STEP_S: f64 = 5e-3;

@@ -101,6 +101,11 @@ impl Drape {
     }
 }
 
+/// The flat position (x, z) of a drape's vertex \[m\].
+pub fn flat_m(vertex: usize) -> [f64; 2] {
+    [vertex / SIDE, vertex % SIDE].map(|k| k as f64 * STEP_M - 0.15)
+}
+
 /// How a drape is sampled.
 #[derive(Clone, Copy)]
 pub struct Sampling {
@@ -139,6 +144,17 @@ pub fn random_pose(run_seed: u64) -> Isometry3 {
 /// Points of the drape, floor (y = -250 mm), pedestal and outliers, moved by
 /// `scan_from_sim`, in the sampling's unit.
 pub fn scan(drape: &Drape, sampling: &Sampling, scan_from_sim: &Isometry3) -> Cloud {
+    scan_where(drape, sampling, scan_from_sim, |_, _| true)
+}
+
+/// [`scan`] of the cloth's points alone that are kept, by their flat position (x, z) and
+/// their place without noise \[m\].
+pub fn scan_where(
+    drape: &Drape,
+    sampling: &Sampling,
+    scan_from_sim: &Isometry3,
+    keep: impl Fn([f64; 2], &Point3) -> bool,
+) -> Cloud {
     let mut rng = seed::rng(sampling.seed, "scan", 0);
     let noise = Normal::new(0.0, sampling.noise_m.max(1e-12)).unwrap();
     let mut points = Vec::new();
@@ -151,9 +167,16 @@ pub fn scan(drape: &Drape, sampling: &Sampling, scan_from_sim: &Isometry3) -> Cl
             (s, q) = (1.0 - s, 1.0 - q);
         }
         let p = a + (b - a) * s + (c - a) * q;
+        let [a, b, c] = t.map(flat_m);
+        let flat = [0, 1].map(|k| a[k] + (b[k] - a[k]) * s + (c[k] - a[k]) * q);
+        if !keep(flat, &p) {
+            continue;
+        }
         if let Some((from, to)) = sampling.missing_deg {
             let bearing = (-p.z).atan2(p.x).to_degrees().rem_euclid(360.0);
-            if p.x.hypot(p.z) > 0.052 && bearing > from && bearing < to {
+            // folds of stiff cloth swing in under the plate's edge
+            let hangs = p.x.hypot(p.z) > 0.052 || p.y < -0.01;
+            if hangs && bearing > from && bearing < to {
                 continue;
             }
         }

@@ -1,8 +1,10 @@
+use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::base::{Boundary, Point3, boundary};
-use crate::dataset::{MANIFEST_FILE, read_file, read_folder};
+use crate::dataset::manifest::MANIFEST_FILE;
+use crate::dataset::table::{read_file, read_folder};
 
 /// A cheap stand-in for the simulator: deterministic in its arguments, and it
 /// fails for every seventh sample.
@@ -107,10 +109,62 @@ fn a_run_that_was_stopped_goes_on_and_makes_only_what_is_missing() {
     };
     let second = generate(&options, counted, go_on).unwrap();
     assert_eq!(second.files_kept, first.files_written);
-    assert_eq!(simulated.into_inner(), 60 - 8 * first.files_written as u64);
+    assert_eq!(simulated.into_inner(), 60 - first.made, "nothing is made twice");
+    assert_eq!(second.rows_kept, first.made - 8 * first.files_written as u64);
     assert_eq!(contents(folder.path()), contents(whole.path()));
     let third = generate(&options, fake, go_on).unwrap();
     assert_eq!((third.made, third.files_kept), (0, 8));
+}
+
+/// The folder of a run that was ended after each of its drapes, and begun again.
+#[test]
+fn a_run_of_one_file_loses_nothing_wherever_it_ends() {
+    let whole = tempfile::tempdir().unwrap();
+    generate(&options(whole.path(), 6), fake, go_on).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let options = GenerateOptions { threads: 1, ..options(folder.path(), 6) };
+    for there in 0..6 {
+        let one = |_: Progress| ControlFlow::Break(());
+        let summary = generate(&options, fake, one).unwrap();
+        assert_eq!((summary.made, summary.rows_kept), (1, there));
+    }
+    assert_eq!(contents(folder.path()), contents(whole.path()));
+    // Ended between the last row and the file: it is written from the rows.
+    let file = folder.path().join("drapes-000000.parquet");
+    std::fs::rename(&file, file.with_extension("partial")).unwrap();
+    let summary = generate(&options, fake, go_on).unwrap();
+    assert_eq!((summary.made, summary.rows_kept, summary.files_written), (0, 6, 1));
+    assert_eq!(contents(folder.path()), contents(whole.path()));
+    // What is damaged is made again.
+    std::fs::remove_file(&file).unwrap();
+    std::fs::write(file.with_extension("partial"), b"PAR1 half").unwrap();
+    assert_eq!(generate(&options, fake, go_on).unwrap().made, 6);
+    assert_eq!(contents(folder.path()), contents(whole.path()));
+}
+
+#[test]
+fn one_run_at_a_time_makes_a_shard_and_other_shards_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = options(folder.path(), 16);
+    let first = GenerateOptions { shard: Shard { index: 0, of: 2 }, ..all.clone() };
+    let second = GenerateOptions { shard: Shard { index: 1, of: 2 }, ..all };
+    let tried = Mutex::new(Vec::new());
+    let meanwhile = |_: Progress| {
+        let mut tried = locked(&tried);
+        if tried.is_empty() {
+            let said = generate(&first, fake, go_on).map_err(|error| error.to_string());
+            let other = generate(&second, fake, go_on).map_err(|error| error.to_string());
+            tried.extend([said, other]);
+        }
+        ControlFlow::Continue(())
+    };
+    generate(&first, fake, meanwhile).unwrap();
+    let tried = tried.into_inner().unwrap();
+    let said = tried[0].as_ref().unwrap_err();
+    assert!(said.contains(&format!("process {} (for ", std::process::id())), "{said}");
+    assert_eq!(tried[1].as_ref().unwrap().made, 8);
+    let names: Vec<String> = contents(folder.path()).into_keys().collect();
+    assert_eq!(names, ["drapes-000000.parquet", "drapes-000001.parquet", MANIFEST_FILE]);
 }
 
 #[test]

@@ -133,7 +133,8 @@ pub fn drape_coefficient(d: &Drape, experiment: &Experiment) -> f64 {
             seen[row * width + column] = plate || winding(&rim, [x, z]) != 0;
         }
     }
-    let full = d.grid.cells.iter().zip(&d.grid.fill).filter(|(_, fill)| **fill > 0.999);
+    let cells = d.grid.cells.iter().zip(&d.grid.volume_fraction);
+    let full = cells.filter(|(_, fraction)| **fraction > 0.999);
     for (cell, _) in full {
         let [a, b, c, e] = cell.map(|v| d.positions_m[v as usize]).map(|p| [p.x, p.z]);
         for triangle in [[a, b, c], [b, c, e]] {

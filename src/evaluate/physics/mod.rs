@@ -11,6 +11,8 @@ pub mod strips;
 
 use std::path::Path;
 
+use crate::io::table::{Layout, Rows};
+
 /// A table of results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -75,10 +77,15 @@ impl TextRow {
     }
 }
 
-/// The lines below one line of heads.
+/// The rows below one line of heads.
 pub(super) fn text_rows(path: &Path) -> Result<Vec<TextRow>, DataError> {
-    let text = std::fs::read_to_string(path)?;
-    let lines = text.lines().enumerate().skip(1).filter(|(_, line)| !line.is_empty());
-    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
-    Ok(lines.map(|(k, line)| TextRow { line: k + 1, cells: cells(line) }).collect())
+    let bytes = std::fs::read(path)?;
+    let mut rows = Rows::new(&bytes, Layout::PLAIN);
+    rows.next();
+    let mut all = Vec::new();
+    while let Some((line, record)) = rows.next() {
+        let cells = record.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect();
+        all.push(TextRow { line, cells });
+    }
+    Ok(all)
 }

@@ -55,7 +55,7 @@ impl Cantilever {
         };
         let experiment = Experiment { fold_correction, ..Experiment::default() };
         let strip = cantilever(&fabric, &cut, &experiment);
-        Some(Self { cut, gamma, strip, exact: Elastica::linear(gamma).end()? })
+        Some(Self { cut, gamma, strip, exact: Elastica::linear(gamma).end().ok()? })
     }
 
     /// Bending length (B / rho g)^(1/3) \[m\].
@@ -92,7 +92,7 @@ impl Cantilever {
         let (mut low, mut high) = (0.1 * self.gamma, 10.0 * self.gamma);
         for _ in 0..40 {
             let middle = (low * high).sqrt();
-            let end = Elastica::linear(middle).end()?;
+            let end = Elastica::linear(middle).end().ok()?;
             if end.droop / end.reach < self.slope() { low = middle } else { high = middle }
         }
         Some(self.gamma / low)
@@ -127,7 +127,7 @@ pub fn elastica_against(path: &Path, most_gamma: f64) -> Result<CurveError, Data
     for row in text_rows(path)? {
         let (gamma, slope) = (row.number(0)?, row.number(1)?);
         let end = Some(gamma).filter(|g| *g <= most_gamma);
-        if let Some(end) = end.and_then(|gamma| Elastica::linear(gamma).end()) {
+        if let Some(end) = end.and_then(|gamma| Elastica::linear(gamma).end().ok()) {
             error.points += 1;
             let own = (end.droop / end.reach / slope - 1.0).abs();
             if own > error.largest {
@@ -159,7 +159,7 @@ pub fn master_curve() -> (Table, Chart) {
         points: (0..=80)
             .filter_map(|k| {
                 let gamma = 10.0_f64.powf(-0.3 + 3.5 * f64::from(k) / 80.0);
-                let end = Elastica::linear(gamma).end()?;
+                let end = Elastica::linear(gamma).end().ok()?;
                 Some([gamma, end.droop / end.reach])
             })
             .collect(),

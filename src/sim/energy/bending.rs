@@ -18,7 +18,7 @@
 //! costs its nominal energy to second order at every angle (tested below), where
 //! the hinge weight 3 B/A costs 3 to 9 times too much.
 //!
-//! On a grid turned against the yarns the same energy in the grid's own second
+//! On a grid rotated against the yarns the same energy in the grid's own second
 //! differences has all six coefficients (`PlateRigidity::on`), D16 and D26 among
 //! them. Those couple the differences along one side, at a vertex, with the mean twist
 //! of the cells around it; the twist's square stays with the cells, whose mean square
@@ -31,28 +31,28 @@
 use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::{BlockPattern, BlockSlot};
-use crate::sim::grid::{Grid, Lay};
+use crate::sim::grid::{Grid, MaterialFrame};
 
 /// The four constants of the orthotropic plate energy \[N m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateRigidity {
-    /// About the warp: curvature along the weft.
+    /// Rigidity against curvature along the weft, B^u.
     pub weft_nm: f64,
-    /// Curvature along the warp.
+    /// Rigidity against curvature along the warp, B^v.
     pub warp_nm: f64,
-    /// Coupling of the two curvatures.
+    /// Coupling of the two curvatures, D12.
     pub coupling_nm: f64,
-    /// Twist.
+    /// Rigidity against twist, D66.
     pub twist_nm: f64,
 }
 
 impl PlateRigidity {
-    /// From the three measured stiffnesses. D3 is split so that there is no
-    /// coupling (a woven or knitted sheet has hardly any) as long as that leaves
-    /// twist at least 2 % of sqrt(B^u B^v); below, the coupling turns negative.
+    /// The constants of a fabric's three measured bending stiffnesses. D3 is split so that there is
+    /// no coupling (a woven or knitted sheet has hardly any) as long as that leaves D66 at least
+    /// 1 % of sqrt(B^u B^v); below that the coupling is negative.
     ///
-    /// The set must be positive: B^h >= (sqrt B^u - sqrt B^v)^2 / 4, which
-    /// `Fabric::check` sees to.
+    /// The energy is positive only while B^h >= (sqrt B^u - sqrt B^v)^2 / 4; `Fabric::check`
+    /// refuses other fabrics.
     #[must_use]
     pub fn new(fabric: &Fabric) -> Self {
         let (weft, warp) = (fabric.bending_weft_nm, fabric.bending_warp_nm);
@@ -79,8 +79,8 @@ struct GridRigidity {
 
 impl PlateRigidity {
     /// The same energy in second differences along the grid's own directions.
-    fn on(&self, lay: &Lay) -> GridRigidity {
-        let [[ui, uj], [vi, vj]] = lay.derivatives();
+    fn on(&self, frame: &MaterialFrame) -> GridRigidity {
+        let [[ui, uj], [vi, vj]] = frame.derivatives();
         // x_uu, x_vv, x_uv by (ii, jj, ij)
         let weft = [ui * ui, uj * uj, 2.0 * ui * uj];
         let warp = [vi * vi, vj * vj, 2.0 * vi * vj];
@@ -132,7 +132,7 @@ pub(super) fn mean_twist(grid: &Grid, around: &[u32]) -> Vec<(usize, f64)> {
 }
 
 impl Bending {
-    /// Assembles the matrix.
+    /// Assembles the bending matrix of a grid.
     #[must_use]
     pub fn new(grid: &Grid, rigidity: &PlateRigidity) -> Self {
         let mut sums = std::collections::BTreeMap::<(usize, usize), f64>::new();
@@ -146,9 +146,9 @@ impl Bending {
             }
         };
         let n = grid.n;
-        let rigidity = rigidity.on(&grid.lay);
+        let rigidity = rigidity.on(&grid.frame);
         // area / h^4 for a whole cell
-        let unit = grid.spacing_m.powi(-2) * grid.lay.area();
+        let unit = grid.spacing_m.powi(-2) * grid.frame.area();
         let around = grid.cells_around();
         for vertex in 0..grid.vertices() {
             let share = grid.share(vertex);
@@ -171,8 +171,8 @@ impl Bending {
                 }
             }
         }
-        for (cell, fill) in grid.cells.iter().zip(&grid.fill) {
-            add(&twist_of(cell), &twist_of(cell), rigidity.ij * unit * fill);
+        for (cell, fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
+            add(&twist_of(cell), &twist_of(cell), rigidity.ij * unit * fraction);
         }
         let mut bending = Self { diagonal: vec![0.0; grid.vertices()], pairs: Vec::new() };
         for ((row, column), value) in sums {
@@ -189,8 +189,9 @@ impl Bending {
         bending
     }
 
-    /// `out += K x`, the gradient \[N\]. The rows of K sum to nothing, so that differences
-    /// of positions do, and no digits are lost in large terms that cancel.
+    /// Adds the gradient K x at the positions `x` to `out` \[N\]. The rows of K sum to zero, so
+    /// that differences of positions are enough, and no digits are lost in large terms that
+    /// cancel.
     pub fn add_gradient(&self, x: &[Vector3], out: &mut [Vector3]) {
         for pair in &self.pairs {
             let (r, c) = (pair.row as usize, pair.column as usize);
@@ -200,7 +201,7 @@ impl Bending {
         }
     }
 
-    /// Energy \[J\], by differences too.
+    /// Energy at the positions `x` \[J\], by differences of positions too.
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         let squares = self

@@ -42,14 +42,14 @@ pub struct CurlEnergy {
 }
 
 impl CurlEnergy {
-    /// Of a sheet with the natural curvature `curl`; `None` if that is off.
+    /// The energy of a sheet with the natural curvature `curl`; `None` if that is off.
     #[must_use]
     pub fn new(grid: &Grid, rigidity: &PlateRigidity, curl: &experiment::Curl) -> Option<Self> {
         if curl.is_off() {
             return None;
         }
         let n = grid.n;
-        let [[ui, uj], [vi, vj]] = grid.lay.derivatives();
+        let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
         // moments on the second differences along i, along j and mixed
         let moments = |row: f64, column: f64, across: Option<usize>| {
             let field = curl.at(row / (grid.rows - 1) as f64, column / (n - 1) as f64);
@@ -64,7 +64,7 @@ impl CurlEnergy {
                 2.0 * uu * ui * uj + 2.0 * vv * vi * vj + uv * (ui * vj + uj * vi),
             ]
         };
-        let unit = grid.lay.area(); // area over spacing^2
+        let unit = grid.frame.area(); // area over spacing^2
         let mut places = Vec::new();
         for v in 0..grid.vertices() {
             let (i, j) = (v / n, v % n);
@@ -80,12 +80,12 @@ impl CurlEnergy {
                 places.push(Place::new(grid, &a, &difference(grid, v, 1), &difference(grid, v, n)));
             }
         }
-        for (cell, fill) in grid.cells.iter().zip(&grid.fill) {
+        for (cell, fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
             let [first, _, _, _] = cell.map(|v| v as usize);
             let (i, j) = ((first / n) as f64 + 0.5, (first % n) as f64 + 0.5);
             let [_, _, mixed] = moments(i, j, None);
             if mixed != 0.0 {
-                let a = twist_of(cell).map(|(v, w)| (v, w * mixed * unit * fill));
+                let a = twist_of(cell).map(|(v, w)| (v, w * mixed * unit * fraction));
                 let [c00, c10, c01, c11] = cell.map(|v| v as usize);
                 let p = [(c01, 0.5), (c11, 0.5), (c00, -0.5), (c10, -0.5)];
                 let q = [(c10, 0.5), (c11, 0.5), (c00, -0.5), (c01, -0.5)];
@@ -95,25 +95,25 @@ impl CurlEnergy {
         Some(Self { places })
     }
 
-    /// Energy \[J\], zero for a flat sheet.
+    /// Energy at the positions `x` \[J\], zero for a flat sheet.
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         self.places.iter().map(|place| -place.at(x).part).sum()
     }
 
-    /// Adds the gradient \[N\].
+    /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         for place in &self.places {
             let state = place.at(x);
             for (k, &v) in place.stencil.vertices.iter().enumerate() {
-                let turn = state.q.cross(&state.slope) * place.p[k]
+                let by_normal = state.q.cross(&state.slope) * place.p[k]
                     - state.p.cross(&state.slope) * place.q[k];
-                gradient[v as usize] -= state.normal * place.a[k] + turn;
+                gradient[v as usize] -= state.normal * place.a[k] + by_normal;
             }
         }
     }
 
-    /// Adds the exact Hessian \[N/m\].
+    /// Adds the exact Hessian at the positions `x` \[N/m\] to the values of the grid's pattern.
     pub fn add_hessian(&self, pattern: &BlockPattern, x: &[Vector3], values: &mut [f64]) {
         for place in &self.places {
             let state = place.at(x);
@@ -123,12 +123,12 @@ impl CurlEnergy {
             let slope = state.slope.cross_matrix();
             let bend = state.second_by_area();
             // area vector by vertex
-            let turns: Vec<Matrix3<f64>> =
+            let by_area: Vec<Matrix3<f64>> =
                 place.p.iter().zip(&place.q).map(|(p, q)| px * *q - qx * *p).collect();
             place.stencil.add_blocks(pattern, values, |r, s| {
-                let both = across * turns[s] * place.a[r]
-                    + turns[r].transpose() * across * place.a[s]
-                    + turns[r].transpose() * bend * turns[s]
+                let both = across * by_area[s] * place.a[r]
+                    + by_area[r].transpose() * across * place.a[s]
+                    + by_area[r].transpose() * bend * by_area[s]
                     + slope * (place.p[s] * place.q[r] - place.p[r] * place.q[s]);
                 -both
             });
@@ -194,16 +194,16 @@ impl State {
 /// of the grid, has the half cell at the edge added to its own: the outermost vertices have
 /// none.
 fn bands(grid: &Grid, curl: &experiment::Curl, place: [f64; 2], across: Option<usize>) -> [f64; 3] {
-    let (edge, line, lay, h) = (&curl.edge, &curl.line, &grid.lay, grid.spacing_m);
+    let (edge, line, frame, h) = (&curl.edge, &curl.line, &grid.frame, grid.spacing_m);
     let mut sum = [0.0; 3];
     if edge.curvature_per_m == 0.0 && line.curvature_per_m == 0.0 {
         return sum;
     }
     // In the order weft, warp; the flat place from the specimen's centre.
-    let (sin, cos) = lay.warp_rad.sin_cos();
+    let (sin, cos) = frame.warp_rad.sin_cos();
     let yarns = |[x, z]: [f64; 2]| [z * cos - x * sin, x * cos + z * sin];
     let steps = [place[0] - 0.5 * (grid.rows - 1) as f64, place[1] - 0.5 * (grid.n - 1) as f64];
-    let flat = [0, 1].map(|c| h * (steps[0] * lay.step_i[c] + steps[1] * lay.step_j[c]));
+    let flat = [0, 1].map(|c| h * (steps[0] * frame.step_i[c] + steps[1] * frame.step_j[c]));
     let mut add = |[weft, warp]: [f64; 2], curvature: f64| {
         let square = weft * weft + warp * warp;
         for (own, part) in sum.iter_mut().zip([weft * weft, warp * warp, weft * warp]) {
@@ -221,9 +221,9 @@ fn bands(grid: &Grid, curl: &experiment::Curl, place: [f64; 2], across: Option<u
         }
     } else {
         let last = [grid.rows - 1, grid.n - 1].map(|count| count as f64);
-        for (axis, along) in [(0, lay.step_j), (1, lay.step_i)] {
+        for (axis, along) in [(0, frame.step_j), (1, frame.step_i)] {
             // Rows lie this far apart, in steps.
-            let height = lay.area() / along[0].hypot(along[1]);
+            let height = frame.area() / along[0].hypot(along[1]);
             for from_edge in [place[axis], last[axis] - place[axis]] {
                 let first = across == Some(axis) && from_edge <= 1.0;
                 let low = if first { 0.0 } else { from_edge - 0.5 };
@@ -269,11 +269,11 @@ mod tests {
         let fabric = Fabric::from_paper_units([1e5, 1e5, 1e5, 1000.0, 1500.0, 400.0, 200.0]);
         let curl = CurlEnergy::new(grid, &PlateRigidity::new(&fabric), &uneven()).unwrap();
         let mut rng = seed::rng(9, "curl", 0);
-        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
+        let rotation = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
         let x = (0..grid.vertices())
             .map(|v| {
                 let noise = Vector3::from_fn(|_, _| rng.random_range(-0.2..0.2));
-                turn * (grid.flat(v) + noise * grid.spacing_m)
+                rotation * (grid.flat(v) + noise * grid.spacing_m)
             })
             .collect();
         (curl, x)
@@ -301,7 +301,7 @@ mod tests {
                     };
                     let numeric = (moved(step) - moved(-step)) / (2.0 * step);
                     let error = (numeric - g[v][c]).abs() / norm;
-                    // observed floor 2e-8; a wrong sign of the turn scores 0.9
+                    // observed floor 2e-8; a wrong sign of the part by the normal scores 0.9
                     assert!(error < 1e-6, "{v} {c}: {error:e}");
                 }
             }

@@ -5,9 +5,9 @@
 //! `E = A/2 [ S^u (|w_u| - 1)^2 + S^v (|w_v| - 1)^2 + H (w_u . w_v)^2 ]`  \[J\]
 //!
 //! with `w_u`, `w_v` the derivatives of position along weft and warp, which on a grid
-//! turned against the yarns mix the differences along both of its directions
-//! ([`Lay::derivatives`]). They are taken once a cell, at its centre (one-point quadrature of the bilinear cell),
-//! not on triangles: two triangles a cell make the stiffness depend on the
+//! rotated against the yarns mix the differences along both of its directions
+//! ([`MaterialFrame::derivatives`]). They are taken once a cell, at its centre (one-point
+//! quadrature of the bilinear cell), not on triangles: two triangles a cell make the stiffness depend on the
 //! diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
 //! curvature k costs H (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm more
 //! than bending the mean knit (`docs/design/simulator.md`).
@@ -17,17 +17,23 @@
 //!
 //! `E_g = A/24 [ S^u (g . w_u)^2 + S^v (g . w_v)^2 ] / h^2`
 //!
-//! which is exactly the energy of the stretch's variation across the cell; on a lay
-//! other than straight each 1/h^2 is the sum of the squares of its two derivatives. The
-//! normal part of g is twist and belongs to bending.
+//! which is exactly the energy of the stretch's variation across the cell; where the yarns do
+//! not run along the cell's sides, each 1/h^2 is the sum of the squares of the two derivatives.
+//! The normal part of g is twist and belongs to bending.
+//!
+//! Tests: value, gradient and Hessian against finite differences, invariance under rigid motion,
+//! no locking on cylinders at any angle. Where it fails: a cell that collapses to a line has no
+//! directions left, and compression is as stiff as tension.
 
 use nalgebra::Matrix3;
 
 use crate::base::Vector3;
 use crate::fabric::Fabric;
-use crate::sim::grid::{Grid, Lay};
+use crate::sim::grid::{Grid, MaterialFrame};
+use crate::sim::hessian_form::HessianForm;
 
-/// Stretch and shear of a whole cell.
+/// The stretch and shear energy of a cell that lies wholly on the cloth; all cells of a grid are
+/// alike.
 #[derive(Clone, Copy, Debug)]
 pub struct Membrane {
     /// Weft stretch stiffness \[N/m\].
@@ -38,15 +44,15 @@ pub struct Membrane {
     shear_n_m: f64,
     /// Area of the cell \[m^2\].
     area_m2: f64,
-    /// What the doubled differences along i and j count in w_u \[1/m\].
+    /// Weights of the doubled differences along i and j in w_u \[1/m\].
     weft: [f64; 2],
-    /// The same in w_v \[1/m\].
+    /// Weights of the doubled differences along i and j in w_v \[1/m\].
     warp: [f64; 2],
     /// S^u and S^v for the twist's in-plane part: themselves on square cells \[N/m\].
     twist_n_m: [f64; 2],
 }
 
-/// A cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1).
+/// The positions of a cell's corners (i, j), (i+1, j), (i, j+1), (i+1, j+1) \[m\].
 pub type Corners = [Vector3; 4];
 
 /// The cell's derivatives: weft, warp, and the twist g.
@@ -56,8 +62,9 @@ struct Derivatives {
     twist: Vector3,
 }
 
-/// The five conditions' forces in a cell: what multiplies their second
-/// derivatives in the Hessian. Weft and warp tension, shear, the two twists.
+/// The stress of a cell: what multiplies the second derivatives of the five conditions (weft and
+/// warp stretch, shear, and the two in-plane parts of the twist) in the Hessian. That part of the
+/// Hessian is the geometric stiffness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stress {
     weft: f64,
@@ -72,21 +79,21 @@ const SIGNS: [[f64; 4]; 3] =
     [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];
 
 impl Membrane {
-    /// The cells of `grid` made of `fabric`.
+    /// The energy of the cells of `grid` made of `fabric`.
     #[must_use]
     pub fn new(grid: &Grid, fabric: &Fabric) -> Self {
-        Self::of_cell(&grid.lay, grid.spacing_m, fabric)
+        Self::of_cell(&grid.frame, grid.spacing_m, fabric)
     }
 
-    fn of_cell(lay: &Lay, spacing_m: f64, fabric: &Fabric) -> Self {
-        let [weft, warp] = lay.derivatives();
-        let twist = |by: [f64; 2]| lay.area() * (by[0] * by[0] + by[1] * by[1]);
+    fn of_cell(frame: &MaterialFrame, spacing_m: f64, fabric: &Fabric) -> Self {
+        let [weft, warp] = frame.derivatives();
+        let twist = |by: [f64; 2]| frame.area() * (by[0] * by[0] + by[1] * by[1]);
         let scale = 0.5 / spacing_m;
         Self {
             stretch_weft_n_m: fabric.stretch_weft_n_m,
             stretch_warp_n_m: fabric.stretch_warp_n_m,
             shear_n_m: fabric.shear_n_m,
-            area_m2: spacing_m * spacing_m * lay.area(),
+            area_m2: spacing_m * spacing_m * frame.area(),
             weft: weft.map(|by| by * scale),
             warp: warp.map(|by| by * scale),
             twist_n_m: [
@@ -108,7 +115,7 @@ impl Membrane {
     /// Stiffness of the twist's in-plane part per S: A / (12 h^2) = 1/12.
     const TWIST: f64 = 1.0 / 12.0;
 
-    /// Energy \[J\].
+    /// Energy of a cell with these corners \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &Corners) -> f64 {
         let d = self.derivatives(x);
@@ -122,7 +129,7 @@ impl Membrane {
             + 0.5 * Self::TWIST * (tu * gu * gu + tv * gv * gv)
     }
 
-    /// Adds the gradient \[N\] at the four corners.
+    /// Adds the gradient of a cell's energy by its four corners \[N\].
     pub fn add_gradient(&self, x: &Corners, gradient: &mut [Vector3; 4]) {
         let d = self.derivatives(x);
         let area = self.area_m2;
@@ -142,7 +149,7 @@ impl Membrane {
         }
     }
 
-    /// The conditions' forces at `x`.
+    /// The stress of a cell with the corners `x`.
     #[must_use]
     pub fn stress(&self, x: &Corners) -> Stress {
         self.stress_of(&self.derivatives(x))
@@ -159,27 +166,28 @@ impl Membrane {
         }
     }
 
-    /// The stress at `x` with `weight` times the tension along weft and warp that the
-    /// move `dx` would cause beyond what the linearisation foresees: where a cell
-    /// turns, a straight move stretches it.
+    /// The stress at `x`, with `weight` times the tension along weft and warp that the move `dx`
+    /// would cause beyond what the linearisation at `x` predicts: where a cell rotates, a straight
+    /// move stretches it to second order. As the stress of the next geometric stiffness it makes
+    /// the Hessian stiff where the last move would have been cut short.
     #[must_use]
-    pub fn foreboded_stress(&self, x: &Corners, dx: &Corners, weight: f64) -> Stress {
+    pub fn second_order_stress(&self, x: &Corners, dx: &Corners, weight: f64) -> Stress {
         let now = self.stress(x);
         let after = self.stress(&std::array::from_fn(|k| x[k] + dx[k]));
-        let foreseen = self.foreseen_stress(x, dx);
+        let linear = self.linearised_stress(x, dx);
         Stress {
-            weft: now.weft.max(0.0) + weight * (after.weft - foreseen.weft).max(0.0),
-            warp: now.warp.max(0.0) + weight * (after.warp - foreseen.warp).max(0.0),
+            weft: now.weft.max(0.0) + weight * (after.weft - linear.weft).max(0.0),
+            warp: now.warp.max(0.0) + weight * (after.warp - linear.warp).max(0.0),
             ..now
         }
     }
 
-    /// The conditions' forces that the linearisation at `x` foresees after the
-    /// move `dx`. A Newton step along a stiff sheet's tangent strains it to second
-    /// order; a Hessian with that strain's tension is far too stiff, one with the
-    /// foreseen tension (the multiplier of a constrained method) is not.
+    /// The stress that the linearisation at `x` predicts after the move `dx`. A Newton step along a
+    /// stiff sheet's tangent strains it to second order; a geometric stiffness with that strain's
+    /// tension is far too stiff, one with the predicted tension (the multiplier of a constrained
+    /// method) is not.
     #[must_use]
-    pub fn foreseen_stress(&self, x: &Corners, dx: &Corners) -> Stress {
+    pub fn linearised_stress(&self, x: &Corners, dx: &Corners) -> Stress {
         let (d, e) = (self.derivatives(x), self.derivatives(dx));
         let area = self.area_m2;
         let now = self.stress_of(&d);
@@ -197,9 +205,14 @@ impl Membrane {
         }
     }
 
-    /// Second derivatives by (difference along j, along i, twist), 3 x 3 blocks; with
-    /// `project` a positive semidefinite substitute (Gauss-Newton plus tension).
-    fn second(&self, d: &Derivatives, stress: &Stress, project: bool) -> [[Matrix3<f64>; 3]; 3] {
+    /// Second derivatives by (difference along j, along i, twist), 3 x 3 blocks. The projected form
+    /// is Gauss-Newton's with the tension, and without compression and shear.
+    fn second(
+        &self,
+        d: &Derivatives,
+        stress: &Stress,
+        form: HessianForm,
+    ) -> [[Matrix3<f64>; 3]; 3] {
         let area = self.area_m2;
         let (su, sv, h) =
             (area * self.stretch_weft_n_m, area * self.stretch_warp_n_m, area * self.shear_n_m);
@@ -208,7 +221,10 @@ impl Membrane {
         let stretch = |w: &Vector3, s: f64, tension: f64| {
             let length = w.norm();
             let along = w * w.transpose() / (length * length);
-            let tension = if project { tension.max(0.0) } else { tension };
+            let tension = match form {
+                HessianForm::Projected => tension.max(0.0),
+                HessianForm::Exact => tension,
+            };
             along * s + (Matrix3::identity() - along) * (tension / length)
         };
         let uu = stretch(weft, su, stress.weft)
@@ -221,7 +237,7 @@ impl Membrane {
         let mut ug = twist * weft.transpose() * ku;
         let mut vg = twist * warp.transpose() * kv;
         let gg = weft * weft.transpose() * ku + warp * warp.transpose() * kv;
-        if !project {
+        if form == HessianForm::Exact {
             uv += Matrix3::identity() * stress.shear;
             ug += Matrix3::identity() * stress.twist_weft;
             vg += Matrix3::identity() * stress.twist_warp;
@@ -237,18 +253,18 @@ impl Membrane {
         [[jj, ji, jg], [ji.transpose(), ii, ig], [jg.transpose(), ig.transpose(), gg]]
     }
 
-    /// Hessian \[N/m\]: calls `put(row, column, block)` for the corners with
-    /// row >= column in `pairs` order: first the four diagonal blocks, then
-    /// those of `pairs`. Exact with the [`Self::stress`] of `x`.
+    /// Gives the Hessian of a cell's energy \[N/m\] block by block: calls `put(row, column, block)`
+    /// with numbers of corners, first for the four diagonal blocks, then for `pairs` in their
+    /// order. It is exact with the [`Self::stress`] of `x`.
     pub fn hessian(
         &self,
         x: &Corners,
         stress: &Stress,
-        project: bool,
+        form: HessianForm,
         pairs: &[(usize, usize)],
         mut put: impl FnMut(usize, usize, &Matrix3<f64>),
     ) {
-        let second = self.second(&self.derivatives(x), stress, project);
+        let second = self.second(&self.derivatives(x), stress, form);
         // right half of B^T H B: H B for each corner
         let column = |c: usize, p: usize| {
             second[p][0] * SIGNS[0][c] + second[p][1] * SIGNS[1][c] + second[p][2] * SIGNS[2][c]
@@ -274,16 +290,16 @@ mod tests {
     use rand::RngExt as _;
 
     const SPACING_M: f64 = 0.005;
-    /// Straight, turned, and turned with skewed oblong cells.
-    const LAYS: [Lay; 3] = [
-        Lay::STRAIGHT,
-        Lay { warp_rad: 0.6, ..Lay::STRAIGHT },
-        Lay { step_i: [1.1, 0.0], step_j: [0.2, 0.9], warp_rad: -0.3 },
+    /// Cells along the yarns, rotated against them, and skewed oblong ones rotated against them.
+    const FRAMES: [MaterialFrame; 3] = [
+        MaterialFrame::ALIGNED,
+        MaterialFrame { warp_rad: 0.6, ..MaterialFrame::ALIGNED },
+        MaterialFrame { step_i: [1.1, 0.0], step_j: [0.2, 0.9], warp_rad: -0.3 },
     ];
 
-    fn membrane(lay: &Lay) -> Membrane {
+    fn membrane(frame: &MaterialFrame) -> Membrane {
         let fabric = Fabric::from_paper_units([131e3, 164e3, 75e3, 1e3, 1e3, 1e3, 200.0]);
-        Membrane::of_cell(lay, SPACING_M, &fabric)
+        Membrane::of_cell(frame, SPACING_M, &fabric)
     }
 
     const ALL: [(usize, usize); 12] = [
@@ -304,10 +320,10 @@ mod tests {
     fn cell(index: u64) -> Corners {
         let mut rng = seed::rng(1, "cell", index);
         let h = SPACING_M;
-        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
+        let rotation = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
             let noise = Vector3::from_fn(|_, _| rng.random_range(-0.2..0.2));
-            turn * (Vector3::new(i, 0.0, j) + noise) * h
+            rotation * (Vector3::new(i, 0.0, j) + noise) * h
         })
     }
 
@@ -320,7 +336,7 @@ mod tests {
     #[test]
     fn gradient_is_the_difference_quotient_of_the_energy() {
         for index in 0..20 {
-            let membrane = membrane(&LAYS[index % 3]);
+            let membrane = membrane(&FRAMES[index % 3]);
             let x = cell(index as u64);
             let g = gradient(&membrane, &x);
             let norm = g.iter().map(Vector3::norm).fold(0.0, f64::max);
@@ -342,10 +358,10 @@ mod tests {
     #[test]
     fn hessian_is_the_difference_quotient_of_the_gradient() {
         for index in 0..20 {
-            let membrane = membrane(&LAYS[index % 3]);
+            let membrane = membrane(&FRAMES[index % 3]);
             let x = cell(index as u64);
             let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
-            membrane.hessian(&x, &membrane.stress(&x), false, &ALL, |r, c, b| {
+            membrane.hessian(&x, &membrane.stress(&x), HessianForm::Exact, &ALL, |r, c, b| {
                 full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
             });
             for k in 0..12 {
@@ -370,9 +386,9 @@ mod tests {
     fn projected_hessian_has_no_negative_eigenvalue() {
         for index in 0..50 {
             let mut full = nalgebra::SMatrix::<f64, 12, 12>::zeros();
-            let membrane = membrane(&LAYS[index % 3]);
+            let membrane = membrane(&FRAMES[index % 3]);
             let x = cell(index as u64);
-            membrane.hessian(&x, &membrane.stress(&x), true, &ALL, |r, c, b| {
+            membrane.hessian(&x, &membrane.stress(&x), HessianForm::Projected, &ALL, |r, c, b| {
                 full.fixed_view_mut::<3, 3>(3 * r, 3 * c).copy_from(b);
             });
             let eigen = full.symmetric_eigenvalues();
@@ -384,7 +400,7 @@ mod tests {
     fn rigid_motion_costs_nothing_and_changes_nothing() {
         let motion =
             nalgebra::Isometry3::new(Vector3::new(0.3, -0.2, 5.0), Vector3::new(1.0, 2.0, 0.5));
-        let (membrane, x) = (membrane(&LAYS[2]), cell(3));
+        let (membrane, x) = (membrane(&FRAMES[2]), cell(3));
         let moved = x.map(|p| (motion * nalgebra::Point3::from(p)).coords);
         let (before, after) = (membrane.energy_j(&x), membrane.energy_j(&moved));
         assert!((before - after).abs() < 1e-10 * before);
@@ -407,7 +423,7 @@ mod tests {
     #[test]
     fn a_cylinder_does_not_lock_at_any_angle() {
         // the sheet may choose a uniform strain; what is left is locking
-        let membrane = membrane(&Lay::STRAIGHT);
+        let membrane = membrane(&MaterialFrame::ALIGNED);
         let curvature = 100.0;
         let bending = 0.5 * 1.12e-6 * curvature * curvature * SPACING_M.powi(2);
         for degrees in [0.0, 30.0, 45.0, 60.0, 90.0] {
@@ -435,28 +451,28 @@ mod tests {
     }
 
     /// Flat corners of a cell under a uniform strain of the yarns.
-    fn strained(lay: &Lay, weft: f64, warp: f64, shear: f64) -> Corners {
-        let (sin, cos) = lay.warp_rad.sin_cos();
+    fn strained(frame: &MaterialFrame, weft: f64, warp: f64, shear: f64) -> Corners {
+        let (sin, cos) = frame.warp_rad.sin_cos();
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
-            let at = |c: usize| (i * lay.step_i[c] + j * lay.step_j[c]) * SPACING_M;
+            let at = |c: usize| (i * frame.step_i[c] + j * frame.step_j[c]) * SPACING_M;
             let (v, u) = (at(0) * cos + at(1) * sin, at(1) * cos - at(0) * sin);
             Vector3::new(u * (1.0 + weft), v * (1.0 + warp), u * shear)
         })
     }
 
     #[test]
-    fn a_uniform_strain_costs_the_same_per_area_on_every_lay() {
-        let per_area = |lay: &Lay, strain: [f64; 3]| {
+    fn a_uniform_strain_costs_the_same_per_area_in_every_material_frame() {
+        let per_area = |frame: &MaterialFrame, strain: [f64; 3]| {
             let [weft, warp, shear] = strain;
-            let area = SPACING_M * SPACING_M * lay.area();
-            membrane(lay).energy_j(&strained(lay, weft, warp, shear)) / area
+            let area = SPACING_M * SPACING_M * frame.area();
+            membrane(frame).energy_j(&strained(frame, weft, warp, shear)) / area
         };
         for strain in [[0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.003, -0.004, 0.0], [0.0, 0.0, 0.1]] {
-            let straight = per_area(&LAYS[0], strain);
-            for lay in &LAYS[1..] {
-                let error = per_area(lay, strain) / straight - 1.0;
+            let straight = per_area(&FRAMES[0], strain);
+            for frame in &FRAMES[1..] {
+                let error = per_area(frame, strain) / straight - 1.0;
                 // observed: at most 1e-13
-                assert!(error.abs() < 1e-11, "{lay:?} {strain:?}: {error:e}");
+                assert!(error.abs() < 1e-11, "{frame:?} {strain:?}: {error:e}");
             }
         }
     }

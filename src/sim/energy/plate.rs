@@ -26,79 +26,8 @@ use nalgebra::Matrix3;
 use crate::base::Vector3;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::sim::grid::{CELL_PAIRS, Grid};
-
-/// The plate and its friction.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Plate {
-    /// Radius \[m\].
-    pub radius_m: f64,
-    /// Radius of the rounded edge, half the plate's thickness \[m\].
-    pub edge_radius_m: f64,
-    /// Distance from the plate at which contact begins \[m\].
-    pub gap_m: f64,
-    /// Coefficient of Coulomb friction between cloth and plate.
-    pub friction: f64,
-    /// Tangential distance from the anchor at which a sample slips \[m\].
-    pub slip_m: f64,
-}
-
-impl Default for Plate {
-    fn default() -> Self {
-        Self {
-            radius_m: crate::base::frame::PLATE_RADIUS_M,
-            edge_radius_m: 2.0e-3,
-            gap_m: 1.0e-3,
-            friction: 0.3,
-            slip_m: 0.1e-3,
-        }
-    }
-}
-
-/// Signed distance \[m\], its gradient and Hessian.
-struct Distance {
-    d: f64,
-    normal: Vector3,
-    curvature: Matrix3<f64>,
-}
-
-impl Plate {
-    /// Depth below the gap at which a sheet lies flat under its own weight \[m\].
-    #[must_use]
-    pub fn resting_depth_m(&self) -> f64 {
-        EDGE_DEPTH * self.gap_m / EDGE_PRESSURE_RATIO.sqrt()
-    }
-
-    /// Signed distance from the plate's surface; `None` beyond `limit_m`.
-    fn distance(&self, p: &Vector3, limit_m: f64) -> Option<Distance> {
-        let reach = self.edge_radius_m + limit_m;
-        let centre_y = -self.edge_radius_m;
-        let height = p.y - centre_y;
-        if height.abs() > reach {
-            return None;
-        }
-        let rho = p.x.hypot(p.z);
-        let flat_radius = self.radius_m - self.edge_radius_m;
-        let out = rho - flat_radius;
-        if out > reach {
-            return None;
-        }
-        if out <= 0.0 {
-            let normal = Vector3::new(0.0, height.signum(), 0.0);
-            let d = height.abs() - self.edge_radius_m;
-            return Some(Distance { d, normal, curvature: Matrix3::zeros() });
-        }
-        let length = out.hypot(height).max(1e-12);
-        let radial = Vector3::new(p.x / rho, 0.0, p.z / rho);
-        let normal = (radial * out + Vector3::new(0.0, height, 0.0)) / length;
-        let around = Vector3::new(-radial.z, 0.0, radial.x);
-        let tangent = normal.cross(&around);
-        // principal curvatures of the offset surface: 1/length along the round
-        // edge, normal.radial/rho around the axis
-        let curvature = tangent * tangent.transpose() / length
-            + around * around.transpose() * (normal.dot(&radial) / rho);
-        Some(Distance { d: length - self.edge_radius_m, normal, curvature })
-    }
-}
+use crate::sim::hessian_form::HessianForm;
+use crate::sim::plate::Plate;
 
 /// A point of a cell that may touch the plate.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +45,7 @@ struct Grip {
     force_n: f64,
 }
 
-/// All samples of a specimen with their anchors.
+/// The contact of a specimen with the plate: its samples and the grips of friction.
 #[derive(Clone, Debug)]
 pub struct PlateContact {
     plate: Plate,
@@ -129,6 +58,8 @@ pub struct PlateContact {
 const WALL: f64 = 0.3;
 /// ... and its weight: at a tenth of the gap it bears ten times what the cubic does at none.
 const WALL_WEIGHT: f64 = 12.0;
+/// Part of the wall's reach below which it goes on as a parabola.
+const LEAST_WALL: f64 = 0.05;
 /// Part of its distance from the plate that a sample keeps in a step.
 const KEPT: f64 = 0.2;
 
@@ -139,13 +70,14 @@ const EDGE_PRESSURE_RATIO: f64 = 300.0;
 const EDGE_DEPTH: f64 = 0.5;
 
 impl PlateContact {
-    /// Samples the cells of `grid` whose material lies within 1.5 plate radii
-    /// with 3 x 3 points, the others with one.
+    /// The contact of a specimen that touches nothing yet. Cells of `grid` whose material lies
+    /// within 1.5 radii of the plate's centre get 3 x 3 samples at a spacing of 5 mm, and in
+    /// proportion to the spacing, the others one.
     #[must_use]
     pub fn new(grid: &Grid, plate: Plate, density_kg_m2: f64) -> Self {
         let mut samples = Vec::new();
-        for (k, (corners, fill)) in grid.cells.iter().zip(&grid.fill).enumerate() {
-            let cell_area = grid.cell_area_m2() * fill;
+        for (k, (corners, fraction)) in grid.cells.iter().zip(&grid.volume_fraction).enumerate() {
+            let cell_area = grid.cell_area_m2() * fraction;
             let centre = (grid.flat(corners[0] as usize) + grid.flat(corners[3] as usize)) * 0.5;
             let near = centre.norm() < 1.5 * plate.radius_m;
             let m = if near { (600.0 * grid.spacing_m).round().max(1.0) as usize } else { 1 };
@@ -162,7 +94,7 @@ impl PlateContact {
         Self { plate, stiffness_pa_m, grips: vec![none; samples.len()], samples }
     }
 
-    /// No plate: a specimen held elsewhere.
+    /// The contact of a specimen that has no plate and is held elsewhere: no samples, no energy.
     #[must_use]
     pub fn none() -> Self {
         let plate = Plate::default();
@@ -174,7 +106,8 @@ impl PlateContact {
         (0..4).map(|k| x[corners[k] as usize] * sample.weights[k]).sum()
     }
 
-    /// Energy \[J\] of contact and, with the grips as they are, friction.
+    /// Energy of the contact at the positions `x` and, with the grips as they are, of friction
+    /// \[J\].
     #[must_use]
     pub fn energy_j(&self, grid: &Grid, x: &[Vector3]) -> f64 {
         let mut energy = 0.0;
@@ -191,7 +124,7 @@ impl PlateContact {
         energy
     }
 
-    /// Adds the gradient \[N\].
+    /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, grid: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
         for (sample, grip) in self.samples.iter().zip(&self.grips) {
             let p = Self::position(grid, x, sample);
@@ -214,8 +147,9 @@ impl PlateContact {
         }
     }
 
-    /// Adds the Hessian \[N/m\] to the values of the grid's pattern.
-    pub fn add_hessian(&self, grid: &Grid, x: &[Vector3], project: bool, values: &mut [f64]) {
+    /// Adds the Hessian at the positions `x` \[N/m\] to the values of the grid's pattern. The
+    /// projected form leaves out the curvature of the plate's surface, which is negative there.
+    pub fn add_hessian(&self, grid: &Grid, x: &[Vector3], form: HessianForm, values: &mut [f64]) {
         let pattern = grid.analysis.pattern();
         for (sample, grip) in self.samples.iter().zip(&self.grips) {
             let p = Self::position(grid, x, sample);
@@ -228,13 +162,13 @@ impl PlateContact {
                 let [_, slope, rise] = barrier(c.d, self.plate.gap_m);
                 let k = sample.area_m2 * self.stiffness_pa_m;
                 second += c.normal * c.normal.transpose() * (k * rise);
-                if !project {
+                if form == HessianForm::Exact {
                     second += c.curvature * (k * slope);
                 }
             }
             if let Some(anchor) = grip.anchor {
                 any = true;
-                second += self.grip_hessian(grip, &(p - anchor), project);
+                second += self.grip_hessian(grip, &(p - anchor), form);
             }
             if !any {
                 continue;
@@ -252,7 +186,7 @@ impl PlateContact {
         }
     }
 
-    fn grip_hessian(&self, grip: &Grip, offset: &Vector3, project: bool) -> Matrix3<f64> {
+    fn grip_hessian(&self, grip: &Grip, offset: &Vector3, form: HessianForm) -> Matrix3<f64> {
         let u = tangential(offset, &grip.normal);
         let length = u.norm();
         let scale = self.plate.friction * grip.force_n;
@@ -263,14 +197,17 @@ impl PlateContact {
             // d/du of slope(u) u: slope + slope' u along u; slope' < 0
             let along = u * u.transpose() / (length * length);
             let drop = slip_drop(length, self.plate.slip_m);
-            let drop = if project { drop.max(-slope) } else { drop };
+            let drop = match form {
+                HessianForm::Projected => drop.max(-slope),
+                HessianForm::Exact => drop,
+            };
             second += along * (scale * drop);
         }
         second
     }
 
-    /// This contact, its grips with it, of another plate and fabric, on cells whose areas are
-    /// `area_ratio` times these.
+    /// This contact with its grips, but with another plate and density, on cells whose areas are
+    /// `area_ratio` times the present ones.
     #[must_use]
     pub fn changed(&self, plate: Plate, density_kg_m2: f64, area_ratio: f64) -> Self {
         let resized = |s: &Sample| Sample { area_m2: s.area_m2 * area_ratio, ..*s };
@@ -282,7 +219,15 @@ impl PlateContact {
         }
     }
 
-    /// Moves the anchors of friction, as if the specimen had been laid elsewhere.
+    /// Takes the grips of another contact, whose samples are the same points of the cloth.
+    #[cfg(test)]
+    pub fn take_grips(&mut self, other: &Self) {
+        assert_eq!(self.grips.len(), other.grips.len());
+        self.grips.clone_from(&other.grips);
+    }
+
+    /// Moves every anchor of friction to where `place` puts it, as if the specimen had been laid
+    /// elsewhere on the plate.
     pub fn move_anchors(&mut self, place: impl Fn(Vector3) -> Vector3) {
         for anchor in self.grips.iter_mut().filter_map(|grip| grip.anchor.as_mut()) {
             *anchor = place(*anchor);
@@ -363,8 +308,8 @@ impl PlateContact {
         free
     }
 
-    /// The least distance of a sample from the plate \[m\]; positive if nothing
-    /// is penetrated.
+    /// The least signed distance of a sample from the plate's surface \[m\]: positive if no cloth
+    /// is inside the plate, infinite if none is within 10 mm.
     #[must_use]
     pub fn clearance_m(&self, grid: &Grid, x: &[Vector3]) -> f64 {
         self.samples
@@ -375,7 +320,14 @@ impl PlateContact {
     }
 }
 
-/// k: pressure over the square of the depth, such that the edge bears at its depth \[Pa/m^2\].
+/// Depth below the gap at which a sheet lies flat on `plate` under its own weight \[m\].
+#[must_use]
+pub fn resting_depth_m(plate: &Plate) -> f64 {
+    EDGE_DEPTH * plate.gap_m / EDGE_PRESSURE_RATIO.sqrt()
+}
+
+/// k \[Pa/m^2\]: the pressure over the square of the depth at which the plate's edge bears the
+/// overhang at half the gap.
 fn stiffness_pa_m(plate: &Plate, density_kg_m2: f64) -> f64 {
     let pressure = EDGE_PRESSURE_RATIO * density_kg_m2 * GRAVITY_M_S2;
     pressure / -barrier(EDGE_DEPTH * plate.gap_m, plate.gap_m)[1]
@@ -399,7 +351,7 @@ fn wall(d: f64, reach: f64) -> [f64; 3] {
     if d >= reach {
         return [0.0; 3];
     }
-    let at = d.max(0.05 * reach);
+    let at = d.max(LEAST_WALL * reach);
     let (over, log) = (at - reach, (at / reach).ln());
     let first = -2.0 * over * log - over * over / at;
     let second = -2.0 * log - 4.0 * over / at + (over / at).powi(2);
@@ -436,6 +388,16 @@ mod tests {
     /// A sheet over the plate with samples in contact on the flat and the edge,
     /// grips under load and partly slipped.
     fn scene() -> (Arc<Grid>, PlateContact, Vec<Vector3>) {
+        scene_at(0.45e-3)
+    }
+
+    /// The same so low that samples lie in the wall, in its parabola and inside the plate.
+    fn scene_in_the_wall() -> (Arc<Grid>, PlateContact, Vec<Vector3>) {
+        scene_at(0.03e-3)
+    }
+
+    /// The sheet's flat part at this height above the plate.
+    fn scene_at(height_m: f64) -> (Arc<Grid>, PlateContact, Vec<Vector3>) {
         let grid = Grid::shared(25, 0.12);
         let mut contact = PlateContact::new(&grid, Plate::default(), 0.2);
         let mut rng = seed::rng(5, "plate", 0);
@@ -443,7 +405,7 @@ mod tests {
             .map(|v| {
                 let p = grid.flat(v);
                 let over = (p.norm() - 0.047).max(0.0);
-                p * 1.0 + Vector3::new(0.0, 0.45e-3 - 8.0 * over * over, 0.0)
+                p * 1.0 + Vector3::new(0.0, height_m - 8.0 * over * over, 0.0)
             })
             .collect();
         contact.renew(&grid, &x);
@@ -453,42 +415,49 @@ mod tests {
         (grid, contact, x)
     }
 
-    #[test]
-    fn gradient_is_the_difference_quotient_of_the_energy() {
-        let (grid, contact, x) = scene();
+    /// The largest error of the gradient's components against differences of the energy, over
+    /// its largest force.
+    fn gradient_error((grid, contact, x): &(Arc<Grid>, PlateContact, Vec<Vector3>)) -> f64 {
         let mut g = vec![Vector3::zeros(); x.len()];
-        contact.add_gradient(&grid, &x, &mut g);
+        contact.add_gradient(grid, x, &mut g);
         let norm = g.iter().map(Vector3::norm).fold(0.0, f64::max);
-        assert!(contact.energy_j(&grid, &x).is_finite() && norm > 0.0);
-        let mut touched = 0;
+        assert!(contact.energy_j(grid, x).is_finite() && norm > 0.0);
+        let (mut touched, mut worst) = (0, 0.0_f64);
         for v in (0..x.len()).step_by(7) {
             for c in 0..3 {
                 let step = 2e-9;
                 let moved = |by: f64| {
                     let mut y = x.clone();
                     y[v][c] += by;
-                    contact.energy_j(&grid, &y)
+                    contact.energy_j(grid, &y)
                 };
                 let numeric = (moved(step) - moved(-step)) / (2.0 * step);
                 touched += usize::from(g[v][c] != 0.0);
-                // floor set by the energy's rounding
-                assert!(
-                    (numeric - g[v][c]).abs() < 2e-5 * norm,
-                    "{v} {c}: {numeric:e} {:e}",
-                    g[v][c]
-                );
+                worst = worst.max((numeric - g[v][c]).abs() / norm);
             }
         }
         assert!(touched > 30, "{touched}");
+        worst
     }
 
     #[test]
-    fn hessian_is_the_difference_quotient_of_the_gradient() {
-        let (grid, contact, x) = scene();
+    fn gradient_is_the_difference_quotient_of_the_energy() {
+        // Observed 1.1e-8 and 6e-10, the energy's rounding; a wrong sign in the wall's slope scores
+        // 0.1 (logarithm) and 0.3 (ratio) in the wall and nothing in the gap.
+        for (name, scene) in [("gap", scene()), ("wall", scene_in_the_wall())] {
+            let error = gradient_error(&scene);
+            assert!(error < 2e-7, "{name}: {error:e}");
+        }
+    }
+
+    /// The largest error of the Hessian along five directions against differences of the gradient,
+    /// over its largest product.
+    fn hessian_error((grid, contact, x): &(Arc<Grid>, PlateContact, Vec<Vector3>)) -> f64 {
         let pattern = grid.analysis.pattern();
         let mut values = vec![0.0; pattern.nonzeros()];
-        contact.add_hessian(&grid, &x, false, &mut values);
+        contact.add_hessian(grid, x, HessianForm::Exact, &mut values);
         let mut rng = seed::rng(6, "plate", 0);
+        let mut worst = 0.0_f64;
         for _ in 0..5 {
             let direction: Vec<_> =
                 x.iter().map(|_| Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
@@ -496,18 +465,76 @@ mod tests {
             let at = |by: f64| {
                 let y: Vec<_> = x.iter().zip(&direction).map(|(p, d)| p + d * by).collect();
                 let mut g = vec![Vector3::zeros(); x.len()];
-                contact.add_gradient(&grid, &y, &mut g);
+                contact.add_gradient(grid, &y, &mut g);
                 g
             };
             let (plus, minus) = (at(step), at(-step));
             let mut product = vec![Vector3::zeros(); x.len()];
             pattern.multiply(&values, &direction, &mut product);
             let scale = product.iter().map(Vector3::norm).fold(0.0, f64::max);
-            let error = (0..x.len())
-                .map(|v| ((plus[v] - minus[v]) / (2.0 * step) - product[v]).norm())
-                .fold(0.0, f64::max);
-            // samples that enter contact within the step limit the floor
-            assert!(error < 1e-4 * scale, "{error:e} of {scale:e}");
+            let errors = (0..x.len())
+                .map(|v| ((plus[v] - minus[v]) / (2.0 * step) - product[v]).norm() / scale);
+            worst = errors.fold(worst, f64::max);
+        }
+        worst
+    }
+
+    #[test]
+    fn hessian_is_the_difference_quotient_of_the_gradient() {
+        // Observed 4e-9 and 8e-10; a wrong sign in the wall scores 0.15 and 0.8 in its slope, 0.03 in
+        // its curvature.
+        for (name, scene) in [("gap", scene()), ("wall", scene_in_the_wall())] {
+            let error = hessian_error(&scene);
+            assert!(error < 1e-7, "{name}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn the_scene_in_the_wall_has_samples_in_every_case_of_the_pressure() {
+        let (grid, contact, x) = scene_in_the_wall();
+        let gap = contact.plate.gap_m;
+        let reach = WALL * gap;
+        let limits = [f64::NEG_INFINITY, 0.0, LEAST_WALL * reach, reach, gap];
+        let depths: Vec<f64> = contact
+            .samples
+            .iter()
+            .map(|sample| PlateContact::position(&grid, &x, sample))
+            .filter_map(|p| contact.plate.distance(&p, gap).map(|at| at.d))
+            .collect();
+        for range in limits.windows(2) {
+            let count = depths.iter().filter(|d| (range[0]..range[1]).contains(d)).count();
+            assert!(count > 20, "{count} samples in {range:?}");
+        }
+    }
+
+    /// Depths on both sides of every case boundary of the pressure: where contact begins, where
+    /// the wall rises, where the wall's parabola takes over, and the plate's surface.
+    fn depths_m(gap: f64) -> Vec<f64> {
+        let reach = WALL * gap;
+        let mut depths: Vec<f64> = (-20..=120).map(|k| f64::from(k) * 0.01 * gap).collect();
+        for boundary in [gap, reach, LEAST_WALL * reach, 0.0] {
+            for off in [1e-6, 1e-4, 1e-2] {
+                depths.extend([boundary - off * reach, boundary + off * reach]);
+            }
+        }
+        depths
+    }
+
+    #[test]
+    fn slope_and_curvature_of_the_pressure_are_difference_quotients_everywhere() {
+        // Observed: the slope within 1.3e-9 of itself; the curvature within 4.3e-5, where the
+        // difference straddles a jump of the third derivative. A wrong sign planted in one term of
+        // value, slope or curvature scores at least 1.2 in one of the two.
+        for gap in [1e-3, 0.3e-3] {
+            for d in depths_m(gap) {
+                let step = 1e-6 * gap;
+                let [_, slope, rise] = barrier(d, gap);
+                let (above, below) = (barrier(d + step, gap), barrier(d - step, gap));
+                let slope_error = ((above[0] - below[0]) / (2.0 * step) - slope).abs();
+                let rise_error = ((above[1] - below[1]) / (2.0 * step) - rise).abs();
+                assert!(slope_error < 1e-8 * slope.abs().max(gap * gap), "{d:e}: {slope_error:e}");
+                assert!(rise_error < 2e-4 * rise.abs().max(gap), "{d:e}: {rise_error:e}");
+            }
         }
     }
 
@@ -523,17 +550,5 @@ mod tests {
         let mut g = vec![Vector3::zeros(); x.len()];
         contact.add_gradient(&grid, &x, &mut g);
         assert!(g[grid.vertices() / 2].y < 0.0, "the force is up, the gradient down");
-    }
-
-    #[test]
-    fn distance_is_to_the_rounded_disc() {
-        let plate = Plate::default();
-        let d = |x: f64, y: f64, z: f64| plate.distance(&Vector3::new(x, y, z), 1.0).unwrap().d;
-        assert!((d(0.0, 0.01, 0.02) - 0.01).abs() < 1e-15);
-        assert!((d(0.053, -0.002, 0.0) - 0.003).abs() < 1e-15);
-        assert!((d(0.0, -0.002, -0.053) - 0.003).abs() < 1e-15);
-        assert!((d(0.01, -0.007, 0.0) - 0.003).abs() < 1e-15);
-        let diagonal = 0.048 + 0.003 / 2.0_f64.sqrt();
-        assert!((d(diagonal, -0.002 + 0.003 / 2.0_f64.sqrt(), 0.0) - 0.001).abs() < 1e-12);
     }
 }

@@ -12,13 +12,13 @@
 //!
 //! The **correction for folds** of the mesh enters here too, `1/4 integral Q |x_ab|^4` with
 //! Q = beta B h^2 in each direction and 16 Q^h - Q^u - Q^v for the twist. Second differences of
-//! a strip that turns by phi a cell cost 1 - phi^2 / 12 of what they should, and sample a
+//! a strip that bends by the angle phi a cell cost 1 - phi^2 / 12 of what they should, and sample a
 //! curvature that changes within cells; one term of the same order, beta = 0.04, makes up for
 //! most of both in a cantilever.
 //!
 //! Beyond the curvature at which a term's tangent stiffness has fallen to
-//! `FLOOR` of the linear one it goes on with that tangent: the measured parabola turns
-//! down there and must not be followed. Total curvature counts, not that beyond the
+//! `FLOOR` of the linear one it goes on with that tangent: the measured parabola falls
+//! from there on and must not be followed. Total curvature counts, not that beyond the
 //! natural one. With D12 = 0 linear and softening bending together are convex, and the
 //! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
 //! energy out.
@@ -32,6 +32,7 @@ use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
+use crate::sim::hessian_form::HessianForm;
 
 /// Least tangent stiffness over the linear one.
 const FLOOR: f64 = 0.05;
@@ -87,8 +88,8 @@ pub struct SofteningEnergy {
 }
 
 impl SofteningEnergy {
-    /// Of `fabric` with the experiment's softening and fold correction; `None` if both are
-    /// off.
+    /// The energy of `fabric` with the experiment's softening and fold correction; `None` if both
+    /// are off.
     #[must_use]
     pub fn new(
         grid: &Grid,
@@ -112,7 +113,7 @@ impl SofteningEnergy {
             Law::new(8.0 * bias - weft - warp, fold * twist_fold, 4.0 * rigidity.twist_nm),
         ];
         // components uu, vv, uv by second differences along i, along j, mixed
-        let [[ui, uj], [vi, vj]] = grid.lay.derivatives();
+        let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
         let components = [
             [ui * ui, uj * uj, 2.0 * ui * uj],
             [vi * vi, vj * vj, 2.0 * vi * vj],
@@ -127,7 +128,7 @@ impl SofteningEnergy {
         };
         let around = grid.cells_around();
         // along the yarns the twist is a cell's own; else it is taken at vertices too
-        let at_vertices = if grid.lay.along_yarns() { 2 } else { 3 };
+        let at_vertices = if grid.frame.along_yarns() { 2 } else { 3 };
         for (parts, law) in components.into_iter().zip(laws).take(at_vertices) {
             for v in 0..grid.vertices() {
                 if let Some(combination) = combine(grid, v, parts, &around[v]) {
@@ -136,22 +137,22 @@ impl SofteningEnergy {
             }
         }
         if at_vertices == 2 {
-            for (cell, &fill) in grid.cells.iter().zip(&grid.fill) {
+            for (cell, &fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
                 let mixed = components[2][2];
                 let twist = twist_of(cell).map(|(v, weight)| (v, weight * mixed));
-                place(twist.to_vec(), fill, laws[2]);
+                place(twist.to_vec(), fraction, laws[2]);
             }
         }
         Some(Self { places, convex: rigidity.coupling_nm == 0.0 })
     }
 
-    /// Energy \[J\].
+    /// Energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
         self.places.iter().map(|p| p.area_m2 * p.law.at(p.component(x).norm())[0]).sum()
     }
 
-    /// Adds the gradient \[N\].
+    /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         for place in &self.places {
             let a = place.component(x);
@@ -165,16 +166,17 @@ impl SofteningEnergy {
         }
     }
 
-    /// Adds the Hessian \[N/m\]; with `project` only if linear bending keeps the sum
-    /// positive.
+    /// Adds the Hessian at the positions `x` \[N/m\] to the values of the grid's pattern. The
+    /// projected form is the exact one where linear bending keeps the sum of both positive, and
+    /// nothing elsewhere.
     pub fn add_hessian(
         &self,
         pattern: &BlockPattern,
         x: &[Vector3],
-        project: bool,
+        form: HessianForm,
         values: &mut [f64],
     ) {
-        if project && !self.convex {
+        if form == HessianForm::Projected && !self.convex {
             return;
         }
         for place in &self.places {
@@ -258,7 +260,7 @@ mod tests {
             let g = gradient(&x);
             let pattern = grid.analysis.pattern();
             let mut values = vec![0.0; pattern.nonzeros()];
-            energy.add_hessian(pattern, &x, false, &mut values);
+            energy.add_hessian(pattern, &x, HessianForm::Exact, &mut values);
             for _ in 0..5 {
                 let d: Vec<_> = x
                     .iter()

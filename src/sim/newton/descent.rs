@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 
 use super::linear::SHIFT;
-use super::{HALVINGS, Iteration, LONGEST_STEP_M, Newton, Tangency, dot, is_lower, largest};
+use super::workspace::{HALVINGS, Iteration, LONGEST_STEP_M, Newton, dot, is_lower, largest};
 use crate::base::Vector3;
 use crate::sim::effort::charge;
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
 
 /// Least fraction of a step that is tried first, so that one that was cut short does not
@@ -16,7 +17,7 @@ const REACH_M: f64 = 2e-3;
 
 impl Newton {
     /// Lowers the energy by limited-memory BFGS on top of one factor of the
-    /// projected Hessian, which is too stiff wherever the sheet buckles or turns;
+    /// projected Hessian, which is too stiff wherever the sheet buckles or rotates;
     /// the pairs of steps and gradient changes correct it at the price of a solve
     /// an iteration instead of a factor. Ends after `iterations`, or when no
     /// vertex feels more than `limit_n`, or when the line search fails.
@@ -29,10 +30,10 @@ impl Newton {
         limit_n: f64,
     ) -> Iteration {
         match &memory.direction {
-            Some(direction) => model.forebode(x, direction, FOREBODING),
-            None => model.forget_foreseen(),
+            Some(direction) => model.lag_second_order_stress(x, direction, SECOND_ORDER_WEIGHT),
+            None => model.forget_lagged_stress(),
         }
-        let residual_n = self.assemble(model, x, SHIFT, Tangency::Projected);
+        let residual_n = self.assemble(model, x, SHIFT, HessianForm::Projected);
         let mut result = Iteration { residual_n, step_m: 0.0, fraction: 1.0, definite: true };
         if !self.factorize_roughly() {
             result.definite = false;
@@ -131,11 +132,22 @@ fn shortened_by_strain(fraction: f64, rise: f64, slope: f64) -> f64 {
     if minimum.is_finite() { minimum.clamp(0.1 * fraction, 0.5 * fraction) } else { 0.3 * fraction }
 }
 
+/// One pair of the limited-memory BFGS update.
+#[derive(Clone, Debug)]
+struct Correction {
+    /// The step s \[m\].
+    step: Vec<Vector3>,
+    /// The change y of the gradient along it \[N\].
+    change: Vec<Vector3>,
+    /// 1 / (y . s) \[1/J\].
+    inverse_work: f64,
+}
+
 /// What a quasi-Newton descent remembers: the last steps and gradient changes, the
 /// last direction and how much of it could be taken.
 #[derive(Clone, Debug)]
 pub struct Memory {
-    pairs: VecDeque<(Vec<Vector3>, Vec<Vector3>, f64)>,
+    pairs: VecDeque<Correction>,
     direction: Option<Vec<Vector3>>,
     fraction: f64,
 }
@@ -148,14 +160,13 @@ impl Default for Memory {
 
 /// Pairs that are kept.
 const MEMORY: usize = 10;
-/// Weight, in the descent's matrix, of the tension that the last direction would
-/// have caused by its strain of second order: it stiffens the matrix where the
-/// sheet turns most and would otherwise cut the whole step short. Of 0, 0.3 and 3
-/// on two fabrics the best.
-const FOREBODING: f64 = 3.0;
+/// Weight, in the descent's lagged geometric stiffness, of the tension that the last direction
+/// would have caused by its strain of second order: it stiffens the matrix where cells rotate most
+/// and would otherwise cut the whole step short. The best of 0, 0.3 and 3 on two fabrics.
+const SECOND_ORDER_WEIGHT: f64 = 3.0;
 
 impl Memory {
-    /// Forgets everything: the energy has changed.
+    /// Forgets all steps, since they belong to another energy.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
@@ -173,22 +184,22 @@ impl Memory {
             if self.pairs.len() == MEMORY {
                 self.pairs.pop_front();
             }
-            self.pairs.push_back((s, y, 1.0 / sy));
+            self.pairs.push_back(Correction { step: s, change: y, inverse_work: 1.0 / sy });
         }
     }
 
     /// The two-loop recursion (Nocedal 1980) around `solve`.
     fn apply(&self, q: &mut [Vector3], solve: impl FnOnce(&mut [Vector3])) {
         let mut alphas = Vec::with_capacity(self.pairs.len());
-        for (s, y, rho) in self.pairs.iter().rev() {
-            let alpha = rho * dot(s, q);
-            q.iter_mut().zip(y).for_each(|(a, b)| *a -= b * alpha);
+        for pair in self.pairs.iter().rev() {
+            let alpha = pair.inverse_work * dot(&pair.step, q);
+            q.iter_mut().zip(&pair.change).for_each(|(a, b)| *a -= b * alpha);
             alphas.push(alpha);
         }
         solve(q);
-        for ((s, y, rho), alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
-            let beta = rho * dot(y, q);
-            q.iter_mut().zip(s).for_each(|(a, b)| *a += b * (alpha - beta));
+        for (pair, alpha) in self.pairs.iter().zip(alphas.iter().rev()) {
+            let beta = pair.inverse_work * dot(&pair.change, q);
+            q.iter_mut().zip(&pair.step).for_each(|(a, b)| *a += b * (alpha - beta));
         }
     }
 }

@@ -8,10 +8,11 @@
 
 use nalgebra::Matrix3;
 
-use super::{Inertia, Newton, Tangency, dot, largest};
+use super::workspace::{Inertia, Newton, dot, largest};
 use crate::base::Vector3;
 use crate::sim::effort::charge;
-use crate::sim::model::{Model, Tangent};
+use crate::sim::hessian_form::HessianForm;
+use crate::sim::model::{Model, OutsideBlock, Tangent};
 
 /// Inertia that keeps the projected Hessian positive definite in single precision
 /// \[s\]; from 0.03 to 2 s the descent is as fast.
@@ -20,8 +21,8 @@ pub(super) const SHIFT: Inertia<'static> = Inertia { dt_s: 0.1, free_flight: Non
 const CG_LIMIT: usize = 200;
 /// ... which ends when the residual has fallen to this, in the preconditioner's norm.
 const CG_TOLERANCE: f64 = 1e-2;
-/// The same where the solution is the result.
-const ANSWER_TOLERANCE: f64 = 1e-6;
+/// The residual at which conjugate gradients end where the solution itself is the result.
+const LOAD_TOLERANCE: f64 = 1e-6;
 
 impl Newton {
     /// Gradient and matrix of the step's objective; returns the largest force on
@@ -31,12 +32,12 @@ impl Newton {
         model: &mut Model,
         x: &[Vector3],
         inertia: Inertia,
-        tangency: Tangency,
+        form: HessianForm,
     ) -> f64 {
         charge(&mut self.effort.assembly_s, || {
             model.gradient(x, &mut self.gradient);
             let residual_n = largest(&self.gradient);
-            model.hessian(x, tangency == Tangency::Projected, &mut self.tangent);
+            model.hessian(x, form, &mut self.tangent);
             if inertia.dt_s.is_finite() {
                 add_inertia(model, &mut self.tangent, inertia.dt_s);
                 if let Some(y) = inertia.free_flight {
@@ -53,24 +54,24 @@ impl Newton {
     /// direction = -A^-1 gradient, or as far as conjugate gradients get without meeting
     /// negative curvature; false if they meet it, or if there is no factor (the direction is
     /// then zero).
-    pub(super) fn solve(&mut self, model: &mut Model, x: &[Vector3], tangency: Tangency) -> bool {
+    pub(super) fn solve(&mut self, model: &mut Model, x: &[Vector3], form: HessianForm) -> bool {
         for (d, g) in self.direction.iter_mut().zip(&self.gradient) {
             *d = -g;
         }
-        let factorised = match tangency {
-            Tangency::Projected => self.factorize_roughly(),
-            Tangency::Exact => self.factorize(),
+        let factorised = match form {
+            HessianForm::Projected => self.factorize_roughly(),
+            HessianForm::Exact => self.factorize(),
         };
-        match tangency {
-            Tangency::Projected if factorised => {
+        match form {
+            HessianForm::Projected if factorised => {
                 charge(&mut self.effort.solve_s, || self.rough.solve(&mut self.direction));
                 true
             }
-            Tangency::Exact if factorised && self.tangent.outside.is_empty() => {
+            HessianForm::Exact if factorised && self.tangent.outside.is_empty() => {
                 charge(&mut self.effort.solve_s, || self.factor.solve(&mut self.direction));
                 true
             }
-            Tangency::Exact if factorised || self.substitute(model, x) => {
+            HessianForm::Exact if factorised || self.substitute(model, x) => {
                 self.conjugate_gradients(model, factorised, CG_TOLERANCE)
             }
             _ => {
@@ -80,17 +81,18 @@ impl Newton {
         }
     }
 
-    /// The moves by which the sheet, at rest at `x`, answers small loads \[N\] on its vertices:
-    /// solutions of H dx = load with the exact Hessian H. `None` where H is not positive definite.
-    pub fn answers(
+    /// Solves H dx = load for each of these right-hand sides, with the exact Hessian H at `x`: the
+    /// moves \[m\] of a sheet at rest under small loads on its vertices \[N\]. `None` where H is
+    /// not positive definite.
+    pub fn solve_loads(
         &mut self,
         model: &mut Model,
         x: &[Vector3],
         loads: &[Vec<Vector3>],
     ) -> Option<Vec<Vec<Vector3>>> {
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        model.forget_foreseen();
-        self.assemble(model, x, still, Tangency::Exact);
+        model.forget_lagged_stress();
+        self.assemble(model, x, still, HessianForm::Exact);
         let exact = self.factorize();
         if !exact && !self.substitute(model, x) {
             return None;
@@ -100,7 +102,7 @@ impl Newton {
             self.direction.copy_from_slice(load);
             if exact && self.tangent.outside.is_empty() {
                 charge(&mut self.effort.solve_s, || self.factor.solve(&mut self.direction));
-            } else if !self.conjugate_gradients(model, exact, ANSWER_TOLERANCE) {
+            } else if !self.conjugate_gradients(model, exact, LOAD_TOLERANCE) {
                 return None;
             }
             moves.push(self.direction.clone());
@@ -125,7 +127,7 @@ impl Newton {
     fn substitute(&mut self, model: &mut Model, x: &[Vector3]) -> bool {
         let exact = std::mem::take(&mut self.tangent);
         charge(&mut self.effort.assembly_s, || {
-            model.hessian(x, true, &mut self.tangent);
+            model.hessian(x, HessianForm::Projected, &mut self.tangent);
             add_inertia(model, &mut self.tangent, SHIFT.dt_s);
         });
         let definite = self.factorize_roughly();
@@ -192,8 +194,8 @@ fn add_inertia(model: &Model, tangent: &mut Tangent, dt_s: f64) {
 /// `out` = tangent times `x`, the blocks outside the pattern included.
 pub(super) fn multiply(model: &Model, tangent: &Tangent, x: &[Vector3], out: &mut [Vector3]) {
     model.grid.analysis.pattern().multiply(&tangent.values, x, out);
-    for (r, c, block) in &tangent.outside {
-        let (r, c) = (*r as usize, *c as usize);
+    for OutsideBlock { row, column, block } in &tangent.outside {
+        let (r, c) = (*row as usize, *column as usize);
         out[r] += block * x[c];
         out[c] += block.transpose() * x[r];
     }

@@ -1,12 +1,13 @@
-//! Is an equilibrium stable, and if not, which way does it give?
+//! Whether an equilibrium is stable, and if not, along which mode the energy falls.
 
 use nalgebra::DMatrix;
 
 use rand::RngExt as _;
 
 use super::linear::{SHIFT, multiply};
-use super::{Inertia, Newton, Tangency, dot, largest};
+use super::workspace::{Inertia, Newton, dot, largest};
 use crate::base::{Vector3, seed};
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
 
 /// Products in the search for the lowest curvature.
@@ -17,10 +18,10 @@ impl Newton {
     /// and where contact has blocks outside it by the sign of every curvature met while
     /// solving for the residual by conjugate gradients.
     pub fn is_stable(&mut self, model: &mut Model, x: &[Vector3]) -> bool {
-        model.forget_foreseen();
+        model.forget_lagged_stress();
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        self.assemble(model, x, still, Tangency::Exact);
-        self.solve(model, x, Tangency::Exact)
+        self.assemble(model, x, still, HessianForm::Exact);
+        self.solve(model, x, HessianForm::Exact)
     }
 
     /// The lowest curvature of the exact Hessian relative to the projected one, in
@@ -29,12 +30,12 @@ impl Newton {
     /// move scaled to 1 m. Sees self-contact's blocks wherever they fall. A value
     /// above zero speaks for stability but does not prove it.
     pub fn lowest_curvature(&mut self, model: &mut Model, x: &[Vector3]) -> Option<f64> {
-        self.assemble(model, x, SHIFT, Tangency::Projected);
+        self.assemble(model, x, SHIFT, HessianForm::Projected);
         if !self.factorize_roughly() {
             return None;
         }
-        model.forget_foreseen();
-        model.hessian(x, false, &mut self.tangent);
+        model.forget_lagged_stress();
+        model.hessian(x, HessianForm::Exact, &mut self.tangent);
         // basis, orthonormal in the projected Hessian, and the Hessian's images of it
         let (mut basis, mut images): (Vec<Vec<Vector3>>, Vec<Vec<Vector3>>) = (vec![], vec![]);
         let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
@@ -86,8 +87,8 @@ impl Newton {
         Some(ritz.eigenvalues[lowest])
     }
 
-    /// Moves `x` along `direction`, the largest move `length_m` or as far as the sheet
-    /// does not touch itself.
+    /// Moves `x` along the mode that [`Self::lowest_curvature`] left, so that the vertex that moves
+    /// farthest moves by `length_m`, or as far as contacts allow.
     pub fn nudge(&mut self, model: &mut Model, x: &mut [Vector3], length_m: f64) {
         self.direction.iter_mut().for_each(|d| *d *= length_m);
         model.self_contact.update_along(x, &self.direction);

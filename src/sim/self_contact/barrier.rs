@@ -28,21 +28,24 @@
 
 use super::distance::{Closest, Hessian12, PairKind, closest, hessian_distance_sq};
 use crate::base::Vector3;
+use crate::sim::hessian_form::HessianForm;
 use nalgebra::{Matrix3, SVector};
 
 /// Two mesh elements that may touch.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
+    /// Whether a point faces a triangle, or an edge another edge.
     pub kind: PairKind,
     /// `[p, a, b, c]` or `[a0, a1, b0, b1]`, vertex indices.
     pub vertices: [u32; 4],
-    /// Barrier scale with the area weight of the pair, N/m.
+    /// The barrier's scale times the pair's area weight, N/m.
     pub stiffness_n_m: f64,
-    /// `c` below which the mollifier acts, m^4; 0 for point-triangle.
+    /// The value of `c` below which the mollifier acts, m^4; 0 for a point and a triangle.
     pub mollify_below_m4: f64,
 }
 
 impl Pair {
+    /// The positions of the pair's four vertices.
     #[inline]
     pub fn corners(&self, x: &[Vector3]) -> [Vector3; 4] {
         let [a, b, c, d] = self.vertices;
@@ -50,15 +53,15 @@ impl Pair {
     }
 }
 
-/// `b, b', b''` in m^2, m, 1.
-pub fn clamped_log(distance_m: f64, gap_m: f64) -> (f64, f64, f64) {
+/// The clamped logarithm b of the distance with its first two derivatives, in m^2, m and 1.
+pub fn clamped_log(distance_m: f64, gap_m: f64) -> [f64; 3] {
     if distance_m >= gap_m {
-        return (0.0, 0.0, 0.0);
+        return [0.0; 3];
     }
     let over = distance_m - gap_m;
     let log = (distance_m / gap_m).ln();
     let ratio = over / distance_m;
-    (-over * over * log, -2.0 * over * log - over * ratio, -2.0 * log - 4.0 * ratio + ratio * ratio)
+    [-over * over * log, -2.0 * over * log - over * ratio, -2.0 * log - 4.0 * ratio + ratio * ratio]
 }
 
 /// The mollifier with its derivatives by the corners' edge vectors.
@@ -71,7 +74,7 @@ struct Mollifier {
 }
 
 impl Mollifier {
-    /// `None` where it is 1 with zero derivatives.
+    /// The mollifier of a pair; `None` where it is 1 and does not change.
     fn new(pair: &Pair, x: &[Vector3; 4]) -> Option<Self> {
         if pair.kind == PairKind::PointTriangle {
             return None;
@@ -132,17 +135,19 @@ fn active(pair: &Pair, x: &[Vector3; 4], gap_m: f64) -> Option<Closest> {
     (at.distance_sq < gap_m * gap_m).then_some(at)
 }
 
+/// Energy of the pair, J; 0 beyond the gap.
 pub fn energy_j(pair: &Pair, x: &[Vector3; 4], gap_m: f64) -> f64 {
     let Some(at) = active(pair, x, gap_m) else { return 0.0 };
     let mollified = Mollifier::new(pair, x).map_or(1.0, |m| m.value);
-    pair.stiffness_n_m * mollified * clamped_log(at.distance_sq.sqrt(), gap_m).0
+    let [value, _, _] = clamped_log(at.distance_sq.sqrt(), gap_m);
+    pair.stiffness_n_m * mollified * value
 }
 
 /// Energy (J) and its gradient by the four corners (N); `None` beyond the gap.
 pub fn gradient(pair: &Pair, x: &[Vector3; 4], gap_m: f64) -> Option<(f64, [Vector3; 4])> {
     let at = active(pair, x, gap_m)?;
     let distance_m = at.distance_sq.sqrt();
-    let (b, b1, _) = clamped_log(distance_m, gap_m);
+    let [b, b1, _] = clamped_log(distance_m, gap_m);
     let k = pair.stiffness_n_m;
     let mollifier = Mollifier::new(pair, x);
     let m = mollifier.as_ref().map_or(1.0, |m| m.value);
@@ -160,18 +165,17 @@ fn stacked(parts: [Vector3; 4]) -> SVector<f64, 12> {
     SVector::from_fn(|row, _| parts[row / 3][row % 3])
 }
 
-/// Second derivative, N/m; `None` beyond the gap. `project`: positive
-/// semidefinite form, else exact.
-pub fn hessian(pair: &Pair, x: &[Vector3; 4], gap_m: f64, project: bool) -> Option<Hessian12> {
+/// Hessian of the pair's energy, N/m; `None` beyond the gap.
+pub fn hessian(pair: &Pair, x: &[Vector3; 4], gap_m: f64, form: HessianForm) -> Option<Hessian12> {
     let at = active(pair, x, gap_m)?;
     let distance_m = at.distance_sq.sqrt();
-    let (b, b1, b2) = clamped_log(distance_m, gap_m);
+    let [b, b1, b2] = clamped_log(distance_m, gap_m);
     let k = pair.stiffness_n_m;
     let normal = at.separation / distance_m;
     let grad_d = stacked(at.weights.map(|w| normal * w));
     let outer_d = grad_d * grad_d.transpose();
     let mollifier = Mollifier::new(pair, x);
-    if project && mollifier.is_none() {
+    if form == HessianForm::Projected && mollifier.is_none() {
         return Some(outer_d * (k * b2));
     }
     let hess_d = (hessian_distance_sq(pair.kind, x, &at) - outer_d * 2.0) / (2.0 * distance_m);
@@ -184,7 +188,10 @@ pub fn hessian(pair: &Pair, x: &[Vector3; 4], gap_m: f64, project: bool) -> Opti
         + m.hessian_c() * (m.d1 * b)
         + grad_c * grad_c.transpose() * (m.d2 * b))
         * k;
-    Some(if project { clamp_eigenvalues(exact) } else { exact })
+    Some(match form {
+        HessianForm::Projected => clamp_eigenvalues(exact),
+        HessianForm::Exact => exact,
+    })
 }
 
 fn clamp_eigenvalues(matrix: Hessian12) -> Hessian12 {

@@ -34,11 +34,13 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box that holds nothing.
     pub const EMPTY: Bounds = Bounds {
         min: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         max: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
+    /// Widens the box so that it holds `p`.
     #[inline(always)]
     pub fn include(&mut self, p: &Vector3) {
         // plain comparisons: `f64::min` pays for NaN
@@ -48,12 +50,14 @@ impl Bounds {
         }
     }
 
+    /// The box widened by `by_m` on every side.
     pub fn inflated(mut self, by_m: f64) -> Self {
         self.min.add_scalar_mut(-by_m);
         self.max.add_scalar_mut(by_m);
         self
     }
 
+    /// Whether the boxes overlap; touching counts.
     #[inline(always)]
     pub fn overlaps(&self, other: &Bounds) -> bool {
         // `&`, not `&&`: six compares cost less than one mispredicted branch.

@@ -20,13 +20,36 @@
 
 use super::barrier::Pair;
 use super::broad::{Bounds, BoxGrid};
+use super::ccd;
 use super::distance::{PairKind, closest};
+use super::elements::{Elements, MOLLIFIER_SIN_SQ, REST_FACTOR};
 use super::patches::{Stretches, Tight, Verdict};
-use super::{MOLLIFIER_SIN_SQ, REST_FACTOR, SelfContact, ccd};
 use crate::base::Vector3;
 
-/// Pairs and their distances, metres.
-type Found = (Vec<Pair>, Vec<f64>);
+/// The pairs that were collected.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// The pairs, in an order that depends on the mesh and the positions alone.
+    pub pairs: Vec<Pair>,
+    /// The distance of each at the start of the motion, metres.
+    pub distances_m: Vec<f64>,
+}
+
+impl Found {
+    fn clear(&mut self) {
+        self.pairs.clear();
+        self.distances_m.clear();
+    }
+}
+
+impl Extend<(Pair, f64)> for Found {
+    fn extend<I: IntoIterator<Item = (Pair, f64)>>(&mut self, found: I) {
+        for (pair, distance_m) in found {
+            self.pairs.push(pair);
+            self.distances_m.push(distance_m);
+        }
+    }
+}
 
 /// Buffers, kept from call to call.
 #[derive(Clone, Debug, Default)]
@@ -83,8 +106,9 @@ impl Sweep<'_> {
 
     /// The same for a pair, along `axis` from the first element to the second.
     #[inline(always)]
-    fn pair_apart<const KIND: bool>(
+    fn pair_apart(
         &self,
+        kind: PairKind,
         vertices: [u32; 4],
         corners: &[Vector3; 4],
         axis: &Vector3,
@@ -92,10 +116,9 @@ impl Sweep<'_> {
         let needed_sq = self.within_m * self.within_m * axis.norm_squared();
         let apart_at = |c: &[Vector3; 4]| {
             let along = [axis.dot(&c[0]), axis.dot(&c[1]), axis.dot(&c[2]), axis.dot(&c[3])];
-            let gap = if KIND == EDGES {
-                along[2].min(along[3]) - along[0].max(along[1])
-            } else {
-                along[1].min(along[2]).min(along[3]) - along[0]
+            let gap = match kind {
+                PairKind::EdgeEdge => along[2].min(along[3]) - along[0].max(along[1]),
+                PairKind::PointTriangle => along[1].min(along[2]).min(along[3]) - along[0],
             };
             gap > 0.0 && gap * gap > needed_sq
         };
@@ -103,27 +126,24 @@ impl Sweep<'_> {
     }
 }
 
-const EDGES: bool = true;
-const FACE: bool = false;
+/// Collects into `found` the pairs that come within `within_m` at `x`, or anywhere on the way
+/// to `end`.
+pub fn collect(
+    elements: &Elements,
+    x: &[Vector3],
+    end: Option<&[Vector3]>,
+    within_m: f64,
+    work: &mut Work,
+    found: &mut Found,
+) {
+    found.clear();
+    let sweep = Sweep { x, end, within_m };
+    elements.boxes(sweep, work);
+    elements.neighbours(sweep, work, found);
+    elements.strangers(sweep, work, found);
+}
 
-impl SelfContact {
-    /// Caches the pairs that come within `within_m` at `x`, or anywhere on the
-    /// way to `end`.
-    pub(super) fn collect(&mut self, x: &[Vector3], end: Option<&[Vector3]>, within_m: f64) {
-        self.reference.clear();
-        self.reference.extend_from_slice(x);
-        let mut pairs =
-            (std::mem::take(&mut self.pairs), std::mem::take(&mut self.cached_distances_m));
-        let mut work = std::mem::take(&mut self.work);
-        pairs.0.clear();
-        pairs.1.clear();
-        let sweep = Sweep { x, end, within_m };
-        self.boxes(sweep, &mut work);
-        self.neighbours(sweep, &mut work, &mut pairs);
-        self.strangers(sweep, &mut work, &mut pairs);
-        ((self.pairs, self.cached_distances_m), self.work) = (pairs, work);
-    }
-
+impl Elements {
     fn boxes(&self, sweep: Sweep, work: &mut Work) {
         let patches = &*self.patches;
         let cells = 0..patches.vertices.len() as u32;
@@ -146,7 +166,7 @@ impl SelfContact {
     }
 
     /// Pairs of bins that are neighbours on the sheet.
-    fn neighbours(&self, sweep: Sweep, work: &mut Work, pairs: &mut Found) {
+    fn neighbours(&self, sweep: Sweep, work: &mut Work, found: &mut Found) {
         let patches = &*self.patches;
         match sweep.end {
             None => work.stretches.measure(patches, &[sweep.x]),
@@ -161,22 +181,22 @@ impl SelfContact {
                 match work.stretches.verdict(patches, near, mu, sweep.within_m) {
                     Verdict::Apart => {}
                     Verdict::ApartBut(tight) => {
-                        pairs.extend(tight.iter().filter_map(|t| self.tight_pair(t, sweep)));
+                        found.extend(tight.iter().filter_map(|t| self.tight_pair(t, sweep)));
                     }
-                    Verdict::Unknown => self.search(near.cells, sweep, pairs),
+                    Verdict::Unknown => self.search(near.cells, sweep, found),
                 }
             }
             if !patches.loose_apart(mu, sweep.within_m) {
                 let apart = near.apart.start as usize..near.apart.end as usize;
                 for &cells in &patches.apart_cells[apart] {
-                    self.search_apart(cells, sweep, work, pairs);
+                    self.search_apart(cells, sweep, work, found);
                 }
             }
         }
     }
 
     /// Pairs of bins that are no neighbours on the sheet.
-    fn strangers(&self, sweep: Sweep, work: &mut Work, pairs: &mut Found) {
+    fn strangers(&self, sweep: Sweep, work: &mut Work, found: &mut Found) {
         let patches = &*self.patches;
         let mut grid = std::mem::take(&mut work.grid);
         grid.build(&work.bin_boxes);
@@ -188,7 +208,7 @@ impl SelfContact {
             for &c in patches.cells.of(a) {
                 if work.cell_boxes[c as usize].overlaps(&work.bin_boxes[b as usize]) {
                     for &d in patches.cells.of(b) {
-                        self.search_apart([c, d], sweep, work, pairs);
+                        self.search_apart([c, d], sweep, work, found);
                     }
                 }
             }
@@ -198,7 +218,7 @@ impl SelfContact {
 
     /// Pairs of two cells without a common vertex, if these are near at all.
     #[inline]
-    fn search_apart(&self, [c, d]: [u32; 2], sweep: Sweep, work: &Work, pairs: &mut Found) {
+    fn search_apart(&self, [c, d]: [u32; 2], sweep: Sweep, work: &Work, found: &mut Found) {
         let vertices = &self.patches.vertices;
         if work.cell_boxes[c as usize].overlaps(&work.cell_boxes[d as usize])
             && !sweep.hulls_apart(
@@ -207,22 +227,22 @@ impl SelfContact {
                 &(work.cell_centres[d as usize] - work.cell_centres[c as usize]),
             )
         {
-            self.search([c, d], sweep, pairs);
+            self.search([c, d], sweep, found);
         }
     }
 
     /// Pairs of two cells.
-    fn search(&self, [c, d]: [u32; 2], sweep: Sweep, pairs: &mut Found) {
+    fn search(&self, [c, d]: [u32; 2], sweep: Sweep, found: &mut Found) {
         let patches = &*self.patches;
         for (i, &e) in patches.edges.of(c).iter().enumerate() {
             for &f in &patches.edges.of(d)[if c == d { i + 1 } else { 0 }..] {
-                pairs.extend(self.edge_pair(e.min(f), e.max(f), sweep));
+                found.extend(self.edge_pair(e.min(f), e.max(f), sweep));
             }
         }
         for (from, to) in [(c, d), (d, c)].into_iter().take(if c == d { 1 } else { 2 }) {
             for &p in patches.points.of(from) {
                 for &t in patches.triangles.of(to) {
-                    pairs.extend(self.point_pair(p, t, sweep));
+                    found.extend(self.point_pair(p, t, sweep));
                 }
             }
         }
@@ -239,7 +259,7 @@ impl SelfContact {
             PairKind::EdgeEdge => {
                 let ([i, j], [k, l]) = (self.edges[a as usize].ends, self.edges[b as usize].ends);
                 let corners = at(sweep.x, [i, j, k, l]);
-                if sweep.pair_apart::<EDGES>([i, j, k, l], &corners, &line(&corners)) {
+                if sweep.pair_apart(PairKind::EdgeEdge, [i, j, k, l], &corners, &line(&corners)) {
                     return None;
                 }
                 self.edge_pair(a, b, sweep)
@@ -247,7 +267,12 @@ impl SelfContact {
             PairKind::PointTriangle => {
                 let [i, j, k] = self.triangles[b as usize];
                 let corners = at(sweep.x, [a, i, j, k]);
-                if sweep.pair_apart::<FACE>([a, i, j, k], &corners, &line(&corners)) {
+                if sweep.pair_apart(
+                    PairKind::PointTriangle,
+                    [a, i, j, k],
+                    &corners,
+                    &line(&corners),
+                ) {
                     return None;
                 }
                 self.point_pair(a, b, sweep)
@@ -265,7 +290,7 @@ impl SelfContact {
         }
         let corners = at(sweep.x, [i, j, k, l]);
         let axis = corners[2] + corners[3] - corners[0] - corners[1];
-        if sweep.pair_apart::<EDGES>([i, j, k, l], &corners, &axis) {
+        if sweep.pair_apart(PairKind::EdgeEdge, [i, j, k, l], &corners, &axis) {
             return None;
         }
         let length_sq = first.rest_length_m.powi(2) * second.rest_length_m.powi(2);
@@ -286,7 +311,7 @@ impl SelfContact {
         }
         let corners = at(sweep.x, [point, a, b, c]);
         let axis = corners[1] + corners[2] + corners[3] - corners[0] * 3.0;
-        if sweep.pair_apart::<FACE>([point, a, b, c], &corners, &axis) {
+        if sweep.pair_apart(PairKind::PointTriangle, [point, a, b, c], &corners, &axis) {
             return None;
         }
         let pair = Pair {

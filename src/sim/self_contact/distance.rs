@@ -25,21 +25,24 @@
 use crate::base::Vector3;
 use nalgebra::SMatrix;
 
-/// 12 x 12: four corners, xyz each.
+/// Second derivatives by four corners, x, y and z each.
 pub type Hessian12 = SMatrix<f64, 12, 12>;
 
 /// Below this squared sine the interior solution is not attempted. A guard
 /// against a singular 2 x 2 system, far below the mollifier's 1e-3; empirical.
 const SINGULAR_SIN_SQ: f64 = 1e-12;
 
+/// Which elements face each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PairKind {
+    /// A point and a triangle.
     PointTriangle,
+    /// Two edges.
     EdgeEdge,
 }
 
 impl PairKind {
-    /// Corners of the first element.
+    /// Number of corners of the pair's first element.
     pub fn first(self) -> usize {
         match self {
             Self::PointTriangle => 1,
@@ -51,9 +54,11 @@ impl PairKind {
 /// The two closest points of a pair, as weights of its four corners.
 #[derive(Clone, Copy, Debug)]
 pub struct Closest {
+    /// Weights of the four corners in `separation`.
     pub weights: [f64; 4],
     /// From the second element's closest point to the first's, metres.
     pub separation: Vector3,
+    /// The squared distance, metres^2.
     pub distance_sq: f64,
 }
 
@@ -75,6 +80,7 @@ fn least<const N: usize>(values: [f64; N]) -> usize {
     at
 }
 
+/// The closest points of a pair with these corners.
 #[inline]
 pub fn closest(kind: PairKind, x: &[Vector3; 4]) -> Closest {
     match kind {

@@ -22,28 +22,35 @@ use crate::base::Vector3;
 /// thousand times the rounding of coordinates about as large as ten triangles.
 const FLAT: f64 = 1e-12;
 
+/// A triangle with its bounding box, metres.
+struct Boxed<'a> {
+    min: Vector3,
+    max: Vector3,
+    vertices: &'a [u32; 3],
+}
+
+/// Number of pairs of triangles without a common vertex that intersect at the positions `x`
+/// (metres); touching counts. 0 for a sheet that does not pass through itself.
 pub fn count_intersections(triangles: &[[u32; 3]], x: &[Vector3]) -> usize {
     let corners = |t: &[u32; 3]| t.map(|v| x[v as usize]);
-    let mut order: Vec<(Vector3, Vector3, &[u32; 3])> = triangles
-        .iter()
-        .map(|t| {
-            let [a, b, c] = corners(t);
-            (a.inf(&b).inf(&c), a.sup(&b).sup(&c), t)
-        })
-        .collect();
-    order.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+    let boxed = |vertices| {
+        let [a, b, c] = corners(vertices);
+        Boxed { min: a.inf(&b).inf(&c), max: a.sup(&b).sup(&c), vertices }
+    };
+    let mut order: Vec<Boxed> = triangles.iter().map(boxed).collect();
+    order.sort_by(|a, b| a.min.x.total_cmp(&b.min.x));
     let mut count = 0;
-    for (i, (min, max, t)) in order.iter().enumerate() {
-        for (other_min, other_max, other) in &order[i + 1..] {
-            if other_min.x > max.x {
+    for (i, t) in order.iter().enumerate() {
+        for other in &order[i + 1..] {
+            if other.min.x > t.max.x {
                 break;
             }
-            let apart = other_min.y > max.y
-                || min.y > other_max.y
-                || other_min.z > max.z
-                || min.z > other_max.z;
-            if !apart && !t.iter().any(|v| other.contains(v)) {
-                count += usize::from(intersect(&corners(t), &corners(other)));
+            let apart = other.min.y > t.max.y
+                || t.min.y > other.max.y
+                || other.min.z > t.max.z
+                || t.min.z > other.max.z;
+            if !apart && !t.vertices.iter().any(|v| other.vertices.contains(v)) {
+                count += usize::from(intersect(&corners(t.vertices), &corners(other.vertices)));
             }
         }
     }
@@ -85,7 +92,7 @@ fn overlap_in_plane(s: &[Vector3; 3], t: &[Vector3; 3]) -> bool {
     let drop = normal.iamax();
     let flat = |p: &Vector3| [p[(drop + 1) % 3], p[(drop + 2) % 3]];
     let (s, t) = (s.each_ref().map(flat), t.each_ref().map(flat));
-    let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
+    let area2 = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     };
     // Two convex shapes are apart if a side of one has the other strictly on
@@ -93,8 +100,8 @@ fn overlap_in_plane(s: &[Vector3; 3], t: &[Vector3; 3]) -> bool {
     let split_by = |s: &[[f64; 2]; 3], t: &[[f64; 2]; 3]| {
         (0..3).any(|i| {
             let (a, b, inner) = (s[i], s[(i + 1) % 3], s[(i + 2) % 3]);
-            let inside = turn(a, b, inner);
-            t.iter().all(|p| turn(a, b, *p) * inside < 0.0)
+            let inside = area2(a, b, inner);
+            t.iter().all(|p| area2(a, b, *p) * inside < 0.0)
         })
     };
     !split_by(&s, &t) && !split_by(&t, &s)

@@ -47,7 +47,7 @@ const ROUNDING: f64 = 1e-5;
 const DEGENERATE_SQ: f32 = 0.1;
 const NONE: u32 = u32::MAX;
 
-/// Lists of indices, one after the other.
+/// Lists of indices, stored one after the other.
 #[derive(Clone, Debug)]
 pub struct Lists {
     starts: Vec<u32>,
@@ -84,14 +84,17 @@ impl Lists {
         Lists { starts, items }
     }
 
+    /// Number of lists.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
+    /// Where a list lies among all items.
     pub fn range(&self, list: u32) -> Range<usize> {
         self.starts[list as usize] as usize..self.starts[list as usize + 1] as usize
     }
 
+    /// The items of a list.
     pub fn of(&self, list: u32) -> &[u32] {
         &self.items[self.range(list)]
     }
@@ -104,23 +107,24 @@ struct Element {
     inverse: [f64; 4],
 }
 
-/// Two neighbouring bins, or one twice.
+/// Two neighbouring bins, or a bin with itself.
 #[derive(Clone, Debug)]
 pub struct NearBins {
     /// Blocks of 2 x 2 bins that hold both.
     blocks: [u32; 4],
-    /// Their cells that are neighbours: where in `Patches::near_cells`.
+    /// Where in `Patches::near_cells` the pairs of their cells that are neighbours are listed.
     pub cells: Range<u32>,
-    /// Their other cells, at least `loose_m` apart at rest: where in
-    /// `Patches::apart_cells`.
+    /// Where in `Patches::apart_cells` their other pairs of cells are listed, which are at least
+    /// `loose_m` apart at rest.
     pub apart: Range<u32>,
     /// Least rest distance of a pair, metres.
     tight_m: f64,
 }
 
-/// Two neighbouring cells, or one twice.
+/// Two neighbouring cells, or a cell with itself.
 #[derive(Clone, Debug)]
 pub struct NearCells {
+    /// The two cells.
     pub cells: [u32; 2],
     /// Blocks of 2 x 2 cells that hold both.
     blocks: [u32; 4],
@@ -129,26 +133,31 @@ pub struct NearCells {
     tight_m: f64,
 }
 
-/// Point and triangle, or edge and edge, near at rest.
+/// A pair of elements that is nearer than a cell at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Tight {
+    /// Whether they are a point and a triangle, or two edges.
     pub kind: PairKind,
+    /// The indices of the two elements.
     pub elements: [u32; 2],
-    /// Of the corners in the vector between the closest points at rest.
+    /// Weights of the corners in the vector between the closest points at rest.
     pub weights: [f64; 4],
 }
 
 /// What is known of the pairs of two neighbouring cells.
 pub enum Verdict<'a> {
+    /// All are farther apart than was asked.
     Apart,
-    /// All but these are apart.
+    /// All but these are.
     ApartBut(&'a [Tight]),
+    /// Nothing is known: the pairs must be looked at one by one.
     Unknown,
 }
 
 /// Of a bin or cell on the sheet: along the chart's axes.
 type Place = [i32; 2];
 
+/// The patches of a mesh: what is prepared once to tell neighbours on the sheet apart.
 #[derive(Clone, Debug)]
 pub struct Patches {
     /// Place of each bin on the sheet.
@@ -304,22 +313,24 @@ impl Stretches {
 }
 
 impl NearBins {
-    /// Are all pairs farther than `within_m`?
+    /// Whether all pairs of the two bins are farther apart than `within_m`.
     pub fn apart(&self, mu: f64, within_m: f64) -> bool {
         mu * self.tight_m > within_m
     }
 }
 
 impl Patches {
+    /// Number of bins.
     pub fn bins(&self) -> usize {
         self.places.len()
     }
 
+    /// Whether two bins lie beside each other on the sheet.
     pub fn neighbours(&self, a: u32, b: u32) -> bool {
         adjacent(self.places[a as usize], self.places[b as usize])
     }
 
-    /// Are all pairs of cells that are no neighbours farther than `within_m`?
+    /// Whether all pairs of cells that are no neighbours are farther apart than `within_m`.
     pub fn loose_apart(&self, mu: f64, within_m: f64) -> bool {
         mu * self.loose_m > within_m
     }

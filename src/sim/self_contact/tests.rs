@@ -3,6 +3,7 @@
 
 use super::barrier::{self, Pair};
 use super::distance::{PairKind, closest, hessian_distance_sq};
+use super::elements::{MOLLIFIER_SIN_SQ, REST_FACTOR, WEIGHT_AREA_M2};
 use super::*;
 use nalgebra::{Rotation3, SVector};
 use rand::{RngExt, SeedableRng};
@@ -23,7 +24,7 @@ fn noise(rng: &mut ChaCha8Rng, size: f64) -> Vector3 {
     v(rng.random_range(-size..size), rng.random_range(-size..size), rng.random_range(-size..size))
 }
 
-/// Flat sheet of `n x n` vertices; diagonals alternate with `turn`.
+/// Flat sheet of `n x n` vertices; its diagonals alternate if asked for.
 fn sheet(n: usize, cell_m: f64, alternate: bool) -> (Vec<[u32; 3]>, Vec<Vector3>) {
     let x = (0..n * n).map(|k| v((k % n) as f64 * cell_m, (k / n) as f64 * cell_m, 0.0)).collect();
     let mut triangles = Vec::new();
@@ -41,13 +42,13 @@ fn sheet(n: usize, cell_m: f64, alternate: bool) -> (Vec<[u32; 3]>, Vec<Vector3>
     (triangles, x)
 }
 
-/// `n x n` vertices below, `m x m` turned, shifted and lifted above.
+/// `n x n` vertices below, `m x m` rotated, shifted and lifted above.
 fn two_sheets(n: usize, m: usize, shift: Vector3, angle: f64) -> (Vec<[u32; 3]>, Vec<Vector3>) {
     let (mut triangles, mut x) = sheet(n, 5e-3, false);
     let (upper, flat) = sheet(m, 5e-3, false);
     triangles.extend(upper.iter().map(|t| t.map(|i| i + (n * n) as u32)));
-    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
-    x.extend(flat.iter().map(|p| turn * p + shift));
+    let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+    x.extend(flat.iter().map(|p| rotation * p + shift));
     (triangles, x)
 }
 
@@ -174,7 +175,7 @@ fn gradient_matches_differences_in_every_distance_type() {
 fn exact_hessian_matches_differences_and_projection_is_semidefinite() {
     for (name, kind, x) in typed_configurations() {
         let pair = pair_of(kind);
-        let exact = barrier::hessian(&pair, &x, GAP_M, false).expect(name);
+        let exact = barrier::hessian(&pair, &x, GAP_M, HessianForm::Exact).expect(name);
         assert!((exact - exact.transpose()).amax() < 1e-12 * exact.amax(), "{name}: symmetry");
         if !name.contains('|') {
             let h = 1e-9;
@@ -187,7 +188,7 @@ fn exact_hessian_matches_differences_and_projection_is_semidefinite() {
                 assert!(worst < 1e-7, "{name}, column {dof}: {worst:e}");
             }
         }
-        let projected = barrier::hessian(&pair, &x, GAP_M, true).expect(name);
+        let projected = barrier::hessian(&pair, &x, GAP_M, HessianForm::Projected).expect(name);
         let least = projected.symmetric_eigenvalues().min();
         assert!(least > -1e-12 * projected.amax(), "{name}: {least:e}");
         // It keeps what matters: stiffness along the gradient.
@@ -244,7 +245,7 @@ fn distances_are_minima_and_case_changes_are_continuous() {
 
 #[test]
 fn energy_and_forces_do_not_see_a_rigid_motion() {
-    let turn = Rotation3::from_euler_angles(0.4, -1.1, 2.0);
+    let rotation = Rotation3::from_euler_angles(0.4, -1.1, 2.0);
     let shift = v(0.3, -0.2, 0.7);
     for (name, kind, x) in typed_configurations() {
         if name.contains('|') {
@@ -252,11 +253,12 @@ fn energy_and_forces_do_not_see_a_rigid_motion() {
         }
         let pair = pair_of(kind);
         let (e0, g0) = barrier::gradient(&pair, &x, GAP_M).expect(name);
-        let (e1, g1) = barrier::gradient(&pair, &x.map(|p| turn * p + shift), GAP_M).expect(name);
+        let (e1, g1) =
+            barrier::gradient(&pair, &x.map(|p| rotation * p + shift), GAP_M).expect(name);
         assert!((e0 - e1).abs() < 1e-10 * e0, "{name}");
         let scale = flat(g0).amax();
         for i in 0..4 {
-            assert!((turn * g0[i] - g1[i]).norm() < 1e-9 * scale, "{name}");
+            assert!((rotation * g0[i] - g1[i]).norm() < 1e-9 * scale, "{name}");
         }
         let torque: Vector3 = (0..4).map(|i| x[i].cross(&g0[i])).sum();
         assert!(g0.iter().sum::<Vector3>().norm() < 1e-12 * scale, "{name}: net force");
@@ -365,7 +367,8 @@ fn the_cache_holds_exactly_the_pairs_of_a_brute_force_search() {
         };
         for reach_m in [0.0, 0.4e-3, 3e-3, 20e-3] {
             contact.update(&x, reach_m);
-            let cached: Vec<_> = contact.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
+            let cached: Vec<_> =
+                contact.found.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
             let expected: BTreeSet<_> =
                 all.iter().filter(|k| distance(k) < GAP_M + reach_m).copied().collect();
             assert_eq!(cached.len(), expected.len(), "each once; seed {seed}, reach {reach_m}");
@@ -377,7 +380,8 @@ fn the_cache_holds_exactly_the_pairs_of_a_brute_force_search() {
         let dx: Vec<_> =
             x.iter().map(|p| noise(&mut rng, 4e-3) - p * 0.3 + v(0.0, 0.0, 0.2)).collect();
         contact.update_along(&x, &dx);
-        let cached: BTreeSet<_> = contact.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
+        let cached: BTreeSet<_> =
+            contact.found.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
         let mut needed = 0;
         for k in &all {
             let nearest_m = (0..=20)
@@ -424,16 +428,17 @@ fn no_pair_is_lost(triangles: &[[u32; 3]], rest: &[Vector3], rng: &mut ChaCha8Rn
     let at_rest = |k: &Key| closest(k.0, &k.1.map(|i| rest[i as usize])).distance_sq.sqrt();
     for radius_m in [4e-3, 12e-3, 0.5] {
         // rolled up around an axis askew to the mesh
-        let rolled = |p: &Vector3, turn: f64| {
+        let rolled = |p: &Vector3, rotation: f64| {
             let (along, across) = (p.x + 0.5 * p.y, p.y - 0.5 * p.x);
-            let (sin, cos) = (along / radius_m + turn).sin_cos();
+            let (sin, cos) = (along / radius_m + rotation).sin_cos();
             v((radius_m + p.z + 0.05 * along) * sin, across, (radius_m + p.z + 0.05 * along) * cos)
         };
         let x: Vec<_> = rest.iter().map(|p| rolled(p, 0.0)).collect();
         let distance = |k: &Key| closest(k.0, &k.1.map(|i| x[i as usize])).distance_sq.sqrt();
         for reach_m in [0.0, 2e-3, 6e-3] {
             contact.update(&x, reach_m);
-            let cached: Vec<_> = contact.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
+            let cached: Vec<_> =
+                contact.found.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
             let expected: BTreeSet<_> = all
                 .iter()
                 .filter(|k| distance(k) < GAP_M + reach_m && at_rest(k) >= REST_FACTOR * GAP_M)
@@ -442,11 +447,12 @@ fn no_pair_is_lost(triangles: &[[u32; 3]], rest: &[Vector3], rng: &mut ChaCha8Rn
             assert_eq!(cached.len(), expected.len(), "radius {radius_m}, reach {reach_m}");
             assert_eq!(cached.into_iter().collect::<BTreeSet<_>>(), expected);
         }
-        // a turn of half a radian with noise
+        // a rotation by half a radian with noise
         let dx: Vec<_> =
             rest.iter().zip(&x).map(|(p, x)| rolled(p, 0.5) - x + noise(rng, 2e-3)).collect();
         contact.update_along(&x, &dx);
-        let cached: BTreeSet<_> = contact.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
+        let cached: BTreeSet<_> =
+            contact.found.pairs.iter().map(|p| key(p.kind, p.vertices)).collect();
         for k in all.iter().filter(|k| at_rest(k) >= REST_FACTOR * GAP_M) {
             let nearest_m = (0..=20)
                 .map(|i| {
@@ -473,7 +479,8 @@ fn energy_stays_complete_while_the_cache_covers_the_motion() {
     for (kind, vertices) in every_pair(&triangles) {
         let corners = vertices.map(|i| x[i as usize]);
         if closest(kind, &corners).distance_sq < GAP_M * GAP_M {
-            let pair = contact.pairs.iter().find(|p| key(p.kind, p.vertices) == (kind, vertices));
+            let pair =
+                contact.found.pairs.iter().find(|p| key(p.kind, p.vertices) == (kind, vertices));
             expected += barrier::energy_j(pair.expect("cached"), &corners, GAP_M);
         }
     }
@@ -482,7 +489,7 @@ fn energy_stays_complete_while_the_cache_covers_the_motion() {
     assert!(expected > 0.0 && (energy_j - expected).abs() < 1e-12 * expected);
     assert_eq!(energy_j, contact.energy_j(&x));
     let mut blocks = Vec::new();
-    contact.blocks(&x, true, &mut blocks);
+    contact.blocks(&x, HessianForm::Projected, &mut blocks);
     assert_eq!(blocks.len(), contact.active_count(&x));
     // The global gradient, by differences along a random direction.
     let direction: Vec<_> = x.iter().map(|_| noise(&mut rng, 1.0)).collect();
@@ -533,7 +540,7 @@ fn steps_cut_by_max_step_never_intersect() {
 }
 
 fn every_distance(contact: &SelfContact, x: &[Vector3]) -> Vec<f64> {
-    contact.pairs.iter().map(|p| closest(p.kind, &p.corners(x)).distance_sq.sqrt()).collect()
+    contact.found.pairs.iter().map(|p| closest(p.kind, &p.corners(x)).distance_sq.sqrt()).collect()
 }
 
 #[test]
@@ -563,14 +570,14 @@ fn pressed(pressure_pa: f64, shift: Vector3, angle: f64) -> f64 {
     let (lower, dofs) = (n * n, 3 * m * m);
     // Rest weights, from the points' areas.
     let load_n: Vec<f64> =
-        contact.point_weight.iter().map(|w| w * WEIGHT_AREA_M2 * pressure_pa).collect();
+        contact.elements.point_weight.iter().map(|w| w * WEIGHT_AREA_M2 * pressure_pa).collect();
     let held_n_m = 0.05;
     for _ in 0..200 {
         let mut grad = vec![Vector3::zeros(); x.len()];
         contact.update(&x, 0.0);
         contact.add_gradient(&x, &mut grad);
         let mut blocks = Vec::new();
-        contact.blocks(&x, true, &mut blocks);
+        contact.blocks(&x, HessianForm::Projected, &mut blocks);
         let mut matrix = nalgebra::DMatrix::<f64>::identity(dofs, dofs) * held_n_m;
         for block in &blocks {
             for (i, &a) in block.vertices.iter().enumerate() {

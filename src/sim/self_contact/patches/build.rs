@@ -58,8 +58,8 @@ impl Chart {
         Chart { u, normal, cell_m }
     }
 
-    /// Twice the signed area.
-    fn turn(&self, [a, b, c]: [u32; 3]) -> f64 {
+    /// Twice the signed area of a triangle, positive if its corners run counter-clockwise.
+    fn area2(&self, [a, b, c]: [u32; 3]) -> f64 {
         let [a, b, c] = [a, b, c].map(|v| self.u[v as usize]);
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     }
@@ -69,44 +69,44 @@ impl Chart {
     fn box_gap_sq(&self, first: &[u32], second: &[u32]) -> f64 {
         let gap = |k: usize| {
             let range = |set: &[u32]| {
-                set.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                set.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
                     let u = self.u[*v as usize][k];
-                    (if u < low { u } else { low }, if u > high { u } else { high })
+                    [if u < low { u } else { low }, if u > high { u } else { high }]
                 })
             };
-            let (a, b) = (range(first), range(second));
-            (b.0 - a.1).max(a.0 - b.1).max(0.0)
+            let ([a_low, a_high], [b_low, b_high]) = (range(first), range(second));
+            (b_low - a_high).max(a_low - b_high).max(0.0)
         };
         gap(0).powi(2) + gap(1).powi(2)
     }
 
-    /// Do these triangles tile a convex polygon? They do if all of them turn
-    /// left and their outline is one loop that winds once and never turns right.
+    /// Whether these triangles tile a convex polygon: all of them run counter-clockwise, and
+    /// their outline is one loop that winds once and never bends to the right.
     fn tile_convex(&self, triangles: &[[u32; 3]]) -> bool {
         let tiny = FLAT * self.cell_m * self.cell_m;
         let mut sides: Vec<_> =
-            triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]).collect();
+            triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]).collect();
         sides.sort_unstable();
         let twice = sides.windows(2).any(|w| w[0] == w[1]);
-        if twice || triangles.iter().any(|t| self.turn(*t) <= tiny) {
+        if twice || triangles.iter().any(|t| self.area2(*t) <= tiny) {
             return false;
         }
-        let outer = |side: &&(u32, u32)| sides.binary_search(&(side.1, side.0)).is_err();
+        let outer = |&&[from, to]: &&[u32; 2]| sides.binary_search(&[to, from]).is_err();
         let outline: Vec<_> = sides.iter().filter(outer).copied().collect();
-        if outline.windows(2).any(|w| w[0].0 == w[1].0) {
+        if outline.windows(2).any(|w| w[0][0] == w[1][0]) {
             return false;
         }
-        let next = |a: u32| outline.binary_search_by_key(&a, |side| side.0).map(|i| outline[i].1);
+        let next = |a: u32| outline.binary_search_by_key(&a, |side| side[0]).map(|i| outline[i][1]);
         let rises = |a: u32, b: u32| {
             let (a, b) = (self.u[a as usize], self.u[b as usize]);
             b[1] > a[1] || (b[1] == a[1] && b[0] > a[0])
         };
-        let Some(&(first, _)) = outline.first() else { return false };
+        let Some(&[first, _]) = outline.first() else { return false };
         let (mut at, mut steps, mut windings) = (first, 0, 0);
         while steps == 0 || (at != first && steps <= outline.len()) {
             let Ok(b) = next(at) else { return false };
             let Ok(c) = next(b) else { return false };
-            if self.turn([at, b, c]) < -tiny {
+            if self.area2([at, b, c]) < -tiny {
                 return false;
             }
             windings += usize::from(!rises(at, b) && rises(b, c));
@@ -117,17 +117,25 @@ impl Chart {
 }
 
 /// Index of each place.
-struct Map(Vec<(Place, u32)>);
+struct Map(Vec<Entry>);
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry {
+    place: Place,
+    index: u32,
+}
 
 impl Map {
     fn new(places: &[Place]) -> Self {
-        let mut map: Vec<_> = places.iter().copied().zip(0..).collect();
+        let numbered = places.iter().zip(0..);
+        let mut map: Vec<_> = numbered.map(|(&place, index)| Entry { place, index }).collect();
         map.sort_unstable();
         Map(map)
     }
 
     fn get(&self, place: Place) -> Option<u32> {
-        self.0.binary_search_by_key(&place, |entry| entry.0).ok().map(|i| self.0[i].1)
+        let found = self.0.binary_search_by_key(&place, |entry| entry.place).ok();
+        found.map(|i| self.0[i].index)
     }
 
     /// Those of the 2 x 2 places up from `place` that are there.
@@ -281,7 +289,7 @@ impl Patches {
                 let [p, q, r] = corners.map(|v| rest[v as usize]);
                 let doubled = (q - p).cross(&(r - p));
                 let flat = chart.normal.dot(&doubled) >= (1.0 - FLAT) * doubled.norm();
-                let det = chart.turn(corners);
+                let det = chart.area2(corners);
                 let inverse = if flat && det > FLAT * chart.cell_m.powi(2) {
                     let m = [b[0] - a[0], c[0] - a[0], b[1] - a[1], c[1] - a[1]];
                     [m[3] / det, -m[1] / det, -m[2] / det, m[0] / det]
@@ -335,7 +343,8 @@ impl Patches {
         for (a, &[i, j]) in self.places.iter().enumerate() {
             for (di, dj) in [(0, 0), (0, 1), (1, -1), (1, 0), (1, 1)] {
                 let Some(b) = bin_map.get([i + di, j + dj]) else { continue };
-                let starts = (self.near_cells.len() as u32, self.apart_cells.len() as u32);
+                let first_near = self.near_cells.len() as u32;
+                let first_apart = self.apart_cells.len() as u32;
                 for &c in self.cells.of(a as u32) {
                     for &d in self.cells.of(b).iter().filter(|d| a as u32 != b || **d >= c) {
                         let (p, q) = (cell_places[c as usize], cell_places[d as usize]);
@@ -358,8 +367,8 @@ impl Patches {
                 }
                 self.near_bins.push(NearBins {
                     blocks: holding(&blocks[0], [i, j], [i + di, j + dj]),
-                    cells: starts.0..self.near_cells.len() as u32,
-                    apart: starts.1..self.apart_cells.len() as u32,
+                    cells: first_near..self.near_cells.len() as u32,
+                    apart: first_apart..self.apart_cells.len() as u32,
                     tight_m: 0.0,
                 });
             }

@@ -1,0 +1,34 @@
+//! What a batch is to do.
+
+use std::path::PathBuf;
+
+use crate::io::ReadOptions;
+use crate::scan::ScanOptions;
+
+/// Files that are scans by their name alone, besides folders of views. Tables
+/// (`.csv`, `.txt`), images and lists of views are taken only if the density table
+/// names them: folders are full of others.
+pub(super) const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
+
+/// What to do, and where.
+#[derive(Clone, Debug)]
+pub struct BatchOptions {
+    /// The folder; folders in it are looked into.
+    pub folder: PathBuf,
+    /// Folder of results; made if it is not there.
+    pub out: PathBuf,
+    /// Table of densities, see [`crate::io::density_csv`].
+    pub density_csv: Option<PathBuf>,
+    /// Areal density of the scans that the table does not name \[kg/m^2\].
+    pub density_kg_m2: Option<f64>,
+    /// What depth images do not say themselves.
+    pub read: ReadOptions,
+    /// How the scans are taken; the table's warp directions go before this one.
+    pub scan: ScanOptions,
+    /// Whether each estimate is draped again.
+    pub resimulate: bool,
+    /// Whether a result that is not to be used counts as a failure.
+    pub strict: bool,
+    /// Scans at once; 0 for one per core.
+    pub threads: usize,
+}

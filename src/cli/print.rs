@@ -1,0 +1,100 @@
+//! Printing that cannot panic: `println!` and its kin mean these macros below here, and
+//! the program's `deny(clippy::print_stdout, clippy::print_stderr)` holds that none of
+//! the standard library's is left.
+//!
+//! A reader of stdout that goes (`| head -1`) had what it wanted: nothing more is
+//! printed, files are still written, and the exit code is that of the work. A command
+//! whose product is what it prints ends there, with exit code 0. What cannot be printed
+//! for another reason (a full disk) is a failure, reported at the end, with exit code 1.
+//! What cannot be said on stderr is lost: there is nobody left to tell.
+
+use std::fmt;
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+macro_rules! print {
+    ($($text:tt)*) => { $crate::cli::print::to_stdout(format_args!($($text)*)) };
+}
+
+macro_rules! println {
+    () => { $crate::cli::print::to_stdout(format_args!("\n")) };
+    ($($text:tt)*) => {
+        $crate::cli::print::to_stdout(format_args!("{}\n", format_args!($($text)*)))
+    };
+}
+
+macro_rules! eprint {
+    ($($text:tt)*) => { $crate::cli::print::to_stderr(format_args!($($text)*)) };
+}
+
+macro_rules! eprintln {
+    ($($text:tt)*) => {
+        $crate::cli::print::to_stderr(format_args!("{}\n", format_args!($($text)*)))
+    };
+}
+
+/// Why stdout took no more.
+static FAULT: OnceLock<io::Error> = OnceLock::new();
+static IS_ALL: AtomicBool = AtomicBool::new(false);
+
+/// From here on what is printed is all that the program makes: it ends when stdout
+/// takes no more.
+pub(super) fn stdout_is_all() {
+    IS_ALL.store(true, Ordering::Relaxed);
+}
+
+pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
+    if FAULT.get().is_none() {
+        note(io::stdout().lock().write_fmt(text));
+    }
+}
+
+pub(super) fn to_stderr(text: fmt::Arguments<'_>) {
+    let _ = io::stderr().lock().write_fmt(text);
+}
+
+fn note(printed: io::Result<()>) {
+    let Err(error) = printed else { return };
+    let _ = FAULT.set(error);
+    if IS_ALL.load(Ordering::Relaxed) {
+        let code = finish(0);
+        scan2params::io::abandon_unfinished();
+        std::process::exit(code.into());
+    }
+}
+
+/// Prints what is held back. Returns the exit code of a program whose work ended with
+/// `code`: another where that was 0 and stdout did not take everything.
+pub(super) fn finish(code: u8) -> u8 {
+    if FAULT.get().is_none()
+        && let Err(error) = io::stdout().flush()
+    {
+        let _ = FAULT.set(error);
+    }
+    match FAULT.get() {
+        Some(error) if !reader_has_gone(error) => {
+            eprintln!(
+                "scan2params: stdout cannot be written ({error}); check the disk or the pipe"
+            );
+            if code == 0 { 1 } else { code }
+        }
+        _ => code,
+    }
+}
+
+/// Whether an error says that nobody reads on: the end of a pipe, not a failure.
+pub(super) fn reader_has_gone(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::BrokenPipe
+}
+
+/// Help, the version, or what is wrong with the arguments.
+pub(super) fn of_clap(error: &clap::Error) -> ExitCode {
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    match error.print() {
+        Err(fault) if !error.use_stderr() => note(Err(fault)),
+        _ => {}
+    }
+    ExitCode::from(finish(code))
+}

@@ -1,0 +1,113 @@
+//! Which verb is meant by a command line: the first word, or `estimate` where that is
+//! an input.
+
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+
+use clap::CommandFactory as _;
+use clap::error::ErrorKind;
+
+use super::args::Arguments;
+
+/// Verbs: anything else in the first place is the input of `estimate`.
+const VERBS: [&str; 9] = [
+    "estimate", "inspect", "boundary", "batch", "simulate", "generate", "augment", "evaluate",
+    "help",
+];
+
+/// Puts the verb `estimate` in front of an input file given without a verb.
+///
+/// # Errors
+/// A first word that is no file and nearly a verb.
+pub(crate) fn with_default_verb(
+    arguments: impl IntoIterator<Item = OsString>,
+) -> Result<Vec<OsString>, clap::Error> {
+    let mut arguments: Vec<_> = arguments.into_iter().collect();
+    let info = ["-h", "--help", "-V", "--version"];
+    let Some(first) = arguments.get(1) else {
+        return Ok(arguments);
+    };
+    if VERBS.iter().chain(&info).any(|known| first.as_os_str() == *known) {
+        return Ok(arguments);
+    }
+    if let Some(verb) = meant_verb(first) {
+        let word = first.to_string_lossy();
+        let fault = format!("no file and no command `{word}`; did you mean `{verb}`?");
+        return Err(Arguments::command().error(ErrorKind::InvalidSubcommand, fault));
+    }
+    arguments.insert(1, "estimate".into());
+    Ok(arguments)
+}
+
+/// The verb that a word nearly is, if it is no file: nor named like one.
+fn meant_verb(word: &OsStr) -> Option<&'static str> {
+    // As near as clap asks of a subcommand.
+    const NEAR: f64 = 0.7;
+    let path = Path::new(word);
+    let text = word.to_str()?;
+    let may_be_a_file = text.starts_with('-')
+        || path.components().count() > 1
+        || path.extension().is_some()
+        || path.exists();
+    if may_be_a_file {
+        return None;
+    }
+    let nearness = |verb: &str| strsim::jaro(&text.to_lowercase(), verb);
+    let nearest = VERBS.into_iter().max_by(|a, b| nearness(a).total_cmp(&nearness(b)))?;
+    (nearness(nearest) > NEAR).then_some(nearest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_without_a_verb_is_estimated() {
+        let given = |words: &[&str]| {
+            let words = words.iter().map(OsString::from);
+            with_default_verb(words)
+                .unwrap()
+                .into_iter()
+                .map(|w| w.into_string().unwrap())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(given(&["s", "a.ply", "--density", "180"])[1], "estimate");
+        assert_eq!(given(&["s", "simulate"])[1], "simulate");
+        assert_eq!(given(&["s", "--help"]), ["s", "--help"]);
+        assert_eq!(given(&["s"]), ["s"]);
+        // Words that may name a scan, and one that is near no verb.
+        for word in
+            ["estimates.ply", "batch.ply", "./estimat", "scans/simulat", "--densty", "drape7"]
+        {
+            assert_eq!(given(&["s", word])[1], "estimate", "{word}");
+        }
+        // A folder that is there is an input, whatever it is called.
+        assert_eq!(given(&["s", "src"])[1], "estimate");
+    }
+
+    #[test]
+    fn a_word_that_is_nearly_a_verb_is_not_taken_for_a_file() {
+        for (word, verb) in [
+            ("estimte", "estimate"),
+            ("Estimate", "estimate"),
+            ("simulat", "simulate"),
+            ("genrate", "generate"),
+            ("bacth", "batch"),
+            ("inspekt", "inspect"),
+            ("boundry", "boundary"),
+            ("augement", "augment"),
+        ] {
+            let error = with_default_verb(["s", word].map(OsString::from)).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains(&format!("did you mean `{verb}`")), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_verb_is_known_to_the_default_verb() {
+        for verb in Arguments::command().get_subcommands() {
+            assert!(VERBS.contains(&verb.get_name()), "{}", verb.get_name());
+        }
+        Arguments::command().debug_assert();
+    }
+}

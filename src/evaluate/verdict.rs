@@ -1,0 +1,233 @@
+//! What scans look like to the verdict: virtual scans of a prior's fabrics through the whole
+//! main job, honest or wrong in a known way, for `evaluate verdict`. The limits of
+//! `job::verdict` come from its table.
+//!
+//! In: a prior, a sensor, what is wrong, seeds. Out: one [`Case`] a scan, with the figures that
+//! a verdict is made of, beside the truth; a [`Summary`] of many.
+
+use std::collections::BTreeMap;
+
+use super::scan::{Setup, find};
+use crate::base::frame::PLATE_RADIUS_M;
+use crate::base::units::M_PER_MM;
+use crate::estimate::{EstimateError, Estimator};
+use crate::fabric::{Fabric, Mixture, MixtureError};
+use crate::job::verdict::{Figures, Limits, Verdict};
+use crate::refine::resimulate;
+use crate::scan::{ScanError, ScanOptions, Tuning};
+use crate::sensor::{Scene, SceneError, Stand, scan};
+use crate::sim::experiment::bending_length_m;
+use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
+
+/// What is wrong with the experiment, unknown to the main job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrong {
+    /// Radius of the plate \[m\].
+    pub plate_radius_m: f64,
+    /// The scan is larger by this factor.
+    pub scale: f64,
+    /// The scan is higher by this factor.
+    pub vertical_scale: f64,
+    /// The density that is given is larger by this factor.
+    pub density: f64,
+}
+
+impl Default for Wrong {
+    /// Nothing.
+    fn default() -> Self {
+        Self { plate_radius_m: PLATE_RADIUS_M, scale: 1.0, vertical_scale: 1.0, density: 1.0 }
+    }
+}
+
+/// One scan of a simulated drape, through the main job.
+#[derive(Debug)]
+pub struct Case {
+    /// Its place in the run.
+    pub index: u64,
+    /// The true fabric.
+    pub fabric: Fabric,
+    /// The true drape.
+    pub drape: Drape,
+    /// What the main job made of it, or why it was refused.
+    pub answer: Result<Judged, ScanError>,
+}
+
+/// An answer with its verdict.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// What the verdict is made of.
+    pub figures: Figures,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Length of the cloth from edge to opposite edge, along warp and weft \[m\].
+    pub widths_m: [Option<f64>; 2],
+    /// Mean distance of the rim from the true one \[m\].
+    pub rim_error_m: f64,
+    /// How many of the six intervals hold the truth.
+    pub covered: usize,
+    /// The largest factor between a stiffness and its truth.
+    pub worst_factor: f64,
+}
+
+/// Why a case cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// The prior gives no fabric.
+    #[error(transparent)]
+    Prior(#[from] MixtureError),
+    /// The drape makes no scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The estimate fails.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+}
+
+/// Drapes, scans and estimates fabric `index` of a prior, told where the warp points.
+///
+/// # Errors
+/// When the prior gives no fabric, the drape makes no scene, or the network fails.
+pub fn case(
+    prior: &Mixture,
+    setup: &Setup,
+    wrong: &Wrong,
+    (seed, index): (u64, u64),
+    estimator: &Estimator,
+) -> Result<Case, CaseError> {
+    let fabric = prior.sample(seed, index)?;
+    let options = SimOptions::default();
+    let mut bench = options;
+    bench.experiment.plate.radius_m = wrong.plate_radius_m;
+    let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, &bench);
+    let plate_radius_m = wrong.plate_radius_m;
+    let stand = Stand { plate_radius_m, ..Stand::MODIFIED_CUSICK };
+    let scene = Scene::on(drape.mesh(), stand);
+    let mut made = scan(&scene, &setup.poses, &setup.profile, seed ^ index)?;
+    let (frame, unit_m) = (made.truth.simulation_from_scanner, made.truth.unit_m);
+    for point in &mut made.cloud.points {
+        let mut p = frame * (*point * unit_m);
+        p.y *= wrong.vertical_scale;
+        *point = frame.inverse() * (p * wrong.scale) / unit_m;
+    }
+    let answer = match find(&made, &Tuning::default()) {
+        Err(refusal) => Err(refusal),
+        Ok(found) => {
+            let density_kg_m2 = fabric.density_kg_m2 * wrong.density;
+            let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
+            let again = resimulate(&found.boundary, &estimate.fabric, &options);
+            let widths_m = found.quality.widths_m;
+            let rim_error_m = drape.boundary.mean_distance_m(&found.boundary);
+            let figures = Figures::of_scan(&found, &ScanOptions::default());
+            let figures = figures.answered(&estimate, Some(&again));
+            let verdict = figures.verdict(&Limits::default());
+            // All seven times the same factor give the same rim.
+            let truth = fabric.to_paper_units().map(|value| value * wrong.density);
+            let pairs = estimate.parameters().into_iter().zip(truth);
+            let covered =
+                pairs.clone().filter(|(p, t)| p.interval90[0] <= *t && *t <= p.interval90[1]);
+            let covered = covered.count();
+            let worst_factor =
+                pairs.map(|(p, t)| (p.value / t).max(t / p.value)).fold(1.0, f64::max);
+            Ok(Judged { figures, verdict, widths_m, rim_error_m, covered, worst_factor })
+        }
+    };
+    Ok(Case { index, fabric, drape, answer })
+}
+
+/// The numbers of a case, by the names of their columns; those of the answer are missing where a
+/// scan was refused.
+#[must_use]
+pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
+    let mm = |m: f64| m / M_PER_MM;
+    let mut row = vec![
+        ("true_bending_length_mm", mm(bending_length_m(&case.fabric))),
+        ("true_folds", case.drape.nodes as f64),
+    ];
+    let Ok(judged) = &case.answer else { return row };
+    let f = &judged.figures;
+    let [s0, s1, s2, s3] = f.sides_m.map(mm);
+    let [warp, weft] = judged.widths_m.map(|m| mm(m.unwrap_or(f64::NAN)));
+    row.extend([
+        ("rim_error_mm", mm(judged.rim_error_m)),
+        ("covered_of_6", judged.covered as f64),
+        ("worst_factor", judged.worst_factor),
+        ("folds", f.folds as f64),
+        ("side0_mm", s0),
+        ("side1_mm", s1),
+        ("side2_mm", s2),
+        ("side3_mm", s3),
+        ("width_warp_mm", warp),
+        ("width_weft_mm", weft),
+        ("observed", f.observed_fraction),
+        ("gap_mm", mm(f.longest_gap_m)),
+    ]);
+    if let Some(scan) = &f.scan {
+        row.extend([
+            ("plate_mm", mm(scan.radius_m)),
+            ("plate_sigma_mm", mm(scan.radius_sigma_m)),
+            ("noise_mm", mm(scan.noise_m)),
+            ("misfit_of_refused", scan.misfit_m / f.given.most_misfit_m),
+            ("unexplained_of_refused", scan.unexplained_m2 / f.given.most_unexplained_m2),
+        ]);
+    }
+    if let Some(answer) = &f.answer {
+        let length_m = answer.bending_length_m;
+        row.extend([
+            ("bending_length_mm", mm(length_m)),
+            ("folds_root_m05", f.folds as f64 * length_m.sqrt()),
+            ("stretch_weft", answer.stretch[0]),
+            ("stretch_warp", answer.stretch[1]),
+            ("novelty_of_limit", answer.novelty_m / answer.novelty_limit_m),
+        ]);
+    }
+    if let Some(again) = &f.again {
+        row.extend([
+            ("resimulated_mm", mm(again.mean_m)),
+            ("resimulated_folds", again.folds as f64),
+        ]);
+    }
+    row
+}
+
+/// What became of many cases.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    /// Cases by verdict, refusals among them.
+    pub verdicts: BTreeMap<&'static str, usize>,
+    /// Cases by the code of a ground that speaks against them.
+    pub grounds: BTreeMap<&'static str, usize>,
+    /// The values of each column that are numbers, in rising order.
+    pub columns: Vec<(&'static str, Vec<f64>)>,
+}
+
+impl Summary {
+    /// Of these cases.
+    #[must_use]
+    pub fn of(cases: &[Case]) -> Self {
+        let mut summary = Self::default();
+        for case in cases {
+            let word = case.answer.as_ref().map_or("refused", |j| j.verdict.level.name());
+            *summary.verdicts.entry(word).or_default() += 1;
+            for code in case.answer.iter().flat_map(|j| codes(&j.verdict)) {
+                *summary.grounds.entry(code).or_default() += 1;
+            }
+            for (name, value) in numbers(case).into_iter().filter(|(_, value)| value.is_finite()) {
+                match summary.columns.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, values)) => values.push(value),
+                    None => summary.columns.push((name, vec![value])),
+                }
+            }
+        }
+        summary.columns.iter_mut().for_each(|(_, values)| values.sort_by(f64::total_cmp));
+        summary
+    }
+}
+
+/// Codes of the grounds that speak against a result, each once.
+#[must_use]
+pub fn codes(verdict: &Verdict) -> Vec<&'static str> {
+    let against = verdict.grounds.iter().filter(|g| g.level > crate::job::verdict::Level::Reliable);
+    let mut codes: Vec<&str> = against.map(|ground| ground.code.name()).collect();
+    codes.dedup();
+    codes
+}

@@ -1,0 +1,17 @@
+//! The bytes of a file.
+
+use std::path::Path;
+
+use super::error::{At, Fault};
+
+/// Whether there is a regular file.
+pub(super) fn is_regular(path: &Path) -> Result<(), At> {
+    let meta = std::fs::metadata(path).map_err(At::opening)?;
+    if meta.is_file() { Ok(()) } else { Err(Fault::NotAFile.anywhere()) }
+}
+
+/// All bytes of a regular file.
+pub(super) fn regular_file(path: &Path) -> Result<Vec<u8>, At> {
+    is_regular(path)?;
+    std::fs::read(path).map_err(At::opening)
+}

@@ -1,0 +1,87 @@
+//! The formats that are read, and how each is known.
+
+use std::path::Path;
+
+/// The formats that [`super::read_scan`] reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Polygon file format: ascii, binary of both byte orders.
+    Ply,
+    /// Wavefront OBJ.
+    Obj,
+    /// Point cloud library: ascii, binary, `binary_compressed`.
+    Pcd,
+    /// Stereolithography: ascii, binary.
+    Stl,
+    /// Binary glTF 2.0.
+    Glb,
+    /// Lines of `x y z`, with or without colours.
+    Xyz,
+    /// A 16-bit depth image.
+    DepthPng,
+    /// A `views.json`, or a folder of views.
+    Views,
+}
+
+/// Extensions read, for messages.
+pub const SUPPORTED: &str =
+    ".ply, .obj, .pcd, .stl, .glb, .xyz, .asc, .pts, .txt, .csv, .png (16-bit depth), views.json";
+
+impl Format {
+    pub(super) fn of_extension(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match extension.as_str() {
+            "ply" => Self::Ply,
+            "obj" => Self::Obj,
+            "pcd" => Self::Pcd,
+            "stl" => Self::Stl,
+            "glb" => Self::Glb,
+            "png" => Self::DepthPng,
+            "json" => Self::Views,
+            "xyz" | "asc" | "pts" | "txt" | "csv" => Self::Xyz,
+            _ => return None,
+        })
+    }
+
+    /// The format that the first bytes give away; OBJ and XYZ have no mark.
+    pub(super) fn of_content(bytes: &[u8]) -> Option<Self> {
+        let starts = |mark: &[u8]| bytes.starts_with(mark);
+        if starts(b"ply\n") || starts(b"ply\r") || starts(b"ply ") {
+            Some(Self::Ply)
+        } else if starts(b"# .PCD") || starts(b"VERSION .7") || starts(b"VERSION 0.7") {
+            Some(Self::Pcd)
+        } else if starts(b"glTF") {
+            Some(Self::Glb)
+        } else if starts(b"\x89PNG") {
+            Some(Self::DepthPng)
+        } else {
+            None
+        }
+    }
+
+    /// The extension by which the format goes.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => ".ply",
+            Self::Obj => ".obj",
+            Self::Pcd => ".pcd",
+            Self::Stl => ".stl",
+            Self::Glb => ".glb",
+            Self::Xyz => ".xyz",
+            Self::DepthPng => ".png",
+            Self::Views => ".json",
+        }
+    }
+}
+
+/// What a file is known to be when it is none of ours, for the remedy.
+pub(super) fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
+    let known: [(&[u8], &str); 4] = [
+        (b"\x1f\x8b", "gzip-compressed data; unpack it first"),
+        (b"PK\x03\x04", "a zip archive; unpack it first"),
+        (b"\xff\xd8\xff", "a JPEG image, not a point cloud"),
+        (b"version https://git-lfs", "a Git LFS pointer; run `git lfs pull`"),
+    ];
+    known.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, name)| *name)
+}

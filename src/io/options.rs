@@ -1,0 +1,25 @@
+//! What the caller says of a scan's file.
+
+use serde::Serialize;
+
+use super::intrinsics::Intrinsics;
+
+/// What a depth image does not say itself.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReadOptions {
+    /// The camera of depth images that no `views.json` says.
+    pub intrinsics: Option<Intrinsics>,
+    /// Units of depth in a metre.
+    pub depth_scale: f64,
+    /// Drop pixels of depth images of whose eight neighbours fewer than three lie
+    /// within this depth \[m\]: flying pixels between cloth and background. `None`
+    /// keeps all.
+    pub max_jump_m: Option<f64>,
+}
+
+impl Default for ReadOptions {
+    /// Millimetres, as most depth cameras write.
+    fn default() -> Self {
+        Self { intrinsics: None, depth_scale: 1000.0, max_jump_m: None }
+    }
+}

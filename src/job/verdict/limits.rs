@@ -1,0 +1,105 @@
+//! The limits of a verdict, each with its unit, where it is from, and the command that
+//! measures what it stands on.
+//!
+//! Sources, by the letter behind each number:
+//!
+//! - M: measured on honest scans, by `evaluate verdict` (the whole main job on virtual scans of a
+//!   prior's fabrics with known truth; the runs are in docs/validation.md). The limit
+//!   stands a little beyond the worst of those that were answered well.
+//! - W: measured on scans that are wrong in a known way (other plates, other scales), as
+//!   docs/validation.md has them.
+//! - C: chosen, with the reason beside it.
+
+use serde::Serialize;
+
+/// Beyond the first number a result is doubtful, beyond the second not to be used.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Steps {
+    /// Doubtful beyond this.
+    pub doubtful: f64,
+    /// Not to be used beyond this.
+    pub do_not_use: f64,
+}
+
+/// The limits of a verdict. Lengths in metres.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Limits {
+    /// A scanned side is shorter than the cloth's by this over the bending length \[m^2\]:
+    /// sharp folds are smoothed.
+    pub side_loss_m2: f64,
+    /// Bending length of the softest cloth \[m\], for a scan without an answer.
+    pub least_bending_length_m: f64,
+    /// Share of the stretch of hanging cloth that shows in the length of its rim \[-\].
+    pub stretch_of_rim: f64,
+    /// What one side may differ from its expected length \[m\].
+    pub side_off_m: Steps,
+    /// What the mean of the four sides may differ from its expected length \[m\].
+    pub scale_off_m: Steps,
+    /// What each metre of noise adds to both \[-\].
+    pub side_off_per_noise: f64,
+    /// Share of a side that the chords between the points of a rim from a file may cut off \[-\].
+    pub chord_share: f64,
+    /// The cloth leaves the plate's plane this far inside the plate's edge \[m\].
+    pub plate_lead_m: f64,
+    /// By how much the radius found may be larger than the radius given, less that lead, beyond
+    /// `plate_larger_sigmas` of its standard errors \[m\]. Beyond the second the scan is not the
+    /// experiment.
+    pub plate_larger_m: Steps,
+    /// See [`Limits::plate_larger_m`].
+    pub plate_larger_sigmas: f64,
+    /// The same where it is smaller. Stiff cloth arches over the plate and leaves it early: the
+    /// more, the more the radius scatters over the bearings.
+    pub plate_smaller_m: Steps,
+    /// See [`Limits::plate_smaller_m`].
+    pub plate_smaller_sigmas: f64,
+    /// With a larger standard error \[m\] a radius that is too small says nothing.
+    pub plate_arched_sigma_m: f64,
+    /// Folds times the square root of the bending length, least and largest \[m^0.5\].
+    pub folds_root_m05: [f64; 2],
+    /// Folds beyond these.
+    pub folds_beyond: Steps,
+    /// Share of what is refused beyond which a scan is doubtful \[-\].
+    pub near_refusal: f64,
+    /// How near to a diagonal of the specimen the warp's direction may point \[degrees\].
+    pub diagonal_deg: f64,
+    /// Distance of the rim from those of the training, over what 99 % of these stay below \[-\].
+    pub novelty: Steps,
+    /// Share of an interval that is cut off at the end of what the model was trained on \[-\].
+    pub interval_cut: f64,
+    /// Factor by which the density lies outside the training \[-\].
+    pub density_factor: Steps,
+    /// Mean distance of the drape of the estimate from the scanned rim \[m\].
+    pub resimulated_m: Steps,
+    /// Difference between the counts of folds of the two.
+    pub resimulated_folds: Steps,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        let steps = |doubtful, do_not_use| Steps { doubtful, do_not_use };
+        Self {
+            side_loss_m2: 7.5e-6,                   // M
+            least_bending_length_m: 2.5e-3,         // M: softest of the prior
+            stretch_of_rim: 0.1,                    // M
+            side_off_m: steps(2.0e-3, 4.0e-3),      // M, W
+            scale_off_m: steps(1.2e-3, 3.0e-3),     // M, W
+            side_off_per_noise: 1.0,                // M
+            chord_share: 0.03,                      // M
+            plate_lead_m: 0.7e-3,                   // M
+            plate_larger_m: steps(1.5e-3, 4.0e-3),  // M, W
+            plate_larger_sigmas: 2.0,               // M
+            plate_smaller_m: steps(1.0e-3, 2.0e-3), // M, W
+            plate_smaller_sigmas: 4.0,              // M
+            plate_arched_sigma_m: 1.0e-3,           // M
+            folds_root_m05: [0.5376, 0.8854],       // M
+            folds_beyond: steps(0.5, 3.5),          // M, C
+            near_refusal: 0.8,                      // C
+            diagonal_deg: 10.0,                     // C
+            novelty: steps(1.0, 2.0),               // M, C
+            interval_cut: 0.2,                      // M
+            density_factor: steps(1.0, 1.5),        // W
+            resimulated_m: steps(14e-3, 22e-3),     // M, C
+            resimulated_folds: steps(1.5, 3.5),     // M, C
+        }
+    }
+}

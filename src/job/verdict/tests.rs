@@ -1,0 +1,376 @@
+//! Every ground on constructed figures, on both sides of its limit.
+
+use super::*;
+use crate::base::boundary::Orientation;
+use crate::fabric::{STIFFNESSES, TABLE_2};
+use crate::sim::Stop;
+
+/// A good scan of the mean knit: bending length 8 mm, eight folds.
+fn honest() -> Figures {
+    let parameter = |i: usize| Parameter {
+        key: TABLE_2[i].key,
+        unit: TABLE_2[i].unit,
+        value: TABLE_2[i].mean,
+        interval90: [0.5 * TABLE_2[i].mean, 2.0 * TABLE_2[i].mean],
+        trained: [TABLE_2[i].min, TABLE_2[i].max],
+        pinned: None,
+    };
+    Figures {
+        given: Given {
+            side_m: 0.300,
+            plate_radius_m: 0.050,
+            least_observed: 0.75,
+            longest_gap_m: 0.068,
+            most_misfit_m: 0.22e-3,
+            most_uneven_m: 2.5e-3,
+            most_unexplained_m2: 33e-6,
+        },
+        sides_m: [0.2990, 0.2992, 0.2989, 0.2991],
+        scan: Some(OnPlate {
+            radius_m: 0.0491,
+            radius_sigma_m: 0.4e-3,
+            noise_m: 0.0,
+            misfit_m: 0.07e-3,
+            unexplained_m2: 0.0,
+        }),
+        observed_fraction: 0.99,
+        longest_gap_m: 0.010,
+        folds: 8,
+        orientation: Orientation::Given,
+        warp_off_rad: Some(5_f64.to_radians()),
+        warp_unused: false,
+        answer: Some(Answer {
+            bending_length_m: 8e-3,
+            stretch: [0.004, 0.004],
+            parameters: std::array::from_fn(parameter),
+            density_outside_g_m2: None,
+            novelty_m: 1.0e-3,
+            novelty_limit_m: 2.0e-3,
+            bending_raised: None,
+        }),
+        again: Some(Fit {
+            mean_m: 6e-3,
+            folds: 8,
+            stop: Stop::AtRest,
+            residual_n: 1e-8,
+            intersections: 0,
+        }),
+    }
+}
+
+fn verdict(figures: &Figures) -> Verdict {
+    figures.verdict(&Limits::default())
+}
+
+fn answer(f: &mut Figures) -> &mut Answer {
+    f.answer.as_mut().unwrap()
+}
+
+/// Holds that nothing is said a little within a limit, and one ground of `code` and `level` a
+/// little beyond it. `set` puts the number there; `limit` is what it comes to.
+fn straddles(code: Code, level: Level, limit: f64, set: impl Fn(&mut Figures, f64)) {
+    let at = |value: f64| {
+        let mut figures = honest();
+        set(&mut figures, value);
+        verdict(&figures)
+    };
+    let found =
+        |said: &Verdict| said.grounds.iter().find(|g| g.code == code && g.level == level).cloned();
+    let (below, beyond) = (at(limit * 0.999), at(limit * 1.001));
+    assert!(found(&below).is_none(), "{} at {limit}: {below:?}", code.name());
+    let ground = found(&beyond).unwrap_or_else(|| panic!("{} at {limit}: {beyond:?}", code.name()));
+    assert_eq!(beyond.level, level, "{beyond:?}");
+    assert!((ground.measured / ground.limit - 1.0).abs() < 0.01, "{ground:?}");
+    assert!(ground.text.len() > 40, "{}", ground.text);
+}
+
+#[test]
+fn an_honest_scan_is_reliable_without_grounds() {
+    assert_eq!(verdict(&honest()), Verdict::of(vec![]));
+    // What the scan alone tells.
+    let scan = Figures { answer: None, again: None, ..honest() };
+    assert_eq!(verdict(&scan), Verdict::of(vec![]));
+}
+
+#[test]
+fn a_verdict_is_the_worst_of_its_grounds_and_names_that_first() {
+    let ground =
+        |level, text: &str| Ground::new(Code::SideLength, level, (1.0, 2.0, "mm"), text.to_owned());
+    let said = Verdict::of(vec![ground(Level::Reliable, "a remark")]);
+    assert_eq!((said.level, said.grounds.len()), (Level::Reliable, 1));
+    let all = [
+        ground(Level::Reliable, "a"),
+        ground(Level::Doubtful, "b"),
+        ground(Level::DoNotUse, "c"),
+        ground(Level::Doubtful, "d"),
+        ground(Level::Doubtful, "e").not_the_experiment(),
+    ];
+    let verdict = Verdict::of(all.to_vec());
+    assert_eq!((verdict.level, verdict.not_the_experiment), (Level::DoNotUse, true));
+    let texts: Vec<&str> = verdict.grounds.iter().map(|g| g.text.as_str()).collect();
+    assert_eq!(texts, ["e", "c", "b", "d", "a"]);
+    assert_eq!(verdict.refusal(), "what was scanned is not the experiment: e");
+    assert!(verdict.is_refusal(false));
+    let other = Verdict::of(all[..4].to_vec());
+    assert!(!other.not_the_experiment && !other.is_refusal(false) && other.is_refusal(true));
+    assert_eq!(other.refusal(), "the result is not to be used: c");
+    assert!(!Verdict::of(all[..2].to_vec()).is_refusal(true), "doubtful is no refusal");
+}
+
+#[test]
+fn codes_are_in_snake_case_and_all_different() {
+    let mut names: Vec<&str> = Code::ALL.iter().map(|code| code.name()).collect();
+    assert!(names.iter().all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '_')));
+    let count = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), count);
+    assert_eq!(serde_json::to_value(Code::PlateRadius).unwrap(), "plate_radius");
+}
+
+#[test]
+fn sides_are_held_against_the_specimen_s_its_folds_and_its_stretch() {
+    let limits = Limits::default();
+    let loss_m = limits.side_loss_m2 / 8e-3;
+    let most_m = 0.300 * (1.0 + limits.stretch_of_rim * 0.004) - loss_m;
+    let least_m = 0.300 - loss_m;
+    for (level, one_m, all_m) in [
+        (Level::Doubtful, limits.side_off_m.doubtful, limits.scale_off_m.doubtful),
+        (Level::DoNotUse, limits.side_off_m.do_not_use, limits.scale_off_m.do_not_use),
+    ] {
+        // One side too long or too short, the others making up for it in the mean.
+        for sign in [-1.0, 1.0] {
+            straddles(Code::SideLength, level, one_m, |f, off_m| {
+                // Sides must not be too uneven either, which is another ground.
+                f.given.most_uneven_m = 1.0;
+                let end_m = if sign > 0.0 { most_m } else { least_m };
+                f.sides_m = [end_m - sign * off_m / 3.0; 4];
+                f.sides_m[2] = end_m + sign * off_m;
+            });
+        }
+        straddles(Code::Scale, level, all_m, |f, off_m| f.sides_m = [most_m + off_m; 4]);
+        straddles(Code::Scale, level, all_m, |f, off_m| f.sides_m = [least_m - off_m; 4]);
+    }
+    // Noise widens the limits, stretch allows for longer sides, sharp folds for shorter ones.
+    let long = |change: fn(&mut Figures)| {
+        let mut figures = Figures { sides_m: [most_m + 1.3e-3; 4], ..honest() };
+        change(&mut figures);
+        verdict(&figures).level
+    };
+    assert_eq!(long(|_| ()), Level::Doubtful);
+    assert_eq!(long(|f| f.scan.as_mut().unwrap().noise_m = 1e-3), Level::Reliable);
+    assert_eq!(long(|f| answer(f).stretch = [0.05; 2]), Level::Reliable);
+    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, ..honest() };
+    assert_eq!(verdict(&soft).level, Level::Doubtful);
+    answer(&mut soft).bending_length_m = 3e-3;
+    soft.again = None;
+    assert_eq!(verdict(&soft), Verdict::of(vec![]));
+}
+
+#[test]
+fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
+    let limits = Limits::default();
+    let expected_m = 0.050 - limits.plate_lead_m;
+    for (sign, steps, sigmas) in [
+        (1.0, limits.plate_larger_m, limits.plate_larger_sigmas),
+        (-1.0, limits.plate_smaller_m, limits.plate_smaller_sigmas),
+    ] {
+        for (level, limit_m) in
+            [(Level::Doubtful, steps.doubtful), (Level::DoNotUse, steps.do_not_use)]
+        {
+            straddles(Code::PlateRadius, level, limit_m + sigmas * 0.4e-3, |f, off_m| {
+                f.scan.as_mut().unwrap().radius_m = expected_m + sign * off_m;
+            });
+        }
+    }
+    let mut other = honest();
+    other.scan.as_mut().unwrap().radius_m = 0.044;
+    assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
+    // Cloth that arches over the plate leaves it anywhere inside, but not outside.
+    other.scan.as_mut().unwrap().radius_sigma_m = 1.1e-3;
+    assert_eq!(verdict(&other), Verdict::of(vec![]));
+    other.scan.as_mut().unwrap().radius_m = 0.058;
+    assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
+    // Another plate that was asked for is none.
+    let mut asked = honest();
+    asked.given.plate_radius_m = 0.060;
+    asked.scan.as_mut().unwrap().radius_m = 0.0591;
+    assert_eq!(verdict(&asked), Verdict::of(vec![]));
+}
+
+#[test]
+fn what_is_nearly_refused_is_doubtful() {
+    let near = Limits::default().near_refusal;
+    let level = Level::Doubtful;
+    straddles(Code::UnevenSides, level, near * 2.5e-3, |f, off_m| f.sides_m[1] = 0.29905 + off_m);
+    straddles(Code::SheetMisfit, level, near * 0.22e-3, |f, misfit_m| {
+        f.scan.as_mut().unwrap().misfit_m = misfit_m;
+    });
+    straddles(Code::Unexplained, level, near * 33e-6, |f, area_m2| {
+        f.scan.as_mut().unwrap().unexplained_m2 = area_m2;
+    });
+    for (level, share) in [(Level::Doubtful, near), (Level::DoNotUse, 1.0)] {
+        straddles(Code::RimHidden, level, share * 0.25, |f, hidden| {
+            f.observed_fraction = 1.0 - hidden;
+        });
+        straddles(Code::RimBridged, level, share * 0.068, |f, gap_m| f.longest_gap_m = gap_m);
+    }
+}
+
+#[test]
+fn a_rim_from_a_file_says_so_and_its_chords_may_be_short() {
+    let file = Figures { scan: None, sides_m: [0.294; 4], ..honest() };
+    let said = verdict(&file);
+    assert_eq!(said.level, Level::Reliable);
+    assert_eq!(said.grounds.iter().map(|g| g.code).collect::<Vec<_>>(), [Code::RimFromFile]);
+    assert_eq!(verdict(&Figures { sides_m: [0.286; 4], ..file.clone() }).level, Level::DoNotUse);
+    assert_eq!(verdict(&Figures { sides_m: [0.304; 4], ..file.clone() }).level, Level::DoNotUse);
+    let bridged = Figures { observed_fraction: 0.0, longest_gap_m: 1.2, ..file };
+    assert_eq!(verdict(&bridged).level, Level::DoNotUse);
+}
+
+#[test]
+fn a_warp_near_a_diagonal_is_doubtful_and_an_unknown_one_is_said() {
+    let limit_deg = 45.0 - Limits::default().diagonal_deg;
+    straddles(Code::WarpNearDiagonal, Level::Doubtful, limit_deg, |f, off_deg| {
+        f.warp_off_rad = Some(off_deg.to_radians());
+    });
+    let unknown = Figures { orientation: Orientation::Ambiguous, warp_off_rad: None, ..honest() };
+    let said = verdict(&unknown);
+    assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::OrientationAmbiguous));
+    let unused = Figures { warp_unused: true, warp_off_rad: None, ..honest() };
+    let said = verdict(&unused);
+    assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::WarpFromFile));
+}
+
+#[test]
+fn an_estimate_outside_of_the_training_is_doubtful() {
+    let limits = Limits::default();
+    for (level, limit) in
+        [(Level::Doubtful, limits.novelty.doubtful), (Level::DoNotUse, limits.novelty.do_not_use)]
+    {
+        straddles(Code::NovelRim, level, limit * 2e-3, |f, rms_m| answer(f).novelty_m = rms_m);
+    }
+    let factor = limits.density_factor;
+    for (level, limit) in [(Level::Doubtful, factor.doubtful), (Level::DoNotUse, factor.do_not_use)]
+    {
+        straddles(Code::DensityOutsideTraining, level, limit * 390.0, |f, density| {
+            answer(f).density_outside_g_m2 = (density > 390.0).then_some((density, [76.0, 390.0]));
+        });
+    }
+    let mut light = honest();
+    answer(&mut light).density_outside_g_m2 = Some((60.0, [76.0, 390.0]));
+    assert_eq!(verdict(&light).grounds[0].code, Code::DensityOutsideTraining);
+}
+
+/// An end of what the model was trained on.
+fn p_end(parameter: usize, end: usize) -> f64 {
+    [TABLE_2[parameter].min, TABLE_2[parameter].max][end]
+}
+
+#[test]
+fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said() {
+    for i in 0..STIFFNESSES {
+        for end in [0, 1] {
+            let mut pinned = honest();
+            let p = &mut answer(&mut pinned).parameters[i];
+            (p.value, p.interval90[end], p.pinned) = (p.trained[end], p.trained[end], Some(end));
+            let said = verdict(&pinned);
+            assert_eq!((said.level, said.grounds.len()), (Level::Doubtful, 1), "{said:?}");
+            let ground = &said.grounds[0];
+            assert_eq!((ground.code, ground.parameter), (Code::OutOfRange, Some(TABLE_2[i].key)));
+            assert!(ground.text.contains(["lower", "upper"][end]), "{}", ground.text);
+            answer(&mut pinned).parameters[i].interval90 = [TABLE_2[i].min, TABLE_2[i].max];
+            answer(&mut pinned).parameters[i].interval90[1 - end] = p_end(i, end);
+            assert_eq!(verdict(&pinned).level, Level::DoNotUse);
+            // The value may lie anywhere in an interval that is cut.
+            let limit = Limits::default().interval_cut;
+            for (share, level) in [(0.9 * limit, Level::Reliable), (1.1 * limit, Level::Doubtful)] {
+                let mut cut = honest();
+                let p = &mut answer(&mut cut).parameters[i];
+                let kept = 2_f64.ln() * (1.0 - 2.0 * share);
+                p.value =
+                    if end == 0 { p.trained[0] * kept.exp() } else { p.trained[1] / kept.exp() };
+                p.interval90 = [p.value / 2.0, p.value * 2.0];
+                p.interval90[end] = p.trained[end];
+                let said = verdict(&cut);
+                assert_eq!((said.level, said.grounds.len()), (level, 1), "{said:?}");
+                let ground = &said.grounds[0];
+                assert_eq!(ground.code, Code::IntervalAtBound);
+                assert_eq!(ground.parameter, Some(TABLE_2[i].key));
+                assert!((ground.measured - share).abs() < 1e-9, "{ground:?}");
+            }
+        }
+    }
+    let mut raised = honest();
+    answer(&mut raised).bending_raised = Some([100.0, 120.0]);
+    let said = verdict(&raised);
+    assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::BendingProjected));
+}
+
+#[test]
+fn folds_are_held_against_the_bending_length_of_the_answer() {
+    let with = |folds: usize, length_m: f64| {
+        let mut f = Figures { folds, again: None, ..honest() };
+        answer(&mut f).bending_length_m = length_m;
+        // Sides of cloth with such folds.
+        f.sides_m = [0.300 - Limits::default().side_loss_m2 / length_m; 4];
+        verdict(&f)
+    };
+    let [least, most] = Limits::default().folds_root_m05;
+    // A bending length for which the limits are whole numbers of folds and a half.
+    let beyond = Limits::default().folds_beyond.doubtful;
+    for (folds, length_m) in
+        [(10, (most / (9.99 - beyond)).powi(2)), (6, (least / (6.01 + beyond)).powi(2))]
+    {
+        let said = with(folds, length_m);
+        assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::FoldsForBending));
+    }
+    for (folds, length_m) in
+        [(10, (most / (10.01 - beyond)).powi(2)), (6, (least / (5.99 + beyond)).powi(2))]
+    {
+        assert_eq!(with(folds, length_m), Verdict::of(vec![]), "{folds} folds at {length_m} m");
+    }
+    let pleated = with(16, 8e-3);
+    assert_eq!(pleated.level, Level::DoNotUse);
+    assert!(pleated.grounds[0].text.contains("16 folds"), "{}", pleated.grounds[0].text);
+}
+
+#[test]
+fn the_drape_of_the_estimate_is_held_against_the_scan() {
+    let limits = Limits::default();
+    let again = |f: &mut Figures, change: &dyn Fn(&mut Fit)| change(f.again.as_mut().unwrap());
+    for (level, limit_m) in [
+        (Level::Doubtful, limits.resimulated_m.doubtful),
+        (Level::DoNotUse, limits.resimulated_m.do_not_use),
+    ] {
+        straddles(Code::ResimulationOff, level, limit_m, |f, mean_m| {
+            again(f, &|fit| fit.mean_m = mean_m);
+        });
+    }
+    for (folds, level) in [
+        (7, Level::Reliable),
+        (9, Level::Reliable),
+        (6, Level::Doubtful),
+        (11, Level::Doubtful),
+        (4, Level::DoNotUse),
+        (12, Level::DoNotUse),
+    ] {
+        let mut f = honest();
+        again(&mut f, &|fit| fit.folds = folds);
+        assert_eq!(verdict(&f).level, level, "{folds} folds against 8");
+    }
+    for stop in [Stop::Slow, Stop::Unstable, Stop::Iterations] {
+        let mut f = honest();
+        again(&mut f, &|fit| fit.stop = stop);
+        let said = verdict(&f);
+        assert_eq!(
+            (said.level, said.grounds[0].code),
+            (Level::Doubtful, Code::ResimulationNotAtRest)
+        );
+    }
+    let mut f = honest();
+    again(&mut f, &|fit| fit.intersections = 1);
+    let said = verdict(&f);
+    assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::ResimulationIntersects));
+}

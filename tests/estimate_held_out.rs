@@ -1,0 +1,140 @@
+//! What the shipped estimate promises, held on the rims of 64 drapes that the model has not
+//! seen (`fixtures/rims`): errors, widths and coverage. An estimator that ignores the scan
+//! breaks these promises, and so do others with a planted fault.
+
+mod promises;
+
+use promises::{hold, promise};
+use scan2params::dataset::{Manifest, Row, read_folder};
+use scan2params::estimate::Estimator;
+use scan2params::evaluate::estimate::{Answer, Baseline, Scores, answer, at_rest, check_folder};
+use scan2params::fabric::{Fabric, Mixture};
+
+fn rims() -> Vec<Row> {
+    at_rest(read_folder(&promises::root().join("fixtures/rims")).unwrap()).unwrap()
+}
+
+fn scores(answers: &[Answer], rows: &[Row]) -> Scores {
+    let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
+    Scores::of(&truths, answers, Mixture::knit_2020().limits())
+}
+
+/// Scores of the shipped estimator on rims changed by `change`; the truth stays.
+fn scores_with(change: impl Fn(Row) -> Row, after: impl Fn(Answer) -> Answer) -> Scores {
+    let estimator = Estimator::shipped().unwrap();
+    let rows = rims();
+    let changed = rows.iter().cloned().map(change);
+    let answers: Vec<Answer> =
+        changed.map(|row| after(answer(&estimator, &row).unwrap())).collect();
+    scores(&answers, &rows)
+}
+
+/// The figures that are promised, by id.
+fn figures(scores: &Scores) -> [(&'static str, f64); 8] {
+    [
+        ("estimate.rmse", scores.rmse),
+        ("estimate.r2", scores.r2),
+        ("estimate.least_r2", scores.least_r2()),
+        ("estimate.error", scores.worst_median_abs_ln_error()),
+        ("estimate.coverage", scores.coverage),
+        ("estimate.width", scores.half_width_factor),
+        ("estimate.widest", scores.widest_factor()),
+        ("estimate.novel", scores.novel_share),
+    ]
+}
+
+fn broken(scores: &Scores) -> Vec<&'static str> {
+    let broken = figures(scores).into_iter().filter(|(id, value)| !promise(id).is_kept_by(*value));
+    broken.map(|(id, _)| id).collect()
+}
+
+#[test]
+fn the_rims_are_of_this_simulator_and_new_to_the_model() {
+    let folder = promises::root().join("fixtures/rims");
+    let manifest = Manifest::read(&folder).unwrap();
+    check_folder(&Estimator::shipped().unwrap(), &manifest).unwrap();
+    // what the fixture says it is, it is: each fabric is that of the prior, the seed and the index
+    let prior = Mixture::named(&manifest.prior).unwrap();
+    assert_eq!(prior.sha256(), manifest.prior_sha256);
+    let rows = rims();
+    assert_eq!(rows.len(), 64);
+    for row in &rows {
+        let drawn = prior.sample(manifest.seed, row.index).unwrap().to_paper_units();
+        let same = drawn.iter().zip(row.fabric.to_paper_units());
+        assert!(same.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{}", row.index);
+    }
+}
+
+#[test]
+fn errors_widths_and_coverage_are_as_promised() {
+    let scores = scores_with(|row| row, |answer| answer);
+    for (id, value) in figures(&scores) {
+        hold(id, value);
+    }
+}
+
+#[test]
+fn an_estimator_that_ignores_the_scan_breaks_the_promises() {
+    let rows = rims();
+    let baseline = Baseline::of(&Mixture::knit_2020()).unwrap();
+    let scores = scores(&vec![baseline.answer(); rows.len()], &rows);
+    println!("{:?}", figures(&scores));
+    let broken = broken(&scores);
+    for id in [
+        "estimate.rmse",
+        "estimate.r2",
+        "estimate.least_r2",
+        "estimate.error",
+        "estimate.width",
+        "estimate.widest",
+    ] {
+        assert!(broken.contains(&id), "{id} is kept by an estimator that ignores the scan");
+    }
+}
+
+#[test]
+fn planted_faults_break_a_promise() {
+    let same = |answer: Answer| answer;
+    let scaled = |factor: f64| {
+        move |mut row: Row| {
+            let points = row.drape.boundary.positions_m().map(|p| p * factor);
+            row.drape.boundary = scan2params::base::Boundary::exact(points).unwrap();
+            row
+        }
+    };
+    let turned = |mut row: Row| {
+        row.drape.boundary = row.drape.boundary.rotated(1);
+        row
+    };
+    let heavier = |mut row: Row| {
+        row.fabric.density_kg_m2 *= 1.3;
+        row
+    };
+    let value = |factor: f64| {
+        move |answer: Answer| Answer {
+            value: answer.value.map(|v| v * factor),
+            interval90: answer.interval90.map(|ends| ends.map(|v| v * factor)),
+            ..answer
+        }
+    };
+    let width = |factor: f64| {
+        move |answer: Answer| Answer {
+            interval90: answer.interval90.map(|[low, high]| {
+                let (middle, half) = ((low * high).sqrt(), (high / low).sqrt().powf(factor));
+                [middle / half, middle * half]
+            }),
+            ..answer
+        }
+    };
+    for (fault, scores) in [
+        ("weft and warp exchanged", scores_with(turned, same)),
+        ("rims 3 % too large", scores_with(scaled(1.03), same)),
+        ("a density 30 % too high", scores_with(heavier, same)),
+        ("values and intervals 1.3 times the truth", scores_with(|row| row, value(1.3))),
+        ("intervals two thirds as wide", scores_with(|row| row, width(0.67))),
+        ("intervals 1.5 times as wide", scores_with(|row| row, width(1.5))),
+    ] {
+        println!("{fault}: {:.3?}", figures(&scores));
+        assert!(!broken(&scores).is_empty(), "{fault} breaks no promise");
+    }
+}

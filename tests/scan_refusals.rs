@@ -1,0 +1,345 @@
+//! Every reason to refuse a scan, provoked: each scene has one fault, and the refusal names
+//! that and no other, with what was measured beyond its limit.
+
+mod scan_support;
+
+use std::sync::OnceLock;
+
+use scan_support::{Drape, SIDE, Sampling, flat_m, scan, scan_where};
+use scan2params::base::{Isometry3, Point3, Vector3};
+use scan2params::geom::Cloud;
+use scan2params::scan::{MarkColor, ScanError, ScanOptions, WarpToward, boundary_from_scan};
+
+/// A stiff knit, simulated once.
+fn drape() -> &'static Drape {
+    static DRAPE: OnceLock<Drape> = OnceLock::new();
+    let knit = [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0];
+    DRAPE.get_or_init(|| Drape::simulated(2, knit))
+}
+
+/// The scans lie in the simulation frame, so that bearings can be held.
+fn pose() -> Isometry3 {
+    Isometry3::identity()
+}
+
+fn options() -> ScanOptions {
+    ScanOptions { warp_toward: Some(WarpToward::BearingDeg(0.0)), ..ScanOptions::default() }
+}
+
+fn refusal_with(cloud: &Cloud, options: &ScanOptions) -> ScanError {
+    match boundary_from_scan(cloud, options) {
+        Ok(found) => panic!("answered: {:?}", found.quality),
+        Err(refusal) => {
+            println!("{refusal:?}: {refusal}");
+            refusal
+        }
+    }
+}
+
+fn refusal(cloud: &Cloud) -> ScanError {
+    refusal_with(cloud, &options())
+}
+
+/// A scan without the points of the cloth that are not kept.
+fn kept(keep: impl Fn([f64; 2], &Point3) -> bool) -> Cloud {
+    scan_where(drape(), &Sampling::default(), &pose(), keep)
+}
+
+/// Bearing of a place \[degrees\].
+fn bearing_deg(p: &Point3) -> f64 {
+    (-p.z).atan2(p.x).to_degrees().rem_euclid(360.0)
+}
+
+/// Whether a bearing lies within `wide_deg` of `middle_deg`.
+fn within(p: &Point3, middle_deg: f64, wide_deg: f64) -> bool {
+    let off = (bearing_deg(p) - middle_deg + 540.0).rem_euclid(360.0) - 180.0;
+    // folds of stiff cloth swing in under the plate's edge
+    off.abs() < 0.5 * wide_deg && (p.x.hypot(p.z) > 0.052 || p.y < -0.01)
+}
+
+#[test]
+fn the_scene_itself_is_answered() {
+    let found = boundary_from_scan(&kept(|_, _| true), &options()).unwrap();
+    let error_mm = 1e3 * found.boundary.mean_distance_m(&drape().rim());
+    assert!(error_mm < 0.5, "{error_mm} mm");
+}
+
+#[test]
+fn too_few_points() {
+    let few = Sampling { cloth_points: 800, floor_points: 100, ..Sampling::default() };
+    let refusal = refusal(&scan(drape(), &few, &pose()));
+    assert!(
+        matches!(refusal, ScanError::TooFewPoints { points, limit } if points < limit),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn a_scene_of_no_size() {
+    let mut cloud = kept(|_, _| true);
+    // in micrometres
+    cloud.points.iter_mut().for_each(|p| *p *= 1e6);
+    assert!(matches!(refusal(&cloud), ScanError::Size { .. }));
+}
+
+#[test]
+fn no_plate() {
+    let floor_and_pedestal = kept(|_, _| false);
+    assert!(matches!(refusal(&floor_and_pedestal), ScanError::NoPlate { .. }));
+}
+
+#[test]
+fn a_plate_whose_edge_does_not_show() {
+    // a shiny band round it: no points from its edge to 11 mm below its top
+    let banded = kept(|_, p| p.x.hypot(p.z) < 0.0485 || p.y < -11e-3);
+    let refusal = refusal(&banded);
+    assert!(matches!(refusal, ScanError::NoPlateEdge { .. }), "{refusal:?}");
+}
+
+#[test]
+fn a_round_specimen_is_no_square() {
+    let round = kept(|m, _| m[0].hypot(m[1]) < 0.15);
+    let refusal = refusal(&round);
+    assert!(
+        matches!(refusal, ScanError::NotASquare { rms_mm, limit_mm, .. } if rms_mm > limit_mm),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn a_view_that_ends_70_mm_below_the_plate() {
+    let refusal = refusal(&kept(|_, p| p.y > -0.07));
+    assert!(
+        matches!(refusal, ScanError::HiddenRim { hidden_percent, limit_percent, arc_deg, .. }
+            if hidden_percent > 2.0 * limit_percent && arc_deg > 180.0),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn a_long_gap() {
+    let refusal = refusal(&kept(|_, p| !within(p, 95.0, 50.0)));
+    assert!(
+        matches!(refusal, ScanError::Gap { length_mm, limit_mm, bearing_deg }
+            if length_mm > limit_mm && (bearing_deg - 95.0).abs() < 10.0),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn too_little_rim_in_many_short_gaps() {
+    let refusal = refusal(&kept(|_, p| !(0..12).any(|k| within(p, 30.0 * f64::from(k), 11.0))));
+    assert!(
+        matches!(refusal, ScanError::TooLittleRim { observed_percent, limit_percent, .. }
+            if observed_percent < limit_percent),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn a_tag_that_hangs_off_the_rim() {
+    // 14 mm of paper, 8 mm off the cloth in the middle of the side at x = +150 mm
+    let middle = drape().vertices[60 * SIDE + 30];
+    let outward = drape().outward(30);
+    let along = (drape().vertices[60 * SIDE + 31] - drape().vertices[60 * SIDE + 29]).normalize();
+    let normal = outward.cross(&along);
+    let mut cloud = kept(|_, _| true);
+    for i in 0..60 {
+        for k in 0..60 {
+            let [s, t] = [i, k].map(|c| (f64::from(c) / 59.0 - 0.5) * 14e-3);
+            let at = middle - normal * 8e-3 + along * s + outward * t;
+            cloud.points.push(pose() * at);
+        }
+    }
+    let refusal = refusal(&cloud);
+    assert!(
+        matches!(refusal, ScanError::Unexplained { area_mm2, limit_mm2, bearing_deg }
+            if area_mm2 > 2.0 * limit_mm2 && ((bearing_deg + 180.0).rem_euclid(360.0) - 180.0).abs() < 20.0),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn a_specimen_cut_as_a_trapezium() {
+    // 300 mm at x = +150 mm, 288 mm at x = -150 mm
+    let cut = kept(|m, _| m[1].abs() < 0.147 + m[0] * (3e-3 / 0.15));
+    let refusal = refusal(&cut);
+    assert!(
+        matches!(refusal, ScanError::UnevenSides { measured_mm, median_mm, limit_mm, bearing_deg }
+            if median_mm - measured_mm > limit_mm && (bearing_deg - 180.0).abs() < 20.0),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn sides_of_another_length_than_accepted() {
+    let options = ScanOptions { side_range_m: [0.305, 0.330], ..options() };
+    let refusal = refusal_with(&kept(|_, _| true), &options);
+    assert!(
+        matches!(refusal, ScanError::SideLength { measured_mm, min_mm, .. } if measured_mm < min_mm),
+        "{refusal:?}"
+    );
+}
+
+#[test]
+fn cloth_pressed_into_a_crease() {
+    // hanging cloth in sharp pleats 8 mm wide and 6 mm deep
+    let cloud = kept(|_, _| true);
+    let back = pose().inverse();
+    let points = cloud.points.iter().map(|p| {
+        let q = back * p;
+        let radius = q.x.hypot(q.z);
+        if !(0.06..0.2).contains(&radius) || q.y < -0.2 {
+            return *p;
+        }
+        let arc = bearing_deg(&q).to_radians() * radius / 8e-3;
+        let zigzag = (2.0 * (arc - arc.floor()) - 1.0).abs() * 6e-3;
+        let out = Vector3::new(q.x, 0.0, q.z) / radius;
+        pose() * (q + out * zigzag)
+    });
+    let creased = Cloud { points: points.collect(), ..Cloud::default() };
+    let refusal = refusal(&creased);
+    assert!(
+        matches!(refusal, ScanError::Misfit { rms_mm, limit_mm, .. } if rms_mm > limit_mm),
+        "{refusal:?}"
+    );
+}
+
+/// A closed surface of revolution about the y axis, as a mesh: (radius, height) from the
+/// middle of its top to the middle of its bottom.
+fn revolved(profile: &[[f64; 2]]) -> Cloud {
+    const AROUND: usize = 180;
+    let mut cloud = Cloud::default();
+    for [radius, height] in profile {
+        for k in 0..AROUND {
+            let (sine, cosine) = (std::f64::consts::TAU * k as f64 / AROUND as f64).sin_cos();
+            cloud.points.push(Point3::new(radius * cosine, *height, radius * sine));
+        }
+    }
+    for i in 0..profile.len() - 1 {
+        for k in 0..AROUND {
+            let next = (k + 1) % AROUND;
+            let [a, b] = [i * AROUND + k, i * AROUND + next].map(|v| v as u32);
+            let [c, d] = [a, b].map(|v| v + AROUND as u32);
+            cloud.triangles.extend([[a, b, c], [b, d, c]]);
+        }
+    }
+    cloud
+}
+
+#[test]
+fn a_jar_has_no_free_edge() {
+    // a flat top of 50 mm radius, a shoulder of 20 mm, straight down, and round underneath
+    let arc = |from: f64, to: f64, at: [f64; 2], radius: f64| {
+        (0..=16).map(move |k| {
+            let angle = from + (to - from) * f64::from(k) / 16.0;
+            [at[0] + radius * angle.sin(), at[1] + radius * angle.cos()]
+        })
+    };
+    let right = std::f64::consts::FRAC_PI_2;
+    let mut profile: Vec<[f64; 2]> = (0..=20).map(|k| [2.5e-3 * f64::from(k), 0.0]).collect();
+    profile.extend(arc(0.0, right, [0.05, -0.02], 0.02));
+    profile.extend((1..=90).map(|k| [0.07, -0.02 - 2.5e-3 * f64::from(k)]));
+    profile.extend(arc(right, 2.0 * right, [0.0, -0.245], 0.07));
+    let refusal = refusal(&revolved(&profile));
+    assert!(
+        matches!(refusal, ScanError::NoCrease { crease_deg, limit_deg } if crease_deg < limit_deg),
+        "{refusal:?}"
+    );
+}
+
+/// The drape with the colours that `color` gives to flat positions; floor and pedestal
+/// are grey.
+fn colored(color: impl Fn([f64; 2]) -> Option<[u8; 3]>, cloth: [u8; 3]) -> Cloud {
+    let mut cloud = Cloud::default();
+    for (vertex, at) in drape().vertices.iter().enumerate() {
+        // each vertex as 6 x 6 points of its cell, in the planes of its neighbours
+        let (i, k) = (vertex / SIDE, vertex % SIDE);
+        if i + 1 == SIDE || k + 1 == SIDE {
+            continue;
+        }
+        let [u, v] = [vertex + SIDE, vertex + 1].map(|other| drape().vertices[other] - at);
+        let uv = drape().vertices[vertex + SIDE + 1] - at - u - v;
+        for a in 0..6 {
+            for b in 0..6 {
+                let [s, t] = [a, b].map(|c| f64::from(c) / 5.0);
+                let flat = flat_m(vertex);
+                cloud.points.push(pose() * (at + u * s + v * t + uv * (s * t)));
+                let place = [flat[0] + 5e-3 * s, flat[1] + 5e-3 * t];
+                cloud.colors.push(color(place).unwrap_or(cloth));
+            }
+        }
+    }
+    cloud
+}
+
+const GREY: [u8; 3] = [120, 120, 125];
+const RED: [u8; 3] = [190, 50, 45];
+
+fn marked(cloud: &Cloud, mark: &str) -> Result<(), ScanError> {
+    let mark = Some(mark.parse::<MarkColor>().unwrap());
+    let found = boundary_from_scan(cloud, &ScanOptions { mark, ..ScanOptions::default() });
+    found.map(|_| ()).inspect_err(|refusal| println!("{refusal:?}"))
+}
+
+#[test]
+fn marks_that_are_not_there_or_tell_nothing() {
+    let at = |x: f64, z: f64| move |m: [f64; 2]| (m[0] - x).hypot(m[1] - z) < 9e-3;
+    let red = |on: &dyn Fn([f64; 2]) -> bool, m| on(m).then_some(RED);
+    let (side, corner, other) = (at(0.145, 0.0), at(0.145, 0.145), at(0.0, 0.145));
+    assert_eq!(marked(&colored(|m| red(&side, m), GREY), "red"), Ok(()));
+
+    let mut bare = colored(|m| red(&side, m), GREY);
+    bare.colors.clear();
+    assert_eq!(marked(&bare, "red"), Err(ScanError::NoColors));
+
+    let none = marked(&colored(|m| red(&side, m), GREY), "green");
+    assert!(matches!(none, Err(ScanError::NoMark { points, limit }) if points < limit), "{none:?}");
+
+    let alike = marked(&colored(|_| None, RED), "red");
+    assert!(matches!(alike, Err(ScanError::MarkLikeCloth { .. })), "{alike:?}");
+
+    let cornered = marked(&colored(|m| red(&corner, m), GREY), "red");
+    assert!(
+        matches!(cornered, Err(ScanError::MarkUnclear { off_deg, limit_deg, .. }) if off_deg > limit_deg),
+        "{cornered:?}"
+    );
+    let two = marked(&colored(|m| red(&|m| side(m) || other(m), m), GREY), "red");
+    assert!(
+        matches!(two, Err(ScanError::MarkUnclear { share_percent, limit_percent, .. })
+            if share_percent < limit_percent),
+        "{two:?}"
+    );
+}
+
+/// Every variant of the enum stands in a test of this folder.
+#[test]
+fn every_refusal_has_a_test() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let rust_files = |folder: &str| {
+        let entries = std::fs::read_dir(root.join(folder)).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let files = paths.filter(|path| path.extension().is_some_and(|e| e == "rs"));
+        files.map(|path| std::fs::read_to_string(path).unwrap()).collect::<Vec<_>>()
+    };
+    let sources = rust_files("src/scan");
+    let enumeration = sources.iter().find_map(|s| s.split_once("pub enum ScanError {"));
+    let (_, body) = enumeration.expect("src/scan has the enum");
+    let body = &body[..body.find("\n}").unwrap()];
+    let variants: Vec<&str> = body
+        .lines()
+        .filter_map(|line| line.strip_prefix("    ").filter(|l| l.starts_with(char::is_uppercase)))
+        .map(|line| line.split([' ', ',', '(']).next().unwrap())
+        .collect();
+    assert!(variants.len() >= 18, "{variants:?}");
+    let tests = rust_files("tests");
+    let provoked = |name: &&&str| {
+        let used = format!("ScanError::{name}");
+        tests.iter().any(|test| {
+            let after = test.match_indices(&used).map(|(at, _)| &test[at + used.len()..]);
+            after.into_iter().any(|rest| !rest.starts_with(char::is_alphanumeric))
+        })
+    };
+    let missing: Vec<&&str> = variants.iter().filter(|name| !provoked(name)).collect();
+    assert!(missing.is_empty(), "no test provokes {missing:?}");
+}
