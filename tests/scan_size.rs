@@ -55,7 +55,8 @@ fn refused(cloud: Cloud, options: &ScanOptions) -> Refusal {
 fn a_scale_that_is_off_is_named_with_its_size() {
     for name in ["stiff_structured-light.ply", "mean_truedepth.ply"] {
         let cloud = fixture(name);
-        for (factor, side_mm) in [(0.93, 279.0), (0.96, 288.0), (1.07, 321.0)] {
+        for percent in [93, 95, 97, 103, 105, 107] {
+            let (factor, side_mm) = (0.01 * f64::from(percent), 3.0 * f64::from(percent));
             let refusal = refused(scaled(&cloud, factor), &ScanOptions::default());
             match &refusal.error {
                 ScanError::WrongSize { side_mm: found, reading, .. } => {
@@ -71,7 +72,7 @@ fn a_scale_that_is_off_is_named_with_its_size() {
 
 #[test]
 fn a_specimen_of_another_size_is_named_and_answered_where_it_is_given() {
-    for side_mm in [260.0, 285.0, 330.0] {
+    for side_mm in [250.0, 285.0, 310.0, 330.0] {
         let side_m = side_mm * 1e-3;
         let mesh = draped(side_m, 0.05);
         let made = scanned(&mesh, 0.05);
@@ -137,7 +138,8 @@ fn points_too_far_apart_are_named_with_their_distance() {
         let refusal = refused(cloud, &ScanOptions::default());
         match &refusal.error {
             ScanError::TooSparse { spacing_mm: found, .. } => {
-                assert!((found / spacing_mm - 1.0).abs() < 0.15, "{name} / {one_in}: {refusal}");
+                // Where no plate is found it is that of the scene, whose folds make it shorter.
+                assert!((found / spacing_mm - 1.0).abs() < 0.2, "{name} / {one_in}: {refusal}");
             }
             _ => panic!("{name} / {one_in}: {refusal}"),
         }
@@ -189,17 +191,17 @@ fn a_refusal_carries_what_was_found_and_a_picture_shows_it() {
         p.x.hypot(p.z) > 0.055 && (20.0..110.0).contains(&(-p.z).atan2(p.x).to_degrees())
     });
     let place = hidden.error.place().unwrap_or_else(|| panic!("{hidden}"));
-    assert!((place.bearing_deg - 65.0).abs() < 25.0, "{hidden}");
+    assert!((20.0..110.0).contains(&place.bearing_deg), "{hidden}");
     let topless = without(&|p| p.y > -0.03);
     assert!(matches!(topless.error, ScanError::NoPlate { .. }), "{topless}");
 
     let [size, gap, plate] =
         [("size", &short), ("gap", &hidden), ("plate", &topless)].map(|(name, refusal)| {
             let image = inspection::draw_refused(&refusal.found, &refusal.error);
-            if let Some(folder) = option_env!("SCAN_SIZE_PICTURES") {
-                image.save(Path::new(folder).join(format!("refused_{name}.png"))).unwrap();
+            if let Some(folder) = std::env::var_os("SCAN_SIZE_PICTURES") {
+                image.save(Path::new(&folder).join(format!("refused_{name}.png"))).unwrap();
             }
-            let panes = image.height() - 240;
+            let panes = image.height() - 200;
             move |color: [u8; 3]| {
                 image.enumerate_pixels().filter(|(_, y, p)| *y < panes && p.0 == color).count()
             }

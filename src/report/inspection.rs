@@ -5,20 +5,24 @@
 
 use image::{Rgb, RgbImage};
 
-use super::pane::{Pane, View};
+use super::pane::{Pane, Upright, View};
 use crate::base::units::M_PER_MM;
-use crate::base::{Point3, Vector3};
-use crate::picture::draw::text;
+use crate::base::{Isometry3, Point3, Vector3};
+use crate::picture::draw::{polygon, text, text_width};
 use crate::scan::error::PlateCandidate;
-use crate::scan::{Found, FoundSquare, LengthUnit, ScanError, ScannedBoundary};
+use crate::scan::{Found, FoundSquare, LengthUnit, Orientation, ScanError, ScannedBoundary};
 
 /// Side of a pane, and height of the legend under the panes \[pixels\].
 const PANE: u32 = 720;
-const LEGEND: u32 = 230;
-/// Distance between lines of text \[pixels\].
+const LEGEND: u32 = 200;
+/// Distance between lines of text, and of text from the picture's left side \[pixels\].
 const LINE: i32 = 20;
-/// Characters of a line over the width of the picture.
-const LINE_CHARACTERS: usize = 225;
+const INDENT: i32 = 16;
+
+/// Where the bearings stand, as a share of half a pane: beyond the specimen's corners.
+const RING: f64 = 0.93;
+/// Length of the arrow along the warp \[m\].
+const WARP_ARROW_M: f64 = 0.035;
 
 const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
 const SCENE: Rgb<u8> = Rgb([200, 200, 200]);
@@ -34,27 +38,37 @@ const TEXT: Rgb<u8> = Rgb([40, 40, 40]);
 /// Draws an answered scan.
 #[must_use]
 pub fn draw(scan: &ScannedBoundary) -> RgbImage {
-    let mut image = views(&scan.found, None);
-    legend(&mut image, &scan.found, "rim found");
+    let warp = (scan.orientation == Orientation::Given).then(|| {
+        let local_from_scan = scan.found.local_from_scan.unwrap_or_else(Isometry3::identity);
+        local_from_scan * scan.sim_from_scan.inverse_transform_vector(&Vector3::x())
+    });
+    let mut image = views(&scan.found, None, warp);
+    let percent = 100.0 * scan.quality.observed_fraction;
+    let mut outcome = format!("rim found, {percent:.0} % of it observed");
+    if warp.is_none() {
+        outcome += "; which of its sides run along the warp is not known";
+    }
+    legend(&mut image, &scan.found, (&outcome, MEASURED));
     image
 }
 
 /// Draws what was found in a scan that was refused, and where what is missing.
 #[must_use]
 pub fn draw_refused(found: &Found, why: &ScanError) -> RgbImage {
-    let mut image = views(found, Some(why));
-    legend(&mut image, found, &format!("refused: {why}"));
+    let mut image = views(found, Some(why), None);
+    legend(&mut image, found, (&format!("refused: {why}"), MISSING));
     image
 }
 
-fn views(found: &Found, why: Option<&ScanError>) -> RgbImage {
+/// The three views; `warp` is its direction in the local frame, if it is known.
+fn views(found: &Found, why: Option<&ScanError>, warp: Option<Vector3>) -> RgbImage {
     let mut image = RgbImage::from_pixel(3 * PANE, PANE + LEGEND, WHITE);
     match found.local_from_scan {
         Some(local_from_scan) => {
             let scene: Vec<Point3> = found.scene.iter().map(|p| local_from_scan * p).collect();
-            above(&mut image, found, &scene, why);
+            above(&mut image, found, &scene, why, warp);
             side(&mut image, found, &scene);
-            flattened(&mut image, found, why);
+            flattened(&mut image, found, why, warp.is_some());
         }
         None => own_axes(&mut image, found),
     }
@@ -63,10 +77,16 @@ fn views(found: &Found, why: Option<&ScanError>) -> RgbImage {
 
 /// Half the width of a view that shows the whole specimen \[m\].
 fn half_view_m(found: &Found) -> f64 {
-    0.75 * found.specimen_side_m
+    0.8 * found.specimen_side_m
 }
 
-fn above(image: &mut RgbImage, found: &Found, scene: &[Point3], why: Option<&ScanError>) {
+fn above(
+    image: &mut RgbImage,
+    found: &Found,
+    scene: &[Point3],
+    why: Option<&ScanError>,
+    warp: Option<Vector3>,
+) {
     let view = View { right: Vector3::x(), down: Vector3::z(), half: half_view_m(found) };
     let mut pane = Pane::new(image, [0, 0], PANE, view);
     scene.iter().for_each(|p| pane.dot(p, 1, SCENE));
@@ -76,11 +96,15 @@ fn above(image: &mut RgbImage, found: &Found, scene: &[Point3], why: Option<&Sca
         circle(&mut pane, plate.radius_m, MEASURED);
     }
     rim(&mut pane, found);
-    pane.bearings(0.9, TEXT);
+    pane.bearings(RING, TEXT);
     if let Some(place) = why.and_then(ScanError::place) {
-        pane.arc(0.9, [place.bearing_deg, place.arc_deg], MISSING);
+        pane.arc(RING, [place.bearing_deg, place.arc_deg], MISSING);
     }
-    pane.frame("from above; bearings from the scan's x axis", TEXT);
+    if let Some(warp) = warp {
+        pane.arrow(&Point3::origin(), &Point3::from(WARP_ARROW_M * warp), "warp", TEXT);
+    }
+    pane.frame("from above, with bearings", TEXT);
+    pane.axes("x", Upright::Down("z"), TEXT);
     pane.scale_bar(50.0 * M_PER_MM, "50 mm", TEXT);
 }
 
@@ -93,17 +117,18 @@ fn side(image: &mut RgbImage, found: &Found, scene: &[Point3]) {
     found.cloth.iter().for_each(|p| pane.dot(p, 1, CLOTH));
     let across = |half_m: f64, y: f64| [-1.0, 1.0].map(|s| Point3::new(s * half_m, y, 0.0));
     if let Some(height_m) = found.floor_height_m {
-        let [a, b] = across(half_view_m(found), height_m);
+        let [a, b] = across(0.99 * half_view_m(found), height_m);
         pane.line(&a, &b, FLOOR);
     }
     let [a, b] = across(found.plate_radius_m, 0.0);
     pane.line(&a, &b, PLATE);
     rim(&mut pane, found);
-    pane.frame("from the side, bearing 0 to the right", TEXT);
+    pane.frame("from the side, bearing 0\u{b0} to the right", TEXT);
+    pane.axes("x", Upright::Up("y"), TEXT);
     pane.scale_bar(50.0 * M_PER_MM, "50 mm", TEXT);
 }
 
-fn flattened(image: &mut RgbImage, found: &Found, why: Option<&ScanError>) {
+fn flattened(image: &mut RgbImage, found: &Found, why: Option<&ScanError>, warp_known: bool) {
     let view = View { right: Vector3::x(), down: Vector3::z(), half: half_view_m(found) };
     let mut pane = Pane::new(image, [2 * PANE, 0], PANE, view);
     let at = |m: [f64; 2]| Point3::new(m[0], 0.0, m[1]);
@@ -124,12 +149,23 @@ fn flattened(image: &mut RgbImage, found: &Found, why: Option<&ScanError>) {
     });
     expected.iter().for_each(|expected| square(expected, PLATE));
     found.outline.iter().for_each(|outline| square(outline, MEASURED));
-    pane.bearings(0.97, TEXT);
+    pane.bearings(RING, TEXT);
     if let Some(place) = why.and_then(ScanError::place) {
-        pane.arc(0.97, [place.bearing_deg, place.arc_deg], MISSING);
+        pane.arc(RING, [place.bearing_deg, place.arc_deg], MISSING);
     }
-    let title =
-        if found.flat.is_empty() { "flattened: not come to" } else { "the cloth flattened" };
+    // The square's x axis, towards the middle of its first side, is the warp if that is known.
+    if let Some(FoundSquare { corners: [a, b, c, d], side_m }) = found.square.filter(|_| warp_known)
+    {
+        let middle = [0, 1].map(|k| 0.25 * (a[k] + b[k] + c[k] + d[k]));
+        let share = 2.0 * WARP_ARROW_M / side_m;
+        let tip = [0, 1].map(|k| middle[k] + share * (0.5 * (a[k] + b[k]) - middle[k]));
+        pane.arrow(&at(middle), &at(tip), "warp", TEXT);
+    }
+    let title = if found.flat.is_empty() {
+        "the cloth flattened: not reached"
+    } else {
+        "the cloth flattened"
+    };
     pane.frame(title, TEXT);
     pane.scale_bar(50.0 * M_PER_MM, "50 mm", TEXT);
 }
@@ -150,13 +186,13 @@ fn circle(pane: &mut Pane, radius_m: f64, color: Rgb<u8>) {
 /// A scene without a plate: views along its own axes.
 fn own_axes(image: &mut RgbImage, found: &Found) {
     let axes = [
-        (Vector3::x(), -Vector3::y(), "scan's x right, y up"),
-        (Vector3::x(), -Vector3::z(), "scan's x right, z up"),
-        (Vector3::y(), -Vector3::z(), "scan's y right, z up"),
+        (Vector3::x(), -Vector3::y(), ["x", "y"]),
+        (Vector3::x(), -Vector3::z(), ["x", "z"]),
+        (Vector3::y(), -Vector3::z(), ["y", "z"]),
     ];
     let (middle, half) = extent(&found.scene);
     let metres = found.unit.is_some();
-    for (k, (right, down, title)) in (0_u32..).zip(axes) {
+    for (k, (right, down, names)) in (0_u32..).zip(axes) {
         let mut pane = Pane::new(image, [k * PANE, 0], PANE, View { right, down, half });
         pane.shift([-middle.dot(&right), -middle.dot(&down)]);
         found.scene.iter().for_each(|p| pane.dot(p, 1, CLOTH));
@@ -167,7 +203,8 @@ fn own_axes(image: &mut RgbImage, found: &Found) {
             pane.circle(centre, axes, found.plate_radius_m, PLATE);
             pane.circle(centre, axes, *radius_m, MEASURED);
         }
-        pane.frame(title, TEXT);
+        pane.frame(&format!("along the scan's {} and {} axes", names[0], names[1]), TEXT);
+        pane.axes(names[0], Upright::Up(names[1]), TEXT);
         let length = 10_f64.powf((0.6 * half).log10().floor());
         let label = if metres {
             format!("{} mm", (length / M_PER_MM * 10.0).round() / 10.0)
@@ -194,10 +231,10 @@ fn extent(points: &[Point3]) -> (Vector3, f64) {
     (middle, half)
 }
 
-/// What the colours mean, the figures, and the outcome in words.
-fn legend(image: &mut RgbImage, found: &Found, outcome: &str) {
+/// What the colours mean, the figures, and the outcome in words and its colour.
+fn legend(image: &mut RgbImage, found: &Found, (outcome, color): (&str, Rgb<u8>)) {
     let mut y = PANE as i32 + 12;
-    let mut x = 14;
+    let mut x = INDENT;
     for (name, color) in [
         ("scanned", SCENE),
         ("cloth", CLOTH),
@@ -208,20 +245,21 @@ fn legend(image: &mut RgbImage, found: &Found, outcome: &str) {
         ("rim bridged", BRIDGED),
         ("missing or wrong", MISSING),
     ] {
-        for (dx, dy) in (0..12).flat_map(|dx| (0..12).map(move |dy| (dx, dy))) {
-            image.put_pixel((x + dx) as u32, (y + dy) as u32, color);
-        }
+        let [left, top] = [x as f32, y as f32 + 2.0];
+        let [right, bottom] = [left + 12.0, top + 12.0];
+        polygon(image, &[[left, top], [right, top], [right, bottom], [left, bottom]], color);
         text(image, x + 18, y, name, TEXT);
-        x += 40 + 10 * name.len() as i32;
+        x += 46 + text_width(name) as i32;
     }
     y += LINE + 6;
     for line in figures(found) {
-        text(image, 14, y, &line, TEXT);
+        text(image, INDENT, y, &line, TEXT);
         y += LINE;
     }
     y += 6;
-    for line in wrapped(outcome, LINE_CHARACTERS) {
-        text(image, 14, y, &line, MISSING);
+    let most = image.width() as f32 - 2.0 * INDENT as f32;
+    for line in wrapped(outcome, |line| text_width(line) <= most) {
+        text(image, INDENT, y, &line, color);
         y += LINE;
     }
 }
@@ -267,19 +305,18 @@ pub fn figures(found: &Found) -> Vec<String> {
     lines
 }
 
-/// Breaks a text into lines at its spaces.
-fn wrapped(text: &str, most: usize) -> Vec<String> {
+/// Breaks a text at its spaces into lines that fit; a word that does not has its own.
+fn wrapped(text: &str, fits: impl Fn(&str) -> bool) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
-        let last = lines.len() - 1;
-        if !lines[last].is_empty() && lines[last].chars().count() + word.chars().count() >= most {
+        let last = lines.last().map_or("", String::as_str);
+        let longer = if last.is_empty() { word.to_owned() } else { format!("{last} {word}") };
+        if last.is_empty() || fits(&longer) {
+            lines.pop();
+            lines.push(longer);
+        } else {
             lines.push(word.to_owned());
-            continue;
         }
-        if !lines[last].is_empty() {
-            lines[last].push(' ');
-        }
-        lines[last].push_str(word);
     }
     lines
 }
@@ -291,9 +328,11 @@ mod tests {
     #[test]
     fn lines_break_at_spaces_and_lose_no_word() {
         let text = "one two three four five six seven";
-        let lines = wrapped(text, 12);
-        assert!(lines.iter().all(|line| line.len() <= 12), "{lines:?}");
+        let fits = |line: &str| line.len() <= 12;
+        let lines = wrapped(text, fits);
+        assert!(lines.iter().all(|line| fits(line)), "{lines:?}");
         assert_eq!(lines.join(" "), text);
-        assert_eq!(wrapped("", 12), [""]);
+        assert_eq!(wrapped("", fits), [""]);
+        assert_eq!(wrapped("incontrovertible it is", fits), ["incontrovertible", "it is"]);
     }
 }

@@ -3,7 +3,14 @@
 use image::{Rgb, RgbImage};
 
 use crate::base::{Point3, Vector3};
-use crate::picture::draw::{line, text};
+use crate::picture::draw::{TEXT_HEIGHT, line, polygon, stroke, text, text_width};
+
+/// Width of lines of the scene, and of what marks a place \[pixels\].
+const WIDTH: f32 = 1.8;
+const MARK_WIDTH: f32 = 7.0;
+/// Length of the arrows that show the axes, and of an arrow's head \[pixels\].
+const AXIS: f32 = 46.0;
+const HEAD: f32 = 9.0;
 
 /// How space is looked at, without perspective.
 pub(super) struct View {
@@ -13,6 +20,14 @@ pub(super) struct View {
     pub down: Vector3,
     /// Half of what the pane is wide, in the points' unit.
     pub half: f64,
+}
+
+/// The axis that is upright in a view, with its name.
+pub(super) enum Upright<'a> {
+    /// It points up.
+    Up(&'a str),
+    /// It points down.
+    Down(&'a str),
 }
 
 /// A square part of an image with a view.
@@ -61,9 +76,36 @@ impl<'a> Pane<'a> {
     /// A straight line, if both ends are in the pane.
     pub fn line(&mut self, a: &Point3, b: &Point3, color: Rgb<u8>) {
         if let (Some(a), Some(b)) = (self.pixel(a), self.pixel(b)) {
-            line(self.image, a, b, color);
-            line(self.image, [a[0], a[1] + 1.0], [b[0], b[1] + 1.0], color);
+            stroke(self.image, a, b, WIDTH, color);
         }
+    }
+
+    /// An arrow with a name beyond its head, if both ends are in the pane.
+    pub fn arrow(&mut self, a: &Point3, b: &Point3, name: &str, color: Rgb<u8>) {
+        if let (Some(a), Some(b)) = (self.pixel(a), self.pixel(b)) {
+            self.pointer(a, b, name, color);
+        }
+    }
+
+    /// An arrow between two places of the image \[pixels\].
+    fn pointer(&mut self, a: [f32; 2], b: [f32; 2], name: &str, color: Rgb<u8>) {
+        let [x, y] = [b[0] - a[0], b[1] - a[1]];
+        let length = x.hypot(y).max(1.0);
+        let along = [x / length, y / length];
+        let from_tip = |back: f32, aside: f32| {
+            [b[0] - back * along[0] - aside * along[1], b[1] - back * along[1] + aside * along[0]]
+        };
+        stroke(self.image, a, from_tip(HEAD, 0.0), WIDTH, color);
+        let head = [b, from_tip(HEAD, 0.45 * HEAD), from_tip(HEAD, -0.45 * HEAD)];
+        polygon(self.image, &head, color);
+        let reach = 0.5 * (text_width(name) * along[0].abs() + TEXT_HEIGHT * along[1].abs()) + 4.0;
+        self.centred(from_tip(-reach, 0.0), name, color);
+    }
+
+    /// A text about a place of the image \[pixels\].
+    fn centred(&mut self, [x, y]: [f32; 2], words: &str, color: Rgb<u8>) {
+        let (left, top) = (x - 0.5 * text_width(words), y - 0.5 * TEXT_HEIGHT);
+        text(self.image, left as i32, top as i32, words, color);
     }
 
     /// A circle in the plane of two axes of unit length.
@@ -91,27 +133,25 @@ impl<'a> Pane<'a> {
             let degrees = f64::from(bearing_deg);
             let [a, b] = [share - 0.02, share].map(|share| self.on_ring(share, degrees));
             line(self.image, a, b, color);
-            let [x, y] = self.on_ring(share - 0.06, degrees);
-            text(self.image, x as i32 - 12, y as i32 - 6, &bearing_deg.to_string(), color);
+            let at = self.on_ring(share - 0.065, degrees);
+            self.centred(at, &format!("{bearing_deg}\u{b0}"), color);
         }
     }
 
-    /// Marks an arc of bearings, its middle and width in degrees; one without width as a
-    /// thick tick.
+    /// Marks an arc of bearings, its middle and width in degrees, and the way to its middle
+    /// unless that is all round; one without width is a thick tick.
     pub fn arc(&mut self, share: f64, [middle_deg, width_deg]: [f64; 2], color: Rgb<u8>) {
         let half_deg = 0.5 * width_deg.max(4.0);
         let steps = (2.0 * half_deg).ceil() as u32;
-        for ring in 0..8 {
-            let share = share + 0.004 * f64::from(ring);
-            let at =
-                |k: u32| middle_deg - half_deg + 2.0 * half_deg * f64::from(k) / f64::from(steps);
-            for k in 0..steps {
-                let (a, b) = (self.on_ring(share, at(k)), self.on_ring(share, at(k + 1)));
-                line(self.image, a, b, color);
-            }
+        let at = |k: u32| middle_deg - half_deg + 2.0 * half_deg * f64::from(k) / f64::from(steps);
+        for k in 0..steps {
+            let (a, b) = (self.on_ring(share, at(k)), self.on_ring(share, at(k + 1)));
+            stroke(self.image, a, b, MARK_WIDTH, color);
         }
-        let (a, b) = (self.on_ring(0.0, middle_deg), self.on_ring(share, middle_deg));
-        line(self.image, a, b, color);
+        if width_deg < 180.0 {
+            let (a, b) = (self.on_ring(0.0, middle_deg), self.on_ring(share, middle_deg));
+            stroke(self.image, a, b, WIDTH, color);
+        }
     }
 
     /// The pane's border and title.
@@ -130,11 +170,22 @@ impl<'a> Pane<'a> {
         let [left, top] = self.corner.map(|c| c as f32);
         let y = top + self.pixels as f32 - 18.0;
         let long = (length / (2.0 * self.view.half) * f64::from(self.pixels)) as f32;
-        let [a, b] = [left + 14.0, left + 14.0 + long];
-        for dy in [0.0, 1.0, 2.0] {
-            line(self.image, [a, y + dy], [b, y + dy], color);
-        }
-        [a, b].iter().for_each(|&x| line(self.image, [x, y - 5.0], [x, y + 7.0], color));
-        text(self.image, a as i32, y as i32 - 24, label, color);
+        let [a, b] = [left + 16.0, left + 16.0 + long];
+        stroke(self.image, [a, y], [b, y], 3.0, color);
+        [a, b].iter().for_each(|&x| line(self.image, [x, y - 6.0], [x, y + 6.0], color));
+        self.centred([0.5 * (a + b).max(2.0 * a + text_width(label)), y - 16.0], label, color);
+    }
+
+    /// Arrows in the lower right corner: what is to the right, and what is up or down.
+    pub fn axes(&mut self, right: &str, upright: Upright, color: Rgb<u8>) {
+        let [left, top] = self.corner.map(|c| c as f32);
+        let pixels = self.pixels as f32;
+        let (name, way) = match upright {
+            Upright::Up(name) => (name, -1.0),
+            Upright::Down(name) => (name, 1.0),
+        };
+        let start = [left + pixels - 100.0, top + pixels - if way < 0.0 { 22.0 } else { 84.0 }];
+        self.pointer(start, [start[0] + AXIS, start[1]], right, color);
+        self.pointer(start, [start[0], start[1] + way * AXIS], name, color);
     }
 }

@@ -46,7 +46,7 @@ pub enum ScanError {
     },
     /// The cloth is a square, but not of the specimen's size.
     #[error(
-        "the cloth is a square of {side_mm:.0} mm, accepted are {least_mm:.0} to {most_mm:.0}, on a plate of \
+        "the cloth is a square of {side_mm:.1} mm, accepted are {least_mm:.1} to {most_mm:.1}, on a plate of \
          {plate_mm:.1} mm radius as it reads: {}",
         reading.remedy([*side_mm, *expected_side_mm], *expected_plate_mm)
     )]

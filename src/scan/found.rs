@@ -130,7 +130,11 @@ impl Found {
 
     /// Notes what a refusal says of the scan.
     pub(super) fn note_refusal(&mut self, error: &ScanError) {
-        let ScanError::NoPlate { best, unit, .. } = error else { return };
+        let cause = match error {
+            ScanError::TooSparse { cause, .. } => cause,
+            error => error,
+        };
+        let ScanError::NoPlate { best, unit, .. } = cause else { return };
         self.plate_candidate.clone_from(best);
         if self.unit.replace(*unit).is_none() {
             self.scene.iter_mut().for_each(|p| *p *= unit.metres());

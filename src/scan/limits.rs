@@ -52,6 +52,23 @@ pub(super) fn size(
     wrong_size(measured, [shortest, longest], options).map_or(Ok(()), Err)
 }
 
+/// Refuses a cloth that is larger than the specimen, less clearly so than [`size`] does: its
+/// rim is too long as well. A soft cloth's flattened square is larger because it stretches near
+/// the plate; its rim hardly does.
+pub(super) fn rim_of_size(
+    measured: &MeasuredSize,
+    rim: &Rim,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
+    let tuning = &options.tuning.limits;
+    let rim_side_m = rim.side_lengths_m.iter().sum::<f64>() / SIDES as f64;
+    let longest_m = tuning.longest_rim_side * options.specimen_side_m + measured.noise_m;
+    if rim_side_m <= longest_m {
+        return Ok(());
+    }
+    wrong_size(measured, [tuning.sides[0], tuning.likely_sides[1]], options).map_or(Ok(()), Err)
+}
+
 /// The refusal of a size outside of these shares of the specimen's; says whether the plate
 /// makes the scale or the specimen the likelier reason.
 fn wrong_size(

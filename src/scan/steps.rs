@@ -240,6 +240,11 @@ impl Parameterised {
     }
 }
 
+/// The size of a flattened cloth and of the plate that it lies on.
+fn measured(side_m: f64, plate: &Plate) -> MeasuredSize {
+    MeasuredSize { side_m, plate_radius_m: plate.radius_m, noise_m: plate.noise_m }
+}
+
 impl Relaxed {
     /// Relaxes the cloth and looks what square it makes.
     pub fn of(parameterised: Parameterised, options: &ScanOptions) -> Self {
@@ -252,8 +257,7 @@ impl Relaxed {
     /// Refuses a cloth that is clearly not of the specimen's size.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
         let Some(Outline { side_m, .. }) = self.outline else { return Ok(()) };
-        let Plate { radius_m: plate_radius_m, noise_m, .. } = self.bench.plate;
-        let measured = MeasuredSize { side_m, plate_radius_m, noise_m };
+        let measured = measured(side_m, &self.bench.plate);
         limits::size(&measured, self.bench.mesh.map(|mesh| mesh.edge_m), options)
     }
 }
@@ -385,10 +389,15 @@ impl<'a> Edged<'a> {
         Self { registered, origin, near_edge, widths_m, own_edge_share, rim, shift }
     }
 
-    /// Refuses the cut of a closed mesh that follows too little of the rim.
+    /// Refuses the cut of a closed mesh that follows too little of the rim, and a cloth that
+    /// is larger than the specimen out to its rim.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
-        let cut = self.registered.cloth.bench.mesh.and_then(|mesh| mesh.cut);
-        cut.map_or(Ok(()), |_| limits::edge_of_cut(self.own_edge_share, options))
+        let Oriented { bench, outline_side_m, .. } = &self.registered.cloth;
+        if bench.mesh.and_then(|mesh| mesh.cut).is_some() {
+            limits::edge_of_cut(self.own_edge_share, options)?;
+        }
+        let Some(side_m) = *outline_side_m else { return Ok(()) };
+        limits::rim_of_size(&measured(side_m, &bench.plate), &self.rim, options)
     }
 }
 

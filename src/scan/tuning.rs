@@ -527,6 +527,9 @@ pub struct LimitTuning {
     pub sides: [f64; 2],
     /// The same where the scan is refused anyway: beyond, the size is the likelier reason.
     pub likely_sides: [f64; 2],
+    /// Longest side of the rim in the mean, as a share of the specimen's, with which a flattened
+    /// cloth may be larger than [`Self::likely_sides`]: a rim hardly stretches.
+    pub longest_rim_side: f64,
     /// Noise makes it read larger by up to this many times the noise.
     pub size_noises: f64,
     /// What the plate's radius reads in a scan, as a share of its own: the cloth leaves it a
@@ -747,6 +750,7 @@ const SHIPPED: Tuning = Tuning {
         bridged_well_noise_m: 1e-3,        // m
         sides: [0.975, 1.045],             // m
         likely_sides: [0.98, 1.02],        // m
+        longest_rim_side: 1.004,           // m
         size_noises: 4.0,                  // m
         plate_reads: 0.98,                 // m
         sparse_m: 2.8e-3,                  // m
