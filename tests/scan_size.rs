@@ -1,9 +1,12 @@
 //! Specimens, plates, scales, units and densities of points that are not the usual ones: what
 //! is answered if they are given, and what a refusal says and shows if they are not.
 
+mod promises;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use promises::hold;
 use scan2params::base::clock::Stages;
 use scan2params::base::{Point3, Vector3};
 use scan2params::dataset::drape_file::rim_of;
@@ -53,6 +56,7 @@ fn refused(cloud: Cloud, options: &ScanOptions) -> Refusal {
 
 #[test]
 fn a_scale_that_is_off_is_named_with_its_size() {
+    let mut worst_mm = 0_f64;
     for name in ["stiff_structured-light.ply", "mean_truedepth.ply"] {
         let cloud = fixture(name);
         for percent in [93, 95, 97, 103, 105, 107] {
@@ -60,18 +64,20 @@ fn a_scale_that_is_off_is_named_with_its_size() {
             let refusal = refused(scaled(&cloud, factor), &ScanOptions::default());
             match &refusal.error {
                 ScanError::WrongSize { side_mm: found, reading, .. } => {
-                    assert!((found - side_mm).abs() < 3.0, "{name} x {factor}: {refusal}");
+                    worst_mm = worst_mm.max((found - side_mm).abs());
                     assert_eq!(*reading, SizeReading::Scale, "{name} x {factor}: {refusal}");
                 }
                 _ => panic!("{name} x {factor}: {refusal}"),
             }
-            assert!(!refusal.to_string().contains("add"), "{refusal}");
+            assert!(!refusal.to_string().contains("add "), "{refusal}");
         }
     }
+    hold("size.scaled", worst_mm);
 }
 
 #[test]
 fn a_specimen_of_another_size_is_named_and_answered_where_it_is_given() {
+    let (mut worst_mm, mut worst_rim_mm) = (0_f64, 0_f64);
     for side_mm in [250.0, 285.0, 310.0, 330.0] {
         let side_m = side_mm * 1e-3;
         let mesh = draped(side_m, 0.05);
@@ -79,25 +85,33 @@ fn a_specimen_of_another_size_is_named_and_answered_where_it_is_given() {
         let refusal = refused(made.cloud.clone(), &ScanOptions::default());
         match &refusal.error {
             ScanError::WrongSize { side_mm: found, reading, .. } => {
-                assert!((found - side_mm).abs() < 3.0, "{side_mm}: {refusal}");
+                worst_mm = worst_mm.max((found - side_mm).abs());
                 assert_eq!(*reading, SizeReading::Specimen, "{side_mm}: {refusal}");
             }
             _ => panic!("{side_mm}: {refusal}"),
         }
-        held_against_truth(&made, &mesh, ScanOptions::for_experiment(side_m, 0.05).unwrap());
+        assert!(!refusal.to_string().contains("add "), "{refusal}");
+        let options = ScanOptions::for_experiment(side_m, 0.05).unwrap();
+        worst_rim_mm = worst_rim_mm.max(off_truth_mm(&made, &mesh, options));
     }
+    hold("size.specimen", worst_mm);
+    hold("size.specimen_rim", worst_rim_mm);
 }
 
 #[test]
 fn a_plate_of_another_radius_is_found_where_it_is_given() {
+    let mut worst_rim_mm = 0_f64;
     for (side_m, radius_m) in [(0.4, 0.075), (0.24, 0.04)] {
         let mesh = draped(side_m, radius_m);
         let made = scanned(&mesh, radius_m);
-        held_against_truth(&made, &mesh, ScanOptions::for_experiment(side_m, radius_m).unwrap());
+        let options = ScanOptions::for_experiment(side_m, radius_m).unwrap();
+        worst_rim_mm = worst_rim_mm.max(off_truth_mm(&made, &mesh, options));
     }
+    hold("size.plate_rim", worst_rim_mm);
 }
 
-fn held_against_truth(made: &VirtualScan, mesh: &Mesh, options: ScanOptions) {
+/// Mean distance of the rim found from the true one \[mm\].
+fn off_truth_mm(made: &VirtualScan, mesh: &Mesh, options: ScanOptions) -> f64 {
     let warp = made.truth.simulation_from_scanner.inverse() * Vector3::x();
     let warp_toward = Some(WarpToward::Direction(warp.into()));
     let options = ScanOptions { warp_toward, ..options };
@@ -105,7 +119,7 @@ fn held_against_truth(made: &VirtualScan, mesh: &Mesh, options: ScanOptions) {
     let mean_mm = found.boundary.mean_distance_m(&rim_of(mesh).unwrap()) * 1e3;
     let side_mm = options.specimen_side_m * 1e3;
     println!("side {side_mm:.0} mm: rim {mean_mm:.2} mm from the truth in the mean");
-    assert!(mean_mm < 0.8, "side {side_mm:.0} mm: {mean_mm:.2} mm");
+    mean_mm
 }
 
 #[test]
@@ -120,6 +134,7 @@ fn sizes_that_the_method_does_not_take_are_named() {
 
 #[test]
 fn points_too_far_apart_are_named_with_their_distance() {
+    let mut worst = 0_f64;
     for (name, one_in, spacing_mm) in [
         ("stiff_structured-light.ply", 5, 3.9),
         ("mean_structured-light.ply", 5, 3.9),
@@ -138,12 +153,13 @@ fn points_too_far_apart_are_named_with_their_distance() {
         let refusal = refused(cloud, &ScanOptions::default());
         match &refusal.error {
             ScanError::TooSparse { spacing_mm: found, .. } => {
-                // Where no plate is found it is that of the scene, whose folds make it shorter.
-                assert!((found / spacing_mm - 1.0).abs() < 0.2, "{name} / {one_in}: {refusal}");
+                println!("{name} / {one_in}: {found:.2} mm apart ({spacing_mm})");
+                worst = worst.max((found / spacing_mm - 1.0_f64).abs());
             }
             _ => panic!("{name} / {one_in}: {refusal}"),
         }
     }
+    hold("size.spacing", worst);
 }
 
 #[test]
@@ -246,13 +262,15 @@ fn estimates_of_other_sizes_are_refused_as_usage_and_pictures_of_refused_scans_a
 
 #[test]
 fn the_size_of_a_flattened_cloth_is_measured_before_it_is_fitted() {
+    let mut worst_mm = 0_f64;
     for name in ["stiff_structured-light.ply", "mean_structured-light.ply", "mean_truedepth.ply"] {
         for factor in [0.98, 1.0, 1.02] {
             let cloud = scaled(&fixture(name), factor);
             let found = boundary_from_scan(&cloud, &ScanOptions::default()).unwrap();
             let outline_m = found.quality.outline_side_m.unwrap();
             println!("{name} x {factor}: {:.1} mm", 1e3 * outline_m);
-            assert!((outline_m - 0.3 * factor).abs() < 4e-3, "{name} x {factor}: {outline_m}");
+            worst_mm = worst_mm.max(1e3 * (outline_m - 0.3 * factor).abs());
         }
     }
+    hold("size.answered", worst_mm);
 }
