@@ -22,7 +22,7 @@ const INDENT: i32 = 16;
 /// Where the bearings stand, as a share of half a pane: beyond the specimen's corners.
 const RING: f64 = 0.93;
 /// Length of the arrow along the warp \[m\].
-const WARP_ARROW_M: f64 = 0.035;
+const WARP_ARROW_M: f64 = 0.022;
 
 const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
 const SCENE: Rgb<u8> = Rgb([200, 200, 200]);

@@ -102,9 +102,12 @@ impl<'a> Pane<'a> {
         self.centred(from_tip(-reach, 0.0), name, color);
     }
 
-    /// A text about a place of the image \[pixels\].
+    /// A text about a place of the image \[pixels\], on a white ground: it may lie on points.
     fn centred(&mut self, [x, y]: [f32; 2], words: &str, color: Rgb<u8>) {
         let (left, top) = (x - 0.5 * text_width(words), y - 0.5 * TEXT_HEIGHT);
+        let [right, bottom] = [x + x - left + 2.0, y + y - top];
+        let ground = [[left - 2.0, top], [right, top], [right, bottom], [left - 2.0, bottom]];
+        polygon(self.image, &ground, Rgb([255; 3]));
         text(self.image, left as i32, top as i32, words, color);
     }
 
