@@ -348,9 +348,10 @@ fn every_test_that_the_documents_name_is_there() {
                 && code.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
             if k % 2 == 1 && is_name {
                 named += 1;
-                let function = format!("fn {code}");
-                let found = sources.values().any(|source| source.contains(&function));
-                assert!(found, "{file} names `{code}`, which is no function");
+                let [function, field] = [format!("fn {code}("), format!("pub {code}: ")];
+                let is_there = |s: &String| s.contains(&function) || s.contains(&field);
+                let found = sources.values().any(is_there);
+                assert!(found, "{file} names `{code}`, which is no function and no field");
             }
             let path = code.split_whitespace().next().unwrap_or_default();
             if k % 2 == 1 && path.starts_with("tests/") && !path.contains('*') {
@@ -376,7 +377,7 @@ fn no_test_ends_early_without_a_word() {
             looked += 1;
             for k in start..start + body {
                 let words = lines[k].trim();
-                let ends = words == "return;" || words.contains("else { return }");
+                let ends = words == "return;" || words.contains(concat!("else { ", "return }"));
                 let said = lines[k.saturating_sub(4)..k].iter().any(|l| l.contains("skipped: "));
                 assert!(!ends || said, "{path}:{}: a test ends without a word", k + 1);
             }

@@ -312,6 +312,17 @@ fn marks_that_are_not_there_or_tell_nothing() {
     );
 }
 
+#[test]
+fn a_direction_of_the_warp_that_stands_upright() {
+    let upright = Some(WarpToward::Direction([0.1, 1.0, -0.1]));
+    let options = ScanOptions { warp_toward: upright, ..ScanOptions::default() };
+    let refusal = refusal_with(&kept(|_, _| true), &options);
+    assert!(
+        matches!(&refusal, ScanError::WarpSteep(steep) if steep.off_vertical_deg < steep.limit_deg),
+        "{refusal:?}"
+    );
+}
+
 /// Every variant of the enum stands in a test of this folder.
 #[test]
 fn every_refusal_has_a_test() {

@@ -98,9 +98,9 @@ fn the_verdict_is_the_first_line_of_the_table_and_stands_in_every_file() {
         assert!(!ground[key].is_null(), "{key}: {ground:#}");
     }
     let picture = image::open(out.join("stiff_structured-light.boundary.png")).unwrap().to_rgb8();
-    // The legend's last line is of the colour of doubt.
-    let doubtful = image::Rgb([190, 110, 0]);
-    assert!(picture.pixels().filter(|p| **p == doubtful).count() > 100);
+    // The legend's last line is of the colour of doubt, its edges blended with the ground.
+    let doubt = |p: &image::Rgb<u8>| p.0.iter().zip([190, 110, 0]).all(|(a, b)| a.abs_diff(b) < 40);
+    assert!(picture.pixels().filter(|p| doubt(p)).count() > 100);
     let run = scan2params(&["inspect", input.to_str().unwrap()]);
     assert!(String::from_utf8_lossy(&run.stdout).starts_with("verdict          reliable\n"));
 }
@@ -117,13 +117,14 @@ fn a_wrong_vertical_scale_is_not_to_be_used_and_strict_makes_it_a_refusal() {
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let result = json(&run);
     assert_eq!(result["verdict"]["level"], "do_not_use", "{:#}", result["verdict"]);
-    assert!(against(&result).contains(&"scale".to_owned()), "{:#}", result["verdict"]);
+    assert!(against(&result).contains(&"width".to_owned()), "{:#}", result["verdict"]);
     // With --strict it is a refusal, and what was found is written all the same.
     let out = folder.path().join("out");
     let strict = ["--strict", "--out", out.to_str().unwrap()];
     let run = scan2params(&[&job[..], &strict].concat());
     assert_eq!(run.status.code(), Some(4), "{}", said(&run));
-    assert!(said(&run).contains("high.ply: the result is not to be used: the four sides measure"));
+    let words = said(&run);
+    assert!(words.contains("high.ply: the result is not to be used: along the "), "{words}");
     assert!(out.join("high.params.json").is_file() && !run.stdout.is_empty());
 
     // In a batch its row says so, and with --strict the batch ends with code 3, also when the
@@ -143,7 +144,7 @@ fn a_wrong_vertical_scale_is_not_to_be_used_and_strict_makes_it_a_refusal() {
     };
     let (code, cells, grounds, words) = batch(&[]);
     assert_eq!((code, cells.as_str()), (Some(0), "ok 0 do_not_use"), "{words}");
-    assert!(grounds.contains("scale"), "{grounds}");
+    assert!(grounds.contains("width"), "{grounds}");
     assert!(words.contains("verdicts: 0 reliable, 0 doubtful, 1 do not use"), "{words}");
     let (code, cells, _, words) = batch(&["--strict"]);
     assert_eq!((code, cells.as_str()), (Some(3), "ok 4 do_not_use"), "{words}");
@@ -214,30 +215,4 @@ fn a_warp_that_tells_no_side_is_refused_or_doubted() {
     let measured = result["verdict"]["grounds"][0]["measured"].as_f64().unwrap();
     assert!((measured - 37.8).abs() < 1.0, "{measured}");
     assert!(against(&json(&with("-x"))).is_empty());
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupt_ends_with_code_130_and_leaves_no_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("data");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_scan2params"))
-        .args(["generate", "--count=4000", "--threads=1", "--out", out.to_str().unwrap()])
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    // The manifest is written once the program is at work, its handler set before.
-    let start = std::time::Instant::now();
-    while !out.is_dir() || std::fs::read_dir(&out).unwrap().next().is_none() {
-        assert!(start.elapsed().as_secs() < 60, "nothing was begun");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
-    let status = child.wait().unwrap();
-    assert_eq!(status.code(), Some(130));
-    let parts = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path());
-    let parts: Vec<PathBuf> =
-        parts.filter(|p| p.extension().is_some_and(|e| e == "part")).collect();
-    assert!(parts.is_empty(), "{parts:?}");
 }

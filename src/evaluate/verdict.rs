@@ -59,8 +59,6 @@ pub struct Judged {
     pub figures: Figures,
     /// The verdict.
     pub verdict: Verdict,
-    /// Length of the cloth from edge to opposite edge, along warp and weft \[m\].
-    pub widths_m: [Option<f64>; 2],
     /// Mean distance of the rim from the true one \[m\].
     pub rim_error_m: f64,
     /// How many of the six intervals hold the truth.
@@ -115,7 +113,6 @@ pub fn case(
             let density_kg_m2 = fabric.density_kg_m2 * wrong.density;
             let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
             let again = resimulate(&found.boundary, &estimate.fabric, &options);
-            let widths_m = found.quality.widths_m;
             let rim_error_m = drape.boundary.mean_distance_m(&found.boundary);
             let figures = Figures::of_scan(&found, &ScanOptions::default());
             let figures = figures.answered(&estimate, Some(&again));
@@ -128,7 +125,7 @@ pub fn case(
             let covered = covered.count();
             let worst_factor =
                 pairs.map(|(p, t)| (p.value / t).max(t / p.value)).fold(1.0, f64::max);
-            Ok(Judged { figures, verdict, widths_m, rim_error_m, covered, worst_factor })
+            Ok(Judged { figures, verdict, rim_error_m, covered, worst_factor })
         }
     };
     Ok(Case { index, fabric, drape, answer })
@@ -146,7 +143,6 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
     let Ok(judged) = &case.answer else { return row };
     let f = &judged.figures;
     let [s0, s1, s2, s3] = f.sides_m.map(mm);
-    let [warp, weft] = judged.widths_m.map(|m| mm(m.unwrap_or(f64::NAN)));
     row.extend([
         ("rim_error_mm", mm(judged.rim_error_m)),
         ("covered_of_6", judged.covered as f64),
@@ -156,13 +152,14 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
         ("side1_mm", s1),
         ("side2_mm", s2),
         ("side3_mm", s3),
-        ("width_warp_mm", warp),
-        ("width_weft_mm", weft),
         ("observed", f.observed_fraction),
         ("gap_mm", mm(f.longest_gap_m)),
     ]);
     if let Some(scan) = &f.scan {
+        let [warp, weft] = scan.widths_m.map(|m| mm(m.unwrap_or(f64::NAN)));
         row.extend([
+            ("width_warp_mm", warp),
+            ("width_weft_mm", weft),
             ("plate_mm", mm(scan.radius_m)),
             ("plate_sigma_mm", mm(scan.radius_sigma_m)),
             ("noise_mm", mm(scan.noise_m)),

@@ -152,4 +152,38 @@ pub enum RimError {
         /// Largest accepted \[mm\].
         max_mm: f64,
     },
+    /// The order of the points, or one axis, is mirrored.
+    #[error(
+        "seen from above (y up) the rim runs counter-clockwise from side 0 to side 3, a mirror image of the specimen; \
+         turn the sign of x or z in all lines, or the order of the points"
+    )]
+    Mirrored,
+    /// The rim lies beside the plate.
+    #[error(
+        "the middle of the rim lies {measured_mm:.0} mm beside the plate's axis (limit {limit_mm:.0} mm): the file's \
+         frame has its origin in the middle of the plate's face, y up"
+    )]
+    BesidePlate {
+        /// Horizontal distance of the points' mean from the axis \[mm\].
+        measured_mm: f64,
+        /// Largest accepted \[mm\].
+        limit_mm: f64,
+    },
+    /// The rim does not hang from the plate.
+    #[error(
+        "the rim lies between y = {lowest_mm:.0} and {highest_mm:.0} mm; cloth hangs {least_drop_mm:.0} to \
+         {most_drop_mm:.0} mm deep from the plate's face at y = 0, y up, and rises nowhere above {most_rise_mm:.0} mm"
+    )]
+    NotHanging {
+        /// Height of its lowest point \[mm\].
+        lowest_mm: f64,
+        /// Height of its highest point \[mm\].
+        highest_mm: f64,
+        /// Least accepted depth of the lowest \[mm\].
+        least_drop_mm: f64,
+        /// Largest accepted depth \[mm\].
+        most_drop_mm: f64,
+        /// Largest accepted height of the highest \[mm\].
+        most_rise_mm: f64,
+    },
 }

@@ -33,6 +33,18 @@ const LARGEST_CORNER_GAP_M: f64 = 2e-3;
 /// where the rim folds sharply. Empirical: 3 % on a soft knit.
 const CHORD_SHARE: f64 = 0.06;
 
+/// Farthest that the middle of a rim lies beside the plate's axis \[m\]: beyond it cloth of this
+/// size slides off.
+const FARTHEST_MIDDLE_M: f64 = 40e-3;
+/// Least depth of a rim's lowest point below the plate's face \[m\]: half of what the stiffest
+/// fabric that the model knows hangs down.
+const LEAST_DROP_M: f64 = 25e-3;
+/// Highest that a rim's points lie above the plate's face \[m\].
+const MOST_RISE_M: f64 = 10e-3;
+/// Over the half diagonal less the plate, what a corner may hang down \[-\]: limp cloth stretches,
+/// and may lie 10 mm off the axis.
+const DEEPEST_STRETCH: f64 = 1.25;
+
 /// The rim that an estimate is made from.
 #[derive(Debug)]
 pub enum Rim {
@@ -267,17 +279,49 @@ fn check(boundary: &Boundary, options: &ScanOptions) -> Result<(), RimError> {
             });
         }
     }
+    hangs(&points, options)
+}
+
+/// Holds a rim of the right lengths against where a specimen on the plate has its rim.
+fn hangs(points: &[Point3], options: &ScanOptions) -> Result<(), RimError> {
+    let mean = |of: fn(&Point3) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
+    let beside_m = mean(|p| p.x).hypot(mean(|p| p.z));
+    if beside_m > FARTHEST_MIDDLE_M {
+        let [measured_mm, limit_mm] = [beside_m, FARTHEST_MIDDLE_M].map(|m| m / M_PER_MM);
+        return Err(RimError::BesidePlate { measured_mm, limit_mm });
+    }
+    let height_m = |pick: fn(f64, f64) -> f64| points.iter().map(|p| p.y).reduce(pick);
+    let (lowest_m, highest_m) =
+        (height_m(f64::min).unwrap_or(0.0), height_m(f64::max).unwrap_or(0.0));
+    let half_diagonal_m = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
+    let most_drop_m = (half_diagonal_m - options.plate_radius_m) * DEEPEST_STRETCH;
+    if !(LEAST_DROP_M..=most_drop_m).contains(&-lowest_m) || highest_m > MOST_RISE_M {
+        return Err(RimError::NotHanging {
+            lowest_mm: lowest_m / M_PER_MM,
+            highest_mm: highest_m / M_PER_MM,
+            least_drop_mm: LEAST_DROP_M / M_PER_MM,
+            most_drop_mm: most_drop_m / M_PER_MM,
+            most_rise_mm: MOST_RISE_M / M_PER_MM,
+        });
+    }
+    // Twice the area, seen from above, of the rim's polygon: positive as the flat specimen's.
+    let next = |k: usize| &points[(k + 1) % points.len()];
+    let twice_m2 = |(k, p): (usize, &Point3)| p.x * next(k).z - next(k).x * p.z;
+    if points.iter().enumerate().map(twice_m2).sum::<f64>() < 0.0 {
+        return Err(RimError::Mirrored);
+    }
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::BoundaryPoint;
+    use crate::base::{BoundaryPoint, Vector3};
 
+    /// A square, level, 100 mm below the plate.
     fn flat() -> Boundary {
         let at = |i| Boundary::flat_xz_m(i, 0.3);
-        Boundary::exact((0..POINTS).map(|i| Point3::new(at(i)[0], 0.0, at(i)[1]))).unwrap()
+        Boundary::exact((0..POINTS).map(|i| Point3::new(at(i)[0], -0.1, at(i)[1]))).unwrap()
     }
 
     fn with(index: usize, shift_m: f64) -> Boundary {
@@ -300,6 +344,34 @@ mod tests {
         let metres = Boundary::exact(flat().positions_m().map(|p| p * 1e-3)).unwrap();
         let error = check(&metres, &options).unwrap_err();
         assert!(matches!(error, RimError::SideLength { side: 0, .. }), "{error}");
+    }
+
+    #[test]
+    fn a_rim_of_no_cloth_on_the_plate_is_refused() {
+        let options = ScanOptions::default();
+        let refusal = |change: fn(Point3) -> Point3| {
+            let changed = Boundary::exact(flat().positions_m().map(change)).unwrap();
+            let refusal = check(&changed, &options).unwrap_err();
+            println!("{refusal}");
+            refusal
+        };
+        let at = |x, y, z| Point3::new(x, y, z);
+        let mirrored = refusal(|p| Point3::new(-p.x, p.y, p.z));
+        assert_eq!(mirrored, RimError::Mirrored);
+        let beside = refusal(|p| p + Vector3::new(0.2, 0.0, 0.0));
+        assert!(
+            matches!(beside, RimError::BesidePlate { measured_mm, .. } if (measured_mm - 200.0).abs() < 0.1)
+        );
+        for rise_m in [0.1, 0.3, -0.2] {
+            let raised = Boundary::exact(flat().positions_m().map(|p| at(p.x, p.y + rise_m, p.z)));
+            let refusal = check(&raised.unwrap(), &options).unwrap_err();
+            assert!(matches!(refusal, RimError::NotHanging { .. }), "{rise_m}: {refusal}");
+        }
+        // As far as cloth that slides, stretches or hardly hangs may come.
+        for by in [at(0.035, 0.0, 0.0), at(0.0, -0.09, 0.02), at(0.0, 0.07, 0.0)] {
+            let moved = Boundary::exact(flat().positions_m().map(|p| p + by.coords)).unwrap();
+            assert_eq!(check(&moved, &options), Ok(()), "{by}");
+        }
     }
 
     fn with_warp(warp_toward: Option<WarpToward>) -> ScanOptions {

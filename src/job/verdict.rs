@@ -101,6 +101,8 @@ codes! {
     Scale = "scale",
     /// A side of the rim differs from the specimen's by more than cloth stretches.
     SideLength = "side_length",
+    /// The cloth from edge to opposite edge is too long or too short.
+    Width = "width",
     /// The sides of one rim differ among each other.
     UnevenSides = "uneven_sides",
     /// The plate found is not of the radius given.

@@ -25,6 +25,7 @@ const RELIABLE: Rgb<u8> = Rgb([0, 120, 50]);
 const DOUBTFUL: Rgb<u8> = Rgb([190, 110, 0]);
 const TEXT: Rgb<u8> = Rgb([40, 40, 40]);
 const GRID: Rgb<u8> = Rgb([232, 232, 232]);
+const LABEL: Rgb<u8> = Rgb([146, 146, 146]);
 
 /// Width of a rim's line, in pixels.
 const RIM_WIDTH: f32 = 1.8;
@@ -98,18 +99,7 @@ fn grid(image: &mut RgbImage, left: i32) {
         line(image, pixel(left, [-HALF_VIEW_M, at]), pixel(left, [HALF_VIEW_M, at]), GRID);
         let [x, _] = pixel(left, [at, 0.0]);
         let label = format!("{}", k * 50);
-        text(image, (x - 0.5 * text_width(&label)) as i32, 4, &label, GRID.map_text());
-    }
-}
-
-/// The grid's labels are darker than its lines.
-trait Darker {
-    fn map_text(self) -> Self;
-}
-
-impl Darker for Rgb<u8> {
-    fn map_text(self) -> Self {
-        Self(self.0.map(|c| c / 2 + 30))
+        text(image, (x - 0.5 * text_width(&label)) as i32, 4, &label, LABEL);
     }
 }
 

@@ -74,6 +74,9 @@ pub struct OnPlate {
     pub misfit_m: f64,
     /// Largest area of cloth near a point of the rim that the sheet does not explain \[m^2\].
     pub unexplained_m2: f64,
+    /// Length of the cloth from edge to opposite edge along warp and weft, where both edges
+    /// were seen.
+    pub widths_m: [Option<f64>; 2],
 }
 
 /// What the estimate says.
@@ -201,6 +204,7 @@ fn on_plate(scanned: &ScannedBoundary) -> OnPlate {
         noise_m: q.noise_m,
         misfit_m: q.sheet_rms_m,
         unexplained_m2: q.unexplained_m2,
+        widths_m: q.widths_m,
     }
 }
 

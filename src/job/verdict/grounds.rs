@@ -33,6 +33,7 @@ impl Figures {
         let mut grounds = Vec::new();
         grounds.extend(sides(self, limits));
         if let Some(scan) = &self.scan {
+            grounds.extend(width(self, scan, limits));
             grounds.extend(plate(self, scan, limits));
             grounds.extend(near_refusal(self, scan, limits));
         } else {
@@ -53,6 +54,9 @@ impl Figures {
         Verdict::of(grounds)
     }
 }
+
+/// Stretch of hanging cloth of which nothing is known: the limpest of the measured fabrics.
+const UNKNOWN_STRETCH: f64 = 0.05;
 
 const fn mm(metres: f64) -> f64 {
     metres / M_PER_MM
@@ -114,6 +118,45 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
         grounds.push(Ground::new(Code::SideLength, level, measured, text));
     }
     grounds
+}
+
+/// The cloth from edge to opposite edge against what the specimen, its folds and its stretch
+/// allow: the worse of the two.
+fn width(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
+    let side_m = f.given.side_m;
+    let softest_m = limits.least_bending_length_m;
+    // Along the weft first.
+    let [bending_m, stretch] = match &f.answer {
+        Some(answer) => [[answer.bending_length_m; 2], answer.stretch],
+        None => [[softest_m, f64::INFINITY], [UNKNOWN_STRETCH; 2]],
+    };
+    let [most_loss_m, least_loss_m] =
+        bending_m.map(|length_m| limits.side_loss_m2 / length_m.max(softest_m));
+    let least_m = side_m - most_loss_m - limits.width_lead_m;
+    let more_m = limits.width_off_per_noise * scan.noise_m;
+    let [warp_m, weft_m] = scan.widths_m;
+    let measured = [("weft", weft_m, stretch[0]), ("warp", warp_m, stretch[1])];
+    let off = measured.into_iter().filter_map(|(thread, width_m, stretch)| {
+        let width_m = width_m?;
+        let most_m = side_m * (1.0 + limits.stretch_of_width * stretch) - least_loss_m;
+        let off_m = (width_m - most_m).max(least_m - width_m);
+        let (level, limit_m) = limits.width_off_m.plus(more_m).level(off_m)?;
+        Some((off_m, level, limit_m, thread, width_m, most_m))
+    });
+    let worst = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (off_m, level, limit_m, thread, width_m, most_m) = worst;
+    let text = format!(
+        "along the {thread} the scanned cloth measures {:.1} mm from edge to edge ({:+.1} % of {:.0} mm); between \
+         {:.1} and {:.1} mm are expected (limit {:.1} mm beyond): check the specimen's size and the scan's scale, the \
+         vertical one too",
+        mm(width_m),
+        100.0 * (width_m / side_m - 1.0),
+        mm(side_m),
+        mm(least_m),
+        mm(most_m),
+        mm(limit_m)
+    );
+    Some(Ground::new(Code::Width, level, (mm(off_m), mm(limit_m), "mm"), text))
 }
 
 /// The plate found against the plate given.

@@ -37,6 +37,16 @@ pub struct Limits {
     pub scale_off_m: Steps,
     /// What each metre of noise adds to both \[-\].
     pub side_off_per_noise: f64,
+    /// Sensors see cloth end this far before its edges, both together \[m\].
+    pub width_lead_m: f64,
+    /// Share of the stretch of hanging cloth that shows in its length from edge to edge \[-\].
+    pub stretch_of_width: f64,
+    /// What the length from edge to opposite edge may differ from its expected length \[m\].
+    /// The sheet is fitted with the specimen's lengths, so that the sides tell a wrong scale only
+    /// in part; this is measured on the cloth itself.
+    pub width_off_m: Steps,
+    /// What each metre of noise adds to that \[-\].
+    pub width_off_per_noise: f64,
     /// Share of a side that the chords between the points of a rim from a file may cut off \[-\].
     pub chord_share: f64,
     /// The cloth leaves the plate's plane this far inside the plate's edge \[m\].
@@ -84,6 +94,10 @@ impl Default for Limits {
             side_off_m: steps(2.0e-3, 4.0e-3),      // M, W
             scale_off_m: steps(1.2e-3, 3.0e-3),     // M, W
             side_off_per_noise: 1.0,                // M
+            width_lead_m: 0.8e-3,                   // M
+            stretch_of_width: 0.3,                  // M
+            width_off_m: steps(2.0e-3, 4.0e-3),     // M, W
+            width_off_per_noise: 0.25,              // M
             chord_share: 0.03,                      // M
             plate_lead_m: 0.7e-3,                   // M
             plate_larger_m: steps(1.5e-3, 4.0e-3),  // M, W

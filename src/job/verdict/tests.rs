@@ -32,6 +32,7 @@ fn honest() -> Figures {
             noise_m: 0.0,
             misfit_m: 0.07e-3,
             unexplained_m2: 0.0,
+            widths_m: [Some(0.2985); 2],
         }),
         observed_fraction: 0.99,
         longest_gap_m: 0.010,
@@ -160,11 +161,50 @@ fn sides_are_held_against_the_specimen_s_its_folds_and_its_stretch() {
     assert_eq!(long(|_| ()), Level::Doubtful);
     assert_eq!(long(|f| f.scan.as_mut().unwrap().noise_m = 1e-3), Level::Reliable);
     assert_eq!(long(|f| answer(f).stretch = [0.05; 2]), Level::Reliable);
-    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, ..honest() };
-    assert_eq!(verdict(&soft).level, Level::Doubtful);
+    // With twelve folds the drape of eight would be a ground of its own.
+    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, again: None, ..honest() };
+    let said = verdict(&soft);
+    assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::Scale), "{said:?}");
     answer(&mut soft).bending_length_m = 3e-3;
-    soft.again = None;
     assert_eq!(verdict(&soft), Verdict::of(vec![]));
+}
+
+#[test]
+fn the_cloth_from_edge_to_edge_tells_a_scale_that_its_sides_hide() {
+    let limits = Limits::default();
+    let loss_m = limits.side_loss_m2 / 8e-3;
+    let noise_m = 0.4e-3;
+    for (level, limit_m) in [
+        (Level::Doubtful, limits.width_off_m.doubtful),
+        (Level::DoNotUse, limits.width_off_m.do_not_use),
+    ] {
+        let limit_m = limit_m + limits.width_off_per_noise * noise_m;
+        for along in 0..2 {
+            let most_m = 0.300 * (1.0 + limits.stretch_of_width * 0.004) - loss_m;
+            straddles(Code::Width, level, limit_m, |f, off_m| {
+                let scan = f.scan.as_mut().unwrap();
+                scan.noise_m = noise_m;
+                scan.widths_m[along] = Some(most_m + off_m);
+            });
+            let least_m = 0.300 - loss_m - limits.width_lead_m;
+            straddles(Code::Width, level, limit_m, |f, off_m| {
+                let scan = f.scan.as_mut().unwrap();
+                scan.noise_m = noise_m;
+                scan.widths_m[along] = Some(least_m - off_m);
+            });
+        }
+    }
+    let mut found = honest();
+    found.scan.as_mut().unwrap().widths_m = [Some(0.3045), None];
+    assert_eq!(verdict(&found).level, Level::DoNotUse);
+    // Limp cloth may be longer along its own threads: the warp is the second of the stretches.
+    answer(&mut found).stretch = [0.05, 0.004];
+    assert_eq!(verdict(&found).level, Level::DoNotUse);
+    answer(&mut found).stretch = [0.004, 0.05];
+    assert_eq!(verdict(&found), Verdict::of(vec![]));
+    // Edges that nobody saw say nothing.
+    found.scan.as_mut().unwrap().widths_m = [None; 2];
+    assert_eq!(verdict(&found), Verdict::of(vec![]));
 }
 
 #[test]
