@@ -359,8 +359,8 @@ impl SizeReading {
             ),
             Self::Specimen => format!(
                 "the plate is of the size expected ({plate:.0} mm), so the specimen seems to be {percent:.0} % \
-                 too {way}; cut one of {expected:.0} mm, or give --specimen-size {found:.0} to inspect or \
-                 boundary"
+                 too {way}, or the scan's vertical scale is off; cut one of {expected:.0} mm and check the \
+                 scale, or give --specimen-size {found:.0} to inspect or boundary"
             ),
         }
     }

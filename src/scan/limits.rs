@@ -110,7 +110,11 @@ pub(super) fn underlying(
 ) -> ScanError {
     let tuning = &options.tuning.limits;
     let (unseen, unfit) = match &error {
-        ScanError::NoPlate { .. } | ScanError::NoPlateEdge { .. } => (true, false),
+        // Nearly a plate: a table of sparse points is none for other reasons.
+        ScanError::NoPlate { best: Some(best), falling_limit, .. } => {
+            (best.falling >= tuning.nearly_falling * falling_limit, false)
+        }
+        ScanError::NoPlateEdge { .. } => (true, false),
         ScanError::NotASquare { .. }
         | ScanError::HiddenRim { .. }
         | ScanError::TooLittleRim { .. }

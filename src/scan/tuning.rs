@@ -537,6 +537,9 @@ pub struct LimitTuning {
     pub plate_reads: f64,
     /// Points farther apart than this are to blame for cloth and rim that are not seen \[m\].
     pub sparse_m: f64,
+    /// Of a flat patch: the cloth must fall away on this share of what a plate needs, for points
+    /// far apart to be to blame that it is none.
+    pub nearly_falling: f64,
     /// Distance between points that is enough \[m\].
     pub needed_m: f64,
     /// With sparse points the flattened cloth reads shorter, down to this share.
@@ -754,6 +757,7 @@ const SHIPPED: Tuning = Tuning {
         size_noises: 4.0,                  // m
         plate_reads: 0.98,                 // m
         sparse_m: 2.8e-3,                  // m
+        nearly_falling: 0.5,               // c
         needed_m: 2.5e-3,                  // m
         sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c
