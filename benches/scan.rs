@@ -30,6 +30,7 @@ const PARTS: [(&str, &[&str]); 3] = [
             "strays",
             "smooth and normals",
             "parameterisation",
+            "relaxation",
             "square",
         ],
     ),

@@ -42,7 +42,7 @@ fn scanned(drape: &Mesh, plate_radius_m: f64) -> VirtualScan {
 
 fn fixture(name: &str) -> Cloud {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans");
-    read_scan(&folder.join(name)).unwrap().0
+    read_scan(folder.join(name)).unwrap().0
 }
 
 fn scaled(cloud: &Cloud, factor: f64) -> Cloud {
@@ -147,7 +147,7 @@ fn points_too_far_apart_are_named_with_their_distance() {
         let mut number = 0_u64;
         cloud.points.retain(|_| {
             number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (number >> 33) % one_in == 0
+            (number >> 33).is_multiple_of(one_in)
         });
         cloud.colors.clear();
         let refusal = refused(cloud, &ScanOptions::default());

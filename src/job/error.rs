@@ -26,7 +26,7 @@ pub enum JobError {
         /// The scan.
         path: PathBuf,
         /// What was measured, the limit, the remedy.
-        source: ScanError,
+        source: Box<ScanError>,
         /// What was found until then.
         found: Box<Found>,
     },

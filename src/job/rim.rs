@@ -180,7 +180,7 @@ pub fn of_scan_in_stages(
     let options = ScanOptions { unit, ..options.clone() };
     let scanned = boundary_in_stages(cloud, &options, stages).map_err(|refusal| {
         let Refusal { error: source, found } = refusal;
-        JobError::Refused { path: path.to_owned(), source, found }
+        JobError::Refused { path: path.to_owned(), source: Box::new(source), found }
     })?;
     Ok((scanned, notes))
 }
