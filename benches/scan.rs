@@ -30,10 +30,11 @@ const PARTS: [(&str, &[&str]); 3] = [
             "strays",
             "smooth and normals",
             "parameterisation",
+            "relaxation",
             "square",
         ],
     ),
-    ("rim", &["sheet", "registration", "edge", "rim", "uncertainty"]),
+    ("rim", &["sheet", "registration", "edge and rim", "uncertainty"]),
 ];
 
 fn generated() -> Cloud {

@@ -16,7 +16,7 @@ OURS = {
     "outliers": ["strays"],
     "normals": ["smooth and normals"],
     "boundary": [
-        "parameterisation", "square", "sheet", "registration", "edge", "rim", "uncertainty",
+        "parameterisation", "relaxation", "square", "sheet", "registration", "edge and rim", "uncertainty",
     ],
 }
 

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::Failure;
 use super::experiment::ExperimentFlags;
+use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{Form, Unit};
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric};
@@ -76,9 +77,15 @@ pub(crate) struct ReadFlags {
     /// specimen itself: red, orange, yellow, green, cyan, blue, magenta or #rrggbb
     #[arg(long, value_name = "COLOUR", conflicts_with = "warp_toward")]
     pub(crate) mark: Option<MarkColor>,
-    /// Unit of the file's coordinates; guessed from the scene if not given
-    #[arg(long, value_parser = unit, value_name = "m|mm")]
+    /// Unit of the file's coordinates; guessed from the sizes of scene and plate if not given
+    #[arg(long, value_parser = unit, value_name = "m|mm|cm|in")]
     pub(crate) unit: Option<LengthUnit>,
+    /// Side of the square specimen [mm]; `estimate` and `batch` take 300 only
+    #[arg(long, value_name = "MM", default_value_t = SPECIMEN_SIDE_M / M_PER_MM)]
+    pub(crate) specimen_size: f64,
+    /// Radius of the plate [mm]; `estimate` and `batch` take 50 only
+    #[arg(long, value_name = "MM", default_value_t = PLATE_RADIUS_M / M_PER_MM)]
+    pub(crate) plate_radius: f64,
     /// Seed of the plane search
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -137,14 +144,16 @@ impl ReadFlags {
         })
     }
 
-    pub(crate) fn options(&self) -> ScanOptions {
-        ScanOptions {
+    pub(crate) fn options(&self) -> Result<ScanOptions, Failure> {
+        let [side_m, radius_m] = [self.specimen_size, self.plate_radius].map(|mm| mm * M_PER_MM);
+        let experiment = ScanOptions::for_experiment(side_m, radius_m).map_err(Failure::usage)?;
+        Ok(ScanOptions {
             unit: self.unit,
             warp_toward: self.warp_toward,
             mark: self.mark,
             seed: self.seed,
-            ..ScanOptions::default()
-        }
+            ..experiment
+        })
     }
 }
 
@@ -166,11 +175,7 @@ fn threads(text: &str) -> Result<usize, String> {
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {
-    match text {
-        "m" => Ok(LengthUnit::Metre),
-        "mm" => Ok(LengthUnit::Millimetre),
-        _ => Err("give m or mm".into()),
-    }
+    LengthUnit::named(text).ok_or_else(|| "give m, mm, cm or in".into())
 }
 
 #[derive(Debug, Args)]

@@ -7,6 +7,7 @@ use anyhow::{Context as _, anyhow};
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::batch::{self, BatchError, BatchOptions, Progress, Row, Status, Summary};
+use scan2params::job::check_experiment;
 use scan2params::job::verdict::Level;
 
 pub(crate) fn run(given: &args::Batch) -> Outcome {
@@ -16,11 +17,12 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         density_csv: given.density_csv.clone(),
         density_kg_m2: given.density.map(|d| d * KG_M2_PER_G_M2),
         read: given.read.read()?,
-        scan: given.read.options(),
+        scan: given.read.options()?,
         resimulate: given.resimulate,
         strict: given.strict,
         threads: given.threads,
     };
+    check_experiment(&options.scan).map_err(Failure::of_job)?;
     let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
     if given.dry_run {
         for input in batch::inputs(&options).map_err(of_batch)? {

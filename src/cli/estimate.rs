@@ -11,7 +11,7 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         input: given.scan.input.clone(),
         density_kg_m2: given.density * KG_M2_PER_G_M2,
         read: given.scan.read.read()?,
-        scan: given.scan.read.options(),
+        scan: given.scan.read.options()?,
         resimulate: given.resimulate || given.out.is_some(),
     };
     if let Some(folder) = &given.out {

@@ -5,16 +5,19 @@ use anyhow::anyhow;
 use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::io::{ReadNotes, boundary_csv, output};
-use scan2params::job::{rim, verdict};
+use scan2params::job::{JobError, rim, verdict};
 use scan2params::report::{files, inspection, json, table, verdict as words};
-use scan2params::scan::ScannedBoundary;
+use scan2params::scan::{ScanOptions, ScannedBoundary};
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     if let Some(path) = &given.out {
         output::check_file(path, &given.scan.files()).map_err(Failure::of_output)?;
     }
-    let (scanned, notes) = rim_of(&given.scan)?;
-    let options = given.scan.read.options();
+    let options = given.scan.read.options()?;
+    let (scanned, notes) = match rim_of(&given.scan, &options)? {
+        Ok(found) => found,
+        Err(error) => return Err(refused(error, given)?),
+    };
     let said = verdict::of_scan(&scanned, &options);
     eprint!("{}", table::notes(&notes));
     let found = format!("{}{}", words::lines(&said), table::scan(&scanned));
@@ -34,23 +37,40 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     Failure::of_verdict(&given.scan.input, &said, false)
 }
 
+/// Shows what was found in a scan that gives no rim, and hands the failure on.
+fn refused(error: JobError, given: &args::Inspect) -> Result<Failure, Failure> {
+    if let JobError::Refused { source, found, .. } = &error {
+        for line in inspection::figures(found) {
+            eprintln!("found: {line}");
+        }
+        if let Some(path) = &given.out {
+            files::picture(path, &inspection::draw_refused(found, source))?;
+            eprintln!("wrote {}", path.display());
+        }
+    }
+    Ok(Failure::of_job(error))
+}
+
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
     output::check_file(&given.out, &given.scan.files()).map_err(Failure::of_output)?;
-    let (scanned, _) = rim_of(&given.scan)?;
+    let options = given.scan.read.options()?;
+    let (scanned, _) = rim_of(&given.scan, &options)?.map_err(Failure::of_job)?;
     boundary_csv::write_oriented(&given.out, &scanned.boundary, scanned.orientation)?;
-    let said = verdict::of_scan(&scanned, &given.scan.read.options());
+    let said = verdict::of_scan(&scanned, &options);
     eprint!("{}{}", words::lines(&said), table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());
     Failure::of_verdict(&given.scan.input, &said, false)
 }
 
-/// The rim of a scan; a file that holds a rim already is no scan.
-fn rim_of(scan: &args::ScanFlags) -> Result<(ScannedBoundary, ReadNotes), Failure> {
+/// The rim of a scan, or why there is none; a file that holds a rim already is no scan.
+type Found = Result<(ScannedBoundary, ReadNotes), JobError>;
+
+fn rim_of(scan: &args::ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
     let path = &scan.input;
     if boundary_csv::is_one(path) {
         let why = "holds a rim already; `estimate` takes it as it is";
         return Err(Failure::usage(anyhow!("{}: {why}", path.display())));
     }
     let _working = Working::on(format!("looking for the rim in {}", path.display()));
-    rim::of_scan(path, &scan.read.read()?, &scan.read.options()).map_err(Failure::of_job)
+    Ok(rim::of_scan(path, &scan.read.read()?, options))
 }

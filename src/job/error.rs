@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
+use crate::base::units::M_PER_MM;
 use crate::estimate::EstimateError;
 use crate::fabric::Fault;
 use crate::io::{self, ReadError, WriteError};
-use crate::scan::{ScanError, WarpSteep};
+use crate::scan::{Found, ScanError, WarpSteep};
 
 /// Why a job gave nothing.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +26,21 @@ pub enum JobError {
         /// The scan.
         path: PathBuf,
         /// What was measured, the limit, the remedy.
-        source: ScanError,
+        source: Box<ScanError>,
+        /// What was found until then.
+        found: Box<Found>,
+    },
+    /// The specimen or the plate is another than the model's.
+    #[error(
+        "the estimate is for a specimen of {:.0} mm on a plate of {:.0} mm radius, not for {side_mm:.0} mm on \
+         {radius_mm:.0} mm: the model was trained on that drape alone; inspect and boundary take other sizes",
+        SPECIMEN_SIDE_M / M_PER_MM, PLATE_RADIUS_M / M_PER_MM
+    )]
+    Experiment {
+        /// Side of the specimen \[mm\].
+        side_mm: f64,
+        /// Radius of the plate \[mm\].
+        radius_mm: f64,
     },
     /// A rim read from a boundary CSV cannot be one.
     #[error("{}: rim refused: {source}", path.display())]
@@ -71,7 +87,7 @@ impl JobError {
     #[must_use]
     pub fn kind(&self) -> FailureKind {
         match self {
-            Self::Density(_) => FailureKind::Usage,
+            Self::Density(_) | Self::Experiment { .. } => FailureKind::Usage,
             Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
                 FailureKind::Usage
             }

@@ -13,6 +13,7 @@ pub use error::{FailureKind, JobError, RimError};
 pub use rim::Rim;
 pub use verdict::Verdict;
 
+use crate::base::units::M_PER_MM;
 use crate::estimate::{Estimate, Estimator};
 use crate::fabric::check_density;
 use crate::io::ReadOptions;
@@ -52,6 +53,18 @@ pub struct Outcome {
     pub model: [String; 2],
 }
 
+/// Refuses specimens and plates that the model does not know.
+///
+/// # Errors
+/// When they are not those of the modified Cusick drape.
+pub fn check_experiment(scan: &ScanOptions) -> Result<(), JobError> {
+    if scan.is_modified_cusick() {
+        return Ok(());
+    }
+    let [side_mm, radius_mm] = [scan.specimen_side_m, scan.plate_radius_m].map(|m| m / M_PER_MM);
+    Err(JobError::Experiment { side_mm, radius_mm })
+}
+
 impl Job {
     /// Runs the job with the model that ships with the package.
     ///
@@ -68,6 +81,7 @@ impl Job {
     /// As [`Self::run`].
     pub fn run_telling(self, tell: impl Fn(&'static str)) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
+        check_experiment(&self.scan)?;
         self.with_model(&Estimator::shipped()?, tell)
     }
 
@@ -85,6 +99,7 @@ impl Job {
         tell: impl Fn(&'static str),
     ) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
+        check_experiment(&self.scan)?;
         tell("looking for the rim");
         let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
         let known = rim.orientation() == Orientation::Given;

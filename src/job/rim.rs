@@ -20,7 +20,7 @@ use crate::base::{Boundary, Isometry3, Point3};
 use crate::io::boundary_csv::{self, OrientedRim};
 use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
+    LengthUnit, Orientation, Refusal, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
     quarters_to_warp,
 };
 
@@ -178,8 +178,10 @@ pub fn of_scan_in_stages(
     let known = matches!(notes.format, Format::DepthPng | Format::Views);
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
-    let scanned = boundary_in_stages(cloud, &options, stages)
-        .map_err(|source| JobError::Refused { path: path.to_owned(), source })?;
+    let scanned = boundary_in_stages(cloud, &options, stages).map_err(|refusal| {
+        let Refusal { error: source, found } = refusal;
+        JobError::Refused { path: path.to_owned(), source: Box::new(source), found }
+    })?;
     Ok((scanned, notes))
 }
 

@@ -114,6 +114,7 @@ pub fn quality(scanned: &ScannedBoundary) -> Value {
         "seen_share": q.seen_share,
         "loop_length_mm": mm(q.loop_length_m),
         "side_lengths_mm": q.side_lengths_m.map(mm),
+        "outline_side_mm": q.outline_side_m.map(mm),
         "widths_mm": q.widths_m.map(|width| width.map(mm)),
         "edges_mm": q.edge_m.map(mm),
         "longest_gap_mm": mm(q.longest_gap_m),

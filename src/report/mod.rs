@@ -4,5 +4,6 @@ pub mod files;
 pub mod inspection;
 pub mod json;
 pub mod overlay;
+mod pane;
 pub mod table;
 pub mod verdict;

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::unit::LengthUnit;
+use crate::base::{Point3, Vector3};
 
 /// A refused scan. Bearings are degrees, see [`super::frame::Bearing`].
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -19,7 +20,7 @@ pub enum ScanError {
     },
     /// The scene fits a drape in no unit.
     #[error(
-        "the scene measures {measured_units:.4} file units: neither metres nor millimetres put it \
+        "the scene measures {measured_units:.4} file units: neither m, mm, cm nor in put it \
          between {smallest_m} m and {largest_m} m; give the unit or check the export"
     )]
     Size {
@@ -30,14 +31,52 @@ pub enum ScanError {
         /// Largest plausible \[m\].
         largest_m: f64,
     },
+    /// The points lie too far apart; what follows from that is the cause of the refusal.
+    #[error(
+        "the points lie {spacing_mm:.1} mm apart, {needed_mm:.1} mm are needed: scan nearer or longer, or export \
+         without decimating. With these, {}", cause.brief()
+    )]
+    TooSparse {
+        /// Typical distance between points.
+        spacing_mm: f64,
+        /// Distance that is enough.
+        needed_mm: f64,
+        /// What cannot be found for it.
+        cause: Box<ScanError>,
+    },
+    /// The cloth is a square, but not of the specimen's size.
+    #[error(
+        "the cloth is a square of {side_mm:.1} mm, accepted are {least_mm:.1} to {most_mm:.1}, on a plate of \
+         {plate_mm:.1} mm radius as it reads: {}",
+        reading.remedy([*side_mm, *expected_side_mm], *expected_plate_mm)
+    )]
+    WrongSize {
+        /// Side of the flattened cloth.
+        side_mm: f64,
+        /// Side of the specimen.
+        expected_side_mm: f64,
+        /// Least side accepted.
+        least_mm: f64,
+        /// Longest accepted.
+        most_mm: f64,
+        /// Radius at which the cloth leaves the plate.
+        plate_mm: f64,
+        /// Radius of the plate.
+        expected_plate_mm: f64,
+        /// The likelier reason.
+        reading: SizeReading,
+    },
     /// No flat round top with cloth falling away on all sides.
     #[error(
         "no plate found: {} a disc of {:.0} mm radius is needed, flat, with the cloth falling away from it on \
-         {:.0} % of its edge; scan the drape from above too, or give the unit if {unit:?} is wrong",
+         {:.0} % of its edge; {}",
         best.as_ref().map_or_else(|| "no flat patch at all;".to_owned(), |b| format!(
             "the best of the flat patches has the cloth falling away on {:.0} % of its edge and a radius of {:.0} mm, while",
             b.falling * 100.0, b.radius_m * 1e3)),
-        radius_m * 1e3, falling_limit * 100.0
+        radius_m * 1e3, falling_limit * 100.0,
+        best.as_ref().filter(|b| b.falling >= *falling_limit).map_or_else(
+            || format!("scan the drape from above too, or give the unit if {} is wrong", unit.name()),
+            |b| format!("if the plate has that radius, give --plate-radius {:.0}", b.radius_m * 1e3))
     )]
     NoPlate {
         /// The best candidate, if any.
@@ -256,6 +295,77 @@ pub enum ScanError {
     },
 }
 
+/// A place on the rim, as seen from the plate's axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its bearing, see [`super::frame::Bearing`].
+    pub bearing_deg: f64,
+    /// Its width; 0 if not known \[degrees\].
+    pub arc_deg: f64,
+}
+
+impl ScanError {
+    /// What was measured, without the remedy.
+    fn brief(&self) -> String {
+        match self {
+            Self::WrongSize { side_mm, expected_side_mm, .. } => format!(
+                "the cloth reads as a square of {side_mm:.0} mm ({expected_side_mm:.0} expected)"
+            ),
+            other => other.to_string().split(';').next().unwrap_or_default().to_owned(),
+        }
+    }
+
+    /// Where it is that something is missing or wrong, if it is one place.
+    #[must_use]
+    pub fn place(&self) -> Option<Place> {
+        let (bearing_deg, arc_deg) = match *self {
+            Self::HiddenRim { bearing_deg, arc_deg, .. } => (bearing_deg, arc_deg),
+            Self::MarkUnclear { bearing_deg, .. }
+            | Self::NotASquare { bearing_deg, .. }
+            | Self::SideLength { bearing_deg, .. }
+            | Self::UnevenSides { bearing_deg, .. }
+            | Self::Gap { bearing_deg, .. }
+            | Self::TooLittleRim { bearing_deg, .. }
+            | Self::Unexplained { bearing_deg, .. }
+            | Self::Misfit { bearing_deg, .. } => (bearing_deg, 0.0),
+            Self::TooSparse { ref cause, .. } => return cause.place(),
+            _ => return None,
+        };
+        Some(Place { bearing_deg, arc_deg })
+    }
+}
+
+/// Why a cloth is likely to have the wrong size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SizeReading {
+    /// The plate is off by as much: the scan's scale is.
+    Scale,
+    /// The plate has its size: the specimen is another one.
+    Specimen,
+}
+
+impl SizeReading {
+    /// What is likely and what to do; sides found and expected, and the plate's radius \[mm\].
+    fn remedy(self, [found, expected]: [f64; 2], plate: f64) -> String {
+        let share = found / expected;
+        let percent = 100.0 * (share - 1.0).abs();
+        let way = if share < 1.0 { "small" } else { "large" };
+        match self {
+            Self::Scale => format!(
+                "the plate is off by as much, so the scan seems to be {percent:.0} % too {way}; check the \
+                 scanner's scale and the file's unit. If the things themselves are of that size, give \
+                 --specimen-size {found:.0} --plate-radius {:.0} to inspect or boundary",
+                plate * share
+            ),
+            Self::Specimen => format!(
+                "the plate is of the size expected ({plate:.0} mm), so the specimen seems to be {percent:.0} % \
+                 too {way}, or the scan's vertical scale is off; cut one of {expected:.0} mm and check the \
+                 scale, or give --specimen-size {found:.0} to inspect or boundary"
+            ),
+        }
+    }
+}
+
 /// A flat patch that was considered as the plate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateCandidate {
@@ -263,4 +373,8 @@ pub struct PlateCandidate {
     pub radius_m: f64,
     /// Share of the patch's edge where the surface falls away.
     pub falling: f64,
+    /// The patch's centre, scan's frame \[m\].
+    pub centre: Point3,
+    /// Its normal, away from where the surface falls.
+    pub up: Vector3,
 }

@@ -7,6 +7,7 @@
 use super::downsample::voxel_downsample;
 use super::options::ScanOptions;
 use super::plate::principal;
+use crate::base::frame::SPECIMEN_SIDE_M;
 use crate::base::{Isometry3, Point3, Vector3};
 
 /// The floor below the drape, local frame.
@@ -73,8 +74,10 @@ pub(super) fn find(
         rms_m = variances[0].sqrt();
     }
     let support = on(&at, &normal);
-    // A floor is wide: cloth hanging level would be narrower than the specimen.
-    let wide = support.iter().filter(|p| p.x.hypot(p.z) > half).count();
+    // A floor is wide: cloth hanging level would be narrower than the specimen. Under a
+    // larger one the table need not be larger.
+    let narrow_m = half.min(0.5 * SPECIMEN_SIDE_M);
+    let wide = support.iter().filter(|p| p.x.hypot(p.z) > narrow_m).count();
     (wide > tuning.least_wide_cells && normal.y > tuning.least_cosine).then(|| Floor {
         height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
         normal,

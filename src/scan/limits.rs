@@ -4,8 +4,8 @@
 //! In: figures of the stages and the caller's options. Out: nothing, or a [`ScanError`]
 //! that says what was measured, the limit, the place and the remedy.
 
-use super::error::ScanError;
-use super::measured::{MarkedSide, Marking, Misfit};
+use super::error::{ScanError, SizeReading};
+use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
 use super::options::ScanOptions;
 use super::rim::{Rim, bearing_deg, longest_gap};
 use super::square::SquareFit;
@@ -27,13 +27,114 @@ pub(super) fn enough_points(points: usize, options: &ScanOptions) -> Result<(), 
     if enough { Ok(()) } else { Err(too_few_points(points, options)) }
 }
 
-/// The guessed unit, if the scene has the size of one with a drape.
-pub(super) fn unit(guess: Guess, options: &ScanOptions) -> Result<LengthUnit, ScanError> {
-    guess.unit.ok_or(ScanError::Size {
+/// The guessed units, if the scene has the size of one with a drape in any.
+pub(super) fn units(guess: Guess, options: &ScanOptions) -> Result<Vec<LengthUnit>, ScanError> {
+    if !guess.units.is_empty() {
+        return Ok(guess.units);
+    }
+    Err(ScanError::Size {
         measured_units: guess.size_units,
         smallest_m: options.tuning.scene.smallest_m,
         largest_m: options.tuning.scene.largest_m,
     })
+}
+
+/// Refuses a flattened cloth whose sides are clearly not the specimen's. Chords make a mesh
+/// of long edges read shorter.
+pub(super) fn size(
+    measured: &MeasuredSize,
+    mesh_edge_m: Option<f64>,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
+    let [shortest, longest] = options.tuning.limits.sides;
+    let edge_radii = mesh_edge_m.unwrap_or(0.0) / options.tuning.scene.fold_radius_m;
+    let shortest = shortest * (1.0 - edge_radii * edge_radii / 24.0).max(0.0);
+    wrong_size(measured, [shortest, longest], options).map_or(Ok(()), Err)
+}
+
+/// Refuses a cloth that is larger than the specimen, less clearly so than [`size`] does: its
+/// rim is too long as well. A soft cloth's flattened square is larger because it stretches near
+/// the plate; its rim hardly does.
+pub(super) fn rim_of_size(
+    measured: &MeasuredSize,
+    rim: &Rim,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
+    let tuning = &options.tuning.limits;
+    let rim_side_m = rim.side_lengths_m.iter().sum::<f64>() / SIDES as f64;
+    let longest_m = tuning.longest_rim_side * options.specimen_side_m + measured.noise_m;
+    if rim_side_m <= longest_m {
+        return Ok(());
+    }
+    wrong_size(measured, [tuning.sides[0], tuning.likely_sides[1]], options).map_or(Ok(()), Err)
+}
+
+/// The refusal of a size outside of these shares of the specimen's; says whether the plate
+/// makes the scale or the specimen the likelier reason.
+fn wrong_size(
+    measured: &MeasuredSize,
+    [shortest, longest]: [f64; 2],
+    options: &ScanOptions,
+) -> Option<ScanError> {
+    let MeasuredSize { side_m, plate_radius_m, noise_m } = *measured;
+    let side = side_m / options.specimen_side_m;
+    let longest = longest + options.tuning.limits.size_noises * noise_m / options.specimen_side_m;
+    if (shortest..=longest).contains(&side) {
+        return None;
+    }
+    let plate = plate_radius_m / (options.tuning.limits.plate_reads * options.plate_radius_m);
+    // Nearer to the sides' scale than to its own size?
+    let reading = if (plate - side).abs() < (plate - 1.0).abs() {
+        SizeReading::Scale
+    } else {
+        SizeReading::Specimen
+    };
+    Some(ScanError::WrongSize {
+        side_mm: side_m * 1e3,
+        expected_side_mm: options.specimen_side_m * 1e3,
+        least_mm: shortest * options.specimen_side_m * 1e3,
+        most_mm: longest * options.specimen_side_m * 1e3,
+        plate_mm: plate_radius_m * 1e3,
+        expected_plate_mm: options.plate_radius_m * 1e3,
+        reading,
+    })
+}
+
+/// What lies under a refusal: points too far apart, or a size that is likely to be wrong,
+/// rather than the cloth or the rim that is not seen because of it.
+pub(super) fn underlying(
+    error: ScanError,
+    spacing_m: Option<f64>,
+    measured: Option<&MeasuredSize>,
+    options: &ScanOptions,
+) -> ScanError {
+    let tuning = &options.tuning.limits;
+    let (unseen, unfit) = match &error {
+        // Nearly a plate: a table of sparse points is none for other reasons.
+        ScanError::NoPlate { best: Some(best), falling_limit, .. } => {
+            (best.falling >= tuning.nearly_falling * falling_limit, false)
+        }
+        ScanError::NoPlateEdge { .. } => (true, false),
+        ScanError::NotASquare { .. }
+        | ScanError::HiddenRim { .. }
+        | ScanError::TooLittleRim { .. }
+        | ScanError::Gap { .. } => (true, true),
+        ScanError::Unexplained { .. }
+        | ScanError::Misfit { .. }
+        | ScanError::SideLength { .. }
+        | ScanError::UnevenSides { .. } => (false, true),
+        ScanError::WrongSize { side_mm, expected_side_mm, .. } => {
+            let share = side_mm / expected_side_mm;
+            ((tuning.sparse_reads..1.0).contains(&share), false)
+        }
+        _ => (false, false),
+    };
+    if let Some(spacing_m) = spacing_m.filter(|m| unseen && *m > tuning.sparse_m) {
+        let (spacing_mm, needed_mm) = (spacing_m * 1e3, tuning.needed_m * 1e3);
+        return ScanError::TooSparse { spacing_mm, needed_mm, cause: Box::new(error) };
+    }
+    let measured = measured.filter(|_| unfit);
+    measured.and_then(|m| wrong_size(m, tuning.likely_sides, options)).unwrap_or(error)
 }
 
 /// Refuses a cut of a closed mesh that has found no crease.

@@ -30,6 +30,17 @@ pub(super) struct MarkedSide {
     pub side_bearing_deg: f64,
 }
 
+/// The size of what was scanned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeasuredSize {
+    /// Side of the square that the flattened cloth makes \[m\].
+    pub side_m: f64,
+    /// Radius at which the cloth leaves the plate \[m\].
+    pub plate_radius_m: f64,
+    /// Noise of single points \[m\]: it makes the square larger.
+    pub noise_m: f64,
+}
+
 /// How far the surface points lie off the sheet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Misfit {

@@ -32,6 +32,7 @@ mod edge;
 pub mod error;
 mod fit;
 mod floor;
+pub mod found;
 mod frame;
 mod limits;
 mod loops;
@@ -60,10 +61,11 @@ mod unit_guess;
 mod warp;
 
 pub use color::MarkColor;
-pub use error::ScanError;
+pub use error::{Place, ScanError};
+pub use found::{Found, FoundPlate, FoundSquare, Refusal};
 pub use frame::Bearing;
 pub use mesh_facts::{CutFacts, MeshFacts};
-pub use options::{ScanOptions, WarpToward};
+pub use options::{ExperimentFault, ScanOptions, WarpToward};
 pub use quality::Quality;
 pub use scanned::{Evidence, ScannedBoundary};
 pub use tuning::{Tuning, TuningError};
@@ -75,7 +77,7 @@ pub use crate::base::boundary::Orientation;
 use crate::base::clock::Stages;
 use crate::geom::Cloud;
 use steps::{
-    Assessed, Edged, Isolated, Local, Oriented, Parameterised, Plated, Registered, Sheeted,
+    Assessed, Edged, Isolated, Local, Oriented, Parameterised, Plated, Registered, Relaxed, Sheeted,
 };
 
 /// Finds the boundary vector in a scan. A cloud with triangles on most of its points
@@ -87,29 +89,53 @@ pub fn boundary_from_scan(
     cloud: &Cloud,
     options: &ScanOptions,
 ) -> Result<ScannedBoundary, ScanError> {
-    boundary_in_stages(cloud.clone(), options, &mut Stages::off())
+    boundary_in_stages(cloud.clone(), options, &mut Stages::off()).map_err(|refusal| refusal.error)
 }
 
 /// [`boundary_from_scan`] of a cloud that is not needed after, with the time that each
 /// stage takes.
 ///
 /// # Errors
-/// As there.
+/// As there; a [`Refusal`] has what was found until then.
 pub fn boundary_in_stages(
     cloud: Cloud,
     options: &ScanOptions,
     stages: &mut Stages,
-) -> Result<ScannedBoundary, ScanError> {
-    let scene = stages.span("points and unit", || scene::take(cloud, options))?;
-    let plated = stages.span("plate", || Plated::of(scene, options))?;
-    let local = stages.span("floor", || Local::of(plated, options));
-    let isolated = Isolated::of(local, options, stages);
-    let parameterised = stages.span("parameterisation", || Parameterised::of(isolated, options));
-    let oriented = stages.span("square", || Oriented::of(parameterised, options))?;
+) -> Result<ScannedBoundary, Refusal> {
+    let mut found = Found::of_file(&cloud.points, options);
+    match assess(cloud, options, stages, &mut found) {
+        Ok(assessed) => Ok(ScannedBoundary::of(assessed, found, options)),
+        Err(error) => {
+            let (spacing_m, size) = (found.point_spacing_m, found.size());
+            let error = limits::underlying(error, spacing_m, size.as_ref(), options);
+            found.note_refusal(&error);
+            Err(Refusal { error, found: Box::new(found) })
+        }
+    }
+}
+
+/// The way from a cloud to its rim; each step is noted before it is judged.
+fn assess<'a>(
+    cloud: Cloud,
+    options: &'a ScanOptions,
+    stages: &mut Stages,
+    found: &mut Found,
+) -> Result<Assessed<'a>, ScanError> {
+    let scene = found.note(stages.span("points and unit", || scene::take(cloud, options))?);
+    let plated = found.note(stages.span("plate", || Plated::of(scene, options))?);
+    let local = found.note(stages.span("floor", || Local::of(plated, options)));
+    let isolated = found.note(Isolated::of(local, options, stages));
+    let parameterised =
+        found.note(stages.span("parameterisation", || Parameterised::of(isolated, options)));
+    let relaxed = found.note(stages.span("relaxation", || Relaxed::of(parameterised, options)));
+    relaxed.judge(options)?;
+    let oriented = stages.span("square", || Oriented::of(relaxed, options))?;
     let sheeted = stages.span("sheet", || Sheeted::of(oriented, options))?;
-    let registered = stages.span("registration", || Registered::of(sheeted, options))?;
-    let edged = stages.span("edge", || Edged::of(registered, options))?;
-    let rim = stages.span("rim", || edged.trace(options));
-    let assessed = stages.span("uncertainty", || Assessed::of(edged, rim, options))?;
-    Ok(ScannedBoundary::of(assessed, options))
+    let registered = found.note(stages.span("registration", || Registered::of(sheeted, options))?);
+    registered.judge(options)?;
+    let edged = found.note(stages.span("edge and rim", || Edged::of(registered, options)));
+    edged.judge(options)?;
+    let assessed = found.note(stages.span("uncertainty", || Assessed::of(edged, options)));
+    assessed.judge(options)?;
+    Ok(assessed)
 }

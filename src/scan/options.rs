@@ -69,6 +69,85 @@ pub struct ScanOptions {
     pub tuning: Tuning,
 }
 
+/// Sizes of specimen and plate that the method takes, each with its bounds \[m\].
+const SIDES_M: [f64; 2] = [0.2, 0.45];
+const RADII_M: [f64; 2] = [0.03, 0.1];
+/// Least length of cloth that must hang from the plate in the middle of a side \[m\].
+const LEAST_HANGING_M: f64 = 0.06;
+
+/// Why the method does not take a specimen and a plate.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ExperimentFault {
+    /// The specimen's size.
+    #[error(
+        "a specimen of {side_mm} mm is none that rims can be found of ({:.0} to {:.0} mm)",
+        1e3 * SIDES_M[0], 1e3 * SIDES_M[1]
+    )]
+    Specimen {
+        /// Side asked for.
+        side_mm: f64,
+    },
+    /// The plate's radius.
+    #[error(
+        "a plate of {radius_mm} mm radius is none that is looked for ({:.0} to {:.0} mm)",
+        1e3 * RADII_M[0], 1e3 * RADII_M[1]
+    )]
+    Plate {
+        /// Radius asked for.
+        radius_mm: f64,
+    },
+    /// Too little cloth hangs.
+    #[error(
+        "of a specimen of {side_mm} mm only {hanging_mm:.0} mm hang from a plate of {radius_mm} mm radius \
+         ({:.0} mm are needed)", 1e3 * LEAST_HANGING_M
+    )]
+    Hanging {
+        /// Side asked for.
+        side_mm: f64,
+        /// Radius asked for.
+        radius_mm: f64,
+        /// What hangs.
+        hanging_mm: f64,
+    },
+}
+
+impl ScanOptions {
+    /// The default settings for a specimen of another side, on a plate of another radius
+    /// \[m\].
+    ///
+    /// # Errors
+    /// When the method does not take them.
+    pub fn for_experiment(side_m: f64, plate_radius_m: f64) -> Result<Self, ExperimentFault> {
+        let (side_mm, radius_mm) = (side_m * 1e3, plate_radius_m * 1e3);
+        let within = |[low, high]: [f64; 2], value: f64| (low..=high).contains(&value);
+        if !within(SIDES_M, side_m) {
+            return Err(ExperimentFault::Specimen { side_mm });
+        }
+        if !within(RADII_M, plate_radius_m) {
+            return Err(ExperimentFault::Plate { radius_mm });
+        }
+        let hanging_m = 0.5 * side_m - plate_radius_m;
+        if hanging_m < LEAST_HANGING_M {
+            let hanging_mm = hanging_m * 1e3;
+            return Err(ExperimentFault::Hanging { side_mm, radius_mm, hanging_mm });
+        }
+        let default = Self::default();
+        let side_range_m = if default.specimen_side_m == side_m {
+            default.side_range_m
+        } else {
+            default.side_range_m.map(|limit| limit * side_m / default.specimen_side_m)
+        };
+        Ok(Self { specimen_side_m: side_m, plate_radius_m, side_range_m, ..default })
+    }
+
+    /// Whether specimen and plate are those of the modified Cusick drape, which the shipped
+    /// model knows.
+    #[must_use]
+    pub fn is_modified_cusick(&self) -> bool {
+        self.specimen_side_m == SPECIMEN_SIDE_M && self.plate_radius_m == PLATE_RADIUS_M
+    }
+}
+
 impl Default for ScanOptions {
     fn default() -> Self {
         Self {

@@ -104,7 +104,12 @@ pub(super) fn find(points: &[Point3], radius_m: f64, unit: LengthUnit) -> Result
         best = best_candidate(points, radius_m, more);
     }
     let refuse = |best: Option<&Candidate>| ScanError::NoPlate {
-        best: best.map(|c| PlateCandidate { radius_m: c.radius_m, falling: c.falling }),
+        best: best.map(|c| PlateCandidate {
+            radius_m: c.radius_m,
+            falling: c.falling,
+            centre: c.centre,
+            up: c.normal,
+        }),
         radius_m,
         falling_limit: FALLING_LIMIT,
         unit,

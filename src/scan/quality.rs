@@ -30,6 +30,9 @@ pub struct Quality {
     pub loop_length_m: f64,
     /// Lengths of the four sides along the cloth \[m\].
     pub side_lengths_m: [f64; 4],
+    /// Side of the square that the flattened cloth made before it was tied to the
+    /// specimen's, if it made one \[m\].
+    pub outline_side_m: Option<f64>,
     /// Length of the cloth from edge to opposite edge as scanned, along warp and
     /// weft \[m\]; less than the specimen's side where the sensor erodes edges.
     pub widths_m: [Option<f64>; 2],
@@ -67,8 +70,8 @@ pub struct Quality {
 impl Quality {
     /// Reads the figures off the finished steps.
     pub(super) fn of(assessed: &Assessed, options: &ScanOptions) -> Self {
-        let Assessed { edged, rim, unexplained } = assessed;
-        let Edged { registered, origin, widths_m, own_edge_share, .. } = edged;
+        let Assessed { edged, unexplained } = assessed;
+        let Edged { registered, origin, widths_m, own_edge_share, rim, .. } = edged;
         let Registered { cloth: oriented, material, misfit, .. } = registered;
         let Oriented { bench, cloth, square, .. } = oriented;
         let gap = longest_gap(&rim.points);
@@ -84,6 +87,7 @@ impl Quality {
             seen_share: coverage::seen_share(material, options.specimen_side_m, longest_edge_m),
             loop_length_m: rim.side_lengths_m.iter().sum(),
             side_lengths_m: rim.side_lengths_m,
+            outline_side_m: oriented.outline_side_m,
             widths_m: *widths_m,
             edge_m: rim.edge_m,
             centre_offset_m: (square.centre[0] - origin.axis[0])

@@ -3,6 +3,7 @@
 
 use nalgebra::{Translation3, UnitQuaternion};
 
+use super::found::Found;
 use super::options::ScanOptions;
 use super::quality::Quality;
 use super::steps::{Assessed, Edged, Oriented, Registered};
@@ -29,8 +30,10 @@ pub struct ScannedBoundary {
     pub unit: LengthUnit,
     /// How much to trust it.
     pub quality: Quality,
-    /// What was found on the way, for pictures and for comparing surfaces.
+    /// What was found on the way, for comparing surfaces.
     pub evidence: Evidence,
+    /// The same of every step, as a refusal has it, for pictures.
+    pub found: Found,
 }
 
 /// Intermediate products, simulation frame \[m\].
@@ -48,10 +51,10 @@ pub struct Evidence {
 
 impl ScannedBoundary {
     /// Takes the rim into the simulation frame.
-    pub(super) fn of(assessed: Assessed, options: &ScanOptions) -> Self {
+    pub(super) fn of(assessed: Assessed, found: Found, options: &ScanOptions) -> Self {
         let quality = Quality::of(&assessed, options);
         let sim_from_local = sim_from_local(&assessed.edged, options);
-        let Assessed { edged: Edged { registered, near_edge, .. }, mut rim, .. } = assessed;
+        let Assessed { edged: Edged { registered, near_edge, mut rim, .. }, .. } = assessed;
         let Registered { cloth, material, .. } = registered;
         let Oriented { bench, surface, warp_off_rad, .. } = cloth;
         for point in &mut rim.points {
@@ -74,7 +77,7 @@ impl ScannedBoundary {
         let known = warp_off_rad.is_some();
         let orientation = if known { Orientation::Given } else { Orientation::Ambiguous };
         let unit = bench.unit;
-        Self { boundary, orientation, warp_off_rad, sim_from_scan, unit, quality, evidence }
+        Self { boundary, orientation, warp_off_rad, sim_from_scan, unit, quality, evidence, found }
     }
 }
 

@@ -9,6 +9,8 @@
 //!
 //! In: a cloud in the file's unit. Out: points in metres, the scan's own frame.
 
+use rayon::prelude::*;
+
 use super::error::ScanError;
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
@@ -27,6 +29,8 @@ pub(super) struct Scene {
     pub points_in_file: usize,
     /// The file's unit, given or guessed.
     pub unit: LengthUnit,
+    /// Units that it may also be in, if the plate is not found in that one.
+    pub other_units: Vec<LengthUnit>,
     /// Points of all surfaces.
     pub points: Vec<Point3>,
     /// Their colours; empty if the file has none or nobody asks for a mark.
@@ -56,11 +60,13 @@ fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
     let mut points = cloud.points;
     points.retain(finite);
     limits::enough_points(points.len(), options)?;
-    let unit = unit_of(&points, options)?;
+    let units = units_of(&points, options)?;
+    let unit = units[0];
     points.iter_mut().for_each(|p| *p *= unit.metres());
     Ok(Scene {
         points_in_file,
         unit,
+        other_units: units[1..].to_vec(),
         points,
         colors,
         free_edge: Vec::new(),
@@ -69,11 +75,37 @@ fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
     })
 }
 
-/// The unit that the caller gives, or else the one that the scene's size leaves.
-fn unit_of(points: &[Point3], options: &ScanOptions) -> Result<LengthUnit, ScanError> {
-    options
-        .unit
-        .map_or_else(|| limits::unit(unit_guess::guess(points, &options.tuning.scene), options), Ok)
+/// The unit that the caller gives, or else those that the scene's size leaves; one at least.
+fn units_of(points: &[Point3], options: &ScanOptions) -> Result<Vec<LengthUnit>, ScanError> {
+    let guess = || limits::units(unit_guess::guess(points, &options.tuning.scene), options);
+    options.unit.map_or_else(guess, |unit| Ok(vec![unit]))
+}
+
+impl Scene {
+    /// The same points in another unit of the file.
+    pub fn in_unit(&mut self, unit: LengthUnit) {
+        let factor = unit.metres() / self.unit.metres();
+        self.points.par_iter_mut().for_each(|p| *p *= factor);
+        self.unit = unit;
+    }
+
+    /// Typical distance between neighbouring points \[m\]: the side of the square that each
+    /// has to itself, from how far the third neighbours of some of them are. Of points that
+    /// lie at random; of a regular grid it is 8 % too large.
+    pub fn spacing_m(&self) -> Option<f64> {
+        /// The point itself is among them.
+        const AROUND: usize = 4;
+        /// Points expected within the median distance of the third (of a gamma distribution
+        /// of shape 3).
+        const EXPECTED: f64 = 2.674;
+        let tree = Neighbours::new(&self.points);
+        let stride = self.points.len().div_ceil(1000).max(1);
+        let side = |p: &Point3| {
+            let far = tree.nearest(p, AROUND).get(AROUND - 1)?.distance_sq;
+            Some((std::f64::consts::PI * far / EXPECTED).sqrt())
+        };
+        robust::median(self.points.iter().step_by(stride).filter_map(side).collect())
+    }
 }
 
 /// The mesh that a file holds: at least half of its points carry triangles. `None`
@@ -95,12 +127,8 @@ fn of_mesh(
     triangles: &[[u32; 3]],
     options: &ScanOptions,
 ) -> Result<Scene, ScanError> {
-    let unit = unit_of(&cloud.points, options)?;
-    let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
-    let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
     let tuning = &options.tuning.scene;
-    drop_bridges(&mut whole, tuning);
-    let plate = plate_of(&whole, unit, options)?;
+    let (whole, plate, unit) = mesh_in_metres(cloud, triangles, options)?;
     let near = near_plate(&whole, &plate.centre, tuning.around_m);
     let mesh = weld(&near);
     let beside = Adjacency::new(&mesh.triangles);
@@ -135,12 +163,32 @@ fn of_mesh(
     Ok(Scene {
         points_in_file: cloud.points.len(),
         unit,
+        other_units: Vec::new(),
         points,
         colors,
         free_edge: free_edge(&mesh, tuning.edge_step_m).into_iter().filter(clear).collect(),
         chord_m: edge_m * edge_m / (8.0 * tuning.fold_radius_m),
         mesh: Some(facts),
     })
+}
+
+/// A mesh in metres and its plate, in the first of the units in which there is one.
+fn mesh_in_metres(
+    cloud: &Cloud,
+    triangles: &[[u32; 3]],
+    options: &ScanOptions,
+) -> Result<(Mesh, plate::Plate, LengthUnit), ScanError> {
+    let mut refused = None;
+    for unit in units_of(&cloud.points, options)? {
+        let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
+        let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
+        drop_bridges(&mut whole, &options.tuning.scene);
+        match plate_of(&whole, unit, options) {
+            Ok(plate) => return Ok((whole, plate, unit)),
+            Err(error) => _ = refused.get_or_insert(error),
+        }
+    }
+    Err(refused.unwrap_or_else(|| limits::too_few_points(cloud.points.len(), options)))
 }
 
 /// Drops what spans the gaps of depth images in meshes that are made from them: in a

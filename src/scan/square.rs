@@ -54,6 +54,22 @@ impl Square {
         Self { centre: [mean[2] - at[0], mean[3] - at[1]], ..rotated }
     }
 
+    /// Derivatives of [`excess`] at material coordinates `m` to rotation and centre.
+    fn excess_slope(&self, m: [f64; 2]) -> [f64; 3] {
+        let (s, c) = self.rotation_rad.sin_cos();
+        if m[0].abs() > m[1].abs() {
+            [-m[1], -c, s].map(|d| d * m[0].signum())
+        } else {
+            [m[0], -s, -c].map(|d| d * m[1].signum())
+        }
+    }
+
+    /// The corners of a square of this side in the parameter plane, one after another.
+    pub fn corners(&self, side_m: f64) -> [[f64; 2]; 4] {
+        let half = 0.5 * side_m;
+        [[half, -half], [half, half], [-half, half], [-half, -half]].map(|m| self.flat(m))
+    }
+
     /// Bearing in degrees, in the parameter plane, of material coordinates.
     pub fn bearing_deg(&self, material: [f64; 2]) -> f64 {
         ((-material[1]).atan2(material[0]) + self.rotation_rad).to_degrees().rem_euclid(360.0)
@@ -76,6 +92,15 @@ pub(super) struct SquareFit {
     pub worst_bearing_deg: f64,
     /// Where the cloth is not seen out to its rim.
     pub hidden: Hidden,
+}
+
+/// The square that the outline makes, of whatever size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outline {
+    /// Its rotation and centre.
+    pub square: Square,
+    /// Its side \[m\].
+    pub side_m: f64,
 }
 
 fn outline(flat: &[[f64; 2]]) -> Vec<Option<[f64; 2]>> {
@@ -140,12 +165,7 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> Squ
             let m = best.material(p);
             let residual = excess(m, half);
             let weight = 1.0 / (1.0 + (residual / scale).powi(2));
-            let (s, c) = best.rotation_rad.sin_cos();
-            let row = if m[0].abs() > m[1].abs() {
-                nalgebra::Vector3::new(-m[1], -c, s) * m[0].signum()
-            } else {
-                nalgebra::Vector3::new(m[0], -s, -c) * m[1].signum()
-            };
+            let row = nalgebra::Vector3::from(best.excess_slope(m));
             normal += row * row.transpose() * weight;
             right += row * (residual * weight);
         }
@@ -156,6 +176,64 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> Squ
     }
     let hidden = hidden_arc(&outline, half - tuning.bound_m);
     describe(best, &points, half, tuning.bound_m, hidden)
+}
+
+/// The square that the flattened cloth makes, of a side within the tuning's range about
+/// `side_m`; `None` if too little of its outline lies on one.
+pub(super) fn measure(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> Option<Outline> {
+    let points: Vec<[f64; 2]> = outline(flat).into_iter().flatten().collect();
+    let mut best = Outline { square: Square { rotation_rad: 0.0, centre: [0.0; 2] }, side_m };
+    let mut least = f64::INFINITY;
+    let [low, high] = tuning.sides.map(|share| (share * 100.0).round() as i32);
+    for (degrees, percent) in
+        (0..90).step_by(3).flat_map(|d| (low..=high).step_by(2).map(move |p| (d, p)))
+    {
+        let square = Square { rotation_rad: f64::from(degrees).to_radians(), centre: [0.0; 2] };
+        let side_m = side_m * f64::from(percent) / 100.0;
+        let off = |&p: &[f64; 2]| excess(square.material(p), 0.5 * side_m).abs();
+        let loss = points.iter().map(|p| (off(p) / tuning.bound_m).min(1.0)).sum();
+        if loss < least {
+            (least, best) = (loss, Outline { square, side_m });
+        }
+    }
+    for round in 0..30 {
+        let scale = if round < 10 { tuning.first_scale_m } else { tuning.scale_m };
+        best = refined(&best, &points, scale)?;
+    }
+    // Every side must show itself: half a square would fit many sizes.
+    let (mut on, mut all) = ([0_u32; 4], [0_u32; 4]);
+    for &p in &points {
+        let m = best.square.material(p);
+        let side = match (m[0].abs() > m[1].abs(), m[0] > 0.0, m[1] > 0.0) {
+            (true, positive, _) => usize::from(positive),
+            (false, _, positive) => 2 + usize::from(positive),
+        };
+        all[side] += 1;
+        on[side] += u32::from(excess(m, 0.5 * best.side_m).abs() < tuning.on_outline_m);
+    }
+    let shown = |side: usize| f64::from(on[side]) >= tuning.least_shown * f64::from(all[side]);
+    let whole = points.len() as f64 > tuning.least_outline * BEARINGS as f64;
+    (whole && (0..4).all(shown)).then_some(best)
+}
+
+/// One Gauss-Newton step of rotation, centre and side, with Cauchy weights.
+fn refined(outline: &Outline, points: &[[f64; 2]], scale: f64) -> Option<Outline> {
+    let Outline { square, side_m } = *outline;
+    let mut normal = nalgebra::Matrix4::<f64>::identity() * 1e-9;
+    let mut right = nalgebra::Vector4::<f64>::zeros();
+    for &p in points {
+        let m = square.material(p);
+        let residual = excess(m, 0.5 * side_m);
+        let weight = 1.0 / (1.0 + (residual / scale).powi(2));
+        let slope = square.excess_slope(m);
+        let row = nalgebra::Vector4::new(slope[0], slope[1], slope[2], -0.5);
+        normal += row * row.transpose() * weight;
+        right += row * (residual * weight);
+    }
+    let step = normal.cholesky()?.solve(&right);
+    let centre = [square.centre[0] - step[1], square.centre[1] - step[2]];
+    let square = Square { rotation_rad: square.rotation_rad - step[0], centre };
+    Some(Outline { square, side_m: side_m - step[3] })
 }
 
 /// Bearings on which the cloth is not seen to its rim.

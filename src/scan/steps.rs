@@ -1,18 +1,18 @@
 //! The steps from a scan to its rim: each type is what is known after one of them, and
 //! each is made from the one before, which it consumes.
 //!
-//! `Scene` -> `Plated` -> `Local` -> `Isolated` -> `Parameterised` -> `Oriented` ->
-//! `Sheeted` -> `Registered` -> `Edged` -> `Assessed`
+//! `Scene` -> `Plated` -> `Local` -> `Isolated` -> `Parameterised` -> `Relaxed` ->
+//! `Oriented` -> `Sheeted` -> `Registered` -> `Edged` -> `Assessed`
 
 use rayon::prelude::*;
 
 use super::cloth::{self, Cloth};
-use super::edge::{self, Edge};
+use super::edge;
 use super::error::ScanError;
 use super::fit::{self, EdgePoint};
 use super::floor::Floor;
 use super::mark::{self, Marked};
-use super::measured::Misfit;
+use super::measured::{MeasuredSize, Misfit};
 use super::mesh_facts::MeshFacts;
 use super::options::{ScanOptions, WarpToward};
 use super::origin::{self, Origin};
@@ -22,12 +22,11 @@ use super::registration::{EdgeShift, Registration};
 use super::rim::{self, Rim};
 use super::scene::Scene;
 use super::sheet::Sheet;
-use super::square::Square;
+use super::square::{Outline, Square};
 use super::uncertainty::{self, Explained, Unexplained};
 use super::unit::LengthUnit;
 use super::warp::quarters_to_warp;
 use super::{frame, limits, loops};
-use crate::base::boundary::SIDES;
 use crate::base::clock::Stages;
 use crate::base::{Isometry3, Point3};
 
@@ -53,14 +52,17 @@ pub(super) struct Bench {
 
 /// A scene whose plate is known.
 pub(super) struct Plated {
-    scene: Scene,
-    plate: Plate,
+    /// The scene.
+    pub scene: Scene,
+    /// The plate, in the scan's frame.
+    pub plate: Plate,
     sensor_noise_m: f64,
 }
 
 /// A scene in the local frame.
 pub(super) struct Local {
-    bench: Bench,
+    /// The scan besides the cloth.
+    pub bench: Bench,
     points: Vec<Point3>,
     /// Colours of the points; empty if nobody asks for a mark.
     colors: Vec<[u8; 3]>,
@@ -71,7 +73,8 @@ pub(super) struct Local {
 /// The cloth, cut free.
 pub(super) struct Isolated {
     bench: Bench,
-    cloth: Cloth,
+    /// The cloth.
+    pub cloth: Cloth,
     free_edge: Vec<Point3>,
     colored: Colored,
 }
@@ -88,7 +91,21 @@ pub(super) struct Parameterised {
     cloth: Cloth,
     free_edge: Vec<Point3>,
     colored: Colored,
-    surface: Parameterisation,
+    /// Its surface points, as the front has placed them.
+    pub surface: Parameterisation,
+}
+
+/// The cloth, flattened as rigidly as possible, of whatever size it is.
+pub(super) struct Relaxed {
+    /// The scan besides the cloth.
+    pub bench: Bench,
+    cloth: Cloth,
+    free_edge: Vec<Point3>,
+    colored: Colored,
+    /// Its surface points.
+    pub surface: Parameterisation,
+    /// The square that they make, if they make one.
+    pub outline: Option<Outline>,
 }
 
 /// The cloth on its square, whose x axis is the warp if that is known.
@@ -101,6 +118,9 @@ pub(super) struct Oriented {
     pub surface: Parameterisation,
     /// The specimen's square in their plane.
     pub square: Square,
+    /// Side of the square that they made before they were tied to the specimen's, if they
+    /// made one \[m\].
+    pub outline_side_m: Option<f64>,
     /// How far the direction given for the warp is from the axis taken for it \[rad\]; `None`
     /// if none was given.
     pub warp_off_rad: Option<f64>,
@@ -123,6 +143,8 @@ pub(super) struct Registered<'a> {
     pub material: Vec<[f64; 2]>,
     /// How far they lie off it.
     pub misfit: Misfit,
+    /// Side of the specimen \[m\].
+    pub side_m: f64,
 }
 
 /// The sheet with its free edges, and the plate under it.
@@ -137,24 +159,36 @@ pub(super) struct Edged<'a> {
     pub widths_m: [Option<f64>; 2],
     /// Share of the edge that was read from the mesh's own.
     pub own_edge_share: f64,
-    edges: [Edge; SIDES],
+    /// The rim along the edges, local frame.
+    pub rim: Rim,
     shift: EdgeShift,
 }
 
-/// The rim with flags and sigmas, within all limits.
+/// The rim with flags and sigmas.
 pub(super) struct Assessed<'a> {
-    /// What it was traced on.
+    /// The rim, and what it was traced on.
     pub edged: Edged<'a>,
-    /// The rim, local frame.
-    pub rim: Rim,
     /// Scanned cloth near it that the sheet does not explain.
     pub unexplained: Unexplained,
 }
 
 impl Plated {
-    /// Finds the plate.
-    pub fn of(scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
-        let mut plate = plate::find(&scene.points, options.plate_radius_m, scene.unit)?;
+    /// Finds the plate, in the first of the scene's units in which there is one.
+    pub fn of(mut scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
+        let find = |scene: &Scene| plate::find(&scene.points, options.plate_radius_m, scene.unit);
+        let first = find(&scene);
+        let mut plate = match first {
+            Ok(plate) => plate,
+            Err(refused) => {
+                let spacing_m = scene.spacing_m();
+                let others = std::mem::take(&mut scene.other_units);
+                let found = others.into_iter().find_map(|unit| {
+                    scene.in_unit(unit);
+                    find(&scene).ok()
+                });
+                found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
+            }
+        };
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         Ok(Self { scene, plate, sensor_noise_m })
@@ -165,8 +199,8 @@ impl Local {
     /// Finds the local frame and takes the scene into it.
     pub fn of(plated: Plated, options: &ScanOptions) -> Self {
         let Plated { scene, plate, sensor_noise_m } = plated;
-        let Scene { points_in_file, unit, mut points, colors, mut free_edge, chord_m, mesh } =
-            scene;
+        let Scene { points_in_file, unit, mut points, colors, mut free_edge, .. } = scene;
+        let (chord_m, mesh) = (scene.chord_m, scene.mesh);
         let found = frame::find(&points, &plate, options);
         let local_from_scan = found.local_from_scan;
         points.par_iter_mut().for_each(|p| *p = local_from_scan * *p);
@@ -206,10 +240,32 @@ impl Parameterised {
     }
 }
 
+/// The size of a flattened cloth and of the plate that it lies on.
+fn measured(side_m: f64, plate: &Plate) -> MeasuredSize {
+    MeasuredSize { side_m, plate_radius_m: plate.radius_m, noise_m: plate.noise_m }
+}
+
+impl Relaxed {
+    /// Relaxes the cloth and looks what square it makes.
+    pub fn of(parameterised: Parameterised, options: &ScanOptions) -> Self {
+        let Parameterised { bench, cloth, free_edge, colored, mut surface } = parameterised;
+        parameterisation::relax(&mut surface, cloth.spacing_m, options);
+        let outline = parameterisation::outline(&surface, options);
+        Self { bench, cloth, free_edge, colored, surface, outline }
+    }
+
+    /// Refuses a cloth that is clearly not of the specimen's size.
+    pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
+        let Some(Outline { side_m, .. }) = self.outline else { return Ok(()) };
+        let measured = measured(side_m, &self.bench.plate);
+        limits::size(&measured, self.bench.mesh.map(|mesh| mesh.edge_m), options)
+    }
+}
+
 impl Oriented {
     /// Straightens the edges, finds the square and which of its axes is the warp.
-    pub fn of(parameterised: Parameterised, options: &ScanOptions) -> Result<Self, ScanError> {
-        let Parameterised { bench, cloth, free_edge, colored, mut surface } = parameterised;
+    pub fn of(relaxed: Relaxed, options: &ScanOptions) -> Result<Self, ScanError> {
+        let Relaxed { bench, cloth, free_edge, colored, mut surface, outline } = relaxed;
         let square = parameterisation::straighten(&mut surface, cloth.spacing_m, options)?;
         let warp_toward = match (options.warp_toward, options.mark) {
             (None, Some(color)) => {
@@ -235,7 +291,8 @@ impl Oriented {
         }
         let (square, off_rad) = orient(square, wanted_rad);
         let warp_off_rad = warp_toward.map(|_| off_rad);
-        Ok(Self { bench, cloth, surface, square, warp_off_rad, free_edge })
+        let outline_side_m = outline.map(|outline| outline.side_m);
+        Ok(Self { bench, cloth, surface, square, outline_side_m, warp_off_rad, free_edge })
     }
 
     /// The noise of single points \[m\].
@@ -274,8 +331,13 @@ impl<'a> Registered<'a> {
             fit::register_sheet(sheet, &cloth.cloth, surface, &mut material, noise_m, options);
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let misfit = fit::misfit(&registration.sheet, surface, &material, &cloth.square);
-        limits::misfit(&misfit, noise_m, options)?;
-        Ok(Self { cloth, registration, material, misfit })
+        let side_m = options.specimen_side_m;
+        Ok(Self { cloth, registration, material, misfit, side_m })
+    }
+
+    /// Refuses a sheet that does not fit the points.
+    pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
+        limits::misfit(&self.misfit, self.cloth.noise_m(), options)
     }
 
     /// The sheet.
@@ -296,8 +358,9 @@ impl<'a> Registered<'a> {
 }
 
 impl<'a> Edged<'a> {
-    /// Measures the free edges on the sheet, and finds the plate under it.
-    pub fn of(registered: Registered<'a>, options: &ScanOptions) -> Result<Self, ScanError> {
+    /// Measures the free edges on the sheet, traces the rim along them, and finds the plate
+    /// under the sheet.
+    pub fn of(registered: Registered<'a>, options: &ScanOptions) -> Self {
         let Registered { cloth, material, .. } = &registered;
         let (sheet, noise_m) = (registered.sheet(), cloth.noise_m());
         let origin = origin::find(sheet, &cloth.square, options).unwrap_or(Origin {
@@ -313,28 +376,34 @@ impl<'a> Edged<'a> {
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
         let mut edges = edge::measure_sides(&flat, half_m, noise_m, &tuning.edge);
         let mut own_edge_share = 0.0;
-        if let Some(mesh) = &cloth.bench.mesh {
+        if cloth.bench.mesh.is_some() {
             let off_m = tuning.sheet.on_sheet_m + tuning.sheet.on_sheet_noises * noise_m;
             let reach_m = tuning.sheet.slide * half_m;
             let own = loops::on_sheet(&cloth.free_edge, surface, material, sheet, off_m, reach_m);
             own_edge_share = loops::refine(&mut edges, &own, half_m, tuning);
-            mesh.cut.map_or(Ok(()), |_| limits::edge_of_cut(own_edge_share, options))?;
         }
         let widths_m = rim::widths_m(sheet, &edges, half_m);
         let shift = registered.edge_shift(options);
         edges.iter_mut().for_each(|edge| edge.shift(-shift.by_m));
-        Ok(Self { registered, origin, near_edge, widths_m, own_edge_share, edges, shift })
+        let rim = rim::trace(sheet, &edges, half_m);
+        Self { registered, origin, near_edge, widths_m, own_edge_share, rim, shift }
     }
 
-    /// Traces the rim along the edges.
-    pub fn trace(&self, options: &ScanOptions) -> Rim {
-        rim::trace(self.registered.sheet(), &self.edges, 0.5 * options.specimen_side_m)
+    /// Refuses the cut of a closed mesh that follows too little of the rim, and a cloth that
+    /// is larger than the specimen out to its rim.
+    pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
+        let Oriented { bench, outline_side_m, .. } = &self.registered.cloth;
+        if bench.mesh.and_then(|mesh| mesh.cut).is_some() {
+            limits::edge_of_cut(self.own_edge_share, options)?;
+        }
+        let Some(side_m) = *outline_side_m else { return Ok(()) };
+        limits::rim_of_size(&measured(side_m, &bench.plate), &self.rim, options)
     }
 }
 
 impl<'a> Assessed<'a> {
     /// Gives the rim its flags and sigmas.
-    pub fn of(edged: Edged<'a>, mut rim: Rim, options: &ScanOptions) -> Result<Self, ScanError> {
+    pub fn of(mut edged: Edged<'a>, options: &ScanOptions) -> Self {
         let Registered { cloth, material, .. } = &edged.registered;
         let noise_m = cloth.noise_m();
         let explained = Explained {
@@ -349,8 +418,13 @@ impl<'a> Assessed<'a> {
         };
         let half_m = 0.5 * options.specimen_side_m;
         let sheet = edged.registered.sheet();
-        let unexplained = uncertainty::assess(&mut rim, sheet, &explained, half_m);
-        limits::rim(&rim, &unexplained, noise_m, options)?;
-        Ok(Self { edged, rim, unexplained })
+        let unexplained = uncertainty::assess(&mut edged.rim, sheet, &explained, half_m);
+        Self { edged, unexplained }
+    }
+
+    /// Refuses a rim whose uncertainty is not known.
+    pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
+        let noise_m = self.edged.registered.cloth.noise_m();
+        limits::rim(&self.edged.rim, &self.unexplained, noise_m, options)
     }
 }

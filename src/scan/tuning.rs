@@ -261,6 +261,14 @@ pub struct SquareTuning {
     pub first_scale_m: f64,
     /// and in the twenty after.
     pub scale_m: f64,
+    /// Sides of the square that the cloth may make, shares of the specimen's side.
+    pub sides: [f64; 2],
+    /// A bearing of the outline this near to that square lies on it \[m\].
+    pub on_outline_m: f64,
+    /// Share of the bearings of each of its sides that must lie on it.
+    pub least_shown: f64,
+    /// Share of all bearings on which there must be cloth.
+    pub least_outline: f64,
 }
 
 /// The mark that tells the warp (`mark`).
@@ -514,6 +522,28 @@ pub struct LimitTuning {
     pub most_mark_off_deg: f64,
     /// Noise up to which bridges are held by the sheet's lengths \[m\].
     pub bridged_well_noise_m: f64,
+    /// Shortest and longest side of the flattened cloth, shares of the specimen's: cloth
+    /// does not shrink on a plate; one of 6,000 g/s^2 stretches by 2.5 %.
+    pub sides: [f64; 2],
+    /// The same where the scan is refused anyway: beyond, the size is the likelier reason.
+    pub likely_sides: [f64; 2],
+    /// Longest side of the rim in the mean, as a share of the specimen's, with which a flattened
+    /// cloth may be larger than [`Self::likely_sides`]: a rim hardly stretches.
+    pub longest_rim_side: f64,
+    /// Noise makes it read larger by up to this many times the noise.
+    pub size_noises: f64,
+    /// What the plate's radius reads in a scan, as a share of its own: the cloth leaves it a
+    /// little inside its edge.
+    pub plate_reads: f64,
+    /// Points farther apart than this are to blame for cloth and rim that are not seen \[m\].
+    pub sparse_m: f64,
+    /// Of a flat patch: the cloth must fall away on this share of what a plate needs, for points
+    /// far apart to be to blame that it is none.
+    pub nearly_falling: f64,
+    /// Distance between points that is enough \[m\].
+    pub needed_m: f64,
+    /// With sparse points the flattened cloth reads shorter, down to this share.
+    pub sparse_reads: f64,
     /// A direction for the warp that is nearer to the vertical tells no side of the
     /// specimen \[degrees\]: an error of ten degrees in it turns its horizontal part by twenty.
     pub least_warp_off_vertical_deg: f64,
@@ -614,6 +644,10 @@ const SHIPPED: Tuning = Tuning {
         start_shift_m: 6e-3, // c
         first_scale_m: 5e-3, // c
         scale_m: 2e-3,       // c
+        sides: [0.6, 1.4],   // c
+        on_outline_m: 4e-3,  // c
+        least_shown: 0.5,    // c
+        least_outline: 0.8,  // c
     },
     mark: MarkTuning {
         plate_radii: 0.8, // c
@@ -717,6 +751,15 @@ const SHIPPED: Tuning = Tuning {
         least_mark_share: 0.8,             // c
         most_mark_off_deg: 30.0,           // c
         bridged_well_noise_m: 1e-3,        // m
+        sides: [0.975, 1.045],             // m
+        likely_sides: [0.98, 1.02],        // m
+        longest_rim_side: 1.004,           // m
+        size_noises: 4.0,                  // m
+        plate_reads: 0.98,                 // m
+        sparse_m: 2.8e-3,                  // m
+        nearly_falling: 0.5,               // c
+        needed_m: 2.5e-3,                  // m
+        sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c
     },
 };

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Units that sensors write.
+/// Units that sensors and programs write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LengthUnit {
@@ -10,15 +10,30 @@ pub enum LengthUnit {
     Metre,
     /// Millimetres.
     Millimetre,
+    /// Centimetres.
+    Centimetre,
+    /// Inches of 25.4 mm.
+    Inch,
 }
 
 impl LengthUnit {
+    /// All of them, those first that sensors write most.
+    pub const ALL: [Self; 4] = [Self::Metre, Self::Millimetre, Self::Centimetre, Self::Inch];
+
+    /// The unit of this symbol; `None` for an unknown one.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|unit| unit.name() == name)
+    }
+
     /// The unit's symbol.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Metre => "m",
             Self::Millimetre => "mm",
+            Self::Centimetre => "cm",
+            Self::Inch => "in",
         }
     }
 
@@ -28,6 +43,8 @@ impl LengthUnit {
         match self {
             Self::Metre => 1.0,
             Self::Millimetre => 1e-3,
+            Self::Centimetre => 1e-2,
+            Self::Inch => 25.4e-3,
         }
     }
 }

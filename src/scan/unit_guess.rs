@@ -1,5 +1,7 @@
-//! The scan's unit of length, guessed from the one thing known about its size: a 300 mm
-//! specimen and a 100 mm plate leave metres or millimetres only.
+//! The scan's unit of length, guessed from what is known of its size: a scene with a drape
+//! in it is between a drape and a room. That leaves one of metres and millimetres at most;
+//! whether it is centimetres or inches instead, only the plate's size tells: the units are
+//! tried in order until a plate is found.
 
 use super::tuning::SceneTuning;
 use super::unit::LengthUnit;
@@ -19,12 +21,12 @@ fn typical_size(points: &[Point3]) -> f64 {
 }
 
 /// What the size of a scene says of its unit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Guess {
     /// The scene's typical size in file units.
     pub size_units: f64,
-    /// The unit in which this is the size of a scene with a drape, if there is one.
-    pub unit: Option<LengthUnit>,
+    /// The units in which this is the size of a scene with a drape, likely ones first.
+    pub units: Vec<LengthUnit>,
 }
 
 /// Guesses the unit from the size of the scene.
@@ -33,8 +35,8 @@ pub(super) fn guess(points: &[Point3], tuning: &SceneTuning) -> Guess {
     let fits = |unit: &LengthUnit| {
         (tuning.smallest_m..tuning.largest_m).contains(&(size_units * unit.metres()))
     };
-    let unit = [LengthUnit::Metre, LengthUnit::Millimetre].into_iter().find(fits);
-    Guess { size_units, unit }
+    let units = LengthUnit::ALL.into_iter().filter(fits).collect();
+    Guess { size_units, units }
 }
 
 #[cfg(test)]
@@ -50,13 +52,16 @@ mod tests {
     }
 
     #[test]
-    fn a_drape_sized_scene_is_metres_or_millimetres_and_nothing_else() {
+    fn a_drape_sized_scene_leaves_metres_or_millimetres_first() {
         let tuning = crate::scan::tuning::Tuning::default().scene;
-        let unit = |side| guess(&square(side), &tuning).unit;
-        assert_eq!(unit(0.3), Some(LengthUnit::Metre));
-        assert_eq!(unit(300.0), Some(LengthUnit::Millimetre));
-        assert_eq!(unit(2.0), Some(LengthUnit::Metre));
-        assert_eq!(unit(0.002), None);
-        assert_eq!(unit(1e6), None);
+        let units = |side| guess(&square(side), &tuning).units;
+        let (m, mm) = (LengthUnit::Metre, LengthUnit::Millimetre);
+        let (cm, inch) = (LengthUnit::Centimetre, LengthUnit::Inch);
+        assert_eq!(units(0.3), [m]);
+        assert_eq!(units(2.0), [m]);
+        assert_eq!(units(300.0), [mm, cm, inch]);
+        assert_eq!(units(30.0), [m, cm, inch]);
+        assert!(units(0.002).is_empty());
+        assert!(units(1e6).is_empty());
     }
 }

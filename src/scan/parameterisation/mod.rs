@@ -17,10 +17,13 @@ mod ties;
 pub(super) use front::Parameterisation;
 
 use super::cloth::Cloth;
+use super::edge;
 use super::error::ScanError;
 use super::limits;
 use super::options::ScanOptions;
-use super::square::{self, Square};
+use super::sides::to_side;
+use super::square::{self, Outline, Square};
+use crate::base::boundary::SIDES;
 use relax::{Effort, Relaxation};
 
 /// Grows the front over the cloth.
@@ -30,8 +33,31 @@ pub(super) fn grow(cloth: &Cloth, options: &ScanOptions) -> Parameterisation {
     front::grow(cloth, tuning.seed_radii * options.plate_radius_m, reach_m, tuning)
 }
 
-/// Relaxes the parameterisation and pulls its free edges onto the sides of the
-/// square that fits best; returns that square. Uses the links up.
+/// Relaxes the parameterisation as the front has left it.
+pub(super) fn relax(surface: &mut Parameterisation, spacing_m: f64, options: &ScanOptions) {
+    let tuning = &options.tuning.parameterisation;
+    let effort = Effort { rounds: tuning.rounds, steps: tuning.steps, enough_m: tuning.enough_m };
+    let Parameterisation { fixed, flat, links, .. } = surface;
+    Relaxation { links, fixed, spacing_m, tuning }.relax(&[], effort, flat);
+}
+
+/// The square that the relaxed cloth makes, whatever its size; its side is measured by the
+/// density of points across the edges, which the outermost points would make too short.
+pub(super) fn outline(surface: &Parameterisation, options: &ScanOptions) -> Option<Outline> {
+    let outline = square::measure(&surface.flat, options.specimen_side_m, &options.tuning.square)?;
+    let half_m = 0.5 * outline.side_m;
+    let material: Vec<[f64; 2]> =
+        surface.flat.iter().map(|&p| outline.square.material(p)).collect();
+    let halves = (0..SIDES).map(|side| {
+        let points: Vec<[f64; 2]> = material.iter().map(|&m| to_side(side, m)).collect();
+        edge::measure_bent(&points, half_m, &options.tuning.edge).mean_m()
+    });
+    let side_m = 2.0 * halves.sum::<f64>() / SIDES as f64;
+    Some(Outline { side_m, ..outline })
+}
+
+/// Pulls the free edges of the relaxed cloth onto the sides of the square that fits best,
+/// and relaxes it again; returns that square. Uses the links up.
 ///
 /// The front may have carried the cloth round the plate by a degree, and ties to a
 /// square that is rotated as far keep it there. So at the end the edges hold the cloth
@@ -54,7 +80,6 @@ pub(super) fn straighten(
         limits::square(&fit, options).map(|()| fit.square)
     };
     let mut surface = Relaxation { links, fixed, spacing_m, tuning };
-    surface.relax(&[], effort(tuning.rounds), flat);
     let mut square = find(flat)?;
     let half_m = 0.5 * options.specimen_side_m;
     for _ in 0..tuning.straightenings {
