@@ -154,7 +154,7 @@ pub(super) struct Assessed<'a> {
 impl Plated {
     /// Finds the plate.
     pub fn of(scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
-        let mut plate = plate::find(&scene.points, options.plate_radius_m, scene.unit)?;
+        let mut plate = plate::find(&scene.points, scene.unit, options)?;
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         Ok(Self { scene, plate, sensor_noise_m })
