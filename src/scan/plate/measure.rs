@@ -123,7 +123,8 @@ impl Around<'_> {
         let open = self.all.iter().zip(covered).filter(|(_, covered)| !covered);
         let mut open: Vec<Point3> = open.map(|(p, _)| *p).collect();
         if noise_is_known {
-            let skirt = Skirt::new(open.iter().map(placed), *radius_m, tuning);
+            let low = open.iter().map(placed).filter(|p| p.height_m < 0.2 * radius_m);
+            let skirt = Skirt::new(low, *radius_m, tuning);
             let margin_m = tuning.outside_higher_m.max(tuning.outside_noises * self.noise_m);
             open.retain(|p| {
                 let p = placed(p);

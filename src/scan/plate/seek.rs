@@ -3,6 +3,8 @@
 //! Where the scan sees the plate from below, the cloth on it, its underside and what carries
 //! it lie above each other; only the uppermost counts, for either side up ([`layer`]).
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use super::super::downsample::voxel_downsample;
@@ -49,17 +51,7 @@ pub(super) fn candidates(
     let seeds = voxel_downsample(&coarse, None, radius_m * tuning.seed_cell_radii).points;
     let search = Search { points: &coarse, tree: &tree, radius_m, tuning };
     let patches: Vec<Patch> = seeds.par_iter().flat_map_iter(|seed| search.patches(seed)).collect();
-    // Most seeds around a flat place end in the same one.
-    let mut different: Vec<Patch> = Vec::new();
-    for patch in patches {
-        let same = |other: &Patch| {
-            (other.centre - patch.centre).norm() < tuning.same_radii * radius_m
-                && other.up.dot(&patch.up) > 0.99
-        };
-        if !different.iter().any(same) {
-            different.push(patch);
-        }
-    }
+    let different = different(&patches, tuning.same_radii * radius_m);
     let mut found: Vec<Candidate> = different.par_iter().map(|patch| search.judge(patch)).collect();
     let leaving_m = tuning.leaving_radii * radius_m;
     let score = |c: &Candidate| c.falling - 2.0 * (c.radius_m / leaving_m - 1.0).abs();
@@ -72,6 +64,25 @@ pub(super) fn candidates(
 struct Patch {
     centre: Point3,
     up: Vector3,
+}
+
+/// The patches, each place and side once: most seeds around a flat place end in the same one.
+fn different(patches: &[Patch], same_m: f64) -> Vec<Patch> {
+    let cell = |p: &Point3| [p.x, p.y, p.z].map(|c| (c / same_m).floor() as i64);
+    let mut cells: HashMap<[i64; 3], Vec<Patch>> = HashMap::new();
+    let mut different = Vec::new();
+    for patch in patches {
+        let same = |other: &Patch| {
+            (other.centre - patch.centre).norm() < same_m && other.up.dot(&patch.up) > 0.99
+        };
+        let [i, j, k] = cell(&patch.centre);
+        let beside = (0..27_i64).map(|n| [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1]);
+        if !beside.filter_map(|at| cells.get(&at)).flatten().any(same) {
+            cells.entry([i, j, k]).or_default().push(*patch);
+            different.push(*patch);
+        }
+    }
+    different
 }
 
 /// The flat piece around a place.
