@@ -89,6 +89,36 @@ fn no_plate() {
 }
 
 #[test]
+fn two_drapes_in_one_file() {
+    let beside = Isometry3::new(Vector3::new(0.25, 0.0, -0.3), Vector3::y() * 0.7);
+    let mut both = kept(|_, _| true);
+    both.points.extend(scan_where(drape(), &Sampling::default(), &beside, |_, _| true).points);
+    let refusal = refusal(&both);
+    assert!(
+        matches!(&refusal, ScanError::SeveralDrapes { apart_mm, .. } if (apart_mm - 390.5).abs() < 4.0),
+        "{refusal:?}"
+    );
+
+    // What stands about without a cloth on it is no drape: a dish, 25 mm high, upside down.
+    let mut with_dish = kept(|_, _| true);
+    let floor_m = with_dish.points.iter().map(|p| p.y).fold(0.0, f64::min);
+    for ring in 0..200 {
+        let bearing = f64::from(ring) * std::f64::consts::TAU / 200.0;
+        let at = |radius_m: f64, height_m: f64| {
+            Point3::new(
+                0.3 + radius_m * bearing.cos(),
+                floor_m + height_m,
+                radius_m * bearing.sin(),
+            )
+        };
+        with_dish.points.extend((0..25).map(|k| at(f64::from(k) * 2e-3, 0.025)));
+        with_dish.points.extend((0..12).map(|k| at(0.05, f64::from(k) * 2e-3)));
+    }
+    let found = boundary_from_scan(&with_dish, &options()).unwrap();
+    assert!(1e3 * found.boundary.mean_distance_m(&drape().rim()) < 0.5);
+}
+
+#[test]
 fn a_plate_whose_edge_does_not_show() {
     // a shiny band round it: no points from its edge to 11 mm below its top
     let banded = kept(|_, p| p.x.hypot(p.z) < 0.0485 || p.y < -11e-3);

@@ -88,6 +88,20 @@ pub enum ScanError {
         /// The unit in use.
         unit: LengthUnit,
     },
+    /// More than one drape in the scan.
+    #[error(
+        "another drape stands {apart_mm:.0} mm beside this one: their plates are at ({:.4}, {:.4}, {:.4}) and ({:.4}, \
+         {:.4}, {:.4}) {}; crop the scan to one of them",
+        centres[0][0], centres[0][1], centres[0][2], centres[1][0], centres[1][1], centres[1][2], unit.name()
+    )]
+    SeveralDrapes {
+        /// Distance of the two plates \[mm\].
+        apart_mm: f64,
+        /// Their centres in the file's frame and unit.
+        centres: [[f64; 3]; 2],
+        /// The file's unit.
+        unit: LengthUnit,
+    },
     /// A disc with cloth falling away around it, whose edge shows nowhere near enough.
     #[error(
         "a flat disc is there, but the cloth bends off it sharply enough to show the plate's edge on less than \

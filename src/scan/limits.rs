@@ -7,6 +7,7 @@
 use super::error::{ScanError, SizeReading};
 use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
 use super::options::ScanOptions;
+use super::plate::Plate;
 use super::rim::{Rim, bearing_deg, longest_gap};
 use super::square::SquareFit;
 use super::uncertainty::Unexplained;
@@ -37,6 +38,13 @@ pub(super) fn units(guess: Guess, options: &ScanOptions) -> Result<Vec<LengthUni
         smallest_m: options.tuning.scene.smallest_m,
         largest_m: options.tuning.scene.largest_m,
     })
+}
+
+/// The refusal of a scan that shows another drape beside the first.
+pub(super) fn several_drapes(plate: &Plate, other: &Plate, unit: LengthUnit) -> ScanError {
+    let apart_mm = (plate.centre - other.centre).norm() * 1e3;
+    let centres = [plate, other].map(|plate| (plate.centre / unit.metres()).coords.into());
+    ScanError::SeveralDrapes { apart_mm, centres, unit }
 }
 
 /// Refuses a flattened cloth whose sides are clearly not the specimen's. Chords make a mesh

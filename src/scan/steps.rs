@@ -189,6 +189,9 @@ impl Plated {
                 found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
             }
         };
+        if let Some(another) = plate::another(&scene.points, &plate, scene.unit, options) {
+            return Err(limits::several_drapes(&plate, &another, scene.unit));
+        }
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         Ok(Self { scene, plate, sensor_noise_m })

@@ -185,6 +185,13 @@ pub struct PlateTuning {
     pub outside_m: [f64; 2],
     /// Sectors about the axis in which it is.
     pub skirt_sectors: usize,
+    /// Another drape is looked for this far from the axis, in sides of the specimen: nearer there
+    /// is only the first one's cloth.
+    pub apart_sides: f64,
+    /// Its cloth hangs this deep below its plate at least,
+    pub hanging_radii: f64,
+    /// on this share of the bearings.
+    pub hanging_share: f64,
 }
 
 /// Cutting away what closes a mesh from below (`underside`).
@@ -706,6 +713,9 @@ const SHIPPED: Tuning = Tuning {
         side_radii: 1.05,                // c
         outside_m: [2e-3, 8e-3],         // c
         skirt_sectors: 120,              // c
+        apart_sides: 0.53,               // d: rims reach 0.5, stiff corners more, but narrow
+        hanging_radii: 0.6,              // d: rims hang 1.2 deep and more; tables are higher
+        hanging_share: 0.6,              // c
     },
     underside: UndersideTuning {
         sure: 0.93,                                              // m

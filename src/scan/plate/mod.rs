@@ -28,10 +28,13 @@ pub(super) use measure::Plate;
 pub(super) use placed::Placed;
 pub(super) use skirt::Skirt;
 
+use rayon::prelude::*;
+
 use super::error::{PlateCandidate, ScanError};
 use super::options::ScanOptions;
+use super::plane::horizontal_axes;
 use super::unit::LengthUnit;
-use crate::base::Point3;
+use crate::base::{Point3, Vector3};
 use measure::{Measured, measure};
 use seek::{Candidate, candidates};
 
@@ -82,6 +85,40 @@ pub(super) fn find(
         return Err(refuse(Some(PlateCandidate { radius_m: plate.radius_m, ..shown(best) })));
     }
     Ok(plate)
+}
+
+/// The plate of another drape in the scene, if there is one: found away from the first as that
+/// was, with something that hangs deep from its edge on most sides, as it does not from a box or
+/// a cup's bottom on a table.
+pub(super) fn another(
+    points: &[Point3],
+    plate: &Plate,
+    unit: LengthUnit,
+    options: &ScanOptions,
+) -> Option<Plate> {
+    let tuning = &options.tuning.plate;
+    let apart_m = tuning.apart_sides * options.specimen_side_m;
+    let beside = |p: &&Point3| {
+        let d = *p - plate.centre;
+        (d - plate.up.into_inner() * d.dot(&plate.up)).norm() > apart_m
+    };
+    let others: Vec<Point3> = points.par_iter().filter(beside).copied().collect();
+    if others.len() < options.tuning.limits.min_points {
+        return None;
+    }
+    let other = find(&others, unit, options).ok()?;
+    let (u, v) = horizontal_axes(&other.up, &Vector3::x());
+    let mut hangs = vec![false; tuning.bearings];
+    for p in &others {
+        let placed = Placed::of(p, &other.centre, [&u, &other.up, &v]);
+        let depth_radii = -placed.height_m / options.plate_radius_m;
+        let reach_m = 0.5 * options.specimen_side_m;
+        if (tuning.hanging_radii..3.0).contains(&depth_radii) && placed.radius_m() < reach_m {
+            hangs[placed.sector(tuning.bearings)] = true;
+        }
+    }
+    let share = hangs.iter().filter(|hangs| **hangs).count() as f64 / tuning.bearings as f64;
+    (share >= tuning.hanging_share).then_some(other)
 }
 
 /// The plate with the roundest edge among the first few different ones of `found`; `None` if
