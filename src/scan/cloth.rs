@@ -16,7 +16,8 @@ use super::downsample::{Downsampled, voxel_downsample};
 use super::floor::Floor;
 use super::neighbours::{Neighbour, Neighbours};
 use super::options::ScanOptions;
-use super::plate::{Plate, horizontal_axes, principal};
+use super::plane::{horizontal_axes, principal};
+use super::plate::{Placed, Plate, Skirt};
 use super::tuning::ClothTuning;
 use crate::base::clock::Stages;
 use crate::base::{Point3, Vector3};
@@ -91,15 +92,26 @@ fn cut(
     let column = column_radius(points, floor, options)
         .map_or(0.0, |r| r + tuning.column_m + tuning.column_noises * noise);
     let under_plate = options.plate_radius_m - tuning.inside_plate_m - noise;
+    let highest = tuning.rise_m + clear;
+    // The plate's side is told from cloth that hangs down along it by the cloth farther out.
+    let side = options.plate_radius_m + tuning.beside_plate_m + noise;
+    let placed = |p: &Point3| Placed { xz_m: [p.x, p.z], height_m: p.y };
+    let low = points.iter().filter(|p| p.y < highest).map(placed);
+    let plate_tuning = &options.tuning.plate;
+    let skirt = Skirt::new(low, options.plate_radius_m, plate_tuning);
+    let higher = plate_tuning.outside_higher_m + plate_tuning.outside_noises * noise;
     let inside = |p: &&Point3| {
         let radius = (p.x * p.x + p.z * p.z).sqrt();
         let over =
             floor.map_or(f64::INFINITY, |f| p.coords.dot(&f.normal) - f.height_m * f.normal.y);
         // Cloth may swing in below the plate, but not closely under it.
+        let near_top = p.y > -tuning.under_plate_m;
         let stand = p.y < -(tuning.below_top_m + clear)
-            && (radius < column || (radius < under_plate && p.y > -tuning.under_plate_m));
+            && (radius < column
+                || (radius < under_plate && near_top)
+                || (radius < side && near_top && skirt.is_higher_outside(&placed(p), higher)));
         radius < tuning.reach * reach
-            && p.y < tuning.rise_m + clear
+            && p.y < highest
             && p.y > -(reach - options.plate_radius_m) * tuning.hang
             && over > above_floor
             && !stand

@@ -6,7 +6,7 @@
 
 use super::downsample::voxel_downsample;
 use super::options::ScanOptions;
-use super::plate::principal;
+use super::plane::principal;
 use crate::base::frame::SPECIMEN_SIDE_M;
 use crate::base::{Isometry3, Point3, Vector3};
 

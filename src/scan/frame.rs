@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use super::floor::{self, Floor};
 use super::options::ScanOptions;
-use super::plate::{Plate, horizontal_axes};
+use super::plane::horizontal_axes;
+use super::plate::Plate;
 use crate::base::{Isometry3, Point3, Vector3};
 
 /// Degrees, counter-clockwise seen from above, from the scan's own x axis laid

@@ -43,6 +43,7 @@ pub mod neighbours;
 pub mod options;
 mod origin;
 mod parameterisation;
+mod plane;
 mod plate;
 mod quality;
 mod registration;

@@ -219,7 +219,7 @@ fn plate_of(
     let tuning = &options.tuning.scene;
     let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, tuning, tuning.most_coarse)).collect();
     limits::enough_points(samples.len(), options)?;
-    let find = |points: Vec<Point3>| plate::find(&points, options.plate_radius_m, unit);
+    let find = |points: Vec<Point3>| plate::find(&points, unit, options);
     let refused = match find(samples.iter().map(|s| s.at).collect()) {
         Ok(plate) => return Ok(plate),
         Err(refused) => refused,

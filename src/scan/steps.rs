@@ -175,7 +175,7 @@ pub(super) struct Assessed<'a> {
 impl Plated {
     /// Finds the plate, in the first of the scene's units in which there is one.
     pub fn of(mut scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
-        let find = |scene: &Scene| plate::find(&scene.points, options.plate_radius_m, scene.unit);
+        let find = |scene: &Scene| plate::find(&scene.points, scene.unit, options);
         let first = find(&scene);
         let mut plate = match first {
             Ok(plate) => plate,

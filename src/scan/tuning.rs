@@ -17,8 +17,8 @@
 //! prints rim errors, what sigma is worth and the refusals with that value in place of its
 //! own; `--tune` may be given more than once. [`Tuning::with`] is the same for programs.
 //!
-//! Not here: what a caller sets ([`super::ScanOptions`]), the search for the plate
-//! (`plate`), guards of arithmetic (beside their use), identities of geometry.
+//! Not here: what a caller sets ([`super::ScanOptions`]), guards of arithmetic (beside their
+//! use), identities of geometry.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +27,8 @@ use serde::{Deserialize, Serialize};
 pub struct Tuning {
     /// Taking the scan as points.
     pub scene: SceneTuning,
+    /// The search for the plate.
+    pub plate: PlateTuning,
     /// Cutting away what closes a mesh from below.
     pub underside: UndersideTuning,
     /// The local frame and the floor.
@@ -90,6 +92,99 @@ pub struct SceneTuning {
     /// A mesh whose chords cut more off its folds than this is too coarse for its length
     /// along the cloth to tell what the sensor did to its edge \[m\].
     pub most_chord_m: f64,
+}
+
+/// The search for the plate (`plate`). Names that end in `radii` count plate radii. What tells
+/// the cloth on the plate from its underside is swept with
+/// `--profiles structured-light@post@below,truedepth@post@below` (docs/validation.md, "Stands
+/// and views").
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlateTuning {
+    /// Points in which the plate is looked for: every 3 mm of a scene of a square metre,
+    /// and where none is found in these, more: every 2 mm.
+    pub most_coarse: [usize; 2],
+    /// Voxel in which these are downsampled.
+    pub coarse_cell_radii: f64,
+    /// Distance between the places at which a flat patch is tried.
+    pub seed_cell_radii: f64,
+    /// Radius of a patch.
+    pub patch_radii: f64,
+    /// Largest root mean square of a flat patch \[m\]: the cloth's arch and wrinkles, and the
+    /// noise that downsampling leaves.
+    pub flat_rms_m: f64,
+    /// Least variance of a patch along its narrower axis, in those of a full disc.
+    pub filled: f64,
+    /// Radius around a patch in which level points are counted.
+    pub around_radii: f64,
+    /// Share of level points there above which the patch is a larger plane; a plate of half
+    /// the sphere's radius has 0.5 or less.
+    pub most_level: f64,
+    /// Times that a patch is moved to the middle of what is level around it,
+    pub patch_rounds: usize,
+    /// until it moves by less than this.
+    pub settled_radii: f64,
+    /// Patches whose centres are nearer than this, with the same side up, are one.
+    pub same_radii: f64,
+    /// Radius around a patch that is looked at for its edge.
+    pub reach_radii: f64,
+    /// Bearings at which the edge is looked at.
+    pub bearings: usize,
+    /// Rings to a plate radius in which it is.
+    pub rings_per_radius: f64,
+    /// What is lower than the plane by this has fallen away.
+    pub drop_radii: f64,
+    /// Deeper than any plate is thick.
+    pub deep_radii: f64,
+    /// Rings inward of a bearing's edge below which cloth may hang.
+    pub inward_rings: usize,
+    /// Share of points on the wrong side of a bearing's edge that is still clear.
+    pub most_wrong: f64,
+    /// Largest share of the points around a plate that lie above it.
+    pub most_rising: f64,
+    /// Share of the bearings on which the surface must fall away.
+    pub falling_limit: f64,
+    /// Radius at which cloth over the plate has usually fallen away.
+    pub leaving_radii: f64,
+    /// Places that are measured, in which the plate is the one with the roundest edge.
+    pub most_measured: usize,
+    /// Edges between these radii count as round.
+    pub round_radii: [f64; 2],
+    /// Share of round bearings at which no other place is measured.
+    pub round_enough: f64,
+    /// Most points around a place that it is measured on.
+    pub most_near: usize,
+    /// The plane is laid through what lies within this radius.
+    pub disc_radii: f64,
+    /// Fewest bearings that make a circle.
+    pub least_edges: usize,
+    /// Relative error of the radius beyond which it is not the plate.
+    pub radius_tolerance: f64,
+    /// Cell in which one layer of downsampled points is told from another.
+    pub layer_cell_radii: f64,
+    /// Downsampled points this far under the uppermost are another layer.
+    pub layer_gap_radii: f64,
+    /// Cell of the same among points as scanned.
+    pub fine_layer_cell_radii: f64,
+    /// Depth under the uppermost down to which another layer is looked for among these,
+    pub layer_depth_radii: f64,
+    /// and the share of the plate's radius within which it is: at the edge the cloth falls.
+    pub layer_within: f64,
+    /// Bin of depths among which the gap between two layers is looked for \[m\].
+    pub layer_bin_m: f64,
+    /// A layer has at least this share of the points of the fullest bin; less is strays.
+    pub layer_share: f64,
+    /// Between two layers there are fewer points than this share of the lesser one.
+    pub layer_valley: f64,
+    /// What lies lower than the cloth farther out by this is not cloth \[m\],
+    pub outside_higher_m: f64,
+    /// nor less than this many times the noise,
+    pub outside_noises: f64,
+    /// and so far out does the plate's side lie, its axis being off at first.
+    pub side_radii: f64,
+    /// How far outward that cloth is looked for \[m\].
+    pub outside_m: [f64; 2],
+    /// Sectors about the axis in which it is.
+    pub skirt_sectors: usize,
 }
 
 /// Cutting away what closes a mesh from below (`underside`).
@@ -174,6 +269,9 @@ pub struct ClothTuning {
     pub under_plate_m: f64,
     /// The plate's edge is taken this much narrower there \[m\].
     pub inside_plate_m: f64,
+    /// The plate's side reaches this much farther out, where the cloth outside of it is
+    /// higher \[m\].
+    pub beside_plate_m: f64,
     /// Clearance from the pedestal \[m\], and in noises.
     pub column_m: f64,
     /// See `column_m`.
@@ -566,6 +664,49 @@ const SHIPPED: Tuning = Tuning {
         fold_radius_m: 10e-3,   // m: mean knit
         most_chord_m: 0.1e-3,   // c
     },
+    plate: PlateTuning {
+        most_coarse: [110_000, 250_000], // m: time against scenes of a room
+        coarse_cell_radii: 0.1,          // c
+        seed_cell_radii: 0.4,            // c
+        patch_radii: 0.6,                // c
+        flat_rms_m: 3e-3,                // m: arches of 2.5 mm at bending lengths up to 30 mm
+        filled: 0.3,                     // c
+        around_radii: 1.5,               // c
+        most_level: 0.85,                // d
+        patch_rounds: 6,                 // c
+        settled_radii: 0.01,             // c
+        same_radii: 0.04,                // c
+        reach_radii: 2.2,                // c
+        bearings: 36,                    // c
+        rings_per_radius: 10.0,          // c
+        drop_radii: 0.08,                // c
+        deep_radii: 0.3,                 // d: plates of up to 15 mm
+        inward_rings: 3,                 // c
+        most_wrong: 0.15,                // c
+        most_rising: 0.3,                // c: no more than strays do; half do inside a fold
+        falling_limit: 0.35,             // c
+        leaving_radii: 1.1,              // m: from soft to stiff
+        most_measured: 6,                // c: time
+        round_radii: [0.7, 1.2],         // m: edges of stiff cloth are read 8 mm too far in
+        round_enough: 0.7,               // m: plates 0.75 and more, folds 0.5 and less
+        most_near: 100_000,              // c: time
+        disc_radii: 0.8,                 // c
+        least_edges: 10,                 // c
+        radius_tolerance: 0.25,          // m: stiff cloth leaves the plate too gently for less
+        layer_cell_radii: 0.15,          // d: one and a half voxels
+        layer_gap_radii: 0.05,           // d: less than plates are thick
+        fine_layer_cell_radii: 0.1,      // c
+        layer_depth_radii: 0.5,          // c
+        layer_within: 0.85,              // c
+        layer_bin_m: 0.4e-3,             // c
+        layer_share: 0.04,               // c
+        layer_valley: 0.6,               // c
+        outside_higher_m: 1.2e-3,        // d: stiff cloth's arch rises outward by less
+        outside_noises: 4.0,             // c
+        side_radii: 1.05,                // c
+        outside_m: [2e-3, 8e-3],         // c
+        skirt_sectors: 120,              // c
+    },
     underside: UndersideTuning {
         sure: 0.93,                                              // m
         beyond: 1.2,                                             // d
@@ -602,7 +743,8 @@ const SHIPPED: Tuning = Tuning {
         clear_noises: 4.0,          // c
         under_plate_m: 15e-3,       // c
         inside_plate_m: 3e-3,       // c
-        column_m: 2e-3,             // c
+        beside_plate_m: 1.5e-3,     // c
+        column_m: 3e-3,             // m: with 2 mm a rim behind the column was 3 mm off
         column_noises: 3.0,         // c
         below_top_m: 2e-3,          // c
         reach: 1.05,                // d: stretch

@@ -24,7 +24,8 @@ use rayon::prelude::*;
 
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
-use super::plate::{Plate, horizontal_axes};
+use super::plane::horizontal_axes;
+use super::plate::Plate;
 use super::tuning::UndersideTuning;
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::area_vector2;

@@ -1,0 +1,113 @@
+//! The plate: a flat disc of known radius from whose edge the cloth falls away
+//! on all sides. The plate itself is hidden under the cloth; this shape of the
+//! cloth on top of it gives the origin and "up" without help from the file's
+//! axes, and nothing else in a scene has it (tables and floors do not fall away
+//! within 90 mm all round).
+//!
+//! In: points of the scene \[m\], any frame. Out: the plate's centre (on the
+//! cloth's surface), up, radius, noise.
+//!
+//! Where the scan looks from below, the plate's underside lies 4 to 8 mm under the cloth,
+//! and a post or a column under that. What is known tells them apart: up is the side from
+//! which nothing covers the disc, and beyond its edge the cloth falls. So of what lies above
+//! each other within the edge only the uppermost layer counts (`layer`), and of what lies at
+//! the edge nothing that the cloth farther out is higher than (`skirt`), both when the disc
+//! is sought (`seek`) and when it is measured (`measure`). The back of a fold falls away all
+//! round too: of several discs the one with the roundest edge is the plate.
+//!
+//! Fails where the cloth is so stiff that it hardly bends (then nothing falls away and the
+//! scan is refused).
+
+mod layer;
+mod measure;
+mod placed;
+mod seek;
+mod skirt;
+
+pub(super) use measure::Plate;
+pub(super) use placed::Placed;
+pub(super) use skirt::Skirt;
+
+use super::error::{PlateCandidate, ScanError};
+use super::options::ScanOptions;
+use super::unit::LengthUnit;
+use crate::base::Point3;
+use measure::{Measured, measure};
+use seek::{Candidate, candidates};
+
+/// Finds the plate in a scene of points \[m\].
+///
+/// # Errors
+/// When there is no flat disc from which a surface falls away all round, its edge does not
+/// show, or its radius is another.
+pub(super) fn find(
+    points: &[Point3],
+    unit: LengthUnit,
+    options: &ScanOptions,
+) -> Result<Plate, ScanError> {
+    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
+    let is_plate = |c: &Candidate| {
+        c.falling >= tuning.falling_limit
+            && (c.radius_m / radius_m - 1.0).abs() <= 2.0 * tuning.radius_tolerance
+    };
+    let [few, more] = tuning.most_coarse;
+    let mut found = candidates(points, radius_m, few, tuning);
+    if points.len() > few && !found.iter().any(is_plate) {
+        found = candidates(points, radius_m, more, tuning);
+    }
+    let refuse = |best: Option<PlateCandidate>| ScanError::NoPlate {
+        best,
+        radius_m,
+        falling_limit: tuning.falling_limit,
+        unit,
+    };
+    let shown = |c: &Candidate| PlateCandidate {
+        radius_m: c.radius_m,
+        falling: c.falling,
+        centre: c.centre,
+        up: c.up,
+    };
+    let Some(best) = found.iter().find(|c| is_plate(c)) else {
+        return Err(refuse(found.first().map(shown)));
+    };
+    let plate = roundest(points, found.iter().filter(|c| is_plate(c)), options);
+    let plate = plate.ok_or(ScanError::NoPlateEdge {
+        least: tuning.least_edges,
+        bearings: tuning.bearings,
+        radius_m,
+    })?;
+    // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
+    let sigma_m = plate.radius_scatter_m / (tuning.bearings as f64 / 4.0).sqrt();
+    if (plate.radius_m - radius_m).abs() > tuning.radius_tolerance * radius_m + 2.0 * sigma_m {
+        return Err(refuse(Some(PlateCandidate { radius_m: plate.radius_m, ..shown(best) })));
+    }
+    Ok(plate)
+}
+
+/// The plate with the roundest edge among the first few different ones of `found`; `None` if
+/// none has an edge.
+fn roundest<'a>(
+    points: &[Point3],
+    found: impl Iterator<Item = &'a Candidate>,
+    options: &ScanOptions,
+) -> Option<Plate> {
+    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
+    let mut different: Vec<&Candidate> = Vec::new();
+    let mut best: Option<Measured> = None;
+    for candidate in found {
+        if different.iter().any(|other| other.is_near(candidate, radius_m)) {
+            continue;
+        }
+        different.push(candidate);
+        if let Some(measured) = measure(points, candidate, radius_m, tuning)
+            && best.as_ref().is_none_or(|best| measured.round > best.round)
+        {
+            best = Some(measured);
+        }
+        let enough = best.as_ref().is_some_and(|best| best.round >= tuning.round_enough);
+        if enough || different.len() == tuning.most_measured {
+            break;
+        }
+    }
+    best.map(|measured| measured.plate)
+}
