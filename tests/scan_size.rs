@@ -222,10 +222,10 @@ fn a_refusal_carries_what_was_found_and_a_picture_shows_it() {
                 image.enumerate_pixels().filter(|(_, y, p)| *y < panes && p.0 == color).count()
             }
         });
-    let (cloth, missing, measured) = ([120, 130, 145], [230, 0, 160], [0, 140, 60]);
-    for image in [&size, &gap, &plate] {
-        assert!(image(cloth) > 5_000, "no cloth");
-    }
+    let (scene, cloth) = ([170; 3], [120, 130, 145]);
+    let (missing, measured) = ([230, 0, 160], [0, 140, 60]);
+    assert!([&size, &gap].iter().all(|image| image(cloth) > 5_000), "no cloth");
+    assert!([&size, &gap, &plate].iter().all(|image| image(scene) > 1_000), "no scene");
     assert!(gap(missing) > 300 && size(missing) == 0 && plate(missing) == 0);
     assert!(size(measured) > 300 && gap(measured) > 100);
 }

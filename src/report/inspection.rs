@@ -25,7 +25,7 @@ const RING: f64 = 0.93;
 const WARP_ARROW_M: f64 = 0.022;
 
 const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
-const SCENE: Rgb<u8> = Rgb([200, 200, 200]);
+const SCENE: Rgb<u8> = Rgb([170, 170, 170]);
 const CLOTH: Rgb<u8> = Rgb([120, 130, 145]);
 const PLATE: Rgb<u8> = Rgb([0, 70, 210]);
 const MEASURED: Rgb<u8> = Rgb([0, 140, 60]);
@@ -195,7 +195,7 @@ fn own_axes(image: &mut RgbImage, found: &Found) {
     for (k, (right, down, names)) in (0_u32..).zip(axes) {
         let mut pane = Pane::new(image, [k * PANE, 0], PANE, View { right, down, half });
         pane.shift([-middle.dot(&right), -middle.dot(&down)]);
-        found.scene.iter().for_each(|p| pane.dot(p, 1, CLOTH));
+        found.scene.iter().for_each(|p| pane.dot(p, 1, SCENE));
         if let Some(PlateCandidate { centre, up, radius_m, .. }) = &found.plate_candidate {
             let across = if up.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
             let u = up.cross(&across).normalize();
