@@ -139,7 +139,9 @@ fn gap(counts: &[f64], tuning: &PlateTuning) -> Option<usize> {
             emptiest = k;
         }
         let peak = smooth[k].min(smooth[first]);
-        if smooth[k] > least && smooth[emptiest] < tuning.layer_valley * peak {
+        // Counts scatter by their roots: what is no lower than that is no gap.
+        let at_most = smooth[emptiest] + 2.0 * smooth[emptiest].max(1.0).sqrt();
+        if smooth[k] > least && at_most < tuning.layer_valley * peak {
             return Some(emptiest);
         }
     }
