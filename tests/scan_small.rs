@@ -17,7 +17,7 @@ fn refused(cloud: &Cloud, options: &ScanOptions, what: &str) -> ScanError {
 
 /// Without a unit and with a bearing, or the other way round.
 fn options(item: u64) -> ScanOptions {
-    if item % 2 == 0 {
+    if item.is_multiple_of(2) {
         let warp_toward = Some(WarpToward::BearingDeg(10.0));
         ScanOptions { warp_toward, ..ScanOptions::default() }
     } else {

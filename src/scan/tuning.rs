@@ -151,6 +151,8 @@ pub struct PlateTuning {
     pub round_radii: [f64; 2],
     /// Share of round bearings at which no other place is measured.
     pub round_enough: f64,
+    /// Share of round bearings below which it is no plate.
+    pub least_round: f64,
     /// Most points around a place that it is measured on.
     pub most_near: usize,
     /// The plane is laid through what lies within this radius.
@@ -696,6 +698,7 @@ const SHIPPED: Tuning = Tuning {
         most_measured: 6,                // c: time
         round_radii: [0.7, 1.2],         // m: edges of stiff cloth are read 8 mm too far in
         round_enough: 0.7,               // m: plates 0.75 and more, folds 0.5 and less
+        least_round: 0.5,                // m: plates 0.75 and more, a column's side less
         most_near: 100_000,              // c: time
         disc_radii: 0.8,                 // c
         least_edges: 10,                 // c

@@ -58,10 +58,10 @@ pub(super) fn find(
     if points.len() > few && !found.iter().any(is_plate) {
         found = candidates(points, radius_m, more, tuning);
     }
-    let refuse = |best: Option<PlateCandidate>| ScanError::NoPlate {
+    let refuse = |best: Option<PlateCandidate>, falling_limit: f64| ScanError::NoPlate {
         best,
         radius_m,
-        falling_limit: tuning.falling_limit,
+        falling_limit,
         unit,
     };
     let shown = |c: &Candidate| PlateCandidate {
@@ -71,18 +71,27 @@ pub(super) fn find(
         up: c.up,
     };
     let Some(best) = found.iter().find(|c| is_plate(c)) else {
-        return Err(refuse(found.first().map(shown)));
+        return Err(refuse(found.first().map(shown), tuning.falling_limit));
     };
-    let plate = roundest(points, found.iter().filter(|c| is_plate(c)), options);
-    let plate = plate.ok_or(ScanError::NoPlateEdge {
-        least: tuning.least_edges,
-        bearings: tuning.bearings,
-        radius_m,
-    })?;
+    let Some(plate) = roundest(points, found.iter().filter(|c| is_plate(c)), options) else {
+        // Either the disc's edge does not show, or what falls away is none: a column's side.
+        return Err(match measure(points, best, radius_m, tuning) {
+            Some(measured) => {
+                let candidate = PlateCandidate { falling: measured.round, ..shown(best) };
+                refuse(Some(candidate), tuning.least_round)
+            }
+            None => ScanError::NoPlateEdge {
+                least: tuning.least_edges,
+                bearings: tuning.bearings,
+                radius_m,
+            },
+        });
+    };
     // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
     let sigma_m = plate.radius_scatter_m / (tuning.bearings as f64 / 4.0).sqrt();
     if (plate.radius_m - radius_m).abs() > tuning.radius_tolerance * radius_m + 2.0 * sigma_m {
-        return Err(refuse(Some(PlateCandidate { radius_m: plate.radius_m, ..shown(best) })));
+        let candidate = PlateCandidate { radius_m: plate.radius_m, ..shown(best) };
+        return Err(refuse(Some(candidate), tuning.falling_limit));
     }
     Ok(plate)
 }
@@ -122,7 +131,7 @@ pub(super) fn another(
 }
 
 /// The plate with the roundest edge among the first few different ones of `found`; `None` if
-/// none has an edge.
+/// none has a round one.
 fn roundest<'a>(
     points: &[Point3],
     found: impl Iterator<Item = &'a Candidate>,
@@ -146,5 +155,5 @@ fn roundest<'a>(
             break;
         }
     }
-    best.map(|measured| measured.plate)
+    best.filter(|best| best.round >= tuning.least_round).map(|best| best.plate)
 }
