@@ -7,6 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::scan::{Setup, find};
 use crate::base::frame::PLATE_RADIUS_M;
 use crate::base::units::M_PER_MM;
@@ -79,6 +81,43 @@ pub enum CaseError {
     /// The estimate fails.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
+}
+
+/// Fabrics of a prior, each draped, scanned and judged once.
+#[derive(Debug)]
+pub struct Series {
+    /// Where the fabrics are from.
+    pub prior: Mixture,
+    /// How they are scanned.
+    pub setup: Setup,
+    /// What is wrong with the experiment.
+    pub wrong: Wrong,
+    /// Seed of fabrics, drops and scans.
+    pub seed: u64,
+    /// Which fabrics.
+    pub fabrics: std::ops::Range<u64>,
+}
+
+impl Series {
+    /// Runs all cases on all cores and returns them in order; `tell` hears of each as it ends.
+    ///
+    /// # Errors
+    /// The first of [`case`].
+    pub fn run(&self, estimator: &Estimator, tell: impl Fn(&Case)) -> Result<Vec<Case>, CaseError> {
+        let (send, receive) = std::sync::mpsc::channel();
+        let mut cases: Vec<Case> = std::thread::scope(|scope| {
+            scope.spawn(move || {
+                self.fabrics.clone().into_par_iter().for_each_with(send, |send, index| {
+                    let of = (self.seed, index);
+                    // Nobody listens any more once a case has failed.
+                    let _ = send.send(case(&self.prior, &self.setup, &self.wrong, of, estimator));
+                });
+            });
+            receive.into_iter().map(|case| case.inspect(&tell)).collect::<Result<_, _>>()
+        })?;
+        cases.sort_by_key(|case| case.index);
+        Ok(cases)
+    }
 }
 
 /// Drapes, scans and estimates fabric `index` of a prior, told where the warp points.

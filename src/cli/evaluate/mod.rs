@@ -1,32 +1,31 @@
 //! `evaluate`: the tables of docs/validation.md.
 
+mod scan;
+mod verdict;
+
 use std::io::IsTerminal as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use anyhow::{Context as _, anyhow};
+use anyhow::Context as _;
 use clap::ValueEnum as _;
 use rayon::prelude::*;
 
 use super::{Failure, Outcome, args, print};
+use scan::Sweep;
 use scan2params::base::clock::Stage;
-use scan2params::base::units::M_PER_MM;
-use scan2params::dataset::drape_file::{read_drape, rim_of};
 use scan2params::dataset::drapes::{dataset_options, simulate};
 use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
 use scan2params::evaluate::physics::{branches, drapes, strips};
-use scan2params::evaluate::scan::Setup;
-use scan2params::evaluate::scan::{self as rims, Case, Summary};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
-use scan2params::evaluate::{speed, stages, verdict};
+use scan2params::evaluate::{speed, stages};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::io::output;
 use scan2params::report::files;
-use scan2params::scan::Tuning;
 use scan2params::sim::{NUMERICS_VERSION, SimOptions};
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
@@ -35,8 +34,8 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     match given {
         args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures, tune } => {
             let seeds = *first_seed..first_seed.saturating_add(*seeds);
-            let tuning = tuned(tune)?;
-            scan(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref(), tuning })
+            let tuning = scan::tuned(tune)?;
+            scan::run(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref(), tuning })
         }
         args::Evaluate::Estimate { drapes, count, seed, json } => {
             let drapes = match (drapes, count) {
@@ -54,7 +53,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Speed { count, seed, dataset, vertices } => {
             run_speed(*count, *seed, *dataset, vertices)
         }
-        args::Evaluate::Verdict(given) => run_verdict(given),
+        args::Evaluate::Verdict(given) => verdict::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }
@@ -155,134 +154,6 @@ fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {
     }
     println!("total,{:.3},{:.3}", sums[0], sums[1]);
     Ok(())
-}
-
-/// Which scans are made.
-struct Sweep<'a> {
-    profiles: &'a [String],
-    seeds: std::ops::Range<u64>,
-    pictures: Option<&'a Path>,
-    tuning: Tuning,
-}
-
-/// The shipped constants with those of `--tune` in place of their own.
-fn tuned(tune: &[(String, String)]) -> Result<Tuning, Failure> {
-    let set = |tuning: Tuning, (key, value): &(String, String)| tuning.with(key, value);
-    tune.iter().try_fold(Tuning::default(), set).map_err(Failure::usage)
-}
-
-fn scan(drapes: &[PathBuf], sweep: &Sweep<'_>) -> Outcome {
-    let setup = |name: &String| Setup::named(name).map_err(Failure::usage);
-    let setups: Vec<Setup> = sweep.profiles.iter().map(setup).collect::<Result<_, _>>()?;
-    if let Some(folder) = sweep.pictures {
-        output::check_folder(folder).map_err(Failure::of_output)?;
-    }
-    println!(
-        "drape, sensor, seed, mean_mm, largest_mm, without_motion_mm, shift_mm, yaw_deg, \
-         edge_bias_mm, within_68, within_95, observed, seconds, refusal"
-    );
-    let mut cases: Vec<(String, usize, Case)> = Vec::new();
-    for path in &obj_files(drapes)? {
-        let mesh = read_drape(path)?;
-        let truth =
-            rim_of(&mesh).with_context(|| format!("{}: not a square grid", path.display()))?;
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        for (number, setup) in setups.iter().enumerate() {
-            for seed in sweep.seeds.clone() {
-                let made = setup.scan(&mesh, seed)?;
-                if let Some(folder) = sweep.pictures
-                    && let Ok(found) = rims::find(&made, &sweep.tuning)
-                {
-                    let file = folder.join(format!("{name}_{}_{seed}.png", setup.name));
-                    std::fs::create_dir_all(folder)?;
-                    files::picture(&file, &rims::picture(&found, &truth))?;
-                }
-                let case = rims::case(&made, &mesh, &truth, &sweep.tuning);
-                println!("{name}, {}, {seed}, {}", setup.name, row(&case));
-                cases.push((name.clone(), number, case));
-            }
-        }
-    }
-    println!(
-        "\ndrape, sensor, scans, answered, mean_mm, worst_mean_mm, largest_mm, over_5_mm, \
-         within_68, within_95, sigma_factor_68, sigma_factor_95, edge_bias_mm, seconds"
-    );
-    let mut names: Vec<&str> = cases.iter().map(|c| c.0.as_str()).collect();
-    names.dedup();
-    for (number, setup) in setups.iter().enumerate() {
-        let of = |name: Option<&str>| -> Vec<&Case> {
-            let wanted = cases.iter().filter(|c| c.1 == number);
-            wanted.filter(|c| name.is_none_or(|n| c.0 == n)).map(|c| &c.2).collect()
-        };
-        for name in &names {
-            println!("{name}, {}, {}", setup.name, totals(&Summary::of(&of(Some(name)))));
-        }
-        println!("all, {}, {}", setup.name, totals(&Summary::of(&of(None))));
-    }
-    Ok(())
-}
-
-/// The OBJ files among `given`, and those of the folders among them, by name.
-fn obj_files(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    let mut files = Vec::new();
-    for path in given {
-        if !path.is_dir() {
-            files.push(path.clone());
-            continue;
-        }
-        let inside = std::fs::read_dir(path).with_context(|| path.display().to_string())?;
-        let mut inside: Vec<PathBuf> =
-            inside.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
-        inside.retain(|file| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")));
-        inside.sort();
-        files.extend(inside);
-    }
-    if files.is_empty() {
-        return Err(Failure::usage(anyhow!("no OBJ file among the drapes given")));
-    }
-    Ok(files)
-}
-
-fn row(case: &Case) -> String {
-    let seconds = case.seconds;
-    match &case.answer {
-        Err(refusal) => format!(", , , , , , , , , {seconds:.2}, {refusal}"),
-        Ok(e) => {
-            let within = rims::INTERVAL_SIGMAS.map(|sigmas| {
-                e.scores.iter().filter(|s| **s <= sigmas).count() as f64 / e.scores.len() as f64
-            });
-            format!(
-                "{:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {seconds:.2}, ",
-                e.mean_m * 1e3,
-                e.largest_m * 1e3,
-                e.without_motion_m * 1e3,
-                e.shift_m * 1e3,
-                e.yaw_rad.to_degrees(),
-                e.edge_bias_m * 1e3,
-                within[0],
-                within[1],
-                e.observed
-            )
-        }
-    }
-}
-
-fn totals(s: &Summary) -> String {
-    format!(
-        "{}, {}, {:.2}, {:.2}, {:.2}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}",
-        s.cases,
-        s.answered,
-        s.mean_m * 1e3,
-        s.worst_mean_m * 1e3,
-        s.largest_m * 1e3,
-        s.silent,
-        s.coverage[0],
-        s.coverage[1],
-        s.sigma_factors[0],
-        s.sigma_factors[1],
-        s.edge_bias_m * 1e3,
-        s.seconds
-    )
 }
 
 fn dataset(count: u64, seed: u64) -> Outcome {
@@ -390,64 +261,6 @@ fn run_soak(prior: &str, first: u64, count: u64, seed: u64) -> Outcome {
         );
     }
     Ok(())
-}
-
-fn run_verdict(given: &args::Verdict) -> Outcome {
-    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
-    let setup = Setup::named(&given.profile).map_err(Failure::usage)?;
-    let wrong = verdict::Wrong {
-        plate_radius_m: given.plate_radius * M_PER_MM,
-        scale: given.scale,
-        vertical_scale: given.vertical_scale,
-        density: given.density_factor,
-    };
-    let estimator = Estimator::shipped()?;
-    let (send, receive) = std::sync::mpsc::channel();
-    let mut cases: Vec<verdict::Case> = std::thread::scope(|scope| {
-        let (estimator, prior, setup, wrong) = (&estimator, &prior, &setup, &wrong);
-        let indices = given.first..given.first + given.count;
-        scope.spawn(move || {
-            indices.into_par_iter().for_each_with(send, |send, index| {
-                let of = (given.seed, index);
-                let _ = send.send(verdict::case(prior, setup, wrong, of, estimator));
-            });
-        });
-        let tell = |case: &verdict::Case| eprintln!("{}", verdict_row(case));
-        receive.into_iter().map(|case| case.inspect(tell)).collect::<Result<_, _>>()
-    })?;
-    cases.sort_by_key(|case| case.index);
-    let columns = cases.iter().map(verdict::numbers).max_by_key(Vec::len).unwrap_or_default();
-    let names: Vec<&str> = columns.iter().map(|column| column.0).collect();
-    println!("index,verdict,grounds,{},refusal", names.join(","));
-    for case in &cases {
-        let numbers = verdict::numbers(case);
-        let cell = |k: usize| numbers.get(k).map_or(String::new(), |n| format!("{:.4}", n.1));
-        let cells: Vec<String> = (0..names.len()).map(cell).collect();
-        println!("{}", verdict_row(case).replacen("; cells", &cells.join(","), 1));
-    }
-    let summary = verdict::Summary::of(&cases);
-    println!("\nverdicts: {:?}\ngrounds: {:?}", summary.verdicts, summary.grounds);
-    println!("\ncolumn,least,at_5_percent,median,at_95_percent,largest");
-    for (name, values) in &summary.columns {
-        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
-        let row = [0.0, 0.05, 0.5, 0.95, 1.0].map(|share| format!("{:.4}", at(share)));
-        println!("{name},{}", row.join(","));
-    }
-    Ok(())
-}
-
-/// A case as a line of a table, with a place for its numbers.
-fn verdict_row(case: &verdict::Case) -> String {
-    match &case.answer {
-        Ok(judged) => {
-            let codes = verdict::codes(&judged.verdict).join(" ");
-            format!("{},{},{codes},; cells,", case.index, judged.verdict.level.name())
-        }
-        Err(refusal) => {
-            let refusal = refusal.to_string().replace('"', "'");
-            format!("{},refused,,; cells,\"{refusal}\"", case.index)
-        }
-    }
 }
 
 fn run_physics(given: &args::Physics) -> Outcome {

@@ -1,0 +1,142 @@
+//! The grounds of the estimate and of its drape.
+
+use super::super::figures::{Answer, Figures, Fit, Parameter};
+use super::super::limits::Limits;
+use super::super::{Code, Ground, Level};
+use super::mm;
+use crate::sim::Stop;
+
+pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
+    let (level, limit) = limits.novelty.level(answer.novelty_m / answer.novelty_limit_m)?;
+    let (measured_mm, limit_mm) = (mm(answer.novelty_m), limit * mm(answer.novelty_limit_m));
+    let text = format!(
+        "the rim is {measured_mm:.2} mm (rms) from any drape that the model knows (limit {limit_mm:.2} mm; 99 % of \
+         drapes like those of its training stay below {:.2}): check the scan; no interval holds for such a rim",
+        mm(answer.novelty_limit_m)
+    );
+    Some(Ground::new(Code::NovelRim, level, (measured_mm, limit_mm, "mm"), text))
+}
+
+/// A stiffness at the end of what the model was trained on, or its interval cut there.
+pub(super) fn range_end(p: &Parameter, limits: &Limits) -> Option<Ground> {
+    let Parameter { key, unit, value, interval90: [low, high], trained, pinned } = *p;
+    let ends = ["lower", "upper"];
+    if let Some(end) = pinned {
+        // The interval has shrunk to the bound: it lies beyond as a whole.
+        let gone = low >= trained[1] || high <= trained[0];
+        let (level, beyond) = if gone {
+            (Level::DoNotUse, "the fabric lies beyond it, and so does the whole interval")
+        } else {
+            (Level::Doubtful, "the fabric may lie beyond it, and the interval cannot say so")
+        };
+        let text = format!(
+            "{key} is {value:.0} {unit}, at the {} end of what the model was trained on ({:.0} to {:.0}): {beyond}",
+            ends[end], trained[0], trained[1]
+        );
+        let measured = (value, trained[end], unit);
+        return Some(Ground::new(Code::OutOfRange, level, measured, text).about(key));
+    }
+    // Both are cut at the very number.
+    let end = [low <= trained[0], high >= trained[1]].iter().position(|cut| *cut)?;
+    // The interval is even about the value in logarithms, before it is cut.
+    let (whole, kept) = match end {
+        0 => ((high / value).ln(), (value / low).ln()),
+        _ => ((value / low).ln(), (high / value).ln()),
+    };
+    let share = 0.5 * (1.0 - kept / whole).max(0.0);
+    let limit = limits.interval_cut;
+    let level = if share > limit { Level::Doubtful } else { Level::Reliable };
+    let text = format!(
+        "the interval of {key} is cut at the {} end of what the model was trained on, {:.0} {unit}, by {:.0} % of its \
+         length (limit {:.0} %): the fabric may lie beyond it",
+        ends[end],
+        trained[end],
+        100.0 * share,
+        100.0 * limit
+    );
+    Some(Ground::new(Code::IntervalAtBound, level, (share, limit, ""), text).about(key))
+}
+
+pub(super) fn density(answer: &Answer, limits: &Limits) -> Option<Ground> {
+    let (density, [least, most]) = answer.density_outside_g_m2?;
+    let (level, factor) = limits.density_factor.level((density / most).max(least / density))?;
+    let limit = if density > most { most * factor } else { least / factor };
+    let text = format!(
+        "the density, {density:.0} g/m^2, lies outside the {least:.0} to {most:.0} g/m^2 that the model was trained \
+         on: every stiffness is extrapolated; weigh the specimen again"
+    );
+    let measured = (density, limit, "g/m^2");
+    Some(Ground::new(Code::DensityOutsideTraining, level, measured, text))
+}
+
+pub(super) fn bending_raised(answer: &Answer) -> Option<Ground> {
+    let [from, to] = answer.bending_raised?;
+    let unit = crate::base::units::BENDING_UNIT;
+    let text = format!(
+        "bending_bias was estimated as {from:.0} {unit} and raised to {to:.0}, the least that bending_weft and \
+         bending_warp allow"
+    );
+    Some(Ground::new(Code::BendingProjected, Level::Reliable, (from, to, unit), text))
+}
+
+/// The count of folds against that of cloth with the bending length of the answer.
+pub(super) fn folds_for_bending(f: &Figures, answer: &Answer, limits: &Limits) -> Option<Ground> {
+    let root_m05 = answer.bending_length_m.sqrt();
+    let [least, most] = limits.folds_root_m05.map(|limit| limit / root_m05);
+    let folds = f.folds as f64;
+    let (level, beyond) = limits.folds_beyond.level((folds - most).max(least - folds))?;
+    let text = format!(
+        "the rim has {folds:.0} folds; cloth with the bending length found, {:.1} mm, makes {least:.1} to {most:.1} \
+         (limit {beyond:.1} beyond): the folds are not those of hanging cloth (pleated, creased, held), or the bending \
+         stiffness is off",
+        mm(answer.bending_length_m)
+    );
+    let limit = if folds > most { most + beyond } else { least - beyond };
+    Some(Ground::new(Code::FoldsForBending, level, (folds, limit, ""), text))
+}
+
+/// The drape of the estimate beside the scan.
+pub(super) fn resimulated(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
+    let mut grounds = Vec::new();
+    if let Some((level, limit_m)) = limits.resimulated_m.level(again.mean_m) {
+        let text = format!(
+            "draped again with these stiffnesses, the rim lies {:.1} mm from the scanned one in the mean (limit {:.0} \
+             mm; honest scans come within {:.0}): the stiffnesses do not reproduce the drape; check the scan, or lay \
+             the specimen anew",
+            mm(again.mean_m),
+            mm(limit_m),
+            mm(limits.resimulated_m.doubtful)
+        );
+        let measured = (mm(again.mean_m), mm(limit_m), "mm");
+        grounds.push(Ground::new(Code::ResimulationOff, level, measured, text));
+    }
+    let differ = f.folds.abs_diff(again.folds) as f64;
+    if let Some((level, limit)) = limits.resimulated_folds.level(differ) {
+        let text = format!(
+            "draped again with these stiffnesses, the cloth has {} folds, the scan {} (limit {limit:.1} apart): it \
+             fell into another shape, or the folds are not those of hanging cloth",
+            again.folds, f.folds
+        );
+        grounds.push(Ground::new(Code::FoldsDiffer, level, (differ, limit, ""), text));
+    }
+    if again.stop != Stop::AtRest {
+        let text = format!(
+            "the drape of these stiffnesses did not come to rest ({}; a force of {:.1e} N is left): its distance from \
+             the scan says little",
+            again.stop.name(),
+            again.residual_n
+        );
+        let measured = (again.residual_n, 0.0, "N");
+        grounds.push(Ground::new(Code::ResimulationNotAtRest, Level::Doubtful, measured, text));
+    }
+    if again.intersections > 0 {
+        let text = format!(
+            "the drape of these stiffnesses passes through itself in {} pairs of triangles: it is no cloth's; please \
+             report it",
+            again.intersections
+        );
+        let measured = (again.intersections as f64, 0.0, "");
+        grounds.push(Ground::new(Code::ResimulationIntersects, Level::Doubtful, measured, text));
+    }
+    grounds
+}
