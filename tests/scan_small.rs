@@ -119,7 +119,7 @@ fn discs_with_next_to_nothing_around_them_never_panic() {
         };
         let mut points: Vec<Point3> = (0..n * n).map(at).collect();
         let mut triangles = Vec::new();
-        if item % 2 == 0 {
+        if item.is_multiple_of(2) {
             points.retain(|_| rng.random::<f64>() > gone);
         } else {
             for k in (0..n * (n - 1)).filter(|k| k % n + 1 < n) {
