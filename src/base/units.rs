@@ -13,6 +13,12 @@ pub const KG_M2_PER_G_M2: f64 = 1e-3;
 /// 1 mm in m.
 pub const M_PER_MM: f64 = 1e-3;
 
+/// A length in millimetres.
+#[must_use]
+pub const fn mm(metres: f64) -> f64 {
+    metres / M_PER_MM
+}
+
 /// Printed unit of stretch and shear stiffness.
 pub const STRETCH_UNIT: &str = "g/s^2";
 /// Printed unit of bending stiffness.

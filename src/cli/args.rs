@@ -204,7 +204,7 @@ pub(crate) struct Estimate {
 pub(crate) struct Inspect {
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
-    /// Picture of what was found: top, side, unrolled
+    /// Picture of what was found: from above, from the side, flattened
     #[arg(long, short, value_name = "FILE.png")]
     pub(crate) out: Option<PathBuf>,
     /// Print JSON

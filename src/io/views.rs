@@ -28,7 +28,7 @@
 //! (7-Scenes and the tools after it; millimetres, 65535 for nothing) is read as
 //! such a set.
 //!
-//! The clouds are joined, not thinned: `scan` weighs and thins.
+//! The clouds are joined, not downsampled: `scan` weighs and downsamples.
 
 use std::path::{Component, Path, PathBuf};
 

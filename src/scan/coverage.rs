@@ -1,4 +1,4 @@
-//! How much of the cloth was seen: a hole in the scan is one in the unrolled plane.
+//! How much of the cloth was seen: a hole in the scan is one in the plane of its parameterisation.
 
 use spade::{DelaunayTriangulation, Point2, Triangulation as _};
 

@@ -137,7 +137,10 @@ impl ScanOptions {
         } else {
             default.side_range_m.map(|limit| limit * side_m / default.specimen_side_m)
         };
-        Ok(Self { specimen_side_m: side_m, plate_radius_m, side_range_m, ..default })
+        // Sides err in proportion to their length, short ones by the sensor.
+        let longer = (side_m / default.specimen_side_m).max(1.0);
+        let max_uneven_m = default.max_uneven_m * longer;
+        Ok(Self { specimen_side_m: side_m, plate_radius_m, side_range_m, max_uneven_m, ..default })
     }
 
     /// Whether specimen and plate are those of the modified Cusick drape, which the shipped

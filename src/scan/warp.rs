@@ -72,9 +72,9 @@ mod tests {
         assert!(tilted(151.5).bearing_rad(&level, 30.0).is_err(), "downward is as steep");
         assert!((tilted(31.0).bearing_rad(&level, 30.0).unwrap().to_degrees() + 90.0).abs() < 1e-9);
         // Up is z in this frame, so that y is level and z is not.
-        let turn =
+        let rotation =
             nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -90_f64.to_radians());
-        let z_up = Isometry3::from_parts(nalgebra::Translation3::identity(), turn);
+        let z_up = Isometry3::from_parts(nalgebra::Translation3::identity(), rotation);
         assert!(WarpToward::Direction([0.0, 1.0, 0.0]).bearing_rad(&z_up, 30.0).is_ok());
         let steep = WarpToward::Direction([0.0, 0.0, 1.0]).bearing_rad(&z_up, 30.0).unwrap_err();
         assert!(steep.up[2] > 0.999 && steep.to_string().contains("(0.00, 0.00, 1.00)"), "{steep}");

@@ -43,8 +43,9 @@ impl CameraPose {
         let right = forward.cross(&up).normalize();
         let down = forward.cross(&right);
         let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, forward]));
-        let turn = UnitQuaternion::from_rotation_matrix(&axes);
-        let simulation_from_camera = Isometry3::from_parts(Translation3::from(eye.coords), turn);
+        let rotation = UnitQuaternion::from_rotation_matrix(&axes);
+        let simulation_from_camera =
+            Isometry3::from_parts(Translation3::from(eye.coords), rotation);
         Self { simulation_from_camera }
     }
 }

@@ -26,7 +26,7 @@ pub struct VirtualScan {
 
 impl VirtualScan {
     /// The points of all pixels of all views where the scanner believes them to be, in
-    /// its frame and unit: what a set of depth images holds, neither fused nor thinned.
+    /// its frame and unit: what a set of depth images holds, neither fused nor downsampled.
     #[must_use]
     pub fn unfused(&self) -> Cloud {
         self.truth.to_scanner(all_points(&self.views))
@@ -79,9 +79,9 @@ impl From<Truth> for TruthFile {
 impl From<TruthFile> for Truth {
     fn from(file: TruthFile) -> Self {
         let [i, j, k, w] = file.simulation_from_scanner_rotation_ijkw;
-        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+        let rotation = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
         let shift = Translation3::from(file.simulation_from_scanner_translation_m);
-        let simulation_from_scanner = Isometry3::from_parts(shift, turn);
+        let simulation_from_scanner = Isometry3::from_parts(shift, rotation);
         Self { unit_m: file.unit_m, simulation_from_scanner }
     }
 }
@@ -91,9 +91,9 @@ impl Truth {
     pub(super) fn draw(unit_m: f64, run_seed: u64) -> Self {
         let mut rng = seed::rng(run_seed, "sensor-frame", 0);
         let normals = nalgebra::Vector4::from_fn(|_, _| -> f64 { StandardNormal.sample(&mut rng) });
-        let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::from(normals));
+        let rotation = UnitQuaternion::from_quaternion(nalgebra::Quaternion::from(normals));
         let shift = Vector3::from_fn(|_, _| rng.random_range(-0.5..=0.5));
-        let simulation_from_scanner = Isometry3::from_parts(Translation3::from(shift), turn);
+        let simulation_from_scanner = Isometry3::from_parts(Translation3::from(shift), rotation);
         Self { unit_m, simulation_from_scanner }
     }
 
@@ -122,7 +122,7 @@ impl Truth {
     }
 }
 
-/// How a cloud is thinned; see [`Profile`].
+/// How a cloud is downsampled; see [`Profile`].
 pub(super) struct Thinning {
     spacing_m: f64,
     samples_per_point: f64,
@@ -161,7 +161,7 @@ fn all_points(views: &[DepthImage]) -> Cloud {
 }
 
 /// All views in the simulation frame \[m\], where they are believed to be,
-/// thinned to one point per voxel. Where noise exceeds the spacing, a surface
+/// downsampled to one point per voxel. Where noise exceeds the spacing, a surface
 /// fills several layers of voxels, and thinning evens them out: the tails weigh
 /// more in the cloud than in the views.
 pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> Cloud {

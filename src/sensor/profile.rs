@@ -67,7 +67,7 @@ pub struct Profile {
     /// Standard deviation of the error of a view's rotation about the plate's
     /// centre, per axis \[rad\].
     pub pose_turn_rad: f64,
-    /// Side of the voxels to which the fused cloud is thinned \[m\].
+    /// Side of the voxels to which the fused cloud is downsampled \[m\].
     pub spacing_m: f64,
     /// Samples in a voxel that keep it for sure; with fewer it is kept by chance
     /// in proportion. Fusion weighs by counts, so that lone outliers are not

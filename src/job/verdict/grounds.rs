@@ -7,7 +7,7 @@ use super::figures::{Figures, OnPlate};
 use super::limits::{Limits, Steps};
 use super::{Code, Ground, Level, Verdict};
 use crate::base::boundary::{Orientation, SIDES};
-use crate::base::units::M_PER_MM;
+use crate::base::units::{M_PER_MM, mm};
 
 impl Steps {
     /// What a number makes of a result, and the limit that it is beyond; `None` within both.
@@ -58,10 +58,6 @@ impl Figures {
 
 /// Stretch of hanging cloth of which nothing is known: the limpest of the measured fabrics.
 const UNKNOWN_STRETCH: f64 = 0.05;
-
-const fn mm(metres: f64) -> f64 {
-    metres / M_PER_MM
-}
 
 /// The sides against what the specimen, its folds and its stretch allow: one by one, and
 /// their mean, which tells the scale.

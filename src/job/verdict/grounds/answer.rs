@@ -3,7 +3,7 @@
 use super::super::figures::{Answer, Figures, Fit, Parameter};
 use super::super::limits::Limits;
 use super::super::{Code, Ground, Level};
-use super::mm;
+use crate::base::units::mm;
 use crate::sim::Stop;
 
 pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
