@@ -90,9 +90,9 @@ pub enum ScanError {
     },
     /// More than one drape in the scan.
     #[error(
-        "another drape stands {apart_mm:.0} mm beside this one: their plates are at ({:.4}, {:.4}, {:.4}) and ({:.4}, \
-         {:.4}, {:.4}) {}; crop the scan to one of them",
-        centres[0][0], centres[0][1], centres[0][2], centres[1][0], centres[1][1], centres[1][2], unit.name()
+        "another drape stands {apart_mm:.0} mm beside this one: their plates are at {} and {} {}; crop the scan to one \
+         of them",
+        place(&centres[0], *unit), place(&centres[1], *unit), unit.name()
     )]
     SeveralDrapes {
         /// Distance of the two plates \[mm\].
@@ -391,4 +391,10 @@ pub struct PlateCandidate {
     pub centre: Point3,
     /// Its normal, away from where the surface falls.
     pub up: Vector3,
+}
+
+/// Coordinates in a file's unit, to a tenth of a millimetre.
+fn place(at: &[f64; 3], unit: LengthUnit) -> String {
+    let decimals = (unit.metres() / 1e-4).log10().ceil() as usize;
+    format!("({:.decimals$}, {:.decimals$}, {:.decimals$})", at[0], at[1], at[2])
 }

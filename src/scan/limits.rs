@@ -40,11 +40,16 @@ pub(super) fn units(guess: Guess, options: &ScanOptions) -> Result<Vec<LengthUni
     })
 }
 
-/// The refusal of a scan that shows another drape beside the first.
-pub(super) fn several_drapes(plate: &Plate, other: &Plate, unit: LengthUnit) -> ScanError {
-    let apart_mm = (plate.centre - other.centre).norm() * 1e3;
-    let centres = [plate, other].map(|plate| (plate.centre / unit.metres()).coords.into());
-    ScanError::SeveralDrapes { apart_mm, centres, unit }
+/// Refuses a scan that shows another drape beside the first.
+pub(super) fn one_drape(
+    plate: &Plate,
+    another: Option<&Plate>,
+    unit: LengthUnit,
+) -> Result<(), ScanError> {
+    let Some(another) = another else { return Ok(()) };
+    let apart_mm = (plate.centre - another.centre).norm() * 1e3;
+    let centres = [plate, another].map(|plate| (plate.centre / unit.metres()).coords.into());
+    Err(ScanError::SeveralDrapes { apart_mm, centres, unit })
 }
 
 /// Refuses a flattened cloth whose sides are clearly not the specimen's. Chords make a mesh

@@ -56,6 +56,8 @@ pub(super) struct Plated {
     pub scene: Scene,
     /// The plate, in the scan's frame.
     pub plate: Plate,
+    /// That of another drape in the scene.
+    another: Option<Plate>,
     sensor_noise_m: f64,
 }
 
@@ -189,19 +191,22 @@ impl Plated {
                 found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
             }
         };
-        if let Some(another) = plate::another(&scene.points, &plate, scene.unit, options) {
-            return Err(limits::several_drapes(&plate, &another, scene.unit));
-        }
+        let another = plate::another(&scene.points, &plate, scene.unit, options);
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
-        Ok(Self { scene, plate, sensor_noise_m })
+        Ok(Self { scene, plate, another, sensor_noise_m })
+    }
+
+    /// Refuses a scan of several drapes.
+    pub fn judge(&self) -> Result<(), ScanError> {
+        limits::one_drape(&self.plate, self.another.as_ref(), self.scene.unit)
     }
 }
 
 impl Local {
     /// Finds the local frame and takes the scene into it.
     pub fn of(plated: Plated, options: &ScanOptions) -> Self {
-        let Plated { scene, plate, sensor_noise_m } = plated;
+        let Plated { scene, plate, sensor_noise_m, .. } = plated;
         let Scene { points_in_file, unit, mut points, colors, mut free_edge, .. } = scene;
         let (chord_m, mesh) = (scene.chord_m, scene.mesh);
         let found = frame::find(&points, &plate, options);

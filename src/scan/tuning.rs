@@ -190,6 +190,10 @@ pub struct PlateTuning {
     /// Another drape is looked for this far from the axis, in sides of the specimen: nearer there
     /// is only the first one's cloth.
     pub apart_sides: f64,
+    /// There, heights in bins of this width \[m\]
+    pub floor_bin_m: f64,
+    /// that hold more than this share are the floor's, not a drape's.
+    pub floor_share: f64,
     /// Its cloth hangs this deep below its plate at least,
     pub hanging_radii: f64,
     /// on this share of the bearings.
@@ -717,6 +721,8 @@ const SHIPPED: Tuning = Tuning {
         outside_m: [2e-3, 8e-3],         // c
         skirt_sectors: 120,              // c
         apart_sides: 0.53,               // d: rims reach 0.5, stiff corners more, but narrow
+        floor_bin_m: 10e-3,              // c: the floor's tilt against the plate at half a metre
+        floor_share: 0.25,               // d: a plate's top is 0.1 of its drape
         hanging_radii: 0.6,              // d: rims hang 1.2 deep and more; tables are higher
         hanging_share: 0.6,              // c
     },

@@ -28,6 +28,8 @@ pub(super) use measure::Plate;
 pub(super) use placed::Placed;
 pub(super) use skirt::Skirt;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rayon::prelude::*;
 
 use super::error::{PlateCandidate, ScanError};
@@ -106,12 +108,7 @@ pub(super) fn another(
     options: &ScanOptions,
 ) -> Option<Plate> {
     let tuning = &options.tuning.plate;
-    let apart_m = tuning.apart_sides * options.specimen_side_m;
-    let beside = |p: &&Point3| {
-        let d = *p - plate.centre;
-        (d - plate.up.into_inner() * d.dot(&plate.up)).norm() > apart_m
-    };
-    let others: Vec<Point3> = points.par_iter().filter(beside).copied().collect();
+    let others = beside(points, plate, options);
     if others.len() < options.tuning.limits.min_points {
         return None;
     }
@@ -128,6 +125,27 @@ pub(super) fn another(
     }
     let share = hangs.iter().filter(|hangs| **hangs).count() as f64 / tuning.bearings as f64;
     (share >= tuning.hanging_share).then_some(other)
+}
+
+/// What stands beside a drape, without the floor: heights at which much of it lies.
+fn beside(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Vec<Point3> {
+    let tuning = &options.tuning.plate;
+    let apart_m = tuning.apart_sides * options.specimen_side_m;
+    let height_m = |p: &Point3| (p - plate.centre).dot(&plate.up);
+    let is_beside =
+        |p: &&Point3| (*p - plate.centre - plate.up.into_inner() * height_m(p)).norm() > apart_m;
+    let mut others: Vec<Point3> = points.par_iter().filter(is_beside).copied().collect();
+    let bin = |p: &Point3| (height_m(p) / tuning.floor_bin_m).floor() as i64;
+    let mut counts: BTreeMap<i64, usize> = BTreeMap::new();
+    others.iter().for_each(|p| *counts.entry(bin(p)).or_default() += 1);
+    let most = (tuning.floor_share * others.len() as f64) as usize;
+    let floor: BTreeSet<i64> = counts
+        .iter()
+        .filter(|(_, count)| **count > most)
+        .flat_map(|(bin, _)| [bin - 1, *bin, bin + 1])
+        .collect();
+    others.retain(|p| !floor.contains(&bin(p)));
+    others
 }
 
 /// The plate with the roundest edge among the first few different ones of `found`; `None` if
