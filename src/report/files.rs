@@ -43,7 +43,7 @@ fn paths(folder: &Path, stem: &str) -> [PathBuf; 3] {
         .map(|ending| folder.join(format!("{stem}.{ending}")))
 }
 
-/// [`write`] with a stem of the caller's.
+/// [`write()`] with a stem of the caller's.
 ///
 /// # Errors
 /// When the system refuses.

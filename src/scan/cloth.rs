@@ -93,10 +93,20 @@ fn cut(
         .map_or(0.0, |r| r + tuning.column_m + tuning.column_noises * noise);
     let under_plate = options.plate_radius_m - tuning.inside_plate_m - noise;
     let highest = tuning.rise_m + clear;
-    // The plate's side is told from cloth that hangs down along it by the cloth farther out.
+    let clear_below = -(tuning.below_top_m + clear);
+    let near_top = |p: &Point3| p.y > -tuning.under_plate_m;
+    // Who sees the plate's side sees its underside too. The side is told from cloth that hangs
+    // down along it by the cloth farther out; where folds go in, that may be another fold's.
+    let over_plate =
+        |p: &&Point3| p.x.hypot(p.z) < options.tuning.plate.disc_radii * options.plate_radius_m;
+    let (mut on, mut under) = (0_usize, 0_usize);
+    for p in points.iter().filter(over_plate).filter(|p| p.y < highest && near_top(p)) {
+        *(if p.y < clear_below { &mut under } else { &mut on }) += 1;
+    }
+    let sees_underside = under as f64 > tuning.underside_share * on as f64;
     let side = options.plate_radius_m + tuning.beside_plate_m + noise;
     let placed = |p: &Point3| Placed { xz_m: [p.x, p.z], height_m: p.y };
-    let low = points.iter().filter(|p| p.y < highest).map(placed);
+    let low = points.iter().filter(|p| sees_underside && p.y < highest).map(placed);
     let plate_tuning = &options.tuning.plate;
     let skirt = Skirt::new(low, options.plate_radius_m, plate_tuning);
     let higher = plate_tuning.outside_higher_m + plate_tuning.outside_noises * noise;
@@ -105,11 +115,10 @@ fn cut(
         let over =
             floor.map_or(f64::INFINITY, |f| p.coords.dot(&f.normal) - f.height_m * f.normal.y);
         // Cloth may swing in below the plate, but not closely under it.
-        let near_top = p.y > -tuning.under_plate_m;
-        let stand = p.y < -(tuning.below_top_m + clear)
+        let stand = p.y < clear_below
             && (radius < column
-                || (radius < under_plate && near_top)
-                || (radius < side && near_top && skirt.is_higher_outside(&placed(p), higher)));
+                || (radius < under_plate && near_top(p))
+                || (radius < side && near_top(p) && skirt.is_higher_outside(&placed(p), higher)));
         radius < tuning.reach * reach
             && p.y < highest
             && p.y > -(reach - options.plate_radius_m) * tuning.hang

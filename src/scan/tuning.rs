@@ -285,6 +285,9 @@ pub struct ClothTuning {
     /// The plate's side reaches this much farther out, where the cloth outside of it is
     /// higher \[m\].
     pub beside_plate_m: f64,
+    /// It is looked for where the scan sees this many points under the plate for one on it: a
+    /// view from below sees as many, folds that go in under the plate are next to none.
+    pub underside_share: f64,
     /// Clearance from the pedestal \[m\], and in noises.
     pub column_m: f64,
     /// See `column_m`.
@@ -763,6 +766,7 @@ const SHIPPED: Tuning = Tuning {
         under_plate_m: 15e-3,       // c
         inside_plate_m: 3e-3,       // c
         beside_plate_m: 1.5e-3,     // c
+        underside_share: 0.15,      // m: 0.02 and less of soft knits from above, 0.4 from below
         column_m: 3e-3,             // m: with 2 mm a rim behind the column was 3 mm off
         column_noises: 3.0,         // c
         below_top_m: 2e-3,          // c

@@ -167,9 +167,11 @@ fn plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     } else if sigma_m <= limits.plate_arched_sigma_m {
         (-larger_m, limits.plate_smaller_m, limits.plate_smaller_sigmas)
     } else {
-        return None;
+        return arched(f, scan, limits);
     };
-    let (level, limit_m) = steps.plus(sigmas * sigma_m).level(off_m)?;
+    let Some((level, limit_m)) = steps.plus(sigmas * sigma_m).level(off_m) else {
+        return arched(f, scan, limits);
+    };
     let text = format!(
         "the cloth leaves the plate at a radius of {:.1} mm (standard error {:.1}); {:.1} mm are expected of a plate \
          of {:.0} mm (limit {:.1} mm apart): check the plate's radius and the scan's scale; on another plate the \
@@ -182,6 +184,31 @@ fn plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     );
     let ground = Ground::new(Code::PlateRadius, level, (mm(off_m), mm(limit_m), "mm"), text);
     Some(if level == Level::DoNotUse { ground.not_the_experiment() } else { ground })
+}
+
+/// The plate found against how early cloth of the bending length found leaves one: stiff cloth
+/// arches over the plate, the more the stiffer it is. The bending length hardly depends on the
+/// plate.
+fn arched(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
+    let length_m = f.answer.as_ref()?.bending_length_m;
+    let expected_m = f.given.plate_radius_m - limits.plate_lead_m;
+    let least_m = expected_m - limits.plate_arch_per_m * length_m * length_m;
+    let off_m = least_m - scan.radius_m;
+    let more_m = limits.plate_arched_sigmas * scan.radius_sigma_m
+        + limits.plate_arched_per_noise * scan.noise_m;
+    let (level, limit_m) = limits.plate_smaller_m.plus(more_m).level(off_m)?;
+    let text = format!(
+        "the cloth leaves the plate at a radius of {:.1} mm (standard error {:.1}); cloth of the bending length found, \
+         {:.1} mm, leaves a plate of {:.0} mm at {:.1} mm or farther out (limit {:.1} mm less): check the plate's radius \
+         and the scan's scale; on another plate the stiffnesses are off by factors",
+        mm(scan.radius_m),
+        mm(scan.radius_sigma_m),
+        mm(length_m),
+        mm(f.given.plate_radius_m),
+        mm(least_m),
+        mm(limit_m)
+    );
+    Some(Ground::new(Code::PlateRadius, level, (mm(off_m), mm(limit_m), "mm"), text))
 }
 
 /// What is nearly as bad as what `scan` refuses.

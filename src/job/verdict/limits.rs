@@ -65,8 +65,16 @@ pub struct Limits {
     pub plate_smaller_m: Steps,
     /// See [`Limits::plate_smaller_m`].
     pub plate_smaller_sigmas: f64,
-    /// With a larger standard error \[m\] a radius that is too small says nothing.
+    /// With a larger standard error \[m\] a radius that is too small says nothing without the
+    /// cloth's bending length.
     pub plate_arched_sigma_m: f64,
+    /// How much farther in cloth leaves the plate at most, over the square of its bending length
+    /// \[1/m\].
+    pub plate_arch_per_m: f64,
+    /// Standard errors that are allowed for besides,
+    pub plate_arched_sigmas: f64,
+    /// and what each metre of noise adds, which hides the first of the fall \[-\].
+    pub plate_arched_per_noise: f64,
     /// Folds times the square root of the bending length, least and largest \[m^0.5\].
     pub folds_root_m05: [f64; 2],
     /// Folds beyond these.
@@ -109,6 +117,9 @@ impl Default for Limits {
             plate_smaller_m: steps(1.0e-3, 2.0e-3), // M, W
             plate_smaller_sigmas: 4.0,              // M
             plate_arched_sigma_m: 1.0e-3,           // M
+            plate_arch_per_m: 22.0,                 // M
+            plate_arched_sigmas: 1.0,               // M, W
+            plate_arched_per_noise: 4.0,            // M
             folds_root_m05: [0.5376, 0.8854],       // M
             folds_beyond: steps(0.5, 3.5),          // M, C
             near_refusal: 0.8,                      // C

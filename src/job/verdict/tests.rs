@@ -227,9 +227,18 @@ fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
     let mut other = honest();
     other.scan.as_mut().unwrap().radius_m = 0.044;
     assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
-    // Cloth that arches over the plate leaves it anywhere inside, but not outside.
+    // Stiff cloth arches over the plate and leaves it farther in, but not as far as it pleases,
+    // and never farther out.
     other.scan.as_mut().unwrap().radius_sigma_m = 1.1e-3;
+    assert_eq!(verdict(&other).level, Level::DoNotUse, "{:?}", verdict(&other));
+    (other.folds, other.again) = (5, None);
+    answer(&mut other).bending_length_m = 15e-3;
     assert_eq!(verdict(&other), Verdict::of(vec![]));
+    other.scan.as_mut().unwrap().radius_m = 0.0405;
+    assert_eq!(verdict(&other).level, Level::DoNotUse, "{:?}", verdict(&other));
+    // Without an estimate there is nothing to hold it against.
+    let silent = Figures { answer: None, ..other.clone() };
+    assert_eq!(verdict(&silent), Verdict::of(vec![]));
     other.scan.as_mut().unwrap().radius_m = 0.058;
     assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
     // Another plate that was asked for is none.
