@@ -95,15 +95,18 @@ fn cut(
     let highest = tuning.rise_m + clear;
     let clear_below = -(tuning.below_top_m + clear);
     let near_top = |p: &Point3| p.y > -tuning.under_plate_m;
-    // Who sees the plate's side sees its underside too. The side is told from cloth that hangs
-    // down along it by the cloth farther out; where folds go in, that may be another fold's.
-    let over_plate =
-        |p: &&Point3| p.x.hypot(p.z) < options.tuning.plate.disc_radii * options.plate_radius_m;
+    // Who sees the plate's side sees its underside too, around the column if there is one. The side
+    // is told from cloth that hangs down along it by the cloth farther out; where folds go in,
+    // that may be another fold's. Along a column as wide as the plate none can.
+    let ring = column..under_plate;
     let (mut on, mut under) = (0_usize, 0_usize);
-    for p in points.iter().filter(over_plate).filter(|p| p.y < highest && near_top(p)) {
-        *(if p.y < clear_below { &mut under } else { &mut on }) += 1;
+    for p in points.iter().filter(|p| p.y < highest && near_top(p)) {
+        if ring.contains(&p.x.hypot(p.z)) {
+            *(if p.y < clear_below { &mut under } else { &mut on }) += 1;
+        }
     }
-    let sees_underside = under as f64 > tuning.underside_share * on as f64;
+    let sees_underside = column > tuning.wide_column * options.plate_radius_m
+        || under as f64 > tuning.underside_share * on as f64;
     let side = options.plate_radius_m + tuning.beside_plate_m + noise;
     let placed = |p: &Point3| Placed { xz_m: [p.x, p.z], height_m: p.y };
     let low = points.iter().filter(|p| sees_underside && p.y < highest).map(placed);

@@ -286,8 +286,10 @@ pub struct ClothTuning {
     /// higher \[m\].
     pub beside_plate_m: f64,
     /// It is looked for where the scan sees this many points under the plate for one on it: a
-    /// view from below sees as many, folds that go in under the plate are next to none.
+    /// view from below sees as many, folds that go in under the plate are next to none;
     pub underside_share: f64,
+    /// and where the column is as wide as this share of the plate.
+    pub wide_column: f64,
     /// Clearance from the pedestal \[m\], and in noises.
     pub column_m: f64,
     /// See `column_m`.
@@ -766,6 +768,7 @@ const SHIPPED: Tuning = Tuning {
         under_plate_m: 15e-3,       // c
         inside_plate_m: 3e-3,       // c
         beside_plate_m: 1.5e-3,     // c
+        wide_column: 0.75,          // c
         underside_share: 0.15,      // m: 0.02 and less of soft knits from above, 0.4 from below
         column_m: 3e-3,             // m: with 2 mm a rim behind the column was 3 mm off
         column_noises: 3.0,         // c
