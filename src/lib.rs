@@ -59,12 +59,12 @@
 //! | feature | what it adds | heavy crates | crates |
 //! |---|---|---|---|
 //! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`] | | 136 |
-//! | `estimate` | [`estimate`], [`job`] | ort, tract | 194 |
+//! | `estimate` | [`estimate`], [`job`] | ort, tract | 195 |
 //! | `dataset` | [`dataset`] | parquet | 147 |
 //! | `picture` | [`picture`] | image, plotters, a font | 147 |
-//! | `report` | `estimate`, `picture`, and [`report`], [`batch`] | | 205 |
-//! | `evaluate` | `report`, `dataset`, and [`evaluate`] | | 213 |
-//! | `cli` | all of it, and the program | clap | 227 |
+//! | `report` | `estimate`, `picture`, and [`report`], [`batch`] | | 206 |
+//! | `evaluate` | `report`, `dataset`, and [`evaluate`] | | 214 |
+//! | `cli` | all of it, and the program | clap | 234 |
 //!
 //! # Layers
 //!

@@ -200,6 +200,7 @@ impl Part {
     }
 
     /// [`Self::finish`], with the content on the disk first.
+    #[cfg(feature = "dataset")]
     pub(crate) fn finish_durably(self) -> io::Result<()> {
         self.file.sync_all()?;
         self.finish()

@@ -80,6 +80,7 @@ pub fn write_depth_png(
 ///
 /// # Errors
 /// When the system refuses, or the colours do not fill the picture.
+#[cfg(feature = "picture")]
 pub fn write_png(path: impl AsRef<Path>, size: [u32; 2], rgb: &[u8]) -> Result<(), WriteError> {
     atomically(path, |out| encode_png(out, size, (ColorType::Rgb, BitDepth::Eight), rgb))
 }
