@@ -327,6 +327,32 @@ impl From<AugmentUnit> for Unit {
     }
 }
 
+/// `evaluate follow`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Follow {
+    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`; both if not given
+    #[arg(long)]
+    pub(crate) prior: Option<String>,
+    /// Walks of each prior
+    #[arg(long, default_value_t = 4)]
+    pub(crate) count: u64,
+    /// First walk, to go on with a run that was broken off
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and directions
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// How far away the neighbour is: root mean square of the seven logarithms
+    #[arg(long, default_value_t = 0.25)]
+    pub(crate) step: f64,
+    /// How often a step that leaves its branch is tried again as two halves
+    #[arg(long, default_value_t = 0)]
+    pub(crate) halvings: u32,
+    /// End with a line of JSON for each prior
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// The seven parameters of a fabric, in the paper's units.
 #[derive(Debug, Args)]
 pub(crate) struct FabricFlags {
@@ -443,6 +469,8 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Drapes that are followed to a neighbouring fabric and back, beside fresh ones.
+    Follow(Follow),
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics

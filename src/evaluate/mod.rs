@@ -3,6 +3,7 @@
 //! In: drapes with known truth, a prior, measured data. Out: rows, tables and pictures.
 
 pub mod estimate;
+pub mod follow;
 pub mod physics;
 pub mod scan;
 mod setup;

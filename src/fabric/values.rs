@@ -37,6 +37,20 @@ impl Fabric {
         }
     }
 
+    /// The inverse of [`Self::in_si`].
+    #[must_use]
+    pub fn from_si(v: [f64; 7]) -> Self {
+        Self {
+            stretch_weft_n_m: v[0],
+            stretch_warp_n_m: v[1],
+            shear_n_m: v[2],
+            bending_weft_nm: v[3],
+            bending_warp_nm: v[4],
+            bending_bias_nm: v[5],
+            density_kg_m2: v[6],
+        }
+    }
+
     /// The seven numbers in SI, in the paper's order: S^u, S^v, H \[N/m\], B^u, B^v, B^h
     /// \[N m\], D \[kg/m^2\].
     #[must_use]

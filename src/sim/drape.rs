@@ -26,7 +26,8 @@ use crate::sim::newton::{Memory, Newton};
 use crate::sim::options::{SimOptions, Stop};
 use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
-use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, Setup, sensitivities};
+use crate::sim::setup::Setup;
+use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, sensitivities};
 
 /// A specimen that was let fall on the plate: the sheet, its rim, and how the search for rest
 /// ended.
@@ -115,7 +116,7 @@ pub fn drape_with_sensitivities(
 }
 
 /// The sheet after its fall, carried to the fine grid, with the work so far.
-fn fallen(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> (Arc<Grid>, Vec<Vector3>, Effort) {
+pub(super) fn fallen(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
     let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));
@@ -207,16 +208,16 @@ const SLOW_M_S: f64 = 0.01;
 const SETTLED_M_S: f64 = 0.003;
 
 /// A sheet at the end of its search for rest, with what it was searched with.
-struct Rested {
-    model: Model,
-    newton: Newton,
-    x: Vec<Vector3>,
-    stop: Stop,
-    residual_n: f64,
+pub(super) struct Rested {
+    pub(super) model: Model,
+    pub(super) newton: Newton,
+    pub(super) x: Vec<Vector3>,
+    pub(super) stop: Stop,
+    pub(super) residual_n: f64,
 }
 
 /// The search for equilibrium on the fine grid.
-fn rest(
+pub(super) fn rest(
     fabric: &Fabric,
     drop: &Drop,
     grid: &Arc<Grid>,
@@ -246,22 +247,27 @@ fn rest(
 
 impl Rested {
     /// The drape, with the effort before added to its own.
-    fn report(self, fabric: &Fabric, mut effort: Effort) -> Drape {
+    fn report(mut self, fabric: &Fabric, before: Effort) -> Drape {
+        self.newton.effort += before;
+        self.drape(fabric)
+    }
+
+    /// The drape as it is now.
+    pub(super) fn drape(&self, fabric: &Fabric) -> Drape {
         let Self { model, newton, x, stop, residual_n } = self;
-        effort += newton.effort;
         let grid = &model.grid;
         Drape {
-            boundary: grid.boundary(&x),
-            stop,
-            residual_n,
-            energy_j: model.body_energy_j(&x),
-            nodes: count_nodes(&grid.boundary(&x)),
-            intersections: count_intersections(&grid.triangles(), &x),
-            plate_clearance_m: model.plate.clearance_m(grid, &x),
-            effort,
+            boundary: grid.boundary(x),
+            stop: *stop,
+            residual_n: *residual_n,
+            energy_j: model.body_energy_j(x),
+            nodes: count_nodes(&grid.boundary(x)),
+            intersections: count_intersections(&grid.triangles(), x),
+            plate_clearance_m: model.plate.clearance_m(grid, x),
+            effort: newton.effort,
             warnings: mesh_warnings(fabric, grid.spacing_m, grid.n),
             grid: Arc::clone(grid),
-            positions_m: x,
+            positions_m: x.clone(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What a search for rest cost: counts and times.
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Sub};
 use std::time::Instant;
 
 /// Counts and times of a search for rest. Times are those of a clock on the wall \[s\]; a drape runs
@@ -44,6 +44,21 @@ impl AddAssign for Effort {
         self.solve_s += other.solve_s;
         self.contact_s += other.contact_s;
         self.search_s += other.search_s;
+    }
+}
+
+impl Sub for Effort {
+    type Output = Self;
+
+    fn sub(self, before: Self) -> Self {
+        Self {
+            factorisations: self.factorisations - before.factorisations,
+            assembly_s: self.assembly_s - before.assembly_s,
+            factorisation_s: self.factorisation_s - before.factorisation_s,
+            solve_s: self.solve_s - before.solve_s,
+            contact_s: self.contact_s - before.contact_s,
+            search_s: self.search_s - before.search_s,
+        }
     }
 }
 

@@ -9,6 +9,7 @@ pub mod effort;
 pub mod elastica;
 pub mod energy;
 pub mod experiment;
+pub mod follow;
 pub mod grid;
 pub mod hessian_form;
 pub mod model;
@@ -19,14 +20,17 @@ pub mod plate;
 mod rest;
 pub mod self_contact;
 pub mod sensitivity;
+pub mod setup;
 pub mod strip;
 
 pub use drape::{Drape, drape, drape_on_finer};
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};
+pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, OnEvent};
 pub use hessian_form::HessianForm;
 pub use options::{OptionsError, OptionsFault, SimOptions, Stop};
 pub use plate::Plate;
+pub use setup::Setup;
 
 /// Version of the numbers that this simulator gives. It is raised whenever a change moves the rim of
 /// a drape, which `tests/physics_pinned.rs` holds; the shipped model's metadata carries the version

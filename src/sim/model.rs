@@ -239,6 +239,18 @@ impl Model {
         }
     }
 
+    /// Keeps this part of the compression and of the shear in the next Hessian's geometric
+    /// stiffness: of the lagged stress, or of that at `x`.
+    pub fn relieve_compression(&mut self, x: &[Vector3], kept: f64) {
+        if self.lagged_stress.is_empty() {
+            let at = self.grid.cells.iter().map(|cell| Self::corners(x, cell));
+            self.lagged_stress.extend(at.map(|corners| self.membrane.stress(&corners)));
+        }
+        for stress in &mut self.lagged_stress {
+            *stress = stress.relieved(kept);
+        }
+    }
+
     /// Lets the next Hessian's geometric stiffness be that of the positions it is asked for, so
     /// that the Hessian is the exact one again.
     pub fn forget_lagged_stress(&mut self) {

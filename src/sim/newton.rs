@@ -7,11 +7,13 @@
 //! `descent.rs` lowers the energy by many steps on one factor, `stability.rs` judges an
 //! equilibrium; all of them work on the [`Newton`] of `workspace.rs`.
 
+mod correct;
 mod descent;
 mod linear;
 mod stability;
 mod step;
 mod workspace;
 
+pub use correct::Correction;
 pub use descent::Memory;
 pub use workspace::{Inertia, Iteration, Newton};

@@ -91,7 +91,7 @@ pub(super) fn descend(
 }
 
 /// What Newton steps led to.
-enum Finish {
+pub(super) enum Finish {
     /// A stable equilibrium; residual \[N\].
     Rest(f64),
     /// An equilibrium that some small move leaves downhill; that move is the solver's
@@ -102,7 +102,7 @@ enum Finish {
 }
 
 /// Newton steps with the exact Hessian, friction following.
-fn finish(
+pub(super) fn finish(
     model: &mut Model,
     newton: &mut Newton,
     x: &mut [Vector3],

@@ -20,12 +20,13 @@
 use std::sync::Arc;
 
 use crate::base::Vector3;
-use crate::fabric::{Fabric, TABLE_2};
-use crate::sim::experiment::{CURL_NODES, CurvatureComponent, Experiment};
+use crate::fabric::TABLE_2;
+use crate::sim::experiment::{CURL_NODES, CurvatureComponent};
 use crate::sim::grid::Grid;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::Stop;
+use crate::sim::setup::Setup;
 
 /// A number that the drape depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -234,13 +235,6 @@ pub enum SensitivityError {
         /// The number asked for along the weft.
         weft: usize,
     },
-}
-
-/// The fabric and the experiment that a sheet at rest belongs to.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Setup {
-    pub(super) fabric: Fabric,
-    pub(super) experiment: Experiment,
 }
 
 impl Setup {

@@ -1,5 +1,6 @@
 //! `evaluate`: the tables of docs/validation.md.
 
+mod follow;
 mod scan;
 mod verdict;
 
@@ -50,6 +51,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Soak { prior, count, first, seed } => {
             run_soak(prior, *first, *count, *seed)
         }
+        args::Evaluate::Follow(given) => follow::run(given),
         args::Evaluate::Speed { count, seed, dataset, vertices } => {
             run_speed(*count, *seed, *dataset, vertices)
         }

@@ -74,6 +74,21 @@ pub struct Stress {
     twist_warp: f64,
 }
 
+impl Stress {
+    /// The tension whole, and this part of the compression and of the shear.
+    #[must_use]
+    pub fn relieved(self, kept: f64) -> Self {
+        let relieve = |s: f64| s.max(0.0) + kept * s.min(0.0);
+        Self {
+            weft: relieve(self.weft),
+            warp: relieve(self.warp),
+            shear: kept * self.shear,
+            twist_weft: kept * self.twist_weft,
+            twist_warp: kept * self.twist_warp,
+        }
+    }
+}
+
 /// Signs of the corners in the doubled differences along j and i, and in the twist.
 const SIGNS: [[f64; 4]; 3] =
     [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];

@@ -20,7 +20,7 @@ pub(super) const SHIFT: Inertia<'static> = Inertia { dt_s: 0.1, free_flight: Non
 /// Products in a solve by conjugate gradients ...
 const CG_LIMIT: usize = 200;
 /// ... which ends when the residual has fallen to this, in the preconditioner's norm.
-const CG_TOLERANCE: f64 = 1e-2;
+pub(super) const CG_TOLERANCE: f64 = 1e-2;
 /// The residual at which conjugate gradients end where the solution itself is the result.
 const LOAD_TOLERANCE: f64 = 1e-6;
 
@@ -34,6 +34,7 @@ impl Newton {
         inertia: Inertia,
         form: HessianForm,
     ) -> f64 {
+        self.exact = false;
         charge(&mut self.effort.assembly_s, || {
             model.gradient(x, &mut self.gradient);
             let residual_n = largest(&self.gradient);
@@ -62,6 +63,7 @@ impl Newton {
             HessianForm::Projected => self.factorize_roughly(),
             HessianForm::Exact => self.factorize(),
         };
+        self.exact = factorised && form == HessianForm::Exact;
         match form {
             HessianForm::Projected if factorised => {
                 charge(&mut self.effort.solve_s, || self.rough.solve(&mut self.direction));
@@ -94,6 +96,7 @@ impl Newton {
         model.forget_lagged_stress();
         self.assemble(model, x, still, HessianForm::Exact);
         let exact = self.factorize();
+        self.exact = exact;
         if !exact && !self.substitute(model, x) {
             return None;
         }
@@ -137,7 +140,7 @@ impl Newton {
 
     /// Solves with the whole tangent, preconditioned by the exact factor or the rough
     /// one; the right-hand side is in `direction`. Stops short of negative curvature.
-    fn conjugate_gradients(&mut self, model: &Model, exact: bool, tolerance: f64) -> bool {
+    pub(super) fn conjugate_gradients(&mut self, model: &Model, exact: bool, tolerance: f64) -> bool {
         let Self { factor, rough, direction, krylov, tangent, effort, .. } = self;
         let mut precondition = |x: &mut Vec<Vector3>| {
             if exact { factor.solve(x) } else { rough.solve(x) }

@@ -15,6 +15,8 @@ pub struct Newton {
     pub(super) direction: Vec<Vector3>,
     pub(super) trial: Vec<Vector3>,
     pub(super) krylov: [Vec<Vector3>; 3],
+    /// Whether `factor` and `tangent` are those of one exact Hessian.
+    pub(super) exact: bool,
     /// What the solver has done so far.
     pub effort: Effort,
 }
@@ -66,6 +68,7 @@ impl Newton {
             direction: zeros(),
             trial: zeros(),
             krylov: [zeros(), zeros(), zeros()],
+            exact: false,
             effort: Effort::default(),
         }
     }

@@ -1,0 +1,335 @@
+//! Continuation: from a drape at rest to the drape of another fabric or in another experiment, on
+//! the same branch.
+//!
+//! In: a sheet at rest with its contacts, and a setup to go to. Out: the sheet at rest there, what
+//! the way cost, and the events on it. Each step changes the model under the sheet, friction's
+//! grips carried along, moves the sheet by the sensitivity of the last rest (one solve with the
+//! factor at hand) and corrects it by Newton steps on the exact energy
+//! (`newton/correct.rs`); where those do not come to rest, the descents of `rest.rs` do.
+//!
+//! A branch that ends shows as an event: the sheet left the place that the sensitivity foretold
+//! by more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims
+//! before and after, and where the rim moved most. What is smaller than that is not told
+//! from the curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
+//!
+//! Where it fails: a specimen's place and rotation act through the grips alone, so that a sheet is
+//! not carried farther than they slip; drop it anew for more than a tenth of a millimetre.
+
+use std::sync::Arc;
+
+use crate::base::frame::GRAVITY_M_S2;
+use crate::base::{Boundary, Vector3};
+use crate::fabric::Fabric;
+use crate::sim::drape::{Drape, Rested, count_nodes, fallen, rest};
+use crate::sim::drop::Drop;
+use crate::sim::effort::Effort;
+use crate::sim::grid::Grid;
+use crate::sim::model::Model;
+use crate::sim::newton::Newton;
+use crate::sim::options::{SimOptions, Stop};
+use crate::sim::rest::settle;
+use crate::sim::setup::Setup;
+
+/// A sheet at rest, with the state of its contacts, that can be led to other fabrics and
+/// experiments.
+pub struct Follower {
+    rested: Rested,
+    setup: Setup,
+    options: SimOptions,
+}
+
+/// How a way is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FollowOptions {
+    /// Longest step: the root mean square of the changes of the fabric's seven logarithms.
+    pub longest_step: f64,
+    /// How often a step that ends in an event is tried again as two halves: the event is then
+    /// confined to a shorter stretch of the way, or turns out to be none.
+    pub halvings: u32,
+    /// Root mean square distance of the sheet's vertices from where the sensitivity put them,
+    /// beyond half of the move itself, from which on it counts as having left its branch \[m\].
+    pub surprise_m: f64,
+    /// Whether to go on after an event.
+    pub on_event: OnEvent,
+}
+
+impl Default for FollowOptions {
+    fn default() -> Self {
+        Self { longest_step: 0.25, halvings: 0, surprise_m: 0.3e-3, on_event: OnEvent::GoOn }
+    }
+}
+
+/// What to do where a branch ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnEvent {
+    /// Go on from where the sheet came to rest.
+    GoOn,
+    /// Stop there.
+    Stop,
+}
+
+/// A stretch of the way on which the sheet left its branch.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// The stretch, as fractions of the way.
+    pub stretch: [f64; 2],
+    /// The setup at its end.
+    pub setup: Setup,
+    /// The rim at rest before it.
+    pub before: Boundary,
+    /// The rim at rest after it.
+    pub after: Boundary,
+    /// Folds before and after.
+    pub nodes: [usize; 2],
+    /// Bearing from the plate's axis of the rim point that moved most: the fold that went, from
+    /// +x towards +z \[rad\].
+    pub bearing_rad: f64,
+    /// Root mean square distance of the vertices from where the sensitivity put them \[m\].
+    pub surprise_m: f64,
+}
+
+/// How a way was followed.
+#[derive(Clone, Debug)]
+pub struct Followed {
+    /// The fraction of the way that was gone; less than 1 after an event at which it was to stop.
+    pub reached: f64,
+    /// Steps taken.
+    pub steps: usize,
+    /// Steps whose corrections did not come to rest by themselves.
+    pub descents: usize,
+    /// Where the sheet left its branch, in the order of the way.
+    pub events: Vec<Event>,
+    /// Why the last search for rest ended.
+    pub stop: Stop,
+    /// What the way cost.
+    pub effort: Effort,
+}
+
+/// Why a way cannot be followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FollowError {
+    /// The sheet is not at rest.
+    #[error("the drape ended as `{}`, not at rest: only a sheet at rest can be followed", .0.name())]
+    NotAtRest(Stop),
+    /// The specimens have different outlines.
+    #[error("a disc cannot be followed to a rectangle or back: drop the specimen anew")]
+    OtherOutline,
+}
+
+/// A step that has been tried: the sheet on the changed model.
+struct Tried {
+    model: Model,
+    x: Vec<Vector3>,
+    stop: Stop,
+    residual_n: f64,
+    surprise_m: f64,
+    surprising: bool,
+    descended: bool,
+}
+
+impl Follower {
+    /// Drops a specimen and brings it to rest, as [`crate::sim::drape()`] does.
+    #[must_use]
+    pub fn drop(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> Self {
+        let (fine, start, effort) = fallen(fabric, drop, options);
+        let mut rested = rest(fabric, drop, &fine, start, options);
+        rested.newton.effort += effort;
+        let setup = Setup { fabric: *fabric, experiment: options.experiment };
+        Self { rested, setup, options: *options }
+    }
+
+    /// What the sheet is of.
+    #[must_use]
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The sheet as it is now; its effort is all that was spent on it since its fall began.
+    #[must_use]
+    pub fn drape(&self) -> Drape {
+        self.rested.drape(&self.setup.fabric)
+    }
+
+    /// The rim as it is now.
+    #[must_use]
+    pub fn boundary(&self) -> Boundary {
+        self.rested.model.grid.boundary(&self.rested.x)
+    }
+
+    /// Leads the sheet to `fabric` in the same experiment.
+    ///
+    /// # Errors
+    /// As [`Self::follow`].
+    pub fn follow_fabric(
+        &mut self,
+        fabric: &Fabric,
+        how: &FollowOptions,
+    ) -> Result<Followed, FollowError> {
+        self.follow(&Setup { fabric: *fabric, ..self.setup }, how)
+    }
+
+    /// Leads the sheet to `to`, in steps of at most [`FollowOptions::longest_step`].
+    ///
+    /// # Errors
+    /// [`FollowError`] where the sheet is not at rest, or has another outline than `to`. A sheet
+    /// that does not come to rest on the way is a result: [`Followed::stop`] says so, and
+    /// [`Followed::reached`] where.
+    pub fn follow(&mut self, to: &Setup, how: &FollowOptions) -> Result<Followed, FollowError> {
+        if self.rested.stop != Stop::AtRest {
+            return Err(FollowError::NotAtRest(self.rested.stop));
+        }
+        let from = self.setup;
+        if from.experiment.specimen.outline != to.experiment.specimen.outline {
+            return Err(FollowError::OtherOutline);
+        }
+        let before = self.rested.newton.effort;
+        let count = (from.log_distance(to) / how.longest_step).ceil().max(1.0);
+        let step = 1.0 / count;
+        let smallest = step * 0.5_f64.powi(how.halvings as i32);
+        let mut followed = Followed {
+            reached: 0.0,
+            steps: 0,
+            descents: 0,
+            events: Vec::new(),
+            stop: self.rested.stop,
+            effort: Effort::default(),
+        };
+        let mut length = step;
+        while followed.reached < 1.0 {
+            // the last step ends on the setup that was asked for, to the bit
+            let last = followed.reached + length > 1.0 - 1e-9;
+            let next = if last { 1.0 } else { followed.reached + length };
+            let setup = from.between(to, next);
+            let tried = self.attempt(&setup, how);
+            if (tried.surprising || tried.stop != Stop::AtRest) && length > 1.5 * smallest {
+                length *= 0.5;
+                self.restore();
+                continue;
+            }
+            followed.steps += 1;
+            followed.descents += usize::from(tried.descended);
+            followed.stop = tried.stop;
+            let stretch = [followed.reached, next];
+            let event = tried.surprising.then(|| self.event(&tried, stretch, setup));
+            self.accept(tried, setup);
+            followed.reached = next;
+            let surprised = event.is_some();
+            followed.events.extend(event);
+            let stopped = surprised && how.on_event == OnEvent::Stop;
+            if stopped || self.rested.stop != Stop::AtRest {
+                break;
+            }
+            length = (2.0 * length).min(step);
+        }
+        followed.effort = self.rested.newton.effort - before;
+        Ok(followed)
+    }
+
+    /// Tries a step to `setup`; the sheet stays what it is.
+    fn attempt(&mut self, setup: &Setup, how: &FollowOptions) -> Tried {
+        let Rested { model: old, newton, x: x0, .. } = &mut self.rested;
+        let same_cut = setup.experiment.specimen == self.setup.experiment.specimen;
+        let grid = if same_cut {
+            Arc::clone(&old.grid)
+        } else {
+            Grid::unshared(&setup.experiment.specimen, old.grid.n)
+        };
+        let mut model = old.changed(&grid, &setup.fabric, &setup.experiment);
+        let mut x = x0.clone();
+        let foretold = newton.predict(&mut model, &mut x);
+        let cell_n = setup.fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
+        let limit_n = self.options.residual * cell_n;
+        let corrected = correct(&mut model, newton, &mut x, limit_n, self.options.step_m);
+        let (stop, residual_n) = match corrected {
+            Some(residual_n) => (Stop::AtRest, residual_n),
+            None => settle(&mut model, newton, &mut x, limit_n, &self.options),
+        };
+        let still = vec![Vector3::zeros(); x.len()];
+        let foretold = foretold.as_ref().unwrap_or(&still);
+        let off = x.iter().zip(x0.iter()).zip(foretold).map(|((a, b), d)| a - b - d);
+        let surprise_m = root_mean_square(off);
+        let expected_m = root_mean_square(foretold.iter().copied());
+        let beyond = surprise_m > how.surprise_m + EXPECTED_ERROR * expected_m;
+        let surprising = beyond || corrected.is_none();
+        Tried { model, x, stop, residual_n, surprise_m, surprising, descended: corrected.is_none() }
+    }
+
+    /// Makes the factor at the sheet's rest again, after a step that was not taken.
+    fn restore(&mut self) {
+        let Rested { model, newton, x, .. } = &mut self.rested;
+        newton.renew_contact(model, x);
+        newton.is_stable(model, x);
+    }
+
+    /// Takes a step that was tried.
+    fn accept(&mut self, tried: Tried, setup: Setup) {
+        let Tried { model, x, stop, residual_n, .. } = tried;
+        self.rested.model = model;
+        self.rested.x = x;
+        self.rested.stop = stop;
+        self.rested.residual_n = residual_n;
+        self.setup = setup;
+        self.options.experiment = setup.experiment;
+    }
+
+    fn event(&self, tried: &Tried, stretch: [f64; 2], setup: Setup) -> Event {
+        let (before, after) = (self.boundary(), tried.model.grid.boundary(&tried.x));
+        let moved = before.positions_m().zip(after.positions_m()).map(|(a, b)| (a, (b - a).norm()));
+        let most = moved.max_by(|a, b| a.1.total_cmp(&b.1));
+        let bearing_rad = most.map_or(0.0, |(at, _)| at.z.atan2(at.x));
+        Event {
+            stretch,
+            setup,
+            nodes: [count_nodes(&before), count_nodes(&after)],
+            bearing_rad,
+            surprise_m: tried.surprise_m,
+            before,
+            after,
+        }
+    }
+}
+
+/// Part of a foretold move by which a smooth way differs from it over one step, from the way's
+/// curvature: over steps of 0.25 that end on their branch 0.1 to 0.4.
+const EXPECTED_ERROR: f64 = 0.5;
+/// Corrections before the descents take over.
+const CORRECTIONS: usize = 12;
+/// Corrections in a row without progress before they do.
+const IDLE: usize = 5;
+
+/// Corrections until the sheet is at rest; `None` where it does not come to rest by them. Gives
+/// the residual \[N\], and leaves the factor of the exact Hessian there.
+fn correct(
+    model: &mut Model,
+    newton: &mut Newton,
+    x: &mut [Vector3],
+    limit_n: f64,
+    limit_step_m: f64,
+) -> Option<f64> {
+    let (mut best_j, mut idle) = (f64::INFINITY, 0);
+    for _ in 0..CORRECTIONS {
+        let grip_change_n = newton.renew_contact(model, x);
+        let done = newton.correct(model, x);
+        let balanced = done.residual_n < limit_n && grip_change_n < limit_n;
+        if balanced && done.definite && done.step_m < limit_step_m {
+            return newton.is_stable(model, x).then_some(done.residual_n);
+        }
+        if done.decrement_j < 0.5 * best_j {
+            (best_j, idle) = (done.decrement_j, 0);
+        } else {
+            idle += 1;
+        }
+        if done.fraction == 0.0 || idle > IDLE {
+            return None;
+        }
+    }
+    None
+}
+
+fn root_mean_square(moves: impl ExactSizeIterator<Item = Vector3>) -> f64 {
+    let count = moves.len().max(1) as f64;
+    (moves.map(|m| m.norm_squared()).sum::<f64>() / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests;
