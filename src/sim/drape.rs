@@ -26,8 +26,8 @@ use crate::sim::newton::{Memory, Newton};
 use crate::sim::options::{SimOptions, Stop};
 use crate::sim::rest::{descend, settle};
 use crate::sim::self_contact::count_intersections;
-use crate::sim::setup::Setup;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, sensitivities};
+use crate::sim::setup::Setup;
 
 /// A specimen that was let fall on the plate: the sheet, its rim, and how the search for rest
 /// ended.
@@ -116,7 +116,11 @@ pub fn drape_with_sensitivities(
 }
 
 /// The sheet after its fall, carried to the fine grid, with the work so far.
-pub(super) fn fallen(fabric: &Fabric, drop: &Drop, options: &SimOptions) -> (Arc<Grid>, Vec<Vector3>, Effort) {
+pub(super) fn fallen(
+    fabric: &Fabric,
+    drop: &Drop,
+    options: &SimOptions,
+) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let specimen = &options.experiment.specimen;
     let fine = Grid::of(specimen, options.vertices);
     let coarse = Grid::of(specimen, options.fall_vertices.min(options.vertices));

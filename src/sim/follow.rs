@@ -249,8 +249,8 @@ impl Follower {
         let off = x.iter().zip(x0.iter()).zip(foretold).map(|((a, b), d)| a - b - d);
         let surprise_m = root_mean_square(off);
         let expected_m = root_mean_square(foretold.iter().copied());
-        let beyond = surprise_m > how.surprise_m + EXPECTED_ERROR * expected_m;
-        let surprising = beyond || corrected.is_none();
+        let error = if corrected.is_some() { EXPECTED_ERROR } else { DESCENT_ERROR };
+        let surprising = surprise_m > how.surprise_m + error * expected_m;
         Tried { model, x, stop, residual_n, surprise_m, surprising, descended: corrected.is_none() }
     }
 
@@ -292,10 +292,13 @@ impl Follower {
 /// Part of a foretold move by which a smooth way differs from it over one step, from the way's
 /// curvature: over steps of 0.25 that end on their branch 0.1 to 0.4.
 const EXPECTED_ERROR: f64 = 0.5;
+/// The same of a step that the descents ended: a sheet that had no equilibrium near where it was
+/// foretold has mostly left its branch.
+const DESCENT_ERROR: f64 = 0.1;
 /// Corrections before the descents take over.
 const CORRECTIONS: usize = 12;
 /// Corrections in a row without progress before they do.
-const IDLE: usize = 5;
+const IDLE: usize = 2;
 
 /// Corrections until the sheet is at rest; `None` where it does not come to rest by them. Gives
 /// the residual \[N\], and leaves the factor of the exact Hessian there.
@@ -307,9 +310,14 @@ fn correct(
     limit_step_m: f64,
 ) -> Option<f64> {
     let (mut best_j, mut idle) = (f64::INFINITY, 0);
+    let mut last_n = f64::INFINITY;
+    let mut again = false;
     for _ in 0..CORRECTIONS {
         let grip_change_n = newton.renew_contact(model, x);
-        let done = newton.correct(model, x);
+        let done = match again {
+            true => newton.correct_again(model, x),
+            false => newton.correct(model, x),
+        };
         let balanced = done.residual_n < limit_n && grip_change_n < limit_n;
         if balanced && done.definite && done.step_m < limit_step_m {
             return newton.is_stable(model, x).then_some(done.residual_n);
@@ -322,9 +330,17 @@ fn correct(
         if done.fraction == 0.0 || idle > IDLE {
             return None;
         }
+        let near = done.residual_n < NEAR * limit_n && done.definite && done.fraction == 1.0;
+        again = near && done.residual_n < FALLING * last_n;
+        last_n = done.residual_n;
     }
     None
 }
+
+/// Residual, in limits, below which a factor serves for more than one correction, ...
+const NEAR: f64 = 1e4;
+/// ... as long as each leaves no more than this part of the residual before.
+const FALLING: f64 = 0.3;
 
 fn root_mean_square(moves: impl ExactSizeIterator<Item = Vector3>) -> f64 {
     let count = moves.len().max(1) as f64;

@@ -37,7 +37,7 @@ fn a_drape_followed_to_itself_stays_where_it_is() {
 fn a_short_way_there_and_back_ends_where_it_began_and_costs_little() {
     let mut follower = dropped();
     let start = follower.drape();
-    let to = scaled(&stiff_knit(), [1.2, 0.9, 1.1, 0.85, 1.15, 1.0, 1.05]);
+    let to = scaled(&stiff_knit(), [1.1, 0.95, 1.05, 0.92, 1.07, 1.0, 1.03]);
     let how = FollowOptions::default();
     let there = follower.follow_fabric(&to, &how).unwrap();
     let away_m = start.boundary.mean_distance_m(&follower.boundary());
@@ -98,7 +98,7 @@ fn only_a_sheet_at_rest_is_followed_and_never_to_another_outline() {
     let mut restless = Follower::drop(
         &stiff_knit(),
         &Drop::canonical(),
-        &SimOptions { iterations: 1, ..options() },
+        &SimOptions { iterations: 0, ..options() },
     );
     let how = FollowOptions::default();
     let refused = restless.follow_fabric(&stiff_knit(), &how).unwrap_err();

@@ -105,6 +105,25 @@ impl Newton {
         correction
     }
 
+    /// One more correction of `x` with the factor at hand, which is that of a place nearby: for the
+    /// last moves, when a new factor would be the same but for a few digits.
+    pub fn correct_again(&mut self, model: &mut Model, x: &mut [Vector3]) -> Correction {
+        charge(&mut self.effort.assembly_s, || model.gradient(x, &mut self.gradient));
+        let residual_n = largest(&self.gradient);
+        let definite = self.exact && self.solve_exactly(model);
+        let step_m = largest(&self.direction);
+        let decrement_j = -dot(&self.gradient, &self.direction);
+        let mut correction =
+            Correction { residual_n, decrement_j, step_m, fraction: 0.0, definite };
+        if definite && step_m.is_finite() && step_m < LONGEST_STEP_M {
+            let limit = self.limit(model, x);
+            self.try_fraction(x, limit);
+            x.copy_from_slice(&self.trial);
+            correction.fraction = limit;
+        }
+        correction
+    }
+
     /// direction = -H^-1 gradient with the exact factor; false where contact beyond the pattern
     /// shows negative curvature.
     fn solve_exactly(&mut self, model: &Model) -> bool {

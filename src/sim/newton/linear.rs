@@ -140,7 +140,12 @@ impl Newton {
 
     /// Solves with the whole tangent, preconditioned by the exact factor or the rough
     /// one; the right-hand side is in `direction`. Stops short of negative curvature.
-    pub(super) fn conjugate_gradients(&mut self, model: &Model, exact: bool, tolerance: f64) -> bool {
+    pub(super) fn conjugate_gradients(
+        &mut self,
+        model: &Model,
+        exact: bool,
+        tolerance: f64,
+    ) -> bool {
         let Self { factor, rough, direction, krylov, tangent, effort, .. } = self;
         let mut precondition = |x: &mut Vec<Vector3>| {
             if exact { factor.solve(x) } else { rough.solve(x) }

@@ -7,7 +7,9 @@
 use nalgebra::Rotation3;
 
 use super::*;
+use crate::fabric::Fabric;
 use crate::sim::drop::{Drop, DropStart, start_positions};
+use crate::sim::experiment::Experiment;
 use crate::sim::experiment::{Curl, Softening};
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::motion::{Pace, evolve};
