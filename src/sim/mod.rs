@@ -14,6 +14,7 @@ pub mod hessian_form;
 pub mod model;
 mod motion;
 pub mod newton;
+pub mod numerics;
 pub mod options;
 pub mod plate;
 mod rest;
@@ -21,10 +22,11 @@ pub mod self_contact;
 pub mod sensitivity;
 pub mod strip;
 
-pub use drape::{Drape, drape, drape_on_finer};
+pub use drape::{Drape, drape, drape_from, drape_on_finer};
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};
 pub use hessian_form::HessianForm;
+pub use numerics::{Grading, Numerics};
 pub use options::{OptionsError, OptionsFault, SimOptions, Stop};
 pub use plate::Plate;
 
