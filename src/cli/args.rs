@@ -525,6 +525,10 @@ pub(crate) struct Physics {
     /// Cells of the reference of `schemes` [mm]: 2.5, or 1.25 (an hour and 6 GB); found again in --out
     #[arg(long, default_value = "2.5", value_parser = ["5", "2.5", "1.25"])]
     pub(crate) reference: String,
+    /// Scheme of `schemes` in place of the usual ones: lines a length near the plate's edge over those
+    /// elsewhere, from how far inwards to how far outwards [mm], the twist's hold; may be repeated
+    #[arg(long, value_name = "DENSITY,IN,OUT,HOLD", value_parser = super::experiment::numbers::<4>)]
+    pub(crate) scheme: Vec<[f64; 4]>,
     /// Softest fabrics of the prior that `schemes` lets fall
     #[arg(long, default_value_t = 4)]
     pub(crate) soft_fabrics: usize,

@@ -423,16 +423,31 @@ mod tests {
     fn a_fabric_times_any_factor_has_the_same_drape_under_numerics_4() {
         // soft enough that layers touch
         let soft = Fabric::from_paper_units([60e3, 80e3, 30e3, 300.0, 350.0, 320.0, 200.0]);
-        let rim = |fabric: &Fabric, options: &SimOptions| {
-            drape(fabric, &Drop::canonical(), options).boundary
+        let options = numerics_4(31);
+        let one = drape(&soft, &Drop::canonical(), &options);
+        // every number is four times as large, and those under a root twice, to the last bit
+        let four = drape(&times(&soft, 4.0), &Drop::canonical(), &options);
+        assert!(one.positions_m == four.positions_m);
+        // with 3 what is rounded differs: from rest to rest, since a fall amplifies that
+        let straight = SimOptions { settle_steps: 0, ..options };
+        let again = |fabric: &Fabric| drape_on_finer(fabric, &one, &straight).boundary;
+        let moved_m = again(&soft).mean_distance_m(&again(&times(&soft, 3.0)));
+        println!("times 3: {moved_m:.1e} m");
+        assert!(moved_m < 1e-5, "{moved_m:e} m");
+    }
+
+    #[test]
+    fn steps_that_may_rise_lead_to_the_same_rest() {
+        let rim = |rising_steps: usize| {
+            let numerics = Numerics { rising_steps, ..Numerics::THREE };
+            let d = drape(&fabric(), &Drop::canonical(), &SimOptions { numerics, ..options() });
+            assert_eq!(d.stop, Stop::AtRest);
+            (d.boundary, d.energy_j, d.effort.factorisations)
         };
-        let options = SimOptions { vertices: 31, ..numerics_4(31) };
-        let one = rim(&soft, &options);
-        for factor in [2.0, 3.0] {
-            let moved_m = one.mean_distance_m(&rim(&times(&soft, factor), &options));
-            println!("times {factor}: {moved_m:.1e} m");
-            assert!(moved_m < 1e-5, "times {factor}: {moved_m:e} m");
-        }
+        let ((line, low, many), (whole, as_low, few)) = (rim(0), rim(4));
+        let moved_m = line.mean_distance_m(&whole);
+        println!("{moved_m:.1e} m, {:.1e}; {many} and {few} factorisations", as_low / low - 1.0);
+        assert!(moved_m < 1e-4 && (as_low / low - 1.0).abs() < 1e-4);
     }
 
     #[test]

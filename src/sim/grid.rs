@@ -445,8 +445,8 @@ mod tests {
                 };
                 let edge_m = experiment.plate.radius_m;
                 for sign in [-1.0, 1.0] {
-                    let ratio = width(sign * (edge_m - 0.04)) / width(sign * edge_m);
-                    assert!((ratio - 1.5).abs() < 0.1, "{axis} {sign}: {ratio}");
+                    let ratio = width(sign * (edge_m + 0.035)) / width(sign * edge_m);
+                    assert!((ratio - 2.0).abs() < 0.15, "{axis} {sign}: {ratio}");
                 }
             }
         }

@@ -326,7 +326,11 @@ fn run_physics(given: &args::Physics) -> Outcome {
                     _ => 61,
                 };
                 println!("# schemes from one rest\n{}", schemes::COLUMNS);
-                schemes::against_reference(vertices, given.mesh_fabrics, out, tell)
+                let all = match &given.scheme[..] {
+                    [] => schemes::schemes(),
+                    some => some.iter().copied().map(schemes::scheme).collect(),
+                };
+                schemes::against_reference(vertices, given.mesh_fabrics, &all, out, tell)
                     .context("the references")?;
                 println!("# the softest fabrics of the prior\n{}", schemes::SOFT_COLUMNS);
                 schemes::softest(given.soft_fabrics, tell)?;

@@ -437,6 +437,29 @@ mod tests {
         assert!((before - after).abs() < 1e-10 * before);
     }
 
+    #[test]
+    fn the_hold_alone_resists_the_in_plane_twist() {
+        let fabric = Fabric::from_paper_units([131e3, 164e3, 75e3, 1e3, 1e3, 1e3, 200.0]);
+        let of = |hold: f64| {
+            let cell = Membrane::of_cell(&MaterialFrame::ALIGNED, 5e-3, [0.7, 1.2], &fabric, hold);
+            // an hourglass: no strain at the centre, one side longer than the one facing it
+            let [a, b, c] = [0.7 * 5e-3, 1.2 * 5e-3, 1e-5];
+            let corner = |i: f64, j: f64| {
+                let sign = (1.0 - 2.0 * i) * (1.0 - 2.0 * j);
+                Vector3::new(i * a, 0.0, j * b + c * sign)
+            };
+            let x = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
+            let [weft, warp] = cell.in_plane_twist(&x);
+            assert!((weft - 4.0 * c / b).abs() < 1e-9 && warp.abs() < 1e-9, "{weft} {warp}");
+            cell.energy_j(&x)
+        };
+        // A/24 S^u (g . w_u)^2 / h^2 with g = 4 c and h the side along the weft
+        let whole = 0.7 * 1.2 * 25e-6 / 24.0 * 131.0 * (4e-5_f64 / (1.2 * 5e-3)).powi(2);
+        for hold in [1.0, 0.03, 0.0] {
+            assert!((of(hold) - hold * whole).abs() < 1e-9 * whole, "{hold}: {:e}", of(hold));
+        }
+    }
+
     /// A cell bent to a cylinder about a line at `degrees`, with the in-plane
     /// strain (along, across, shear) added.
     fn cylinder(degrees: f64, curvature: f64, strain: nalgebra::Vector3<f64>) -> Corners {
