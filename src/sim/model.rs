@@ -115,8 +115,8 @@ impl Model {
         numerics: Numerics,
     ) -> Self {
         let rest: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
-        let mut params = SelfContactParams::default();
-        params.gap_m = self_gap_cells * grid.spacing_m;
+        let gap_m = self_gap_cells * grid.spacing_m;
+        let mut params = SelfContactParams { gap_m, ..SelfContactParams::default() };
         if numerics.contact_by_weight {
             params.stiffness_n_m *= fabric.density_kg_m2 / CONTACT_DENSITY_KG_M2;
         }
