@@ -522,7 +522,7 @@ pub(crate) struct Physics {
     /// Fabrics of `meshes` and `schemes`, 1 to 3
     #[arg(long, default_value_t = 3)]
     pub(crate) mesh_fabrics: usize,
-    /// Cells of the reference of `schemes` [mm]: 2.5, or 1.25 (an hour and 6 GB); found again in --out
+    /// Cells of the reference of `schemes` [mm], 1.25 for tens of minutes; found again in --out
     #[arg(long, default_value = "2.5", value_parser = ["5", "2.5", "1.25"])]
     pub(crate) reference: String,
     /// Scheme of `schemes` in place of the usual ones: lines a length near the plate's edge over those
