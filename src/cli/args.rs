@@ -468,6 +468,9 @@ pub(crate) enum Evaluate {
         /// Seed of fabrics and drops
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// Numerics: 3, the default's, or 4
+        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(3..=4))]
+        numerics: u32,
     },
     /// Drapes that are followed to a neighbouring fabric and back, beside fresh ones.
     Follow(Follow),
@@ -485,6 +488,9 @@ pub(crate) enum Evaluate {
         /// Vertices a side, one or several; several give the growth of the cost
         #[arg(long, value_delimiter = ',', default_value = "61")]
         vertices: Vec<usize>,
+        /// Numerics: 3, the default's, or 4
+        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(3..=4))]
+        numerics: u32,
     },
     /// What scans look like to the verdict, honest ones and ones that are wrong in a known way.
     Verdict(Verdict),
@@ -541,9 +547,19 @@ pub(crate) struct Physics {
     /// Folder of measured data; what needs it is left out without it
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Fabrics of `meshes`, 1 to 3
+    /// Fabrics of `meshes` and `schemes`, 1 to 3
     #[arg(long, default_value_t = 3)]
     pub(crate) mesh_fabrics: usize,
+    /// Cells of the reference of `schemes` [mm], 1.25 for tens of minutes; found again in --out
+    #[arg(long, default_value = "2.5", value_parser = ["5", "2.5", "1.25"])]
+    pub(crate) reference: String,
+    /// Scheme of `schemes` in place of the usual ones: lines a length near the plate's edge over those
+    /// elsewhere, from how far inwards to how far outwards [mm], the twist's hold; may be repeated
+    #[arg(long, value_name = "DENSITY,IN,OUT,HOLD", value_parser = super::experiment::numbers::<4>)]
+    pub(crate) scheme: Vec<[f64; 4]>,
+    /// Softest fabrics of the prior that `schemes` lets fall
+    #[arg(long, default_value_t = 4)]
+    pub(crate) soft_fabrics: usize,
     /// Measured fabrics of `cusick`, each also with its softening
     #[arg(long, default_value_t = 12)]
     pub(crate) cusick_fabrics: usize,
@@ -568,6 +584,8 @@ pub(crate) enum PhysicsPart {
     Meshes,
     /// Standard Cusick drapes of measured fabrics (minutes; needs --data).
     Cusick,
+    /// Schemes of discretisation on cells of 5 mm against a finer mesh, from one rest (minutes).
+    Schemes,
     /// Perturbed drops of one fabric, beside repeated drops of real ones with --data (minutes).
     Branches,
     /// How much the rim tells fabrics apart in this experiment and the standard one (minutes).
@@ -586,6 +604,9 @@ pub(crate) struct Simulate {
     /// Vertices on a side of the specimen
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u64).range(21..=241))]
     pub(crate) vertices: u64,
+    /// Numerics: 3, which the network was trained on, or 4, which are to follow
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(3..=4))]
+    pub(crate) numerics: u32,
     /// Threads, as other commands take them; one drape is computed on one, and more do
     /// not make it faster
     #[arg(long, default_value = "1", value_parser = threads)]

@@ -96,7 +96,7 @@ impl ExperimentFlags {
 }
 
 /// `N` numbers with commas between them.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
     let given =
         numbers.map_err(|error| format!("{error}; give {N} numbers with commas between"))?;

@@ -7,7 +7,7 @@ use scan2params::base::clock::thread_cpu_s;
 use scan2params::fabric::Fabric;
 use scan2params::fabric::params;
 use scan2params::io::{OutputError, boundary_csv, output};
-use scan2params::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
+use scan2params::sim::{Drape, Drop, DropStart, Numerics, SimOptions, Stop, drape};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
     check_outputs(given).map_err(Failure::of_output)?;
@@ -22,8 +22,9 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     }
     let start = given.seed.map_or(DropStart::Canonical, DropStart::Perturbed);
     let experiment = given.experiment.experiment().map_err(Failure::usage)?;
-    let options =
-        SimOptions { vertices: given.vertices as usize, experiment, ..SimOptions::default() };
+    let vertices = given.vertices as usize;
+    let numerics = numerics(given.numerics);
+    let options = SimOptions { vertices, experiment, numerics, ..SimOptions::default() };
     if given.threads > 1 {
         eprintln!(
             "note: one drape is computed on one thread; --threads {} changes nothing",
@@ -46,6 +47,11 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
         eprintln!("warning: the drape is not at rest ({})", drape.stop.name());
     }
     report(given, &drape, cpu_s)
+}
+
+/// The numerics of a version that the flags let through.
+pub(crate) fn numerics(version: u32) -> Numerics {
+    if version == 4 { Numerics::FOUR } else { Numerics::THREE }
 }
 
 /// Prints what became of the drape.

@@ -50,8 +50,9 @@ pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
     let border = grid.border();
     let per_side = grid.n - 1;
     let scale = (POINTS_PER_SIDE - 1) as f64 / per_side as f64;
+    let steps = grid.along_border();
     let target = |k: usize| {
-        let along = (k % per_side) as f64 * scale;
+        let along = steps[k] * scale;
         let index = k / per_side * POINTS_PER_SIDE + along.floor() as usize;
         let next = points[(index + 1) % points.len()];
         (points[index] + (next - points[index]) * along.fract()).coords

@@ -86,6 +86,15 @@ impl Specimen {
         let z = flat.z * cos - flat.x * sin + self.offset_m[1];
         Vector3::new(x, flat.y, z)
     }
+
+    /// Flat (x, z), from the specimen's centre, of the point that [`Self::place`] lays on the plate's
+    /// centre \[m\].
+    #[must_use]
+    pub fn plate_centre_m(&self) -> [f64; 2] {
+        let (sin, cos) = self.rotation_rad.sin_cos();
+        let [x, z] = self.offset_m;
+        [sin * z - cos * x, -sin * x - cos * z]
+    }
 }
 
 /// How far the plate is from level.

@@ -23,7 +23,6 @@ use crate::fabric::Fabric;
 use crate::sim::drape::{Drape, Rested, count_nodes, fallen, rest};
 use crate::sim::drop::Drop;
 use crate::sim::effort::Effort;
-use crate::sim::grid::Grid;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::{SimOptions, Stop};
@@ -232,7 +231,7 @@ impl Follower {
         let grid = if same_cut {
             Arc::clone(&old.grid)
         } else {
-            Grid::unshared(&setup.experiment.specimen, old.grid.n)
+            old.grid.recut(&setup.experiment.specimen)
         };
         let mut model = old.changed(&grid, &setup.fabric, &setup.experiment);
         let mut x = x0.clone();

@@ -10,10 +10,16 @@
 //! than 1 % inside is left out. Vertices without a cell carry nothing and are held far
 //! above the sheet. The rim itself runs between the vertices. Taken because cells stay
 //! square, so that the energies and the pattern are those of the square specimen.
+//! **Graded** grids have their lines of vertices denser near the plate's edge (`lines.rs`):
+//! a tensor product, so that cells stay rectangles in the material frame, of sides
+//! [`Grid::sides`] times the mean spacing. Places along i and j are counted in steps of that
+//! mean spacing; on even lines a side is exactly 1, so that one code serves both.
+//!
 //! Dropped: a grid mapped onto the disc. Its cells are all different, second
 //! derivatives need the map's own, and four cells flatten to triangles on the rim.
 
 mod frame;
+mod lines;
 mod plan;
 mod surface;
 
@@ -23,7 +29,9 @@ use std::sync::{Arc, Mutex};
 
 use crate::base::Vector3;
 use crate::numeric::sparse::{Analysis, BlockPattern, BlockSlot, grid_dissection};
-use crate::sim::experiment::Specimen;
+use crate::sim::experiment::{Experiment, Specimen};
+use crate::sim::numerics::Grading;
+use lines::Lines;
 use plan::Plan;
 
 /// A specimen of `rows` x `n` vertices, with the analysed pattern of its Hessian.
@@ -33,8 +41,8 @@ pub struct Grid {
     pub n: usize,
     /// Number of vertices on a side along i.
     pub rows: usize,
-    /// Distance of neighbouring vertices on the flat specimen, before the material frame's steps
-    /// scale it \[m\].
+    /// Mean distance of neighbouring vertices on the flat specimen, before the material frame's
+    /// steps scale it \[m\].
     pub spacing_m: f64,
     /// How the cells and the yarns lie on the flat specimen.
     pub frame: MaterialFrame,
@@ -43,6 +51,8 @@ pub struct Grid {
     /// The volume fraction of each cell: the part of it that is cloth, 1 but where a disc's rim
     /// cuts it.
     pub volume_fraction: Vec<f64>,
+    /// The sides of each cell along i and j over the mean spacing: 1 on even lines.
+    pub sides: Vec<[f64; 2]>,
     plan: Plan,
     shares: Vec<f64>,
     /// The places in the Hessian of the six off-diagonal blocks of each cell, in the order of
@@ -62,12 +72,12 @@ impl Grid {
     #[must_use]
     pub fn shared(n: usize, side_m: f64) -> Arc<Self> {
         Self::kept(Plan {
-            rows: n,
-            columns: n,
+            lines: [Lines::even(n), Lines::even(n)],
             spacing_m: side_m / (n - 1) as f64,
             half_m: [0.5 * side_m; 2],
             frame: MaterialFrame::ALIGNED,
             disc_radius_m: None,
+            middle_m: [0.0; 2],
         })
     }
 
@@ -78,20 +88,39 @@ impl Grid {
         Self::kept(Plan::of(specimen, n))
     }
 
-    /// The grid of [`Self::of`], but not kept: for a specimen that no other drape will have, such
-    /// as one changed by a thousandth of a millimetre.
+    /// The grid of an experiment's specimen, its lines of vertices denser near the plate's edge as
+    /// `grading` says; that of [`Self::of`] if it is even. Grids are kept and shared.
     #[must_use]
-    pub fn unshared(specimen: &Specimen, n: usize) -> Arc<Self> {
-        Arc::new(Self::new(Plan::of(specimen, n)))
+    pub fn graded(experiment: &Experiment, n: usize, grading: &Grading) -> Arc<Self> {
+        Self::kept(Plan::graded(experiment, n, grading))
+    }
+
+    /// This grid's cells over another cut of the specimen: each line of vertices keeps its part of
+    /// the sides. It is not kept, since no other drape will have a specimen changed by a
+    /// thousandth of a millimetre.
+    #[must_use]
+    pub fn recut(&self, specimen: &Specimen) -> Arc<Self> {
+        Arc::new(Self::new(self.plan.recut(specimen)))
     }
 
     /// The grid of a strip cut at an angle: `rows` x `columns` vertices, `spacing_m` metres apart,
     /// with the warp rotated by `warp_rad` from x towards z.
     #[must_use]
     pub fn strip(rows: usize, columns: usize, spacing_m: f64, warp_rad: f64) -> Arc<Self> {
-        let half_m = [rows, columns].map(|k| 0.5 * spacing_m * (k - 1) as f64);
-        let frame = MaterialFrame { warp_rad, ..MaterialFrame::ALIGNED };
-        Self::kept(Plan { rows, columns, spacing_m, half_m, frame, disc_radius_m: None })
+        Self::kept(Plan::strip([Lines::even(rows), Lines::even(columns)], spacing_m, warp_rad))
+    }
+
+    /// The same with cells up to 1.5 times as dense in two stretches along either side.
+    #[cfg(test)]
+    #[must_use]
+    pub fn uneven_strip(rows: usize, columns: usize, spacing_m: f64, warp_rad: f64) -> Arc<Self> {
+        let lines = [rows, columns].map(|count| {
+            let last = (count - 1) as f64;
+            let [a, b, c, d, flank] = [0.15, 0.35, 0.6, 0.75, 0.04].map(|part| part * last);
+            let band = |low, high| lines::Band { low, high, flank };
+            Lines::graded(count, 1.5, &[band(a, b), band(c, d)])
+        });
+        Arc::new(Self::new(Plan::strip(lines, spacing_m, warp_rad)))
     }
 
     fn kept(plan: Plan) -> Arc<Self> {
@@ -106,14 +135,15 @@ impl Grid {
     }
 
     fn new(plan: Plan) -> Self {
-        let Plan { rows, columns: n, spacing_m, frame, .. } = plan;
+        let [rows, n] = [0, 1].map(|axis| plan.lines[axis].count());
+        let (spacing_m, frame) = (plan.spacing_m, plan.frame);
         assert!(
             rows.min(n) >= LEAST_VERTICES,
             "a grid needs at least {LEAST_VERTICES} vertices a side, got {rows} x {n}"
         );
         let coupling = if frame.along_yarns() { Coupling::AlongYarns } else { Coupling::Across };
         let analysis = analyse(rows, n, coupling);
-        let (mut cells, mut volume_fraction) = (Vec::new(), Vec::new());
+        let (mut cells, mut volume_fraction, mut sides) = (Vec::new(), Vec::new(), Vec::new());
         let mut shares = vec![0.0; rows * n];
         for k in 0..(rows - 1) * (n - 1) {
             let (i, j) = (k / (n - 1), k % (n - 1));
@@ -125,8 +155,10 @@ impl Grid {
             }
             cells.push(corners.map(|(i, j)| (i * n + j) as u32));
             volume_fraction.push(inside);
+            let [a, b] = [plan.lines[0].width(i), plan.lines[1].width(j)];
+            sides.push([a, b]);
             for ((i, j), part) in corners.into_iter().zip(parts) {
-                shares[i * n + j] += part;
+                shares[i * n + j] += part * (a * b);
             }
         }
         let slot = |cell: &[u32; 4], (row, column): (usize, usize)| {
@@ -140,6 +172,7 @@ impl Grid {
             frame,
             cells,
             volume_fraction,
+            sides,
             plan,
             shares,
             cell_slots,
@@ -160,30 +193,88 @@ impl Grid {
         Vector3::new(x, 0.0, z)
     }
 
-    /// Area of a cell that lies wholly on the cloth \[m^2\].
+    /// Mean area of a cell that lies wholly on the cloth \[m^2\].
     #[must_use]
     pub fn cell_area_m2(&self) -> f64 {
         self.spacing_m * self.spacing_m * self.frame.area()
     }
 
-    /// The material that a vertex carries, in cells: 1 inside, 1/2 on a side, 1/4 at a corner, and
-    /// less along a disc's rim.
+    /// The material that a vertex carries, in cells of mean area: on even lines 1 inside, 1/2 on a
+    /// side, 1/4 at a corner, and less along a disc's rim.
     #[must_use]
     pub fn share(&self, vertex: usize) -> f64 {
         self.shares[vertex]
     }
 
-    /// Whether the vertex has a second difference along a direction of the grid: `step` is 1 along
-    /// j and n along i. At the border it has none, since the bending moment vanishes there.
+    /// Area of cell `k`, whole, over the mean one.
     #[must_use]
-    pub fn has_second(&self, vertex: usize, step: usize) -> bool {
-        let (at, count) = match step {
-            1 => (vertex % self.n, self.n),
-            _ => (vertex / self.n, self.rows),
-        };
-        at > 0
-            && at < count - 1
-            && [vertex, vertex - step, vertex + step].iter().all(|&v| self.shares[v] > 0.0)
+    pub fn cell_size(&self, k: usize) -> f64 {
+        let [a, b] = self.sides[k];
+        a * b
+    }
+
+    /// Flat (x, z) of the point that the cells are arranged around, from the specimen's centre: on
+    /// graded cells the plate's centre \[m\].
+    #[must_use]
+    pub fn middle_m(&self) -> [f64; 2] {
+        self.plan.middle_m
+    }
+
+    /// The lines that a direction of the grid counts (`step` is 1 along j and n along i), and the
+    /// vertex's place among them.
+    fn along(&self, vertex: usize, step: usize) -> (&Lines, usize) {
+        match step {
+            1 => (&self.plan.lines[1], vertex % self.n),
+            _ => (&self.plan.lines[0], vertex / self.n),
+        }
+    }
+
+    /// The second derivative at a vertex along a direction of the grid, times the square of the
+    /// spacing, as weights of vertices: `step` is 1 along j and n along i. At the border there is
+    /// none, since the bending moment vanishes there.
+    #[must_use]
+    pub fn second(&self, vertex: usize, step: usize) -> Option<[(usize, f64); 3]> {
+        let (lines, at) = self.along(vertex, step);
+        let inside = at > 0
+            && at < lines.count() - 1
+            && [vertex, vertex - step, vertex + step].iter().all(|&v| self.shares[v] > 0.0);
+        inside.then(|| {
+            let [before, here, after] = lines.second(at);
+            [(vertex - step, before), (vertex, here), (vertex + step, after)]
+        })
+    }
+
+    /// A vector along a direction of the grid at a vertex, as weights of vertices; one-sided on the
+    /// border.
+    #[must_use]
+    pub fn tangent(&self, vertex: usize, step: usize) -> [(usize, f64); 3] {
+        let (lines, at) = self.along(vertex, step);
+        let there = |inside: bool, v: usize| inside && self.shares[v] > 0.0;
+        let after = there(at + 1 < lines.count(), vertex + step);
+        let before = there(at > 0, vertex.wrapping_sub(step));
+        match (before, after) {
+            (true, true) => {
+                let [b, h, a] = lines.first(at);
+                [(vertex - step, b), (vertex, h), (vertex + step, a)]
+            }
+            (true, false) => [(vertex - step, -1.0), (vertex, 1.0), (vertex, 0.0)],
+            (false, true) => [(vertex, -1.0), (vertex, 0.0), (vertex + step, 1.0)],
+            (false, false) => [(vertex, 0.0); 3],
+        }
+    }
+
+    /// The place along one axis, 0 for i and 1 for j, of line `k` or, with `cell`, of the middle of
+    /// the cell after it, and from where to where a cell around it reaches; in steps from the first
+    /// line. Outside the border that cell goes on.
+    #[must_use]
+    pub fn extent(&self, axis: usize, k: usize, cell: bool) -> (f64, [f64; 2]) {
+        let lines = &self.plan.lines[axis];
+        if cell {
+            let [low, high] = [lines.at(k), lines.at(k + 1)];
+            (0.5 * (low + high), [low, high])
+        } else {
+            (lines.at(k), lines.around(k))
+        }
     }
 
     /// The indices of the cells around each vertex.
@@ -281,6 +372,101 @@ mod tests {
         }
     }
 
+    /// Grids of numerics 4: centred, off centre and rotated, of another size and skew.
+    fn graded(n: usize) -> [Arc<Grid>; 3] {
+        let centred = Experiment::default();
+        let mut off = centred;
+        (off.specimen.offset_m, off.specimen.rotation_rad) = ([0.03, -0.015], 0.4);
+        let mut skewed = centred;
+        (skewed.specimen.warp_m, skewed.specimen.skew_rad) = (0.31, 0.1);
+        [centred, off, skewed].map(|experiment| Grid::graded(&experiment, n, &Grading::EDGE))
+    }
+
+    #[test]
+    fn graded_grids_have_the_flat_walk_the_area_and_exact_prolongation() {
+        let shape = |p: Vector3| {
+            let (x, z) = (p.x * 10.0, p.z * 10.0);
+            Vector3::new(x * x * x - z, x * z * z, 1.0 + z * z * z)
+        };
+        let places =
+            |grid: &Grid| -> Vec<_> { (0..grid.vertices()).map(|v| grid.flat(v)).collect() };
+        for (fine, coarse) in graded(61).into_iter().zip(graded(31)) {
+            assert!(!fine.plan.is_even());
+            let area: f64 =
+                (0..fine.vertices()).map(|v| fine.share(v)).sum::<f64>() * fine.cell_area_m2();
+            let cells: f64 = (0..fine.cells.len()).map(|k| fine.cell_size(k)).sum();
+            assert!((area / (cells * fine.cell_area_m2()) - 1.0).abs() < 1e-12);
+            assert!((cells / 3600.0 - 1.0).abs() < 1e-12, "{cells}");
+            let x: Vec<_> = places(&coarse).into_iter().map(shape).collect();
+            for (v, p) in fine.prolong(&coarse, &x, 1.0).into_iter().enumerate() {
+                assert!((p - shape(fine.flat(v))).norm() < 1e-11, "{v}");
+            }
+            // the rim of an even grid of the same specimen is the flat walk on both
+            let even = fine.even_twin();
+            let walk = even.boundary(&places(&even));
+            for (p, q) in fine.boundary(&places(&fine)).positions_m().zip(walk.positions_m()) {
+                assert!((p - q).norm() < 1e-12, "{p} {q}");
+            }
+        }
+    }
+
+    impl Grid {
+        /// The grid of the same specimen on even lines.
+        fn even_twin(&self) -> Arc<Self> {
+            let lines = [self.rows, self.n].map(Lines::even);
+            Arc::new(Self::new(Plan { lines, ..self.plan.clone() }))
+        }
+    }
+
+    #[test]
+    fn cells_are_densest_where_the_plate_s_edge_is() {
+        for experiment in [
+            Experiment::default(),
+            Experiment::standard_cusick(),
+            Experiment {
+                specimen: Specimen {
+                    offset_m: [0.04, 0.0],
+                    rotation_rad: 1.2,
+                    ..Specimen::default()
+                },
+                ..Experiment::default()
+            },
+        ] {
+            let grid = Grid::graded(&experiment, 61, &Grading::EDGE);
+            // along lines through the plate's centre, which its edge crosses on either side
+            let [x, z] = grid.middle_m();
+            let place = experiment.specimen.place(Vector3::new(x, 0.0, z));
+            assert!(place.norm() < 1e-12, "{place}");
+            for axis in [0, 1] {
+                let width = |from_centre_m: f64| {
+                    let along = ([x, z][axis] + from_centre_m + 0.15) / grid.spacing_m;
+                    let lines = &grid.plan.lines[axis];
+                    lines.width(lines.before(along))
+                };
+                let edge_m = experiment.plate.radius_m;
+                for sign in [-1.0, 1.0] {
+                    let ratio = width(sign * (edge_m + 0.035)) / width(sign * edge_m);
+                    assert!((ratio - 2.0).abs() < 0.15, "{axis} {sign}: {ratio}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_recut_grid_keeps_its_lines_and_an_even_one_its_bits() {
+        let experiment = Experiment::default();
+        let cut = Specimen { warp_m: 0.31, ..Specimen::default() };
+        let grid = Grid::graded(&experiment, 31, &Grading::EDGE).recut(&cut);
+        let before = Grid::graded(&experiment, 31, &Grading::EDGE);
+        for v in 0..grid.vertices() {
+            let (p, q) = (grid.flat(v), before.flat(v));
+            assert!((p.x - q.x * 0.31 / 0.3).abs() + (p.z - q.z).abs() < 1e-15, "{v}");
+        }
+        let even = Grid::of(&Specimen::default(), 31).recut(&cut);
+        let anew = Grid::of(&cut, 31);
+        assert!((0..even.vertices()).all(|v| even.flat(v) == anew.flat(v)));
+    }
+
     #[test]
     fn triangles_face_up_and_cover_the_square() {
         let grid = Grid::shared(7, 0.3);
@@ -328,8 +514,13 @@ mod tests {
         let shape = |p: Vector3| Vector3::new(p.x, 0.3 * p.x - 0.2 * p.z, p.z);
         let coarse = Grid::of(&specimen, 31);
         let x: Vec<_> = (0..coarse.vertices()).map(|v| shape(coarse.flat(v))).collect();
-        for n in [31, 61] {
-            let grid = Grid::of(&specimen, n);
+        let experiment = Experiment { specimen, ..Experiment::standard_cusick() };
+        for grid in [
+            Grid::of(&specimen, 31),
+            Grid::of(&specimen, 61),
+            Grid::graded(&experiment, 61, &Grading::EDGE),
+        ] {
+            let n = grid.n;
             let area: f64 =
                 (0..grid.vertices()).map(|v| grid.share(v)).sum::<f64>() * grid.cell_area_m2();
             let exact = std::f64::consts::PI * 0.15 * 0.15;

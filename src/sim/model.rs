@@ -20,6 +20,7 @@ use crate::sim::energy::softening::SofteningEnergy;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::{CELL_PAIRS, Grid};
 use crate::sim::hessian_form::HessianForm;
+use crate::sim::numerics::Numerics;
 use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
 
 /// The place that a spring pulls a vertex to.
@@ -78,7 +79,9 @@ pub struct Model {
     pub held: Vec<usize>,
     /// The unit vector against gravity; it is not y if the plate is tilted.
     pub up: Vector3,
-    membrane: Membrane,
+    numerics: Numerics,
+    density_kg_m2: f64,
+    membrane: Vec<Membrane>,
     bending: Bending,
     curl: Option<CurlEnergy>,
     softening: Option<SofteningEnergy>,
@@ -88,9 +91,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// The model of `fabric` on `grid` in `experiment`, with nothing in contact yet. Without natural
-    /// curvature it is at rest when flat and weightless. Self-contact begins where layers are
-    /// `self_gap_cells` cells apart.
+    /// The model of `fabric` on `grid` in `experiment` under the default numerics; see
+    /// [`Self::with_numerics`].
     #[must_use]
     pub fn new(
         grid: &Arc<Grid>,
@@ -98,12 +100,29 @@ impl Model {
         experiment: &Experiment,
         self_gap_cells: f64,
     ) -> Self {
+        Self::with_numerics(grid, fabric, experiment, self_gap_cells, Numerics::default())
+    }
+
+    /// The model of `fabric` on `grid` in `experiment`, with nothing in contact yet. Without natural
+    /// curvature it is at rest when flat and weightless. Self-contact begins where layers are
+    /// `self_gap_cells` mean cells apart.
+    #[must_use]
+    pub fn with_numerics(
+        grid: &Arc<Grid>,
+        fabric: &Fabric,
+        experiment: &Experiment,
+        self_gap_cells: f64,
+        numerics: Numerics,
+    ) -> Self {
         let rest: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
         let gap_m = self_gap_cells * grid.spacing_m;
-        let params = SelfContactParams { gap_m, ..SelfContactParams::default() };
+        let mut params = SelfContactParams { gap_m, ..SelfContactParams::default() };
+        if numerics.contact_by_weight {
+            params.stiffness_n_m *= fabric.density_kg_m2 / CONTACT_DENSITY_KG_M2;
+        }
         let self_contact = SelfContact::new(&grid.triangles(), &rest, params);
         let plate = PlateContact::new(grid, experiment.plate, fabric.density_kg_m2);
-        Self::with_contact(grid, fabric, experiment, plate, self_contact)
+        Self::with_contact(grid, fabric, experiment, numerics, plate, self_contact)
     }
 
     /// The model of another fabric, experiment or cut on the same cells, with the contacts of this
@@ -112,13 +131,18 @@ impl Model {
     pub fn changed(&self, grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Self {
         let ratio = grid.cell_area_m2() / self.grid.cell_area_m2();
         let plate = self.plate.changed(experiment.plate, fabric.density_kg_m2, ratio);
-        Self::with_contact(grid, fabric, experiment, plate, self.self_contact.clone())
+        let mut self_contact = self.self_contact.clone();
+        if self.numerics.contact_by_weight {
+            self_contact.scale_stiffness(fabric.density_kg_m2 / self.density_kg_m2);
+        }
+        Self::with_contact(grid, fabric, experiment, self.numerics, plate, self_contact)
     }
 
     fn with_contact(
         grid: &Arc<Grid>,
         fabric: &Fabric,
         experiment: &Experiment,
+        numerics: Numerics,
         plate: PlateContact,
         self_contact: SelfContact,
     ) -> Self {
@@ -136,7 +160,9 @@ impl Model {
             guide: Guide::default(),
             held: grid.outside(),
             up: experiment.tilt.up(),
-            membrane: Membrane::new(grid, fabric),
+            numerics,
+            density_kg_m2: fabric.density_kg_m2,
+            membrane: Membrane::of_cells(grid, fabric, numerics.twist_hold),
             curl: CurlEnergy::new(grid, &rigidity, &experiment.curl),
             softening: SofteningEnergy::new(grid, fabric, &rigidity, experiment),
             bending,
@@ -155,9 +181,9 @@ impl Model {
     /// y = 0.
     #[must_use]
     pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
-        let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction);
+        let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction).zip(&self.membrane);
         let membrane: f64 = cells
-            .map(|(c, fraction)| self.membrane.energy_j(&Self::corners(x, c)) * fraction)
+            .map(|((c, fraction), membrane)| membrane.energy_j(&Self::corners(x, c)) * fraction)
             .sum();
         let weight: f64 =
             x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * self.up.dot(p)).sum();
@@ -188,9 +214,10 @@ impl Model {
     /// each vertex, zero for those that are held.
     pub fn gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         gradient.fill(Vector3::zeros());
-        for (cell, fraction) in self.grid.cells.iter().zip(&self.grid.volume_fraction) {
+        let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction).zip(&self.membrane);
+        for ((cell, fraction), membrane) in cells {
             let mut local = [Vector3::zeros(); 4];
-            self.membrane.add_gradient(&Self::corners(x, cell), &mut local);
+            membrane.add_gradient(&Self::corners(x, cell), &mut local);
             for (&v, g) in cell.iter().zip(local) {
                 gradient[v as usize] += g * *fraction;
             }
@@ -221,10 +248,9 @@ impl Model {
     /// behind. See [`Membrane::linearised_stress`].
     pub fn lag_linearised_stress(&mut self, x: &[Vector3], dx: &[Vector3], fraction: f64) {
         self.lagged_stress.clear();
-        for cell in &self.grid.cells {
+        for (cell, membrane) in self.grid.cells.iter().zip(&self.membrane) {
             let move_ = Self::corners(dx, cell).map(|d| d * fraction);
-            self.lagged_stress
-                .push(self.membrane.linearised_stress(&Self::corners(x, cell), &move_));
+            self.lagged_stress.push(membrane.linearised_stress(&Self::corners(x, cell), &move_));
         }
     }
 
@@ -233,9 +259,9 @@ impl Model {
     /// stiffness lags one step behind. See [`Membrane::second_order_stress`].
     pub fn lag_second_order_stress(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
         self.lagged_stress.clear();
-        for cell in &self.grid.cells {
+        for (cell, membrane) in self.grid.cells.iter().zip(&self.membrane) {
             let (corners, move_) = (Self::corners(x, cell), Self::corners(dx, cell));
-            self.lagged_stress.push(self.membrane.second_order_stress(&corners, &move_, weight));
+            self.lagged_stress.push(membrane.second_order_stress(&corners, &move_, weight));
         }
     }
 
@@ -243,8 +269,9 @@ impl Model {
     /// stiffness: of the lagged stress, or of that at `x`.
     pub fn relieve_compression(&mut self, x: &[Vector3], kept: f64) {
         if self.lagged_stress.is_empty() {
-            let at = self.grid.cells.iter().map(|cell| Self::corners(x, cell));
-            self.lagged_stress.extend(at.map(|corners| self.membrane.stress(&corners)));
+            for (membrane, cell) in self.membrane.iter().zip(&self.grid.cells) {
+                self.lagged_stress.push(membrane.stress(&Self::corners(x, cell)));
+            }
         }
         for stress in &mut self.lagged_stress {
             *stress = stress.relieved(kept);
@@ -269,13 +296,11 @@ impl Model {
         for (index, (cell, slots)) in grid.cells.iter().zip(&grid.cell_slots).enumerate() {
             let mut k = 0;
             let corners = Self::corners(x, cell);
-            let stress = self
-                .lagged_stress
-                .get(index)
-                .copied()
-                .unwrap_or_else(|| self.membrane.stress(&corners));
+            let membrane = &self.membrane[index];
+            let lagged = self.lagged_stress.get(index).copied();
+            let stress = lagged.unwrap_or_else(|| membrane.stress(&corners));
             let fraction = grid.volume_fraction[index];
-            self.membrane.hessian(&corners, &stress, form, &CELL_PAIRS, |r, c, block| {
+            membrane.hessian(&corners, &stress, form, &CELL_PAIRS, |r, c, block| {
                 let block = &(block * fraction);
                 if r == c {
                     pattern.add_diagonal(values, cell[r] as usize, block);
@@ -310,6 +335,9 @@ impl Model {
     }
 }
 
+/// Areal density at which self-contact by weight has its default stiffness: that of the mean knit
+/// \[kg/m^2\].
+const CONTACT_DENSITY_KG_M2: f64 = 0.214;
 /// Stiffness that holds a vertex \[N/m\]. A solve then moves it by its neighbours'
 /// moves times their stiffness over this: 1e-12 of them.
 const HELD_N_M: f64 = 1e14;

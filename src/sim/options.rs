@@ -2,6 +2,7 @@
 
 use crate::sim::experiment::{Experiment, ExperimentFault};
 use crate::sim::grid::LEAST_VERTICES;
+use crate::sim::numerics::Numerics;
 
 /// The experiment that is simulated, the grids it is simulated on, and when the search for rest
 /// ends. Lengths are in metres, times in seconds.
@@ -9,6 +10,9 @@ use crate::sim::grid::LEAST_VERTICES;
 pub struct SimOptions {
     /// The experiment: specimen, plate and effects beyond the seven parameters.
     pub experiment: Experiment,
+    /// Discretisation and steps: numerics 3, or the coming ones. Files name what is not the default.
+    #[serde(skip_serializing_if = "Numerics::is_default")]
+    pub numerics: Numerics,
     /// Vertices on a side of the fine grid, on which the sheet comes to rest; 61 of them lie 5 mm
     /// apart on a specimen of 300 mm.
     pub vertices: usize,
@@ -38,6 +42,7 @@ impl Default for SimOptions {
     fn default() -> Self {
         Self {
             experiment: Experiment::default(),
+            numerics: Numerics::default(),
             vertices: 61,
             fall_vertices: 31,
             fall_step_s: 1.0 / 50.0,
@@ -99,7 +104,7 @@ impl SimOptions {
     pub fn check(&self) -> Result<(), OptionsError> {
         let experiment = self.experiment.check().map_or_else(|error| error.faults, |()| Vec::new());
         let mut faults: Vec<_> = experiment.into_iter().map(OptionsFault::Experiment).collect();
-        let least = LEAST_VERTICES as f64;
+        let (least, grading) = (LEAST_VERTICES as f64, &self.numerics.grading);
         for (key, value, least, most) in [
             ("vertices", self.vertices as f64, least, MOST_VERTICES),
             ("fall_vertices", self.fall_vertices as f64, least, MOST_VERTICES),
@@ -107,6 +112,11 @@ impl SimOptions {
             ("residual", self.residual, 1e-9, 1.0),
             ("step_m", self.step_m, 1e-12, 1.0),
             ("energy_drop", self.energy_drop, 0.0, 1.0),
+            ("numerics.grading.density", grading.density, 1.0, 3.0),
+            ("numerics.grading.inwards_m", grading.inwards_m, 0.0, 0.1),
+            ("numerics.grading.outwards_m", grading.outwards_m, 0.0, 0.1),
+            ("numerics.grading.flank_m", grading.flank_m, 1e-3, 0.1),
+            ("numerics.twist_hold", self.numerics.twist_hold, 0.0, 1.0),
         ] {
             if !(least..=most).contains(&value) {
                 faults.push(OptionsFault::Outside { key, value, least, most });
@@ -148,13 +158,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn files_name_no_numerics_but_those_beside_the_default() {
+        let named = |options: SimOptions| serde_json::to_string(&options).unwrap();
+        assert!(!named(SimOptions::default()).contains("numerics"));
+        let four = SimOptions { numerics: Numerics::FOUR, ..SimOptions::default() };
+        assert!(named(four).contains("\"numerics\":{\"grading\":{\"density\":"));
+    }
+
+    #[test]
     fn every_bad_option_is_named_and_so_is_every_fault_of_the_experiment() {
         assert_eq!(SimOptions::default().check(), Ok(()));
         let mut bad = SimOptions { vertices: 3, step_m: f64::NAN, ..SimOptions::default() };
         bad.experiment.plate.friction = -0.1;
+        bad.numerics.grading.density = 0.5;
         let error = bad.check().unwrap_err();
-        assert_eq!(error.faults.len(), 3, "{error}");
-        for key in ["plate.friction = -0.1", "vertices = 3 is outside 4", "step_m = NaN"] {
+        assert_eq!(error.faults.len(), 4, "{error}");
+        for key in [
+            "plate.friction = -0.1",
+            "vertices = 3 is outside 4",
+            "step_m = NaN",
+            "numerics.grading.density = 0.5",
+        ] {
             assert!(error.to_string().contains(key), "{error}");
         }
     }

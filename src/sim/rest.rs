@@ -1,10 +1,9 @@
 //! The search for equilibrium: quasi-Newton descents and Newton steps in turn.
 
 use crate::base::Vector3;
-use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
 use crate::sim::motion::{Pace, evolve};
-use crate::sim::newton::{Inertia, Memory, Newton};
+use crate::sim::newton::{Memory, Newton, Rising};
 use crate::sim::options::{SimOptions, Stop};
 
 /// Descents by quasi-Newton until the residual is small, then Newton steps; round again
@@ -32,7 +31,8 @@ pub(super) fn settle(
             }
             Descent::NearRest | Descent::Paused => {}
         }
-        match finish(model, newton, x, limit_n, options.step_m) {
+        let mut rising = Rising::new(options.numerics.rising_steps);
+        match finish(model, newton, x, limit_n, options.step_m, &mut rising) {
             Finish::Rest(residual_n) => return (Stop::AtRest, residual_n),
             Finish::Saddle(residual_n) if nudges == NUDGES => {
                 return (Stop::Unstable, residual_n);
@@ -41,7 +41,7 @@ pub(super) fn settle(
                 nudges += 1;
                 newton.nudge(model, x, NUDGE_M);
             }
-            Finish::Far => {}
+            Finish::Far => newton.put_back(model, x, &mut rising),
         }
     }
     let mut gradient = vec![Vector3::zeros(); x.len()];
@@ -91,7 +91,7 @@ pub(super) fn descend(
 }
 
 /// What Newton steps led to.
-pub(super) enum Finish {
+enum Finish {
     /// A stable equilibrium; residual \[N\].
     Rest(f64),
     /// An equilibrium that some small move leaves downhill; that move is the solver's
@@ -102,17 +102,17 @@ pub(super) enum Finish {
 }
 
 /// Newton steps with the exact Hessian, friction following.
-pub(super) fn finish(
+fn finish(
     model: &mut Model,
     newton: &mut Newton,
     x: &mut [Vector3],
     limit_n: f64,
     limit_step_m: f64,
+    rising: &mut Rising,
 ) -> Finish {
     for _ in 0..NEWTON_STEPS {
         let grip_change_n = newton.renew_contact(model, x);
-        let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        let done = newton.iterate(model, x, still, HessianForm::Exact);
+        let done = newton.iterate_rising(model, x, rising);
         let settled = done.residual_n < limit_n && grip_change_n < limit_n;
         if settled && done.definite && done.step_m < limit_step_m {
             if newton.is_stable(model, x) {

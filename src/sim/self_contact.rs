@@ -112,6 +112,12 @@ impl SelfContact {
         }
     }
 
+    /// Makes the contact `factor` times as stiff, the cached pairs too.
+    pub fn scale_stiffness(&mut self, factor: f64) {
+        self.elements.params.stiffness_n_m *= factor;
+        self.found.pairs.iter_mut().for_each(|pair| pair.stiffness_n_m *= factor);
+    }
+
     /// Gap and stiffness of the contact.
     pub fn params(&self) -> &SelfContactParams {
         &self.elements.params

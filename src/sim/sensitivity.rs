@@ -22,7 +22,6 @@ use std::sync::Arc;
 use crate::base::Vector3;
 use crate::fabric::TABLE_2;
 use crate::sim::experiment::{CURL_NODES, CurvatureComponent};
-use crate::sim::grid::Grid;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::Stop;
@@ -282,7 +281,7 @@ impl Setup {
         let setup = self.with(parameter, change);
         let grid = match parameter {
             Parameter::Warp | Parameter::Weft | Parameter::Skew => {
-                Grid::unshared(&setup.experiment.specimen, model.grid.n)
+                model.grid.recut(&setup.experiment.specimen)
             }
             _ => Arc::clone(&model.grid),
         };

@@ -217,3 +217,32 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
 pub const TILTING_S: f64 = 0.3;
 /// Time step of a slide \[s\].
 const SLIDE_STEP_S: f64 = 5e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::elastica::Elastica;
+
+    #[test]
+    fn a_cantilever_on_uneven_lines_follows_the_elastica() {
+        let (cell_m, along) = (5e-3, 29);
+        let fabric = Fabric::from_paper_units([1e6, 1e6, 1e6, 56e3, 56e3, 56e3, 200.0]);
+        // even cells score 1.1e-3
+        for (rotation_rad, most) in [(0.0, 2e-3), (0.25 * std::f64::consts::PI, 2e-3)] {
+            let grid = Grid::uneven_strip(along + 1, 7, cell_m, rotation_rad);
+            let mut model = without_plate(&grid, &fabric, &Experiment::default());
+            model.held = (0..2 * grid.n).collect();
+            let strip = rest(model, &fabric);
+            assert!(strip.at_rest);
+            let first_m = grid.flat(grid.n).x - grid.flat(0).x;
+            let length_m = along as f64 * cell_m - 0.5 * first_m;
+            let weight = fabric.density_kg_m2 * GRAVITY_M_S2;
+            let gamma = weight * length_m.powi(3) / fabric.bending_warp_nm;
+            let exact = Elastica { gamma, natural: 0.0, softening: 0.0 }.end().unwrap();
+            let [reach, droop, _] = strip.end_m().map(|m| m / length_m);
+            let error = (droop - exact.droop).hypot(reach - exact.reach);
+            println!("gamma {gamma:.0}, rotated by {rotation_rad:.2}: {error:.1e} of the length");
+            assert!(error < most, "{rotation_rad}: {error}");
+        }
+    }
+}

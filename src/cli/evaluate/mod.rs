@@ -20,14 +20,14 @@ use scan2params::dataset::drapes::{dataset_options, simulate};
 use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
-use scan2params::evaluate::physics::{branches, drapes, strips};
+use scan2params::evaluate::physics::{branches, drapes, schemes, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::io::output;
 use scan2params::report::files;
-use scan2params::sim::{NUMERICS_VERSION, SimOptions};
+use scan2params::sim::{NUMERICS_VERSION, Numerics, SimOptions};
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     // Without a reader the tables are for nobody, and some take hours.
@@ -48,12 +48,13 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
         args::Evaluate::Physics(given) => run_physics(given),
-        args::Evaluate::Soak { prior, count, first, seed } => {
-            run_soak(prior, *first, *count, *seed)
+        args::Evaluate::Soak { prior, count, first, seed, numerics } => {
+            run_soak(prior, *first, *count, *seed, super::simulate::numerics(*numerics))
         }
         args::Evaluate::Follow(given) => follow::run(given),
-        args::Evaluate::Speed { count, seed, dataset, vertices } => {
-            run_speed(*count, *seed, *dataset, vertices)
+        args::Evaluate::Speed { count, seed, dataset, vertices, numerics } => {
+            let numerics = super::simulate::numerics(*numerics);
+            run_speed(*count, *seed, *dataset, vertices, numerics)
         }
         args::Evaluate::Verdict(given) => verdict::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
@@ -181,8 +182,9 @@ fn dataset(count: u64, seed: u64) -> Outcome {
     Ok(())
 }
 
-fn run_speed(count: u64, seed: u64, dataset: bool, sides: &[usize]) -> Outcome {
+fn run_speed(count: u64, seed: u64, dataset: bool, sides: &[usize], numerics: Numerics) -> Outcome {
     let options = if dataset { dataset_options() } else { SimOptions::default() };
+    let options = SimOptions { numerics, ..options };
     println!("{}", speed::COLUMNS);
     let mut sizes = Vec::new();
     for &vertices in sides {
@@ -224,14 +226,15 @@ fn sensitivities(seed: u64, index: u64) -> Outcome {
     Ok(())
 }
 
-fn run_soak(prior: &str, first: u64, count: u64, seed: u64) -> Outcome {
+fn run_soak(prior: &str, first: u64, count: u64, seed: u64, numerics: Numerics) -> Outcome {
     let prior = Mixture::named(prior).map_err(Failure::usage)?;
+    let options = SimOptions { numerics, ..SimOptions::default() };
     println!("{}", Soaked::COLUMNS);
     let (send, receive) = std::sync::mpsc::channel();
     let mut drapes: Vec<Soaked> = std::thread::scope(|scope| {
         scope.spawn(move || {
             (first..first + count).into_par_iter().for_each_with(send, |send, index| {
-                let _ = send.send(soak::soak(&prior, seed, index, &SimOptions::default()));
+                let _ = send.send(soak::soak(&prior, seed, index, &options));
             });
         });
         let print = |soaked: Soaked| {
@@ -316,6 +319,23 @@ fn run_physics(given: &args::Physics) -> Outcome {
                 for (name, image) in pictures {
                     save(&format!("{}.png", name.replace(' ', "_")), image)?;
                 }
+            }
+            Part::Schemes => {
+                let tell = |line: &str| println!("{line}");
+                let vertices = match given.reference.as_str() {
+                    "1.25" => 241,
+                    "2.5" => 121,
+                    _ => 61,
+                };
+                println!("# schemes from one rest\n{}", schemes::COLUMNS);
+                let all = match &given.scheme[..] {
+                    [] => schemes::schemes(),
+                    some => some.iter().copied().map(schemes::scheme).collect(),
+                };
+                schemes::against_reference(vertices, given.mesh_fabrics, &all, out, tell)
+                    .context("the references")?;
+                println!("# the softest fabrics of the prior\n{}", schemes::SOFT_COLUMNS);
+                schemes::softest(given.soft_fabrics, tell)?;
             }
             Part::Branches => {
                 if let Some(data) = data {

@@ -19,7 +19,7 @@ use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on
 
 /// Fabrics of the mesh study: name and the paper's units. Bending lengths of 19, 12 and
 /// 8 mm: the median of 618 measured fabrics, a stiff and the mean knit.
-const MESH_FABRICS: [(&str, [f64; 7]); 3] = [
+pub(super) const MESH_FABRICS: [(&str, [f64; 7]); 3] = [
     ("woven", [131e3, 164e3, 75e3, 11_200.0, 11_200.0, 11_200.0, 180.0]),
     ("stiff knit", [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0]),
     ("mean knit", [131_010.96, 163_944.78, 75_064.22, 1119.74, 1370.87, 1245.30, 214.02]),
@@ -29,12 +29,12 @@ const MESH_FABRICS: [(&str, [f64; 7]); 3] = [
 const MESHES: [usize; 3] = [31, 61, 121];
 
 /// A drape and the processor time that it took \[s\].
-struct Timed {
-    drape: Drape,
-    cpu_s: f64,
+pub(super) struct Timed {
+    pub(super) drape: Drape,
+    pub(super) cpu_s: f64,
 }
 
-fn timed(make: impl FnOnce() -> Drape) -> Timed {
+pub(super) fn timed(make: impl FnOnce() -> Drape) -> Timed {
     let before = thread_cpu_s();
     let drape = make();
     let cpu_s = before.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
@@ -54,10 +54,20 @@ fn again(fabric: &Fabric, from: &Drape, vertices: usize) -> Timed {
 }
 
 /// Mean and largest distance of corresponding points of two rims \[mm\].
-fn rim_mm(a: &Boundary, b: &Boundary) -> [f64; 2] {
+pub(super) fn rim_mm(a: &Boundary, b: &Boundary) -> [f64; 2] {
     let distances = a.positions_m().zip(b.positions_m()).map(|(p, q)| (p - q).norm());
     let largest = distances.fold(0.0, f64::max);
     [1e3 * a.mean_distance_m(b), 1e3 * largest]
+}
+
+/// The fabric with stretch and shear three times as stiff.
+pub(super) fn stiffer(fabric: &Fabric) -> Fabric {
+    Fabric {
+        stretch_weft_n_m: 3.0 * fabric.stretch_weft_n_m,
+        stretch_warp_n_m: 3.0 * fabric.stretch_warp_n_m,
+        shear_n_m: 3.0 * fabric.shear_n_m,
+        ..*fabric
+    }
 }
 
 /// Columns of [`meshes`].
@@ -72,12 +82,7 @@ pub const MESH_COLUMNS: &str = "fabric, bending_length_mm, cell_mm, stop, folds,
 pub fn meshes(fabrics: usize, mut done: impl FnMut(&str, &[String], RgbImage)) {
     for (name, values) in MESH_FABRICS.into_iter().take(fabrics) {
         let fabric = Fabric::from_paper_units(values);
-        let stiffer = Fabric {
-            stretch_weft_n_m: 3.0 * fabric.stretch_weft_n_m,
-            stretch_warp_n_m: 3.0 * fabric.stretch_warp_n_m,
-            shear_n_m: 3.0 * fabric.shear_n_m,
-            ..fabric
-        };
+        let stiffer = stiffer(&fabric);
         let mut coarser: Option<Drape> = None;
         for vertices in MESHES {
             let Timed { drape: d, cpu_s } = match &coarser {

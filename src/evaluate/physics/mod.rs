@@ -1,12 +1,14 @@
 //! The simulator against known answers and measured drapes, for `evaluate physics` and
 //! docs/validation.md: strips ([`strips`]), drapes on several meshes and of measured fabrics
-//! ([`drapes`]), the spread of drops and of fabrics ([`branches`]).
+//! ([`drapes`]), schemes of discretisation from the same rest ([`schemes`]), the spread of drops and
+//! of fabrics ([`branches`]).
 //!
 //! In: nothing, or a folder of measured data. Out: [`Table`]s of numbers with their known
 //! answers, charts, pictures.
 
 pub mod branches;
 pub mod drapes;
+pub mod schemes;
 pub mod strips;
 
 use std::path::Path;

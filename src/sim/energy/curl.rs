@@ -51,9 +51,10 @@ impl CurlEnergy {
         let n = grid.n;
         let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
         // moments on the second differences along i, along j and mixed
-        let moments = |row: f64, column: f64, across: Option<usize>| {
+        let moments = |spot: Spot, across: Option<usize>| {
+            let [row, column] = [0, 1].map(|axis| spot.along(grid, axis).0);
             let field = curl.at(row / (grid.rows - 1) as f64, column / (n - 1) as f64);
-            let bands = bands(grid, curl, [row, column], across);
+            let bands = bands(grid, curl, spot, across);
             let [weft, warp, twist] = std::array::from_fn(|k| field[k] + bands[k]);
             let uu = rigidity.weft_nm * weft + rigidity.coupling_nm * warp;
             let vv = rigidity.warp_nm * warp + rigidity.coupling_nm * weft;
@@ -67,25 +68,25 @@ impl CurlEnergy {
         let unit = grid.frame.area(); // area over spacing^2
         let mut places = Vec::new();
         for v in 0..grid.vertices() {
-            let (i, j) = (v / n, v % n);
-            let along = |axis: usize| moments(i as f64, j as f64, Some(axis))[axis];
+            let spot = Spot { at: [v / n, v % n], cell: false };
+            let along = |axis: usize| moments(spot, Some(axis))[axis];
             let mut a = Vec::new();
             for (step, moment) in [(n, along(0)), (1, along(1))] {
-                if moment != 0.0 && grid.has_second(v, step) {
+                if let Some(second) = grid.second(v, step).filter(|_| moment != 0.0) {
                     let weight = moment * unit * grid.share(v);
-                    a.extend([(v - step, weight), (v, -2.0 * weight), (v + step, weight)]);
+                    a.extend(second.map(|(v, w)| (v, w * weight)));
                 }
             }
             if !a.is_empty() {
-                places.push(Place::new(grid, &a, &difference(grid, v, 1), &difference(grid, v, n)));
+                places.push(Place::new(grid, &a, &grid.tangent(v, 1), &grid.tangent(v, n)));
             }
         }
-        for (cell, fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
-            let [first, _, _, _] = cell.map(|v| v as usize);
-            let (i, j) = ((first / n) as f64 + 0.5, (first % n) as f64 + 0.5);
-            let [_, _, mixed] = moments(i, j, None);
+        for (k, (cell, fraction)) in grid.cells.iter().zip(&grid.volume_fraction).enumerate() {
+            let first = cell[0] as usize;
+            let [_, _, mixed] = moments(Spot { at: [first / n, first % n], cell: true }, None);
             if mixed != 0.0 {
-                let a = twist_of(cell).map(|(v, w)| (v, w * mixed * unit * fraction));
+                let material = fraction * grid.cell_size(k);
+                let a = twist_of(grid, k).map(|(v, w)| (v, w * mixed * unit * material));
                 let [c00, c10, c01, c11] = cell.map(|v| v as usize);
                 let p = [(c01, 0.5), (c11, 0.5), (c00, -0.5), (c10, -0.5)];
                 let q = [(c10, 0.5), (c11, 0.5), (c00, -0.5), (c01, -0.5)];
@@ -136,14 +137,24 @@ impl CurlEnergy {
     }
 }
 
-/// Difference of positions along j (`step` 1) or i (`step` n) at a vertex, one-sided on
-/// the border; only its direction matters.
-fn difference(grid: &Grid, v: usize, step: usize) -> [(usize, f64); 2] {
-    let (at, count) = if step == 1 { (v % grid.n, grid.n) } else { (v / grid.n, grid.rows) };
-    let there = |inside: bool, v: usize| inside && grid.share(v) > 0.0;
-    let after = if at + 1 < count && there(true, v + step) { v + step } else { v };
-    let before = if at > 0 && there(true, v - step) { v - step } else { v };
-    [(after, 1.0), (before, -1.0)]
+/// A vertex, or the middle of the cell after it along both axes.
+#[derive(Clone, Copy)]
+struct Spot {
+    at: [usize; 2],
+    cell: bool,
+}
+
+impl Spot {
+    /// Its place along an axis and a cell's reach around it, in steps from the first line.
+    fn along(self, grid: &Grid, axis: usize) -> (f64, [f64; 2]) {
+        grid.extent(axis, self.at[axis], self.cell)
+    }
+
+    /// Whether it is a line on the border across an axis or next to that, from either end.
+    fn is_outermost(self, grid: &Grid, axis: usize) -> [bool; 2] {
+        let last = [grid.rows, grid.n][axis] - 1;
+        [self.at[axis] <= 1, last - self.at[axis] <= 1]
+    }
 }
 
 /// A place's vectors at given positions.
@@ -190,45 +201,54 @@ impl State {
 }
 
 /// Curvature of edges and line along the weft, along the warp, and twist \[1/m\], mean over a
-/// cell around the place (row, column). A second difference `across` an edge, along that axis
+/// cell around a spot. A second difference `across` an edge, along that axis
 /// of the grid, has the half cell at the edge added to its own: the outermost vertices have
 /// none.
-fn bands(grid: &Grid, curl: &experiment::Curl, place: [f64; 2], across: Option<usize>) -> [f64; 3] {
+fn bands(grid: &Grid, curl: &experiment::Curl, spot: Spot, across: Option<usize>) -> [f64; 3] {
     let (edge, line, frame, h) = (&curl.edge, &curl.line, &grid.frame, grid.spacing_m);
     let mut sum = [0.0; 3];
     if edge.curvature_per_m == 0.0 && line.curvature_per_m == 0.0 {
         return sum;
     }
+    let places = [0, 1].map(|axis| spot.along(grid, axis));
     // In the order weft, warp; the flat place from the specimen's centre.
     let (sin, cos) = frame.warp_rad.sin_cos();
     let yarns = |[x, z]: [f64; 2]| [z * cos - x * sin, x * cos + z * sin];
-    let steps = [place[0] - 0.5 * (grid.rows - 1) as f64, place[1] - 0.5 * (grid.n - 1) as f64];
+    let last = [grid.rows - 1, grid.n - 1].map(|count| count as f64);
+    let steps = [0, 1].map(|axis| places[axis].0 - 0.5 * last[axis]);
     let flat = [0, 1].map(|c| h * (steps[0] * frame.step_i[c] + steps[1] * frame.step_j[c]));
+    let sides = places.map(|(_, [low, high])| high - low);
+    // a cell's side in any direction
+    let side = h * (sides[0] * sides[1]).sqrt();
     let mut add = |[weft, warp]: [f64; 2], curvature: f64| {
         let square = weft * weft + warp * warp;
         for (own, part) in sum.iter_mut().zip([weft * weft, warp * warp, weft * warp]) {
             *own += curvature * part / square;
         }
     };
-    let of_edge = |low: f64, high: f64| {
+    let of_edge = |low: f64, high: f64, side: f64| {
         let until = |d: f64| faded_m(d, edge.width_m);
-        edge.curvature_per_m * (until(high) - until(low.max(0.0))) / h
+        edge.curvature_per_m * (until(high) - until(low.max(0.0))) / side
     };
     if let Some(radius_m) = grid.disc_radius_m() {
         let r = flat[0].hypot(flat[1]);
         if r > 0.0 {
-            add(yarns(flat), of_edge(radius_m - r - 0.5 * h, radius_m - r + 0.5 * h));
+            let (low, high) = (radius_m - r - 0.5 * side, radius_m - r + 0.5 * side);
+            add(yarns(flat), of_edge(low, high, side));
         }
     } else {
-        let last = [grid.rows - 1, grid.n - 1].map(|count| count as f64);
         for (axis, along) in [(0, frame.step_j), (1, frame.step_i)] {
             // Rows lie this far apart, in steps.
             let height = frame.area() / along[0].hypot(along[1]);
-            for from_edge in [place[axis], last[axis] - place[axis]] {
-                let first = across == Some(axis) && from_edge <= 1.0;
-                let low = if first { 0.0 } else { from_edge - 0.5 };
-                let [low, high] = [low, from_edge + 0.5].map(|steps| steps * height * h);
-                add(yarns([-along[1], along[0]]), of_edge(low, high) / height);
+            let (_, [from, to]) = places[axis];
+            let outermost = spot.is_outermost(grid, axis);
+            for (end, reach) in
+                [[from, to], [last[axis] - to, last[axis] - from]].iter().enumerate()
+            {
+                let first = across == Some(axis) && outermost[end];
+                let low = if first { 0.0 } else { reach[0] };
+                let [low, high] = [low, reach[1]].map(|steps| steps * height * h);
+                add(yarns([-along[1], along[0]]), of_edge(low, high, h * sides[axis]) / height);
             }
         }
     }
@@ -236,7 +256,7 @@ fn bands(grid: &Grid, curl: &experiment::Curl, place: [f64; 2], across: Option<u
     let [weft, warp] = yarns(flat);
     let off = weft * line_cos - warp * line_sin - line.offset_m;
     let until = |d: f64| faded_m(d.abs(), line.width_m).copysign(d);
-    let mean = (until(off + 0.5 * h) - until(off - 0.5 * h)) / h;
+    let mean = (until(off + 0.5 * side) - until(off - 0.5 * side)) / side;
     add([line_cos, -line_sin], line.curvature_per_m * mean);
     sum
 }
@@ -252,7 +272,8 @@ mod tests {
     use super::*;
     use crate::base::seed;
     use crate::fabric::Fabric;
-    use crate::sim::experiment::{Curl, Specimen};
+    use crate::sim::experiment::{Curl, Experiment, Specimen};
+    use crate::sim::numerics::Grading;
     use rand::RngExt as _;
     use std::sync::Arc;
 
@@ -279,9 +300,10 @@ mod tests {
         (curl, x)
     }
 
-    fn grids() -> [Arc<Grid>; 3] {
+    fn grids() -> [Arc<Grid>; 4] {
         let skewed = Specimen { skew_rad: 0.1, warp_m: 0.31, ..Specimen::default() };
-        [Grid::shared(7, 0.03), Grid::strip(6, 8, 0.005, 0.5), Grid::of(&skewed, 6)]
+        let uneven = Grid::uneven_strip(7, 6, 0.005, 0.5);
+        [Grid::shared(7, 0.03), Grid::strip(6, 8, 0.005, 0.5), Grid::of(&skewed, 6), uneven]
     }
 
     #[test]
@@ -394,8 +416,14 @@ mod tests {
         let fabric = Fabric::from_paper_units([1e5, 1e5, 1e5, 1500.0, 1500.0, 1500.0, 200.0]);
         let rigidity = PlateRigidity::new(&fabric);
         let (side, k, c, width) = (0.3, 5.0, 30.0, 0.02);
-        for n in [31, 61] {
-            let grid = Grid::shared(n, side);
+        let usual = Experiment::default();
+        let grids = [
+            Grid::shared(31, side),
+            Grid::shared(61, side),
+            Grid::graded(&usual, 61, &Grading::EDGE),
+        ];
+        for grid in grids {
+            let n = grid.n;
             let mut edge = Curl::default();
             (edge.edge.curvature_per_m, edge.edge.width_m) = (c, width);
             // two bands across the warp, two along it that only couple; each width / 2 on average

@@ -18,8 +18,12 @@
 //! `E_g = A/24 [ S^u (g . w_u)^2 + S^v (g . w_v)^2 ] / h^2`
 //!
 //! which is exactly the energy of the stretch's variation across the cell; where the yarns do
-//! not run along the cell's sides, each 1/h^2 is the sum of the squares of the two derivatives.
-//! The normal part of g is twist and belongs to bending.
+//! not run along the cell's sides, or these differ, each 1/h^2 is the sum of the squares of the
+//! two derivatives. The normal part of g is twist and belongs to bending.
+//!
+//! In a fold about a line at 45 degrees the cells' sides bend alike and g is of the order k^2 h^3
+//! in plane, so that the hold costs what the sheet would not: it locks where the plate's edge
+//! bends the sheet most. Numerics 4 hold a part of it ([`Numerics::twist_hold`]).
 //!
 //! Tests: value, gradient and Hessian against finite differences, invariance under rigid motion,
 //! no locking on cylinders at any angle. Where it fails: a cell that collapses to a line has no
@@ -31,9 +35,10 @@ use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::sim::grid::{Grid, MaterialFrame};
 use crate::sim::hessian_form::HessianForm;
+#[cfg(doc)]
+use crate::sim::numerics::Numerics;
 
-/// The stretch and shear energy of a cell that lies wholly on the cloth; all cells of a grid are
-/// alike.
+/// The stretch and shear energy of one cell, whole.
 #[derive(Clone, Copy, Debug)]
 pub struct Membrane {
     /// Weft stretch stiffness \[N/m\].
@@ -48,7 +53,8 @@ pub struct Membrane {
     weft: [f64; 2],
     /// Weights of the doubled differences along i and j in w_v \[1/m\].
     warp: [f64; 2],
-    /// S^u and S^v for the twist's in-plane part: themselves on square cells \[N/m\].
+    /// S^u and S^v for the twist's in-plane part: themselves on square cells with the whole hold
+    /// \[N/m\].
     twist_n_m: [f64; 2],
 }
 
@@ -94,21 +100,31 @@ const SIGNS: [[f64; 4]; 3] =
     [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];
 
 impl Membrane {
-    /// The energy of the cells of `grid` made of `fabric`.
+    /// The energies of the cells of `grid` made of `fabric`, one a cell, with `twist_hold` times the
+    /// whole hold of the twist's in-plane part.
     #[must_use]
-    pub fn new(grid: &Grid, fabric: &Fabric) -> Self {
-        Self::of_cell(&grid.frame, grid.spacing_m, fabric)
+    pub fn of_cells(grid: &Grid, fabric: &Fabric, twist_hold: f64) -> Vec<Self> {
+        let of = |sides| Self::of_cell(&grid.frame, grid.spacing_m, sides, fabric, twist_hold);
+        grid.sides.iter().map(|&sides| of(sides)).collect()
     }
 
-    fn of_cell(frame: &MaterialFrame, spacing_m: f64, fabric: &Fabric) -> Self {
-        let [weft, warp] = frame.derivatives();
-        let twist = |by: [f64; 2]| frame.area() * (by[0] * by[0] + by[1] * by[1]);
+    /// The energy of a cell whose sides are `sides` times the frame's steps over `spacing_m`.
+    fn of_cell(
+        frame: &MaterialFrame,
+        spacing_m: f64,
+        sides: [f64; 2],
+        fabric: &Fabric,
+        twist_hold: f64,
+    ) -> Self {
+        let [weft, warp] = frame.derivatives().map(|by| [by[0] / sides[0], by[1] / sides[1]]);
+        let area = frame.area() * (sides[0] * sides[1]);
+        let twist = |by: [f64; 2]| twist_hold * area * (by[0] * by[0] + by[1] * by[1]);
         let scale = 0.5 / spacing_m;
         Self {
             stretch_weft_n_m: fabric.stretch_weft_n_m,
             stretch_warp_n_m: fabric.stretch_warp_n_m,
             shear_n_m: fabric.shear_n_m,
-            area_m2: spacing_m * spacing_m * frame.area(),
+            area_m2: spacing_m * spacing_m * area,
             weft: weft.map(|by| by * scale),
             warp: warp.map(|by| by * scale),
             twist_n_m: [
@@ -162,6 +178,16 @@ impl Membrane {
         for (k, g) in gradient.iter_mut().enumerate() {
             *g += by_j * SIGNS[0][k] + by_i * SIGNS[1][k] + by_twist * SIGNS[2][k];
         }
+    }
+
+    /// How much more one of the cell's sides is stretched than the one facing it, along weft and along
+    /// warp: the in-plane part of the twist over the sides' length. Where it alternates from cell to
+    /// cell, the sheet hourglasses.
+    #[must_use]
+    pub fn in_plane_twist(&self, x: &Corners) -> [f64; 2] {
+        let d = self.derivatives(x);
+        let by = |[i, j]: [f64; 2]| 2.0 * i.hypot(j);
+        [d.twist.dot(&d.weft) * by(self.weft), d.twist.dot(&d.warp) * by(self.warp)]
     }
 
     /// The stress of a cell with the corners `x`.
@@ -305,7 +331,8 @@ mod tests {
     use rand::RngExt as _;
 
     const SPACING_M: f64 = 0.005;
-    /// Cells along the yarns, rotated against them, and skewed oblong ones rotated against them.
+    /// Cells along the yarns, rotated against them, and skewed oblong ones rotated against them; the
+    /// sides of the last two differ besides.
     const FRAMES: [MaterialFrame; 3] = [
         MaterialFrame::ALIGNED,
         MaterialFrame { warp_rad: 0.6, ..MaterialFrame::ALIGNED },
@@ -314,7 +341,11 @@ mod tests {
 
     fn membrane(frame: &MaterialFrame) -> Membrane {
         let fabric = Fabric::from_paper_units([131e3, 164e3, 75e3, 1e3, 1e3, 1e3, 200.0]);
-        Membrane::of_cell(frame, SPACING_M, &fabric)
+        Membrane::of_cell(frame, SPACING_M, sides(frame), &fabric, 1.0)
+    }
+
+    fn sides(frame: &MaterialFrame) -> [f64; 2] {
+        if *frame == MaterialFrame::ALIGNED { [1.0; 2] } else { [1.3, 0.8] }
     }
 
     const ALL: [(usize, usize); 12] = [
@@ -421,6 +452,29 @@ mod tests {
         assert!((before - after).abs() < 1e-10 * before);
     }
 
+    #[test]
+    fn the_hold_alone_resists_the_in_plane_twist() {
+        let fabric = Fabric::from_paper_units([131e3, 164e3, 75e3, 1e3, 1e3, 1e3, 200.0]);
+        let of = |hold: f64| {
+            let cell = Membrane::of_cell(&MaterialFrame::ALIGNED, 5e-3, [0.7, 1.2], &fabric, hold);
+            // an hourglass: no strain at the centre, one side longer than the one facing it
+            let [a, b, c] = [0.7 * 5e-3, 1.2 * 5e-3, 1e-5];
+            let corner = |i: f64, j: f64| {
+                let sign = (1.0 - 2.0 * i) * (1.0 - 2.0 * j);
+                Vector3::new(i * a, 0.0, j * b + c * sign)
+            };
+            let x = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
+            let [weft, warp] = cell.in_plane_twist(&x);
+            assert!((weft - 4.0 * c / b).abs() < 1e-9 && warp.abs() < 1e-9, "{weft} {warp}");
+            cell.energy_j(&x)
+        };
+        // A/24 S^u (g . w_u)^2 / h^2 with g = 4 c and h the side along the weft
+        let whole = 0.7 * 1.2 * 25e-6 / 24.0 * 131.0 * (4e-5_f64 / (1.2 * 5e-3)).powi(2);
+        for hold in [1.0, 0.03, 0.0] {
+            assert!((of(hold) - hold * whole).abs() < 1e-9 * whole, "{hold}: {:e}", of(hold));
+        }
+    }
+
     /// A cell bent to a cylinder about a line at `degrees`, with the in-plane
     /// strain (along, across, shear) added.
     fn cylinder(degrees: f64, curvature: f64, strain: nalgebra::Vector3<f64>) -> Corners {
@@ -469,7 +523,8 @@ mod tests {
     fn strained(frame: &MaterialFrame, weft: f64, warp: f64, shear: f64) -> Corners {
         let (sin, cos) = frame.warp_rad.sin_cos();
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[i, j]: [f64; 2]| {
-            let at = |c: usize| (i * frame.step_i[c] + j * frame.step_j[c]) * SPACING_M;
+            let [a, b] = sides(frame);
+            let at = |c: usize| (i * a * frame.step_i[c] + j * b * frame.step_j[c]) * SPACING_M;
             let (v, u) = (at(0) * cos + at(1) * sin, at(1) * cos - at(0) * sin);
             Vector3::new(u * (1.0 + weft), v * (1.0 + warp), u * shear)
         })
@@ -479,7 +534,8 @@ mod tests {
     fn a_uniform_strain_costs_the_same_per_area_in_every_material_frame() {
         let per_area = |frame: &MaterialFrame, strain: [f64; 3]| {
             let [weft, warp, shear] = strain;
-            let area = SPACING_M * SPACING_M * frame.area();
+            let [a, b] = sides(frame);
+            let area = SPACING_M * SPACING_M * frame.area() * a * b;
             membrane(frame).energy_j(&strained(frame, weft, warp, shear)) / area
         };
         for strain in [[0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.003, -0.004, 0.0], [0.0, 0.0, 0.1]] {

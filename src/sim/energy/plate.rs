@@ -71,15 +71,16 @@ const EDGE_DEPTH: f64 = 0.5;
 
 impl PlateContact {
     /// The contact of a specimen that touches nothing yet. Cells of `grid` whose material lies
-    /// within 1.5 radii of the plate's centre get 3 x 3 samples at a spacing of 5 mm, and in
-    /// proportion to the spacing, the others one.
+    /// within 1.5 radii of the grid's middle get 3 x 3 samples at a mean spacing of 5 mm, and in
+    /// proportion to that, the others one.
     #[must_use]
     pub fn new(grid: &Grid, plate: Plate, density_kg_m2: f64) -> Self {
         let mut samples = Vec::new();
         for (k, (corners, fraction)) in grid.cells.iter().zip(&grid.volume_fraction).enumerate() {
-            let cell_area = grid.cell_area_m2() * fraction;
+            let cell_area = grid.cell_area_m2() * (fraction * grid.cell_size(k));
             let centre = (grid.flat(corners[0] as usize) + grid.flat(corners[3] as usize)) * 0.5;
-            let near = centre.norm() < 1.5 * plate.radius_m;
+            let [x, z] = grid.middle_m();
+            let near = (centre - Vector3::new(x, 0.0, z)).norm() < 1.5 * plate.radius_m;
             let m = if near { (600.0 * grid.spacing_m).round().max(1.0) as usize } else { 1 };
             for s in 0..m * m {
                 let at = |t: usize| (t as f64 + 0.5) / m as f64;
@@ -382,6 +383,8 @@ fn slip_drop(u: f64, slip: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::base::seed;
+    use crate::sim::Experiment;
+    use crate::sim::numerics::Grading;
     use rand::RngExt as _;
     use std::sync::Arc;
 
@@ -535,6 +538,23 @@ mod tests {
                 assert!(slope_error < 1e-8 * slope.abs().max(gap * gap), "{d:e}: {slope_error:e}");
                 assert!(rise_error < 2e-4 * rise.abs().max(gap), "{d:e}: {rise_error:e}");
             }
+        }
+    }
+
+    #[test]
+    fn the_samples_carry_the_whole_cloth_and_lie_closest_around_the_plate() {
+        let mut experiment = Experiment::default();
+        experiment.specimen.offset_m = [0.03, -0.01];
+        let grid = Grid::graded(&experiment, 31, &Grading::EDGE);
+        let contact = PlateContact::new(&grid, experiment.plate, 0.2);
+        let area: f64 = contact.samples.iter().map(|s| s.area_m2).sum();
+        assert!((area / 0.09 - 1.0).abs() < 1e-12, "{area}");
+        let x: Vec<_> =
+            (0..grid.vertices()).map(|v| experiment.specimen.place(grid.flat(v))).collect();
+        for sample in &contact.samples {
+            let p = PlateContact::position(&grid, &x, sample);
+            let close = sample.area_m2 < 0.5 * grid.cell_area_m2() / 9.0;
+            assert!(close || p.norm() > experiment.plate.radius_m, "{p}");
         }
     }
 

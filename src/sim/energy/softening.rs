@@ -121,9 +121,10 @@ impl SofteningEnergy {
         ];
         let unit = grid.spacing_m.powi(-2);
         let mut places = Vec::new();
-        let mut place = |combination: Vec<(usize, f64)>, share: f64, law: Law| {
+        let mut place = |combination: Vec<(usize, f64)>, share: f64, square: f64, law: Law| {
             let stencil = Stencil::new(grid, combination.iter().map(|(v, _)| *v));
             let weights = stencil.weights(&combination).iter().map(|w| w * unit).collect();
+            let law = Law { quartic: law.quartic * square, ..law };
             places.push(Place { stencil, weights, area_m2: grid.cell_area_m2() * share, law });
         };
         let around = grid.cells_around();
@@ -132,15 +133,16 @@ impl SofteningEnergy {
         for (parts, law) in components.into_iter().zip(laws).take(at_vertices) {
             for v in 0..grid.vertices() {
                 if let Some(combination) = combine(grid, v, parts, &around[v]) {
-                    place(combination, grid.share(v), law);
+                    place(combination, grid.share(v), square_at(grid, v, parts), law);
                 }
             }
         }
         if at_vertices == 2 {
-            for (cell, &fraction) in grid.cells.iter().zip(&grid.volume_fraction) {
+            for (cell, &fraction) in grid.volume_fraction.iter().enumerate() {
                 let mixed = components[2][2];
-                let twist = twist_of(cell).map(|(v, weight)| (v, weight * mixed));
-                place(twist.to_vec(), fraction, laws[2]);
+                let twist = twist_of(grid, cell).map(|(v, weight)| (v, weight * mixed));
+                let size = grid.cell_size(cell);
+                place(twist.to_vec(), fraction * size, size, laws[2]);
             }
         }
         Some(Self { places, convex: rigidity.coupling_nm == 0.0 })
@@ -200,13 +202,25 @@ impl Place {
     }
 }
 
+/// The square of a cell's side at a vertex over the mean one, as second differences along i, along j
+/// and mixed see it, which `parts` weights.
+fn square_at(grid: &Grid, v: usize, parts: [f64; 3]) -> f64 {
+    let side = |axis: usize, k: usize| {
+        let (_, [low, high]) = grid.extent(axis, k, false);
+        high - low
+    };
+    let (i, j) = (side(0, v / grid.n), side(1, v % grid.n));
+    let [along_i, along_j, mixed] = parts.map(f64::abs);
+    (along_i * i * i + along_j * j * j + mixed * i * j) / (along_i + along_j + mixed)
+}
+
 /// Second differences along i, along j and mixed, weighted by `parts`, at a vertex, those
 /// across the border left out as in `bending.rs`; `None` where all are missing.
 fn combine(grid: &Grid, v: usize, parts: [f64; 3], around: &[u32]) -> Option<Vec<(usize, f64)>> {
     let mut combination = Vec::new();
     for (step, part) in [(grid.n, parts[0]), (1, parts[1])] {
-        if part != 0.0 && grid.has_second(v, step) {
-            combination.extend([(v - step, part), (v, -2.0 * part), (v + step, part)]);
+        if let Some(second) = grid.second(v, step).filter(|_| part != 0.0) {
+            combination.extend(second.map(|(v, weight)| (v, weight * part)));
         }
     }
     if combination.is_empty() {
@@ -240,7 +254,8 @@ mod tests {
 
     #[test]
     fn gradient_and_hessian_are_difference_quotients_on_both_sides_of_the_limit() {
-        for grid in [Grid::shared(7, 0.03), Grid::strip(6, 8, 0.005, 0.5)] {
+        let uneven = Grid::uneven_strip(7, 8, 0.005, 0.5);
+        for grid in [Grid::shared(7, 0.03), Grid::strip(6, 8, 0.005, 0.5), uneven] {
             let energy = energy_of(&grid, SOFTENING, 0.05);
             let mut rng = seed::rng(11, "softening", 0);
             let x: Vec<_> = (0..grid.vertices())

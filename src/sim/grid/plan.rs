@@ -1,17 +1,22 @@
-//! Size, material frame and outline of a grid, and what of each cell lies on the cloth.
+//! Size, lines, material frame and outline of a grid, and what of each cell lies on the cloth.
 
 use super::frame::MaterialFrame;
-use crate::sim::experiment::{Outline, Specimen};
+use super::lines::{Band, Lines};
+use crate::sim::experiment::{Experiment, Outline, Specimen};
+use crate::sim::numerics::Grading;
 
-/// Size, material frame and outline of a grid: two grids with the same plan are the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Size, lines, material frame and outline of a grid: two grids with the same plan are the same.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Plan {
-    pub(super) rows: usize,
-    pub(super) columns: usize,
+    /// The lines of vertices that i and j count.
+    pub(super) lines: [Lines; 2],
     pub(super) spacing_m: f64,
     pub(super) half_m: [f64; 2],
     pub(super) frame: MaterialFrame,
     pub(super) disc_radius_m: Option<f64>,
+    /// Flat (x, z) of the point that the cells are arranged around: the plate's centre on graded
+    /// cells, the specimen's on even ones \[m\].
+    pub(super) middle_m: [f64; 2],
 }
 
 /// Samples along a cell's side with which its volume fraction on a disc is found.
@@ -27,19 +32,69 @@ impl Plan {
             warp_rad: 0.0,
         };
         Self {
-            rows: n,
-            columns: n,
+            lines: [Lines::even(n), Lines::even(n)],
             spacing_m: side_m / (n - 1) as f64,
             half_m: [0.5 * side_m; 2],
             frame,
             disc_radius_m: (specimen.outline == Outline::Disc).then_some(0.5 * side_m),
+            middle_m: [0.0; 2],
         }
     }
 
+    /// The plan of a strip of these lines, with the warp rotated by `warp_rad` from x towards z.
+    pub(super) fn strip(lines: [Lines; 2], spacing_m: f64, warp_rad: f64) -> Self {
+        let half_m = [0, 1].map(|axis| 0.5 * spacing_m * (lines[axis].count() - 1) as f64);
+        let frame = MaterialFrame { warp_rad, ..MaterialFrame::ALIGNED };
+        Self { lines, spacing_m, half_m, frame, disc_radius_m: None, middle_m: [0.0; 2] }
+    }
+
+    /// The plan of [`Self::of`] with the lines denser near the edge of the experiment's plate, wherever
+    /// that lies under the flat specimen; that of its specimen if the grading is even.
+    pub(super) fn graded(experiment: &Experiment, n: usize, grading: &Grading) -> Self {
+        let mut plan = Self::of(&experiment.specimen, n);
+        if grading.density == 1.0 {
+            return plan;
+        }
+        plan.middle_m = experiment.specimen.plate_centre_m();
+        let ([ix, iz], [jx, jz]) = (plan.frame.step_i, plan.frame.step_j);
+        let area = plan.frame.area();
+        // what of (x, z) counts along i and along j: the inverse of the frame's steps
+        let along = [[jz / area, -jx / area], [-iz / area, ix / area]];
+        let radius_m = experiment.plate.radius_m;
+        for (axis, [by_x, by_z]) in along.into_iter().enumerate() {
+            let [x, z] = plan.middle_m;
+            let middle = (by_x * x + by_z * z + plan.half_m[axis]) / plan.spacing_m;
+            let steps = by_x.hypot(by_z) / plan.spacing_m;
+            let (inner, outer) = (radius_m - grading.inwards_m, radius_m + grading.outwards_m);
+            let [inner, outer, flank] = [inner.max(0.0), outer, grading.flank_m].map(|m| m * steps);
+            plan.lines[axis] = Lines::graded(
+                n,
+                grading.density,
+                &[
+                    Band { low: middle - outer, high: middle - inner, flank },
+                    Band { low: middle + inner, high: middle + outer, flank },
+                ],
+            );
+        }
+        plan
+    }
+
+    /// This plan with its lines, cut as `specimen` says: the cells are carried with the cloth.
+    pub(super) fn recut(&self, specimen: &Specimen) -> Self {
+        let lines = self.lines.clone();
+        Self { lines, middle_m: self.middle_m, ..Self::of(specimen, self.lines[1].count()) }
+    }
+
+    /// Whether the lines are evenly spaced.
+    pub(super) fn is_even(&self) -> bool {
+        self.lines.iter().all(Lines::are_even)
+    }
+
     /// Flat (x, z) of the grid coordinates (i, j) \[m\].
-    pub(super) fn flat(&self, [i, j]: [f64; 2]) -> [f64; 2] {
-        let a = i * self.spacing_m - self.half_m[0];
-        let b = j * self.spacing_m - self.half_m[1];
+    pub(super) fn flat(&self, coordinates: [f64; 2]) -> [f64; 2] {
+        let [a, b] = [0, 1].map(|axis| {
+            self.lines[axis].between(coordinates[axis]) * self.spacing_m - self.half_m[axis]
+        });
         let ([ix, iz], [jx, jz]) = (self.frame.step_i, self.frame.step_j);
         [ix * a + jx * b, iz * a + jz * b]
     }

@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 
 use super::Grid;
+use super::lines::Lines;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::{Boundary, Point3, Vector3};
 use crate::geom::Mesh;
 
-/// The eight neighbours.
+/// The eight neighbours, those along the lines first.
 const NEIGHBOURS: [(isize, isize); 8] =
     [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
@@ -19,6 +20,8 @@ impl Grid {
         if missing.is_empty() {
             return x.into();
         }
+        // on uneven lines two diagonal neighbours and the vertex lie on no straight line
+        let neighbours = if self.plan.is_even() { &NEIGHBOURS[..] } else { &NEIGHBOURS[..4] };
         let mut y = x.to_vec();
         let mut known: Vec<bool> = self.shares.iter().map(|&s| s > 0.0).collect();
         while !missing.is_empty() {
@@ -32,9 +35,13 @@ impl Grid {
                     (inside && known[at]).then(|| y[at])
                 };
                 let (mut sum, mut count) = (Vector3::zeros(), 0.0);
-                for (di, dj) in NEIGHBOURS {
+                for &(di, dj) in neighbours {
                     if let (Some(a), Some(b)) = (at(i + di, j + dj), at(i + 2 * di, j + 2 * dj)) {
-                        sum += a * 2.0 - b;
+                        let lines = &self.plan.lines[usize::from(di == 0)];
+                        let (from, step) = if di == 0 { (j, dj) } else { (i, di) };
+                        let place = |k: isize| lines.at((from + k * step) as usize);
+                        let ratio = (place(0) - place(1)) / (place(1) - place(2));
+                        sum += a * (1.0 + ratio) - b * ratio;
                         count += 1.0;
                     }
                 }
@@ -109,7 +116,23 @@ impl Grid {
         border
     }
 
-    /// The rim at the vertex positions `x` \[m\], linear between vertices: 244 points in the order
+    /// How far along its side each vertex of [`Self::border`] lies, in steps: n - 1 of them make a
+    /// side.
+    #[must_use]
+    pub fn along_border(&self) -> Vec<f64> {
+        let last = self.n - 1;
+        let [i, j] = &self.plan.lines;
+        let falling = |lines: &Lines, k: usize| last as f64 - lines.at(last - k);
+        let mut along = Vec::with_capacity(4 * last);
+        along.extend((0..last).map(|k| j.at(k)));
+        along.extend((0..last).map(|k| falling(i, k)));
+        along.extend((0..last).map(|k| falling(j, k)));
+        along.extend((0..last).map(|k| i.at(k)));
+        along
+    }
+
+    /// The rim at the vertex positions `x` \[m\], linear between vertices on even lines and cubic on
+    /// graded ones, where none of its points need be a vertex: 244 points in the order
     /// of [`crate::base::boundary`]. A disc has no corners; its 244 points lie evenly around it,
     /// from 45 degrees before +x on, towards +z.
     #[must_use]
@@ -118,8 +141,12 @@ impl Grid {
             return self.disc_boundary(x, radius_m);
         }
         let border = self.border();
+        let even = self.plan.is_even();
         let at = |index: usize| {
             let (side, k) = (index / POINTS_PER_SIDE, index % POINTS_PER_SIDE);
+            if !even {
+                return self.on_border(x, side, k as f64 / (POINTS_PER_SIDE - 1) as f64);
+            }
             let along = k as f64 * (self.n - 1) as f64 / (POINTS_PER_SIDE - 1) as f64;
             let whole = (along.floor() as usize).min(self.n - 2);
             let fraction = along - whole as f64;
@@ -132,6 +159,24 @@ impl Grid {
             Ok(boundary) => boundary,
             Err(_) => unreachable!("the walk has exactly {POINTS} points"),
         }
+    }
+
+    /// The point of a side of the border, `part` of the side from its first corner, by the cubic
+    /// through the four vertices around it.
+    fn on_border(&self, x: &[Vector3], side: usize, part: f64) -> Point3 {
+        let last = self.n - 1;
+        let rising = side == 0 || side == 3;
+        let place = if rising { part } else { 1.0 - part } * last as f64;
+        let lines = &self.plan.lines[if side.is_multiple_of(2) { 1 } else { 0 }];
+        let (first, weights) = lines.cubic(place);
+        let vertex = |k: usize| match side {
+            0 => last * self.n + k,
+            1 => k * self.n + last,
+            2 => k,
+            _ => k * self.n,
+        };
+        let sum: Vector3 = (0..4).map(|m| x[vertex(first + m)] * weights[m]).sum();
+        Point3::from(sum)
     }
 
     fn disc_boundary(&self, x: &[Vector3], radius_m: f64) -> Boundary {
@@ -148,36 +193,39 @@ impl Grid {
 
     /// The place of a flat point (x, z) of a disc: bilinear in its cell.
     fn between(&self, positions: &[Vector3], flat_xz: [f64; 2]) -> Vector3 {
-        let along = |c: usize| (flat_xz[c] + self.plan.half_m[c]) / self.spacing_m;
-        let (i, j) = (along(0), along(1));
-        let whole = |t: f64| (t.max(0.0).floor() as usize).min(self.n - 2);
-        let (a, b) = (i - whole(i) as f64, j - whole(j) as f64);
-        let first = whole(i) * self.n + whole(j);
+        let [(i, a), (j, b)] = [0, 1].map(|c| {
+            let lines = &self.plan.lines[c];
+            let along = (flat_xz[c] + self.plan.half_m[c]) / self.spacing_m;
+            let cell = lines.before(along).min(self.n - 2);
+            (cell, (along - lines.at(cell)) / lines.width(cell))
+        });
+        let first = i * self.n + j;
         let near = positions[first] * (1.0 - b) + positions[first + 1] * b;
         let far = positions[first + self.n] * (1.0 - b) + positions[first + self.n + 1] * b;
         near * (1.0 - a) + far * a
     }
 
-    /// The positions of this grid's vertices, interpolated from the positions `x` on the grid
-    /// `coarse` \[m\]. With `smoothness` 1 the interpolation is cubic along each direction, so
+    /// The positions of this grid's vertices, interpolated from the positions `x` on another grid of
+    /// the same specimen, `coarse` \[m\]. With `smoothness` 1 the interpolation is cubic along each direction, so
     /// that a smooth sheet stays smooth; with 0 it is linear, so that layers that are apart stay
     /// apart.
     #[must_use]
     pub fn prolong(&self, coarse: &Grid, x: &[Vector3], smoothness: f64) -> Vec<Vector3> {
         let x = &coarse.continued(x);
-        let cubic = |k: usize, own: usize, other: usize| {
-            let at = k as f64 * ((other - 1) as f64 / (own - 1) as f64);
-            let (first, mut weights) = cubic_weights(at, other);
+        let cubic = |own: &Lines, k: usize, other: &Lines| {
+            let scale = (other.count() - 1) as f64 / (own.count() - 1) as f64;
+            let at = own.at(k) * scale;
+            let (first, mut weights) = other.cubic(at);
             for (m, weight) in weights.iter_mut().enumerate() {
-                let linear = (1.0 - (at - (first + m) as f64).abs()).max(0.0);
+                let linear = other.hat(first + m, at);
                 *weight = smoothness * *weight + (1.0 - smoothness) * linear;
             }
             (first, weights)
         };
         let mut y: Vec<_> = (0..self.vertices())
             .map(|v| {
-                let (i, wi) = cubic(v / self.n, self.rows, coarse.rows);
-                let (j, wj) = cubic(v % self.n, self.n, coarse.n);
+                let (i, wi) = cubic(&self.plan.lines[0], v / self.n, &coarse.plan.lines[0]);
+                let (j, wj) = cubic(&self.plan.lines[1], v % self.n, &coarse.plan.lines[1]);
                 let mut sum = Vector3::zeros();
                 for (a, wa) in wi.iter().enumerate() {
                     for (b, wb) in wj.iter().enumerate() {
@@ -190,20 +238,4 @@ impl Grid {
         self.park_outside(&mut y);
         y
     }
-}
-
-/// First of four neighbouring samples and their Lagrange weights at `at` in
-/// 0..n-1; one-sided near the ends.
-fn cubic_weights(at: f64, n: usize) -> (usize, [f64; 4]) {
-    let first = (at.floor() as isize - 1).clamp(0, n as isize - 4) as usize;
-    let t = at - first as f64;
-    let mut weights = [1.0; 4];
-    for (k, weight) in weights.iter_mut().enumerate() {
-        for m in 0..4 {
-            if m != k {
-                *weight *= (t - m as f64) / (k as f64 - m as f64);
-            }
-        }
-    }
-    (first, weights)
 }

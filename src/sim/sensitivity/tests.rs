@@ -11,9 +11,11 @@ use crate::fabric::Fabric;
 use crate::sim::drop::{Drop, DropStart, start_positions};
 use crate::sim::experiment::Experiment;
 use crate::sim::experiment::{Curl, Softening};
+use crate::sim::grid::Grid;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::Inertia;
+use crate::sim::numerics::Numerics;
 use crate::sim::options::SimOptions;
 use crate::sim::rest::settle;
 
@@ -28,11 +30,15 @@ const GAP_M: f64 = 0.2 * 0.3 / 22.0;
 /// rotation, 1.4e-4 and less for all others.
 const LIMIT: f64 = 2.4e-3;
 
+/// The same under numerics 4. Observed: 3.9e-3 for the skew, 8e-4 and less for all others.
+const LIMIT_GRADED: f64 = 6e-3;
+
 /// A fabric and an experiment that a test changes for itself.
 #[derive(Clone, Copy)]
 struct Case {
     fabric: Fabric,
     experiment: Experiment,
+    numerics: Numerics,
 }
 
 impl Case {
@@ -41,6 +47,7 @@ impl Case {
         Self {
             fabric: Fabric::from_paper_units([40e3, 50e3, 20e3, 9000.0, 7000.0, 8200.0, 180.0]),
             experiment: Experiment { softening, ..Experiment::default() },
+            numerics: Numerics::default(),
         }
     }
 
@@ -92,8 +99,12 @@ impl Case {
     }
 
     fn model(&self) -> Model {
-        let grid = Grid::unshared(&self.experiment.specimen, VERTICES);
-        Model::new(&grid, &self.fabric, &self.experiment, GAP_M / grid.spacing_m)
+        let usual = Experiment::default();
+        // the lines of vertices go with the cloth where the cut or the plate changes
+        let grid = Grid::graded(&usual, VERTICES, &self.numerics.grading);
+        let grid = grid.recut(&self.experiment.specimen);
+        let gap_cells = GAP_M / grid.spacing_m;
+        Model::with_numerics(&grid, &self.fabric, &self.experiment, gap_cells, self.numerics)
     }
 }
 
@@ -117,6 +128,7 @@ fn rested(case: &Case) -> (Model, Vec<Vector3>) {
         vertices: VERTICES,
         fall_vertices: VERTICES,
         experiment: case.experiment,
+        numerics: case.numerics,
         ..SimOptions::default()
     };
     let mut model = case.model();
@@ -140,13 +152,22 @@ fn largest(moves: &[Vector3]) -> f64 {
 /// wrong sign in the rotation of the anchors 1.0, the samples' areas scaled the wrong way 0.012.
 #[test]
 fn every_sensitivity_is_the_move_of_a_sheet_made_anew() {
-    let case = Case::new();
+    check_every_sensitivity(Case::new());
+}
+
+#[test]
+fn every_sensitivity_is_the_move_of_a_sheet_made_anew_under_numerics_4() {
+    check_every_sensitivity(Case { numerics: Numerics::FOUR, ..Case::new() });
+}
+
+fn check_every_sensitivity(case: Case) {
     let (mut model, x) = rested(&case);
     let setup = Setup { fabric: case.fabric, experiment: case.experiment };
     let mut newton = Newton::new(&model);
     let node = Parameter::CurlNode { warp: 1, weft: 3, component: CurvatureComponent::Warp };
     let parameters: Vec<_> = Parameter::ALL.into_iter().chain([node]).collect();
     let found = sensitivities(&mut model, &mut newton, &x, &setup, &parameters).unwrap();
+    let limit = if case.numerics.is_default() { LIMIT } else { LIMIT_GRADED };
     let mut faults = Vec::new();
     for Sensitivity { parameter, moves } in found {
         let size = largest(&moves);
@@ -175,7 +196,7 @@ fn every_sensitivity_is_the_move_of_a_sheet_made_anew() {
             .fold(0.0, f64::max)
             / size;
         println!("{:>20} {size:10.3e} error {error:.1e}", parameter.name());
-        if error > LIMIT {
+        if error > limit {
             faults.push(format!("{}: {error:.1e}", parameter.name()));
         }
     }

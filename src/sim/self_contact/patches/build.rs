@@ -4,7 +4,8 @@
 //!
 //! Method: the rest sheet is laid on its mean plane, axes along the shortest
 //! side of the first triangle. A triangle is filed under the square cell that
-//! holds its centroid, edges and points under that of their first triangle.
+//! holds its centroid, edges and points under that of their first triangle. On a graded grid
+//! cells are those between its lines: squares would cut through them, and no block be convex.
 //! A block of 2 x 2 bins or cells counts only if its triangles tile a convex
 //! polygon: the map of the block to the plane has no fold and winds around
 //! once, hence covers the polygon once.
@@ -22,12 +23,37 @@ use std::sync::{Arc, Mutex};
 const BIN_CELLS: i32 = 2;
 /// Relative tolerance on flatness and on convexity at rest.
 const FLAT: f64 = 1e-9;
+/// Coordinates nearer than this part of a cell are of one line.
+const LINE: f64 = 1e-6;
+/// Lines whose widths differ by no more than this part are evenly spaced.
+const UNEVEN: f64 = 1e-3;
 
 /// The rest sheet on its mean plane, metres.
 struct Chart {
     u: Vec<[f64; 2]>,
     normal: Vector3,
     cell_m: f64,
+    /// The lines of an unevenly spaced grid along both axes, in rising order.
+    lines: Option<[Vec<f64>; 2]>,
+}
+
+/// The distinct coordinates of a grid's points along both axes, if these are all crossings of such
+/// lines and the lines are unevenly spaced.
+fn uneven_lines(u: &[[f64; 2]], cell_m: f64) -> Option<[Vec<f64>; 2]> {
+    let lines = [0, 1].map(|k| {
+        let mut along: Vec<f64> = u.iter().map(|p| p[k]).collect();
+        along.sort_unstable_by(f64::total_cmp);
+        along.dedup_by(|b, a| *b - *a < LINE * cell_m);
+        along
+    });
+    let uneven = |along: &Vec<f64>| {
+        let widths = along.windows(2).map(|w| w[1] - w[0]);
+        let (least, most) =
+            widths.fold((f64::INFINITY, 0.0_f64), |(low, high), w| (low.min(w), high.max(w)));
+        most > (1.0 + UNEVEN) * least
+    };
+    let grid = lines[0].len() * lines[1].len() == u.len();
+    (grid && lines.iter().any(uneven)).then_some(lines)
 }
 
 impl Chart {
@@ -54,8 +80,26 @@ impl Chart {
         let across = normal.cross(&along);
         let area = triangles.iter().map(|t| doubled(t).norm()).sum::<f64>();
         let cell_m = (area / triangles.len().max(1) as f64).sqrt();
-        let u = rest.iter().map(|p| [along.dot(p), across.dot(p)]).collect();
-        Chart { u, normal, cell_m }
+        let u: Vec<_> = rest.iter().map(|p| [along.dot(p), across.dot(p)]).collect();
+        let lines = uneven_lines(&u, cell_m);
+        Chart { u, normal, cell_m, lines }
+    }
+
+    /// The place of the cell that a triangle is filed under; `corner` is the chart's lowest.
+    fn place_of(&self, t: &[u32; 3], corner: [f64; 2]) -> Place {
+        let Some(lines) = &self.lines else {
+            return [0, 1].map(|k| {
+                let sum = t.iter().map(|&v| self.u[v as usize][k] - corner[k]).sum::<f64>();
+                (sum / (3.0 * self.cell_m)).floor() as i32
+            });
+        };
+        [0, 1].map(|k| {
+            let line = |v: u32| {
+                let before = self.u[v as usize][k] - LINE * self.cell_m;
+                lines[k].partition_point(|&at| at < before) as i32
+            };
+            t.iter().map(|&v| line(v)).sum::<i32>().div_euclid(3)
+        })
     }
 
     /// Twice the signed area of a triangle, positive if its corners run counter-clockwise.
@@ -207,12 +251,7 @@ impl Patches {
         let chart = Chart::new(triangles, rest);
         let corner =
             chart.u.iter().fold([f64::INFINITY; 2], |low, u| [low[0].min(u[0]), low[1].min(u[1])]);
-        let place_of = |t: &[u32; 3]| {
-            [0, 1].map(|k| {
-                let sum = t.iter().map(|&v| chart.u[v as usize][k] - corner[k]).sum::<f64>();
-                (sum / (3.0 * chart.cell_m)).floor() as i32
-            })
-        };
+        let place_of = |t: &[u32; 3]| chart.place_of(t, corner);
         let bin_of = |cell: Place| cell.map(|k| k.div_euclid(BIN_CELLS));
         let mut cell_places: Vec<Place> = triangles.iter().map(place_of).collect();
         cell_places.sort_unstable_by_key(|c| (bin_of(*c), *c));
