@@ -70,10 +70,13 @@ fn report(given: &args::Simulate, drape: &Drape, cpu_s: Option<f64>) -> Outcome 
         });
         say(given, &serde_json::to_string_pretty(&report)?);
     } else {
+        let cpu = cpu_s.map_or(String::new(), |s| format!(", {s:.1} CPU-s"));
         let text = format!(
-            "{}: {} folds, {} (largest net force {:.1e} N), energy {:.3} mJ, {} intersections",
+            "{}: {} folds ({}), {} (largest net force {:.1e} N), energy {:.3} mJ, \
+             {} intersections{cpu}",
             given.out.display(),
             drape.nodes,
+            strongest_harmonics(drape),
             drape.stop.name(),
             drape.residual_n,
             drape.energy_j * 1e3,
@@ -82,6 +85,14 @@ fn report(given: &args::Simulate, drape: &Drape, cpu_s: Option<f64>) -> Outcome 
         say(given, &text);
     }
     Ok(())
+}
+
+/// The three largest harmonics of the rim, which tell the branch beside the folds.
+fn strongest_harmonics(drape: &Drape) -> String {
+    let mut harmonics: Vec<_> = drape.rim_harmonics_m().into_iter().zip(1..).collect();
+    harmonics.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let three = harmonics.iter().take(3).map(|(m, k)| format!("{k}: {:.1} mm", m * 1e3));
+    format!("harmonics {}", three.collect::<Vec<_>>().join(", "))
 }
 
 /// Prints the report, beside a result that went to stdout itself.
