@@ -190,7 +190,7 @@ fn a_fabric_that_ignores_the_scan_does_not_drape_as_it() {
     let baseline = Baseline::of(&Mixture::knit_2020()).unwrap().answer();
     let [a, b, c, d, e, f] = baseline.value;
     let (fabric, _) = Fabric::from_paper_units([a, b, c, d, e, f, 260.0]).project_bending();
-    let again = resimulate(&true_rim("stiff"), &fabric, &SimOptions::default());
+    let again = resimulate(&true_rim("stiff"), None, &fabric, &SimOptions::default());
     let error_mm = 1e3 * again.mean_distance_m;
     println!("ignoring the scan: {error_mm:.1} mm");
     assert!(!promise("main.resimulated_stiff").is_kept_by(error_mm), "{error_mm} mm");

@@ -11,6 +11,7 @@ pub mod energy;
 pub mod experiment;
 pub mod grid;
 pub mod hessian_form;
+mod lay;
 pub mod model;
 mod motion;
 pub mod newton;

@@ -1,6 +1,7 @@
 //! `evaluate`: the tables of docs/validation.md.
 
 mod scan;
+mod start;
 mod verdict;
 
 use std::io::IsTerminal as _;
@@ -54,6 +55,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
             run_speed(*count, *seed, *dataset, vertices)
         }
         args::Evaluate::Verdict(given) => verdict::run(given),
+        args::Evaluate::Start(given) => start::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }
