@@ -126,3 +126,77 @@ fn unwrapped(
     Surface::new(found.into_iter().flatten().map(|(_, p)| exact(p)).collect())
         .map_err(|error| error.to_string())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fmt::Write as _;
+
+    const SIDE_M: [f64; 2] = [0.3, 0.3];
+
+    /// A bent sheet at shares of the specimen \[mm\].
+    fn at([u, v]: [f64; 2]) -> [f64; 3] {
+        [300.0 * u - 150.0, -40.0 * u - 30.0 * v, 300.0 * v - 150.0]
+    }
+
+    /// An OBJ of n x n vertices; `texture` writes the coordinates of a share.
+    fn obj(n: usize, texture: Option<fn(f64) -> f64>) -> String {
+        let mut text = String::new();
+        let share = |k: usize| [k / n, k % n].map(|c| c as f64 / (n - 1) as f64);
+        for k in 0..n * n {
+            let [x, y, z] = at(share(k));
+            let _ = writeln!(text, "v {x} {y} {z}");
+            if let Some(texture) = texture {
+                let [u, v] = share(k).map(texture);
+                let _ = writeln!(text, "vt {u} {v}");
+            }
+        }
+        for k in 0..n * (n - 1) {
+            if k % n != n - 1 {
+                let corner = |k: usize| match texture {
+                    Some(_) => format!("{k}/{k}"),
+                    None => k.to_string(),
+                };
+                let [a, b, c, d] = [k + 1, k + 2, k + n + 2, k + n + 1].map(corner);
+                let _ = writeln!(text, "f {a} {b} {c} {d}");
+            }
+        }
+        text
+    }
+
+    fn read(text: &str) -> Result<Surface, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sheet.obj");
+        std::fs::write(&path, text).unwrap();
+        read_sheet(&path, SIDE_M).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_grid_is_read_by_its_order_and_an_unwrapped_mesh_by_its_texture() {
+        let texts = [
+            (obj(31, None), 31),
+            (obj(13, Some(|share| share)), 61),
+            (obj(13, Some(|share| 300.0 * share)), 61),
+        ];
+        for (text, side) in texts {
+            let sheet = read(&text).unwrap();
+            assert_eq!(sheet.side(), side);
+            for shares in [[0.0, 1.0], [0.3, 0.45], [0.977, 0.01]] {
+                let off = sheet.at(shares).position_m - Point3::from(at(shares)) * 1e-3;
+                assert!(off.norm() < 1e-9, "{side} {shares:?} {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn meshes_that_do_not_say_where_they_lie_are_refused_with_the_remedy() {
+        let refused = |text: &str| read(text).unwrap_err();
+        let order = obj(31, None).replacen("v -150 ", "v 150 ", 1);
+        let order = refused(&order);
+        assert!(order.contains("vertices 1 and 32") && order.contains("texture"), "{order}");
+        let count = refused(&format!("v 150 0 0\n{}", obj(31, None)));
+        assert!(count.contains("962 vertices are no square grid"), "{count}");
+        let half = refused(&obj(13, Some(|share| 0.5 * share)));
+        assert!(half.contains("uncovered") && half.contains("taken as shares"), "{half}");
+    }
+}

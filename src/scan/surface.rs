@@ -141,7 +141,6 @@ fn observed(of: &Sampled, place: impl Fn(usize, usize) -> [f64; 2]) -> Vec<bool>
     let cell_m = of.side_m / (n - 1) as f64;
     let mut counts = vec![0_u32; n * n];
     for m in of.material {
-        // nearest place first; all whose square holds the point
         let [ci, cj] = m.map(|c| (c + 0.5 * of.side_m) / cell_m);
         let range = |c: f64| {
             let low = (c - reach_m / cell_m).ceil().max(0.0) as usize;
@@ -182,28 +181,39 @@ fn observed(of: &Sampled, place: impl Fn(usize, usize) -> [f64; 2]) -> Vec<bool>
 fn steps_from_observed(observed: &[bool]) -> Vec<usize> {
     let n = Surface::SIDE;
     let mut steps: Vec<usize> = observed.iter().map(|seen| if *seen { 0 } else { n }).collect();
-    // two sweeps, there and back, carry the distance over neighbours
+    let mut relax = |k: usize| {
+        let (i, j) = (k / n, k % n);
+        let neighbours = [
+            (i > 0, k.wrapping_sub(n)),
+            (i + 1 < n, k + n),
+            (j > 0, k.wrapping_sub(1)),
+            (j + 1 < n, k + 1),
+        ];
+        for (_, near) in neighbours.into_iter().filter(|(inside, _)| *inside) {
+            steps[k] = steps[k].min(steps[near] + 1);
+        }
+    };
+    // sweeps there and back carry the distance from neighbour to neighbour
     for _ in 0..2 {
-        for k in 0..n * n {
-            let (i, j) = (k / n, k % n);
-            let mut least = steps[k];
-            for (a, b) in [(i.wrapping_sub(1), j), (i, j.wrapping_sub(1)), (i + 1, j), (i, j + 1)] {
-                if a < n && b < n {
-                    least = least.min(steps[a * n + b] + 1);
-                }
-            }
-            steps[k] = least;
-        }
-        for k in (0..n * n).rev() {
-            let (i, j) = (k / n, k % n);
-            let mut least = steps[k];
-            for (a, b) in [(i.wrapping_sub(1), j), (i, j.wrapping_sub(1)), (i + 1, j), (i, j + 1)] {
-                if a < n && b < n {
-                    least = least.min(steps[a * n + b] + 1);
-                }
-            }
-            steps[k] = least;
-        }
+        (0..n * n).for_each(&mut relax);
+        (0..n * n).rev().for_each(&mut relax);
     }
     steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_from_what_was_observed_grows_over_a_hole() {
+        let n = Surface::SIDE;
+        let hole = |k: usize| (20..27).contains(&(k / n)) && (30..51).contains(&(k % n));
+        let observed: Vec<bool> = (0..n * n).map(|k| !hole(k)).collect();
+        let steps = steps_from_observed(&observed);
+        assert_eq!(
+            [19 * n + 40, 20 * n + 40, 23 * n + 40, 23 * n + 31].map(|k| steps[k]),
+            [0, 1, 4, 2]
+        );
+    }
 }
