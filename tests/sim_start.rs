@@ -128,3 +128,38 @@ fn a_surface_gives_the_same_bytes_on_any_thread() {
         }
     });
 }
+
+#[test]
+fn simulate_starts_from_what_it_wrote_and_names_what_is_wrong_with_a_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let params = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/drapes/stiff.params.json");
+    let simulate = |given: &[&str]| {
+        let run = std::process::Command::new(env!("CARGO_BIN_EXE_scan2params"))
+            .args(["simulate", "--params", params, "--vertices", "41", "--json"])
+            .args(given)
+            .output()
+            .unwrap();
+        (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
+    };
+    let (first, again) = (path("first.obj"), path("again.obj"));
+    let [first_rim, again_rim] = [path("first.csv"), path("again.csv")];
+    let dropped = ["--seed", "3", "--out", first.as_str(), "--boundary", first_rim.as_str()];
+    assert_eq!(simulate(&dropped).0, Some(0));
+    let started = ["--start", first.as_str(), "--out", &again, "--boundary", &again_rim];
+    assert_eq!(simulate(&started).0, Some(0));
+    let rims =
+        [&first_rim, &again_rim].map(|rim| scan2params::io::boundary_csv::read(rim).unwrap());
+    let distance_m = rims[0].mean_distance_m(&rims[1]);
+    println!("through files: {:.3} mm", 1e3 * distance_m);
+    assert!(distance_m < 0.5e-3, "{distance_m}");
+    let text = std::fs::read_to_string(&first).unwrap();
+    let bad = path("bad.obj");
+    std::fs::write(&bad, format!("v 120 0 0\n{text}")).unwrap();
+    let (code, said) = simulate(&["--start", &bad, "--out", &again]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("1682 vertices are no square grid"), "{said}");
+    assert!(said.contains("texture coordinates"), "{said}");
+    let (code, said) = simulate(&["--start", &first, "--out", &first]);
+    assert!(code != Some(0) && said.contains("would be lost"), "{code:?} {said}");
+}
