@@ -8,6 +8,7 @@ use std::process::Output;
 
 use assert_cmd::Command;
 use promises::{hold, promise};
+use scan2params::base::boundary::Orientation;
 use scan2params::base::{Boundary, Point3};
 use scan2params::evaluate::estimate::Baseline;
 use scan2params::evaluate::scan::INTERVAL_SIGMAS;
@@ -168,6 +169,7 @@ fn from_file_to_parameters() {
         }
         let rim = boundary_csv::read(out.path().join(format!("{scan}.boundary.csv"))).unwrap();
         assert!(rim.mean_distance_m(&rim_of(scan)) < 1e-6);
+        assert_eq!(result["boundary"]["resimulated"]["led_by"], "sheet");
         let error_mm = result["boundary"]["mean_error_mm"].as_f64().unwrap();
         match drape {
             "mean" => hold("main.resimulated_mean", error_mm),
@@ -190,10 +192,21 @@ fn a_fabric_that_ignores_the_scan_does_not_drape_as_it() {
     let baseline = Baseline::of(&Mixture::knit_2020()).unwrap().answer();
     let [a, b, c, d, e, f] = baseline.value;
     let (fabric, _) = Fabric::from_paper_units([a, b, c, d, e, f, 260.0]).project_bending();
-    let again = resimulate(&true_rim("stiff"), &fabric, &SimOptions::default());
+    let again = resimulate(&true_rim("stiff"), None, &fabric, &SimOptions::default());
     let error_mm = 1e3 * again.mean_distance_m;
     println!("ignoring the scan: {error_mm:.1} mm");
     assert!(!promise("main.resimulated_stiff").is_kept_by(error_mm), "{error_mm} mm");
+}
+
+#[test]
+fn a_rim_that_was_given_leads_the_drape_by_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rim.csv");
+    boundary_csv::write_oriented(&path, &true_rim("stiff"), Orientation::Given).unwrap();
+    let run = scan2params(&[path.to_str().unwrap(), "--density", "260", "--resimulate", "--json"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let result: Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(result["boundary"]["resimulated"]["led_by"], "rim");
 }
 
 #[test]

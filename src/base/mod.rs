@@ -1,12 +1,14 @@
-//! What every layer shares: the vector types, the boundary vector, the frame,
+//! What every layer shares: the vector types, the boundary vector, the sheet, the frame,
 //! units, seeds, processor time.
 
 pub mod boundary;
 pub mod clock;
 pub mod frame;
 pub mod seed;
+pub mod surface;
 pub mod units;
 pub mod vectors;
 
 pub use boundary::{Boundary, BoundaryError, BoundaryPoint};
+pub use surface::{Surface, SurfaceError, SurfacePoint};
 pub use vectors::{Isometry3, Point3, Vector3};

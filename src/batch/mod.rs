@@ -40,6 +40,7 @@ use crate::fabric::sha256_hex;
 use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
 use crate::job::verdict::Limits;
 use crate::job::{Job, JobError};
+use crate::refine::LedBy;
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
@@ -204,6 +205,8 @@ impl Batch<'_> {
             "read": self.options.read,
             "scan": self.scan_options(input),
             "resimulate": self.options.resimulate,
+            // a row that was led by the rim alone is another row
+            "resimulation_led_by": LedBy::Sheet.name(),
             "verdict": Limits::default(),
         });
         sha256_hex(settings.to_string().as_bytes())

@@ -494,6 +494,9 @@ pub(crate) enum Evaluate {
     },
     /// What scans look like to the verdict, honest ones and ones that are wrong in a known way.
     Verdict(Verdict),
+    /// Where scanned drapes of known fabrics come to rest from the scanned sheet, led by the
+    /// scanned rim, and from the true sheet: distance of the rim at rest from the true one.
+    Start(Start),
     /// How far the rim of one drape moves with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
@@ -534,6 +537,36 @@ pub(crate) struct Verdict {
     /// The density that is given is larger by this factor
     #[arg(long, default_value_t = 1.0)]
     pub(crate) density_factor: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Start {
+    /// Shipped priors that the fabrics are drawn from
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "measured,knit-2020",
+        value_name = "PRIORS"
+    )]
+    pub(crate) priors: Vec<String>,
+    /// Sensor profile; as for `evaluate scan`
+    #[arg(long, default_value = "structured-light")]
+    pub(crate) profile: String,
+    /// Fabrics of each prior, each scanned once; a scan takes half a minute
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and scans
+    #[arg(long, default_value_t = 7)]
+    pub(crate) seed: u64,
+    /// Folder for a picture of each answered scan: the true rim and those at rest
+    #[arg(long, value_name = "DIR")]
+    pub(crate) pictures: Option<PathBuf>,
+    /// Print the sums as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -601,6 +634,11 @@ pub(crate) struct Simulate {
     /// Seed of a perturbed drop; without it the canonical drop
     #[arg(long)]
     pub(crate) seed: Option<u64>,
+    /// No drop: start from this mesh of the specimen (OBJ or PLY, mm, simulation frame), as
+    /// `simulate` wrote it with any number of vertices, or an OBJ whose texture coordinates
+    /// run along warp and weft from the corner (-x, -z), from 0 to 1 or in mm
+    #[arg(long, value_name = "SHEET.obj", conflicts_with = "seed")]
+    pub(crate) start: Option<PathBuf>,
     /// Vertices on a side of the specimen
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u64).range(21..=241))]
     pub(crate) vertices: u64,

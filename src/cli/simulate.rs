@@ -4,6 +4,7 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::boundary::Orientation;
 use scan2params::base::clock::thread_cpu_s;
+use scan2params::dataset::sheet_file::read_sheet;
 use scan2params::fabric::Fabric;
 use scan2params::fabric::params;
 use scan2params::io::{OutputError, boundary_csv, output};
@@ -20,8 +21,15 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     if let Some(warning) = projected {
         eprintln!("warning: {warning}");
     }
-    let start = given.seed.map_or(DropStart::Canonical, DropStart::Perturbed);
     let experiment = given.experiment.experiment().map_err(Failure::usage)?;
+    let start = match &given.start {
+        Some(path) => {
+            let specimen = &experiment.specimen;
+            let sheet = read_sheet(path, [specimen.warp_m, specimen.weft_m])?;
+            DropStart::Surface(Box::new(sheet))
+        }
+        None => given.seed.map_or(DropStart::Canonical, DropStart::Perturbed),
+    };
     let vertices = given.vertices as usize;
     let numerics = numerics(given.numerics);
     let options = SimOptions { vertices, experiment, numerics, ..SimOptions::default() };
@@ -107,7 +115,7 @@ fn say(given: &args::Simulate, report: &str) {
 
 /// Whether the results can be written, and lose nothing.
 fn check_outputs(given: &args::Simulate) -> Result<(), OutputError> {
-    let inputs: Vec<_> = given.fabric.params.iter().cloned().collect();
+    let inputs: Vec<_> = given.fabric.params.iter().chain(&given.start).cloned().collect();
     output::check_file(&given.out, &inputs)?;
     if let Some(boundary) = &given.boundary {
         output::check_file(boundary, &inputs)?;

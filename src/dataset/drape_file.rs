@@ -25,6 +25,18 @@ pub enum DrapeFileError {
         /// What is wrong with it.
         fault: String,
     },
+    /// It does not say where its vertices lie on the flat specimen.
+    #[error(
+        "{path}: {fault}; give a mesh of the whole specimen in mm, simulation frame: the grid that \
+         `simulate` writes, or an OBJ whose texture coordinates run from 0 to 1, or over the \
+         specimen's mm, along warp and weft from the corner (-x, -z)"
+    )]
+    NoSheet {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        fault: String,
+    },
 }
 
 /// The drape of an OBJ in mm, simulation frame, in metres.

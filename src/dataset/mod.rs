@@ -39,6 +39,7 @@ mod generate;
 mod manifest;
 mod options;
 mod row;
+pub mod sheet_file;
 mod table;
 
 pub use error::GenerateError;

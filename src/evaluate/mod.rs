@@ -10,5 +10,6 @@ mod setup;
 pub mod soak;
 pub mod speed;
 pub mod stages;
+pub mod start;
 pub mod timed;
 pub mod verdict;

@@ -151,7 +151,8 @@ pub fn case(
         Ok(found) => {
             let density_kg_m2 = fabric.density_kg_m2 * wrong.density;
             let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
-            let again = resimulate(&found.boundary, &estimate.fabric, &options);
+            let again =
+                resimulate(&found.boundary, Some(&found.surface), &estimate.fabric, &options);
             let rim_error_m = drape.boundary.mean_distance_m(&found.boundary);
             let figures = Figures::of_scan(&found, &ScanOptions::default());
             let figures = figures.answered(&estimate, Some(&again));

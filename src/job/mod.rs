@@ -107,7 +107,7 @@ impl Job {
         let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
         let resimulation = self.resimulate.then(|| {
             tell("draping the estimate again");
-            resimulate(rim.boundary(), &estimate.fabric, &SimOptions::default())
+            resimulate(rim.boundary(), rim.sheet(), &estimate.fabric, &SimOptions::default())
         });
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
         let verdict = verdict::of_job(&rim, &self.scan, &estimate, resimulation.as_ref());

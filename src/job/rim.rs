@@ -16,7 +16,7 @@ use super::error::{JobError, RimError};
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Isometry3, Point3};
+use crate::base::{Boundary, Isometry3, Point3, Surface};
 use crate::io::boundary_csv::{self, OrientedRim};
 use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
 use crate::scan::{
@@ -88,6 +88,12 @@ impl Rim {
             Self::Scanned { scanned, .. } => &scanned.boundary,
             Self::Given { boundary, .. } => boundary,
         }
+    }
+
+    /// The whole scanned sheet, simulation frame; `None` for a rim that was given.
+    #[must_use]
+    pub fn sheet(&self) -> Option<&Surface> {
+        self.scanned().map(|scanned| &scanned.surface)
     }
 
     /// Whether weft and warp are known.

@@ -84,6 +84,7 @@ fn boundary(outcome: &Outcome) -> Value {
         value["mean_error_mm"] = json!(again.mean_distance_m / M_PER_MM);
         value["largest_error_mm"] = json!(again.largest_distance_m / M_PER_MM);
         value["resimulated"] = json!({
+            "led_by": again.led_by.name(),
             "stop": again.drape.stop.name(),
             "nodes": again.drape.nodes,
             "intersections": again.drape.intersections,

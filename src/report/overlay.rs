@@ -65,7 +65,8 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
 fn legend(image: &mut RgbImage, outcome: &Outcome) {
     let again = match &outcome.resimulation {
         Some(again) => format!(
-            "re-simulated rim: mean error {:.2} mm, largest {:.2} mm, {} folds",
+            "re-simulated rim, led by the {}: mean error {:.2} mm, largest {:.2} mm, {} folds",
+            again.led_by.name(),
             again.mean_distance_m / M_PER_MM,
             again.largest_distance_m / M_PER_MM,
             again.drape.nodes

@@ -34,9 +34,11 @@ pub fn text(outcome: &Outcome) -> String {
             [again.mean_distance_m, again.largest_distance_m].map(|m| m / M_PER_MM);
         let _ = writeln!(
             out,
-            "\nre-simulated rim {mean:>11.2} mm mean error, {largest:.2} mm largest, {} folds ({})",
+            "\nre-simulated rim {mean:>11.2} mm mean error, {largest:.2} mm largest, {} folds \
+             ({}, led by the {})",
             again.drape.nodes,
-            again.drape.stop.name()
+            again.drape.stop.name(),
+            again.led_by.name()
         );
     }
     let _ = writeln!(out, "model {} ({})", outcome.model[0], &outcome.model[1][..12]);

@@ -54,6 +54,7 @@ mod sheet;
 mod sides;
 mod square;
 mod steps;
+mod surface;
 pub mod tuning;
 mod uncertainty;
 mod underside;

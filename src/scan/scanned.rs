@@ -7,9 +7,10 @@ use super::found::Found;
 use super::options::ScanOptions;
 use super::quality::Quality;
 use super::steps::{Assessed, Edged, Oriented, Registered};
+use super::surface::{self, Sampled};
 use super::unit::LengthUnit;
 use crate::base::boundary::{Orientation, POINTS_PER_SIDE, SIDES};
-use crate::base::{Boundary, Isometry3, Point3, Vector3};
+use crate::base::{Boundary, Isometry3, Point3, Surface, Vector3};
 
 /// Raw points this close to the nominal edge or beyond it are shown as the edge's [m].
 const SHOWN_EDGE_M: f64 = 2e-3;
@@ -19,6 +20,8 @@ const SHOWN_EDGE_M: f64 = 2e-3;
 pub struct ScannedBoundary {
     /// 244 points, simulation frame.
     pub boundary: Boundary,
+    /// The whole sheet, simulation frame, 61 x 61 places; its sides are the rim.
+    pub surface: Surface,
     /// Whether weft and warp are known.
     pub orientation: Orientation,
     /// Angle between the direction that was given for the warp and the specimen's axis that
@@ -54,9 +57,10 @@ impl ScannedBoundary {
     pub(super) fn of(assessed: Assessed, found: Found, options: &ScanOptions) -> Self {
         let quality = Quality::of(&assessed, options);
         let sim_from_local = sim_from_local(&assessed.edged, options);
+        let surface = sheet(&assessed.edged, sim_from_local, options);
         let Assessed { edged: Edged { registered, near_edge, mut rim, .. }, .. } = assessed;
         let Registered { cloth, material, .. } = registered;
-        let Oriented { bench, surface, warp_off_rad, .. } = cloth;
+        let Oriented { bench, surface: points, warp_off_rad, .. } = cloth;
         for point in &mut rim.points {
             point.position_m = sim_from_local * point.position_m;
         }
@@ -66,7 +70,7 @@ impl ScannedBoundary {
         let on_edge = |m: [f64; 2]| m[0].abs().max(m[1].abs()) > nominal_m - SHOWN_EDGE_M;
         let on_edge = near_edge.iter().filter(|e| on_edge(e.material));
         let evidence = Evidence {
-            cloth: surface.points.iter().map(|p| sim_from_local * p).collect(),
+            cloth: points.points.iter().map(|p| sim_from_local * p).collect(),
             material,
             edge_points: on_edge.map(|e| sim_from_local * e.at).collect(),
             corners,
@@ -77,8 +81,34 @@ impl ScannedBoundary {
         let known = warp_off_rad.is_some();
         let orientation = if known { Orientation::Given } else { Orientation::Ambiguous };
         let unit = bench.unit;
-        Self { boundary, orientation, warp_off_rad, sim_from_scan, unit, quality, evidence, found }
+        Self {
+            boundary,
+            surface,
+            orientation,
+            warp_off_rad,
+            sim_from_scan,
+            unit,
+            quality,
+            evidence,
+            found,
+        }
     }
+}
+
+/// The sheet that the rim was traced on, sampled.
+fn sheet(edged: &Edged, sim_from_local: Isometry3, options: &ScanOptions) -> Surface {
+    let Edged { registered, rim, .. } = edged;
+    let cloth = &registered.cloth;
+    surface::sample(&Sampled {
+        sheet: registered.sheet(),
+        rim,
+        material: &registered.material,
+        spacing_m: cloth.cloth.spacing_m,
+        noise_m: cloth.noise_m(),
+        side_m: options.specimen_side_m,
+        sim_from_local,
+        tuning: &options.tuning.uncertainty,
+    })
 }
 
 /// The simulation frame from the local one: the plate's axis and face, and the warp along x.

@@ -20,11 +20,12 @@ use crate::sim::drop::{Drop, DropStart, guide, start_positions};
 use crate::sim::effort::Effort;
 use crate::sim::experiment::{MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
+use crate::sim::lay::lay;
 use crate::sim::model::{Guide, Model};
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Memory, Newton};
 use crate::sim::options::{SimOptions, Stop};
-use crate::sim::rest::{descend, settle};
+use crate::sim::rest::{descend, release, settle};
 use crate::sim::self_contact::count_intersections;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError, sensitivities};
 use crate::sim::setup::Setup;
@@ -132,6 +133,10 @@ pub(super) fn fallen(
     options: &SimOptions,
 ) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let fine = grid_of(options, options.vertices);
+    // what is laid on the fine grid does not fall
+    if let DropStart::Surface(_) = drop.start {
+        return (fine, Vec::new(), Effort::default());
+    }
     let coarse = grid_of(options, options.fall_vertices.min(options.vertices));
     let (mut x, mut effort) = fall(fabric, drop, &coarse, options);
     let mut from = coarse;
@@ -246,7 +251,13 @@ pub(super) fn rest(
 ) -> Rested {
     let mut model = model_of(grid, fabric, options, REST_GAP);
     let mut newton = Newton::new(&model);
-    let mut x = start;
+    let mut laid = match &drop.start {
+        DropStart::Surface(surface) => {
+            Some(lay(surface, &options.experiment.specimen, fabric, &model))
+        }
+        _ => None,
+    };
+    let mut x = laid.as_mut().map_or(start, |laid| std::mem::take(&mut laid.x));
     lift_clear(&model, grid, &mut x);
     let cell_weight_n =
         fabric.density_kg_m2 * grid.spacing_m.powi(2) * crate::base::frame::GRAVITY_M_S2;
@@ -258,6 +269,10 @@ pub(super) fn rest(
         // at rest on its springs, so that little is left to move when they are gone
         descend(&mut model, &mut newton, &mut x, &mut Memory::default(), limit_n, GUIDED_DROP);
         model.guide = Guide::default();
+    } else if let Some(laid) = laid {
+        if let Some(springs) = laid.springs {
+            release(&mut model, &mut newton, &mut x, springs, limit_n);
+        }
     } else {
         evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
     }

@@ -8,7 +8,7 @@ use rand::RngExt as _;
 
 use crate::base::boundary::POINTS_PER_SIDE;
 use crate::base::frame::GRAVITY_M_S2;
-use crate::base::{Boundary, Vector3, seed};
+use crate::base::{Boundary, Surface, Vector3, seed};
 use crate::fabric::Fabric;
 use crate::sim::grid::Grid;
 use crate::sim::model::{Guide, Target};
@@ -25,6 +25,10 @@ pub enum DropStart {
     /// Springs lead the border to a scanned rim (simulation frame) and are released before the
     /// sheet comes to rest, so that it ends in an equilibrium near what was scanned.
     Guided(Box<Boundary>),
+    /// The sheet is laid where this surface of the specimen lies (simulation frame) and comes to
+    /// rest without a fall: it ends in the equilibrium next to the surface. A surface with an error
+    /// (a scan's) is first held by springs over all of it, which are released in stages.
+    Surface(Box<Surface>),
 }
 
 /// How a specimen is dropped onto the plate.
@@ -62,7 +66,7 @@ pub(super) fn guide(grid: &Grid, rim: &Boundary, fabric: &Fabric) -> Guide {
         targets: border
             .iter()
             .enumerate()
-            .map(|(k, &vertex)| Target { vertex, position_m: target(k) })
+            .map(|(k, &vertex)| Target { vertex, position_m: target(k), weight: 1.0 })
             .collect(),
         stiffness_n_m: weight / SPRING_SAG_M,
     }
@@ -91,7 +95,8 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
     let mut waves = Vec::new();
     let (mut tilt, mut offset) = ([0.0, 0.0, 0.0], Vector3::zeros());
     match drop.start {
-        DropStart::Canonical | DropStart::Guided(_) => {
+        // a surface is laid, not dropped: `lay`
+        DropStart::Canonical | DropStart::Guided(_) | DropStart::Surface(_) => {
             waves.extend([
                 Wave { height_m: 0.2e-3, along_x: 1.3, along_z: 2.1, phase: 0.4 },
                 Wave { height_m: 0.1e-3, along_x: 3.2, along_z: -1.7, phase: 1.9 },

@@ -12,6 +12,7 @@ pub mod experiment;
 pub mod follow;
 pub mod grid;
 pub mod hessian_form;
+mod lay;
 pub mod model;
 mod motion;
 pub mod newton;

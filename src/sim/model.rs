@@ -30,6 +30,8 @@ pub struct Target {
     pub vertex: usize,
     /// The place, simulation frame \[m\].
     pub position_m: Vector3,
+    /// Share of the springs' stiffness that this one has.
+    pub weight: f64,
 }
 
 /// Springs that pull some vertices to places in space, to lead the sheet to a
@@ -38,7 +40,7 @@ pub struct Target {
 pub struct Guide {
     /// Where each spring pulls.
     pub targets: Vec<Target>,
-    /// Stiffness of each spring \[N/m\].
+    /// Stiffness of a spring of weight 1 \[N/m\].
     pub stiffness_n_m: f64,
 }
 
@@ -195,8 +197,8 @@ impl Model {
     /// Total energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        let guide: f64 =
-            self.guide.targets.iter().map(|t| (x[t.vertex] - t.position_m).norm_squared()).sum();
+        let square = |t: &Target| t.weight * (x[t.vertex] - t.position_m).norm_squared();
+        let guide: f64 = self.guide.targets.iter().map(square).sum();
         self.plate.energy_j(&self.grid, x)
             + self.body_energy_j(x)
             + self.self_contact.energy_j(x)
@@ -236,7 +238,7 @@ impl Model {
         self.self_contact.add_gradient(x, gradient);
         for target in &self.guide.targets {
             let v = target.vertex;
-            gradient[v] += (x[v] - target.position_m) * self.guide.stiffness_n_m;
+            gradient[v] += (x[v] - target.position_m) * (target.weight * self.guide.stiffness_n_m);
         }
         for &v in &self.held {
             gradient[v] = Vector3::zeros();
@@ -318,11 +320,8 @@ impl Model {
         }
         self.plate.add_hessian(&grid, x, form, values);
         for target in &self.guide.targets {
-            pattern.add_diagonal(
-                values,
-                target.vertex,
-                &(Matrix3::identity() * self.guide.stiffness_n_m),
-            );
+            let stiffness_n_m = target.weight * self.guide.stiffness_n_m;
+            pattern.add_diagonal(values, target.vertex, &(Matrix3::identity() * stiffness_n_m));
         }
         for &v in &self.held {
             pattern.add_diagonal(values, v, &(Matrix3::identity() * HELD_N_M));

@@ -1,7 +1,7 @@
 //! The search for equilibrium: quasi-Newton descents and Newton steps in turn.
 
 use crate::base::Vector3;
-use crate::sim::model::Model;
+use crate::sim::model::{Guide, Model};
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Memory, Newton, Rising};
 use crate::sim::options::{SimOptions, Stop};
@@ -48,6 +48,43 @@ pub(super) fn settle(
     model.gradient(x, &mut gradient);
     (Stop::Iterations, gradient.iter().map(Vector3::norm).fold(0.0, f64::max))
 }
+
+/// Brings a sheet that was laid where a scan has it to rest on its springs, and lets it go.
+///
+/// First the cloth slides freely on the plate: a scanned sheet is right across the surface and off
+/// by some tenths of a millimetre along it, which is a strain that no drape has and that friction
+/// would keep. Then friction grips where the cloth lies by now, and the springs are released in
+/// stages, each with the sheet at rest on them.
+pub(super) fn release(
+    model: &mut Model,
+    newton: &mut Newton,
+    x: &mut [Vector3],
+    springs: Guide,
+    limit_n: f64,
+) {
+    let (held_n_m, friction) = (springs.stiffness_n_m, model.plate.friction());
+    model.guide = springs;
+    model.plate.set_friction(0.0);
+    for _ in 0..SLIDING_DESCENTS {
+        descend(model, newton, x, &mut Memory::default(), limit_n, HELD_DROP);
+    }
+    model.plate.set_friction(friction);
+    for share in RELEASE {
+        model.guide.stiffness_n_m = held_n_m * share;
+        descend(model, newton, x, &mut Memory::default(), limit_n, RELEASED_DROP);
+    }
+    model.guide = Guide::default();
+}
+
+/// Descents of the sheet that slides on the plate; a second one goes on where the first was wedged.
+const SLIDING_DESCENTS: usize = 2;
+/// Fall of the energy in a cycle at which the sliding sheet counts as at rest on its springs.
+const HELD_DROP: f64 = 1e-6;
+/// Shares of their stiffness that the springs keep in the stages of their release. For the true
+/// fabric a single step does as well; for another one the sheet has farther to go.
+const RELEASE: [f64; 2] = [0.25, 0.06];
+/// Fall of the energy in a cycle at which a stage is over.
+const RELEASED_DROP: f64 = 1e-5;
 
 /// How a descent ended.
 pub(super) enum Descent {

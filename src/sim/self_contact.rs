@@ -55,7 +55,7 @@ mod tests;
 
 pub use distance::Hessian12;
 pub use elements::SelfContactParams;
-pub use intersections::count_intersections;
+pub use intersections::{count_intersections, intersecting};
 
 use crate::base::Vector3;
 use crate::sim::hessian_form::HessianForm;

@@ -2,6 +2,7 @@
 
 mod follow;
 mod scan;
+mod start;
 mod verdict;
 
 use std::io::IsTerminal as _;
@@ -57,6 +58,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
             run_speed(*count, *seed, *dataset, vertices, numerics)
         }
         args::Evaluate::Verdict(given) => verdict::run(given),
+        args::Evaluate::Start(given) => start::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }

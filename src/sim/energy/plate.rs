@@ -63,6 +63,9 @@ const LEAST_WALL: f64 = 0.05;
 /// Part of its distance from the plate that a sample keeps in a step.
 const KEPT: f64 = 0.2;
 
+/// Rounds over all samples in which cloth is pushed out of the plate.
+const PUSHES: usize = 100;
+
 /// Pressure at the depth scale: the overhang's weight on a strip of the edge,
 /// measured in the sheet's own pressure rho g.
 const EDGE_PRESSURE_RATIO: f64 = 300.0;
@@ -99,7 +102,8 @@ impl PlateContact {
     #[must_use]
     pub fn none() -> Self {
         let plate = Plate::default();
-        Self { plate, stiffness_pa_m: 0.0, samples: Vec::new(), grips: Vec::new() }
+        let (samples, grips) = (Vec::new(), Vec::new());
+        Self { plate, stiffness_pa_m: 0.0, samples, grips }
     }
 
     fn position(grid: &Grid, x: &[Vector3], sample: &Sample) -> Vector3 {
@@ -263,6 +267,19 @@ impl PlateContact {
         largest * self.plate.friction
     }
 
+    /// Sets the coefficient of friction, and lets friction grip anew, unloaded, where the cloth lies
+    /// at the next renewal.
+    pub fn set_friction(&mut self, friction: f64) {
+        self.plate.friction = friction;
+        self.grips.iter_mut().for_each(|grip| grip.anchor = None);
+    }
+
+    /// The coefficient of friction.
+    #[must_use]
+    pub fn friction(&self) -> f64 {
+        self.plate.friction
+    }
+
     /// Largest fraction, up to `limit`, of the step `dx` from `x` on whose way no sample loses
     /// more than `1 - KEPT` of its distance from the plate; those inside it already are free.
     #[must_use]
@@ -307,6 +324,31 @@ impl PlateContact {
             }
         }
         free
+    }
+
+    /// Moves the vertices of the cells whose samples lie in the plate, or nearer to it than
+    /// `least_m`, along its normal until they do not; cloth in the upper half of the plate goes up.
+    /// Other vertices stay.
+    pub fn push_out(&self, grid: &Grid, x: &mut [Vector3], least_m: f64) {
+        for _ in 0..PUSHES {
+            let mut clear = true;
+            for sample in &self.samples {
+                let p = Self::position(grid, x, sample);
+                let Some(at) = self.plate.distance(&p, least_m).filter(|at| at.d < least_m) else {
+                    continue;
+                };
+                clear = false;
+                // what is left of it after its own vertices have moved by their weights
+                let squares: f64 = sample.weights.iter().map(|w| w * w).sum();
+                let push = at.normal * ((1.001 * least_m - at.d) / squares);
+                for (&v, w) in grid.cells[sample.cell as usize].iter().zip(sample.weights) {
+                    x[v as usize] += push * w;
+                }
+            }
+            if clear {
+                return;
+            }
+        }
     }
 
     /// The least signed distance of a sample from the plate's surface \[m\]: positive if no cloth

@@ -27,19 +27,25 @@ struct Boxed<'a> {
     min: Vector3,
     max: Vector3,
     vertices: &'a [u32; 3],
+    index: u32,
 }
 
 /// Number of pairs of triangles without a common vertex that intersect at the positions `x`
 /// (metres); touching counts. 0 for a sheet that does not pass through itself.
 pub fn count_intersections(triangles: &[[u32; 3]], x: &[Vector3]) -> usize {
+    intersecting(triangles, x).len()
+}
+
+/// The pairs of triangles, as their indices, that [`count_intersections`] counts.
+pub fn intersecting(triangles: &[[u32; 3]], x: &[Vector3]) -> Vec<[u32; 2]> {
     let corners = |t: &[u32; 3]| t.map(|v| x[v as usize]);
-    let boxed = |vertices| {
+    let boxed = |(index, vertices)| {
         let [a, b, c] = corners(vertices);
-        Boxed { min: a.inf(&b).inf(&c), max: a.sup(&b).sup(&c), vertices }
+        Boxed { min: a.inf(&b).inf(&c), max: a.sup(&b).sup(&c), vertices, index }
     };
-    let mut order: Vec<Boxed> = triangles.iter().map(boxed).collect();
+    let mut order: Vec<Boxed> = (0..).zip(triangles).map(boxed).collect();
     order.sort_by(|a, b| a.min.x.total_cmp(&b.min.x));
-    let mut count = 0;
+    let mut pairs = Vec::new();
     for (i, t) in order.iter().enumerate() {
         for other in &order[i + 1..] {
             if other.min.x > t.max.x {
@@ -49,12 +55,15 @@ pub fn count_intersections(triangles: &[[u32; 3]], x: &[Vector3]) -> usize {
                 || t.min.y > other.max.y
                 || other.min.z > t.max.z
                 || t.min.z > other.max.z;
-            if !apart && !t.vertices.iter().any(|v| other.vertices.contains(v)) {
-                count += usize::from(intersect(&corners(t.vertices), &corners(other.vertices)));
+            if !apart
+                && !t.vertices.iter().any(|v| other.vertices.contains(v))
+                && intersect(&corners(t.vertices), &corners(other.vertices))
+            {
+                pairs.push([t.index, other.index]);
             }
         }
     }
-    count
+    pairs
 }
 
 /// Six times the signed volume of the tetrahedron, 0 if it is flat.
