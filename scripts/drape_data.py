@@ -27,6 +27,7 @@ class Drapes:
     stiffness: np.ndarray  # (rows, 6) paper units
     density: np.ndarray  # (rows,) g/m^2
     fabric: np.ndarray  # (rows,) fabric index
+    group: np.ndarray  # (rows,) what must not be split: the drops of a fabric, the drapes of a walk
     node_count: np.ndarray  # (rows,)
     manifest: dict
     rows_read: int
@@ -52,11 +53,15 @@ def read_folder(folder, rows_limit=None):
     for stop, kept in zip(column["stop"], keep):
         if not kept:
             left_out[stop] = left_out.get(stop, 0) + 1
+    fabric = np.asarray(column["fabric_index"])
+    walks = manifest.get("walks")
+    group = np.asarray(column["index"]) // walks["rows"] if walks else fabric
     return Drapes(
         boundary[keep],
         stiffness[keep],
         density[keep],
-        np.asarray(column["fabric_index"])[keep],
+        fabric[keep],
+        group[keep],
         np.asarray(column["node_count"])[keep],
         manifest,
         len(keep),
@@ -95,13 +100,14 @@ def transformed(boundary, symmetry):
     return boundary[..., perm, :] @ matrix.T.astype(boundary.dtype)
 
 
-def split_by_fabric(fabric, seed, shares=(0.8, 0.1, 0.1)):
-    """Row numbers of training, calibration and test; all drops of a fabric go together."""
-    unique = np.unique(fabric)
+def split_by_group(group, seed, shares=(0.8, 0.1, 0.1)):
+    """Row numbers of training, calibration and test; all drops of a fabric go together, and so do all
+    drapes of a walk: neighbouring fabrics on one branch tell too much of each other."""
+    unique = np.unique(group)
     order = np.random.default_rng([seed, 1]).permutation(len(unique))
     ends = np.round(np.cumsum(shares) * len(unique)).astype(int)
     parts = np.split(unique[order], ends[:-1])
-    return [np.flatnonzero(np.isin(fabric, part)) for part in parts]
+    return [np.flatnonzero(np.isin(group, part)) for part in parts]
 
 
 @dataclass

@@ -41,12 +41,12 @@ def test_symmetries_are_eight_and_a_mark_on_the_cloth_moves_with_the_matrix():
         assert np.allclose(back[:, 1], 2 * back[:, 0] + 5 * back[:, 2])
 
 
-def test_a_fabric_never_lies_on_both_sides_of_the_split():
-    fabric = np.repeat(np.arange(100), 3)
-    parts = drape_data.split_by_fabric(fabric, seed=1)
+def test_a_group_never_lies_on_both_sides_of_the_split():
+    group = np.repeat(np.arange(100), 3)
+    parts = drape_data.split_by_group(group, seed=1)
     assert [len(part) for part in parts] == [240, 30, 30]
     assert sorted(np.concatenate(parts)) == list(range(300))
-    assert not set(fabric[parts[0]]) & set(fabric[parts[2]])
+    assert not set(group[parts[0]]) & set(group[parts[2]])
 
 
 def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():

@@ -7,7 +7,7 @@ writes snn.onnx and snn.json beside it. Everything that is reported or calibrate
 onnxruntime from the exported file, so that it holds for what is shipped. Deterministic by --seed
 on one machine (XLA may order sums differently on another).
 
-Flow: read rows at rest -> split by fabric 80/10/10 -> train on the eight symmetric copies with
+Flow: read rows at rest -> split by fabric (or walk) 80/10/10 -> train on the eight symmetric copies with
 scan noise -> export -> calibrate 90 % intervals on the calibration fabrics (split conformal) ->
 report on the test fabrics.
 """
@@ -48,6 +48,7 @@ def parse_args():
     parser.add_argument("--dropout", type=float, default=0.05)
     parser.add_argument("--mse-share", type=float, default=0.4, help="share of the epochs before the sigmas are trained")
     parser.add_argument("--rows", type=int, help="read only so many rows")
+    parser.add_argument("--test", type=pathlib.Path, help="also score on all rows of this folder, of another seed")
     parser.add_argument("--cases", type=pathlib.Path, help="also write a few inputs and outputs, for tests")
     return parser.parse_args()
 
@@ -256,7 +257,7 @@ def report(name, metrics):
 def main():
     args = parse_args()
     drapes = drape_data.read_folder(args.data, args.rows)
-    train_rows, calibration_rows, test_rows = drape_data.split_by_fabric(drapes.fabric, args.seed)
+    train_rows, calibration_rows, test_rows = drape_data.split_by_group(drapes.group, args.seed)
     symmetries = drape_data.symmetries()
     scaling = Scaling(drapes, train_rows, symmetries)
     noise = drape_data.Noise()
@@ -294,6 +295,10 @@ def main():
         "linear_regression": scores(linear(*clean[0]), clean[1], scaling),
         "linear_regression_noisy": scores(linear(*noised[0]), noised[1], scaling),
     }
+    if args.test:
+        other = drape_data.read_folder(args.test)
+        inputs = other.boundary, other.density.astype(np.float32)
+        metrics["other_test"] = evaluate(network, inputs, scaling.normalised(other.stiffness), quantile, scaling)
     for name, value in metrics.items():
         report(name, value)
 

@@ -70,7 +70,7 @@ fn scan2params_manifest() -> String {
     let folder = tempfile::tempdir().unwrap();
     let options = GenerateOptions::new(folder.path(), 0);
     let simulate =
-        |index, fabric: &_, seed| drapes::simulate(index, fabric, seed, &drapes::dataset_options());
+        |sample: &_, _: Option<()>| (drapes::simulate(sample, &drapes::dataset_options()), None);
     generate(&options, simulate, |_| std::ops::ControlFlow::Continue(())).unwrap();
     std::fs::read_to_string(folder.path().join("manifest.json")).unwrap()
 }

@@ -456,7 +456,7 @@ pub(crate) enum Evaluate {
     Physics(Physics),
     /// Drapes of many fabrics, the corners of Table 2's box among them: how they end.
     Soak {
-        /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+        /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
         #[arg(long, default_value = DEFAULT_PRIOR)]
         prior: String,
         /// Fabrics; every eighth is a corner of the box
@@ -510,7 +510,7 @@ pub(crate) enum Evaluate {
 
 #[derive(Debug, Args)]
 pub(crate) struct Verdict {
-    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+    /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
     #[arg(long, default_value = DEFAULT_PRIOR)]
     pub(crate) prior: String,
     /// Sensor profile; as for `evaluate scan`
@@ -671,7 +671,7 @@ pub(crate) struct Generate {
     /// Seed of the whole run
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`
+    /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
     #[arg(long, default_value = DEFAULT_PRIOR)]
     pub(crate) prior: String,
     /// Make part i of N only
@@ -680,6 +680,13 @@ pub(crate) struct Generate {
     /// Drops of each fabric
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) drops_per_fabric: u64,
+    /// Lead each sheet from fabric to neighbouring fabric, ROWS drapes to a fall (a divisor of 64)
+    #[arg(
+        long, value_name = "ROWS", num_args = 0..=1, require_equals = true,
+        default_missing_value = "16", conflicts_with = "drops_per_fabric",
+        value_parser = clap::value_parser!(u64).range(1..)
+    )]
+    pub(crate) walk: Option<u64>,
     /// Drapes at once; 0: one per core
     #[arg(long, default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,

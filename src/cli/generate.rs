@@ -5,20 +5,28 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::{Failure, Outcome, args};
-use scan2params::dataset::{GenerateError, GenerateOptions, Progress, drapes, generate};
+use scan2params::dataset::{GenerateError, GenerateOptions, Progress, Walks, drapes, generate};
 use scan2params::fabric::Mixture;
+use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Generate) -> Outcome {
-    let simulator = drapes::dataset_options();
+    let simulator = match given.walk {
+        Some(_) => SimOptions::default(),
+        None => drapes::dataset_options(),
+    };
     let mut options = GenerateOptions::new(&given.out, given.count);
     options.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
     options.seed = given.seed;
     options.shard = given.shard;
     options.drops_per_fabric = given.drops_per_fabric;
     options.threads = given.threads;
+    options.walks = given.walk.map(|rows| Walks { rows, ..Walks::default() });
     options.simulator = serde_json::to_value(simulator)?;
     let start = Instant::now();
-    let simulate = |index, fabric: &_, seed| drapes::simulate(index, fabric, seed, &simulator);
+    let simulate = |sample: &_, sheet| match options.walks {
+        Some(_) => drapes::walk(sample, sheet, &simulator),
+        None => (drapes::simulate(sample, &simulator), None),
+    };
     let report = |progress: Progress| {
         report(progress, start);
         ControlFlow::Continue(())

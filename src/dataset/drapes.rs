@@ -1,23 +1,60 @@
-//! One sample of a dataset: a fabric's perturbed drop, simulated.
+//! One sample of a dataset: a fabric's perturbed drop, simulated, or a sheet led there from
+//! the sample before.
 
-use super::row::SimulatedRow;
-use crate::fabric::Fabric;
-use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
+use super::row::{Sample, SimulatedRow};
+use crate::sim::follow::{FollowOptions, Follower};
+use crate::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
 
-/// The options under which datasets are made: the default's, but the descent ends
+/// The options under which drapes are made that all fall: the default's, but the descent ends
 /// when a cycle lowers the energy by less than 1e-4 of itself. How far such rims
-/// are from full rest is in `docs/validation.md`.
+/// are from full rest is in `docs/validation.md`. Walks go from rest to rest, and are made under
+/// the default's.
 #[must_use]
 pub fn dataset_options() -> SimOptions {
     SimOptions { energy_drop: 1e-4, ..SimOptions::default() }
 }
 
-/// Simulates sample `index` of a run: its drop is drawn from the run's seed and
-/// the index.
+/// Longest step of a walk: the root mean square of the changes of the fabric's seven logarithms.
+/// Twice that of a continuation that looks for events, since a sheet that leaves its branch is a
+/// drape like any other here.
+const LONGEST_STEP: f64 = 0.5;
+
+/// Simulates a sample that falls: its drop is drawn from the run's seed and the index.
 #[must_use]
-pub fn simulate(index: u64, fabric: &Fabric, run_seed: u64, options: &SimOptions) -> SimulatedRow {
-    let drop_seed = run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index;
-    let drape = drape(fabric, &Drop { start: DropStart::Perturbed(drop_seed) }, options);
+pub fn simulate(sample: &Sample, options: &SimOptions) -> SimulatedRow {
+    row(drape(&sample.fabric, &drop_of(sample), options), false)
+}
+
+/// Simulates a sample of a walk, and gives the sheet that the next one goes on from. A sheet falls
+/// where there is none to lead, and where the one there is does not come to rest on its way.
+#[must_use]
+pub fn walk(
+    sample: &Sample,
+    sheet: Option<Follower>,
+    options: &SimOptions,
+) -> (SimulatedRow, Option<Follower>) {
+    let led = sheet.and_then(|sheet| led(sheet, sample));
+    let walked = led.is_some();
+    let sheet =
+        led.unwrap_or_else(|| Follower::drop(&sample.fabric, &drop_of(sample), options));
+    let drape = sheet.drape();
+    let goes_on = drape.stop == Stop::AtRest && drape.intersections == 0;
+    (row(drape, walked), goes_on.then_some(sheet))
+}
+
+/// The sheet at rest with the sample's fabric.
+fn led(mut sheet: Follower, sample: &Sample) -> Option<Follower> {
+    let how = FollowOptions { longest_step: LONGEST_STEP, ..FollowOptions::default() };
+    let followed = sheet.follow_fabric(&sample.fabric, &how).ok()?;
+    (followed.reached == 1.0 && followed.stop == Stop::AtRest).then_some(sheet)
+}
+
+fn drop_of(sample: &Sample) -> Drop {
+    let seed = sample.run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sample.index;
+    Drop { start: DropStart::Perturbed(seed) }
+}
+
+fn row(drape: Drape, walked: bool) -> SimulatedRow {
     SimulatedRow {
         at_rest: matches!(drape.stop, Stop::AtRest | Stop::Slow) && drape.intersections == 0,
         stop: if drape.intersections > 0 { "intersects".into() } else { drape.stop.name().into() },
@@ -26,5 +63,6 @@ pub fn simulate(index: u64, fabric: &Fabric, run_seed: u64, options: &SimOptions
         energy_j: drape.energy_j,
         residual_n: drape.residual_n,
         boundary: drape.boundary,
+        walked,
     }
 }

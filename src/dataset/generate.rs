@@ -9,6 +9,9 @@
 //! the next one goes on from the rest. Which rows came from there does not show in the
 //! file: a boundary of f32 millimetres survives reading, and the fabric is drawn again.
 //!
+//! Samples of a walk are made one after the other by one thread, and kept when the walk is whole: its
+//! sheet is in no file, so that a walk that breaks off begins again.
+//!
 //! One run at a time makes a shard in a folder; another is told who does.
 
 mod plan;
@@ -23,11 +26,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use super::error::GenerateError;
 use super::manifest::Manifest;
 use super::options::{GenerateOptions, Shard};
-use super::row::{Row, SimulatedRow};
+use super::row::{Row, Sample, SimulatedRow};
 use super::table::{self, Durability};
-use crate::fabric::Fabric;
+use super::walk::Walks;
 use crate::io::{Lock, output};
-use plan::{Chunk, Plan, partial};
+use plan::{Chunk, Plan, Unit, partial};
 
 /// How far a run is; given after every drape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,16 +65,16 @@ pub struct Summary {
 
 /// Makes the samples of a shard that its folder does not have yet.
 ///
-/// `simulate` gets the sample's index, its fabric and the run's seed; it derives
-/// the drop from these alone. `progress` is called after every drape and may end
-/// the run: the samples under way are then dropped.
+/// `simulate` gets the sample, from which alone it derives the drop, and what it gave with the
+/// sample before in a walk (`None` at the beginning of one, and without walks always). `progress` is
+/// called after every drape and may end the run: the samples and walks under way are then dropped.
 ///
 /// # Errors
 /// When the options make no sense or are not those of the folder, or a file
 /// cannot be written. A drape that fails is a row, not an error.
-pub fn generate(
+pub fn generate<S>(
     options: &GenerateOptions,
-    simulate: impl Fn(u64, &Fabric, u64) -> SimulatedRow + Sync,
+    simulate: impl Fn(&Sample, Option<S>) -> (SimulatedRow, Option<S>) + Sync,
     progress: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<Summary, GenerateError> {
     check(options)?;
@@ -80,7 +83,7 @@ pub fn generate(
     let Shard { index, of } = options.shard;
     let _lock = Lock::take(options.out.join(format!("shard-{index}-of-{of}.lock")))?;
     let plan = Plan::new(options)?;
-    let run = Run::new(options, &plan);
+    let run = Run::new(&plan);
     run.write_complete()?;
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(options.threads).build().map_err(|error| {
@@ -101,6 +104,18 @@ fn check(options: &GenerateOptions) -> Result<(), GenerateError> {
             faults.push(format!("{key} is 0: give at least 1"));
         }
     }
+    if let Some(Walks { rows, pool }) = options.walks {
+        let GenerateOptions { chunk_rows, drops_per_fabric, .. } = *options;
+        if rows == 0 || !chunk_rows.is_multiple_of(rows) {
+            faults.push(format!("walks of {rows} rows: give a divisor of {chunk_rows}"));
+        }
+        if pool == 0 || !pool.is_multiple_of(chunk_rows.max(1)) {
+            faults.push(format!("a pool of {pool}: give a multiple of {chunk_rows}"));
+        }
+        if drops_per_fabric != 1 {
+            faults.push(format!("{drops_per_fabric} drops per fabric: a walk has one"));
+        }
+    }
     if options.shard.index >= options.shard.of.max(1) {
         let Shard { index, of } = options.shard;
         faults.push(format!("shard {index}/{of}: give i/N with i from 0 to N-1"));
@@ -113,13 +128,15 @@ fn check(options: &GenerateOptions) -> Result<(), GenerateError> {
 
 /// The state that the threads of a run share.
 struct Run<'a> {
-    options: &'a GenerateOptions,
-    plan: &'a Plan,
+    plan: &'a Plan<'a>,
     /// Rows of each chunk as they come; emptied when the chunk is written.
     rows: Vec<Mutex<Vec<Row>>>,
-    /// Place in the plan's `to_make` of the next sample that is handed out.
+    /// Place in the plan's `to_make` of what is handed out next.
     next: AtomicUsize,
+    /// Samples simulated, ...
     made: AtomicU64,
+    /// ... and of these in a file.
+    kept: AtomicU64,
     written: AtomicUsize,
     not_at_rest: Mutex<BTreeMap<String, u64>>,
     stop: AtomicBool,
@@ -127,13 +144,13 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(options: &'a GenerateOptions, plan: &'a Plan) -> Self {
+    fn new(plan: &'a Plan<'a>) -> Self {
         Self {
-            options,
             plan,
             rows: plan.chunks.iter().map(|chunk| Mutex::new(chunk.there.clone())).collect(),
             next: AtomicUsize::new(0),
             made: AtomicU64::new(0),
+            kept: AtomicU64::new(0),
             written: AtomicUsize::new(0),
             not_at_rest: Mutex::default(),
             stop: AtomicBool::new(false),
@@ -153,39 +170,45 @@ impl<'a> Run<'a> {
     }
 
     /// One thread's work: samples until none is left or the run is stopped.
-    fn work(
+    fn work<S>(
         &self,
-        simulate: &(impl Fn(u64, &Fabric, u64) -> SimulatedRow + Sync),
+        simulate: &(impl Fn(&Sample, Option<S>) -> (SimulatedRow, Option<S>) + Sync),
         progress: &(impl Fn(Progress) -> ControlFlow<()> + Sync),
     ) {
         while !self.stop.load(Ordering::Relaxed) {
             let next = self.next.fetch_add(1, Ordering::Relaxed);
-            let Some(&(chunk, index)) = self.plan.to_make.get(next) else { return };
-            let made = self.make(index, simulate).and_then(|row| {
-                let progress_now = self.count(&row);
-                self.keep(chunk, row)?;
-                Ok(progress(progress_now))
-            });
-            match made {
-                Ok(ControlFlow::Continue(())) => {}
-                Ok(ControlFlow::Break(())) => self.stop.store(true, Ordering::Relaxed),
-                Err(error) => {
-                    self.stop.store(true, Ordering::Relaxed);
-                    locked(&self.error).get_or_insert(error);
-                }
+            let Some(unit) = self.plan.to_make.get(next) else { return };
+            let made = self.make(unit, simulate, progress);
+            if let Err(error) = made.and_then(|rows| self.keep(unit.chunk, rows)) {
+                locked(&self.error).get_or_insert(error);
+                self.stop.store(true, Ordering::Relaxed);
             }
         }
     }
 
-    fn make(
+    /// The rows of a sample or a walk; none if the run is stopped before its end.
+    fn make<S>(
         &self,
-        index: u64,
-        simulate: &(impl Fn(u64, &Fabric, u64) -> SimulatedRow + Sync),
-    ) -> Result<Row, GenerateError> {
-        let fabric_index = index / self.options.drops_per_fabric;
-        let fabric = self.options.prior.sample(self.options.seed, fabric_index)?;
-        let drape = simulate(index, &fabric, self.options.seed);
-        Ok(Row { index, fabric_index, fabric, drape })
+        unit: &Unit,
+        simulate: &(impl Fn(&Sample, Option<S>) -> (SimulatedRow, Option<S>) + Sync),
+        progress: &(impl Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Result<Vec<Row>, GenerateError> {
+        let (mut rows, mut state) = (Vec::new(), None);
+        for index in unit.samples.clone() {
+            if !rows.is_empty() && self.stop.load(Ordering::Relaxed) {
+                return Ok(Vec::new());
+            }
+            let sample = self.plan.fabrics.sample(index)?;
+            let (drape, next) = simulate(&sample, state);
+            state = next;
+            let Sample { fabric_index, fabric, .. } = sample;
+            let row = Row { index, fabric_index, fabric, drape };
+            if progress(self.count(&row)).is_break() {
+                self.stop.store(true, Ordering::Relaxed);
+            }
+            rows.push(row);
+        }
+        Ok(rows)
     }
 
     fn count(&self, row: &Row) -> Progress {
@@ -195,17 +218,21 @@ impl<'a> Run<'a> {
         }
         Progress {
             made: self.made.fetch_add(1, Ordering::Relaxed) + 1,
-            to_make: self.plan.to_make.len() as u64,
+            to_make: self.plan.count(),
             not_at_rest: not_at_rest.values().sum(),
         }
     }
 
-    /// Adds a row to its chunk, and writes the chunk: as a file when it is complete,
+    /// Adds rows to their chunk, and writes the chunk: as a file when it is complete,
     /// else for the next run.
-    fn keep(&self, chunk: usize, row: Row) -> Result<(), GenerateError> {
+    fn keep(&self, chunk: usize, made: Vec<Row>) -> Result<(), GenerateError> {
+        if made.is_empty() {
+            return Ok(());
+        }
+        self.kept.fetch_add(made.len() as u64, Ordering::Relaxed);
         let mut rows = locked(&self.rows[chunk]);
         let chunk = &self.plan.chunks[chunk];
-        rows.push(row);
+        rows.extend(made);
         if chunk.is_complete(&rows) {
             return self.write(chunk, &mut rows);
         }
@@ -233,7 +260,7 @@ impl<'a> Run<'a> {
             return Err(error);
         }
         Ok(Summary {
-            made: self.made.load(Ordering::Relaxed),
+            made: self.kept.load(Ordering::Relaxed),
             rows_kept: self.plan.chunks.iter().map(|chunk| chunk.there.len() as u64).sum(),
             not_at_rest: locked(&self.not_at_rest).clone(),
             files_written: self.written.load(Ordering::Relaxed),

@@ -1,5 +1,6 @@
 //! What a folder of drapes was made with, so that nothing else is mixed into it.
 
+use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -7,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::GenerateError;
 use super::options::GenerateOptions;
+use super::walk::Walks;
 use crate::fabric::PARAMETERS;
 use crate::io::part::Part;
 use crate::sim::NUMERICS_VERSION;
@@ -39,6 +41,9 @@ pub struct Manifest {
     pub drops_per_fabric: u64,
     /// Samples per file.
     pub chunk_rows: u64,
+    /// How sheets were led from sample to sample; not there where each fell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walks: Option<Walks>,
     /// Samples asked for, the largest of all runs on the folder; not compared.
     pub count: u64,
 }
@@ -56,6 +61,7 @@ impl Manifest {
             seed: options.seed,
             drops_per_fabric: options.drops_per_fabric,
             chunk_rows: options.chunk_rows,
+            walks: options.walks,
             count: options.count,
         }
     }
@@ -93,8 +99,12 @@ impl Manifest {
     fn differences(&self, found: &Self) -> Vec<String> {
         let value = |manifest: &Self| serde_json::to_value(manifest).unwrap_or_default();
         let (mine, theirs) = (value(self), value(found));
-        let keys = mine.as_object().into_iter().flat_map(|object| object.keys());
-        keys.filter(|key| !matches!(key.as_str(), "count" | "program"))
+        let keys = |value: &serde_json::Value| -> BTreeSet<String> {
+            value.as_object().into_iter().flat_map(|object| object.keys().cloned()).collect()
+        };
+        keys(&mine)
+            .union(&keys(&theirs))
+            .filter(|key| !matches!(key.as_str(), "count" | "program"))
             .filter(|&key| mine[key] != theirs[key])
             .map(|key| format!("{key}: {} there, {} now", theirs[key], mine[key]))
             .collect()

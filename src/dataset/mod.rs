@@ -12,6 +12,10 @@
 //! Where it fails: one process at a time makes a shard; another is refused and told who
 //! does (`shard-I-of-N.lock`). Of shardings that overlap both make the same bytes, twice.
 //!
+//! With [`Walks`] sheets are led from fabric to fabric ([`drapes::walk`]): row k is then of
+//! fabric `fabric_index` of the prior in the order of the walks, and a walk is lost as a whole where a kill
+//! meets it.
+//!
 //! Columns, one row per drape:
 //!
 //! | column | type | unit |
@@ -26,6 +30,7 @@
 //! | `node_count` | int32 | |
 //! | `energy_j` | double | J |
 //! | `residual_n` | double | N |
+//! | `walked` | boolean: led from the row before, not fallen; not in files from before walks | |
 //!
 //! A drape that did not come to rest is a row like any other (`at_rest` false):
 //! what is left out of a training is decided where it is trained, and can be
@@ -35,16 +40,19 @@ pub mod augment;
 pub mod drape_file;
 pub mod drapes;
 mod error;
+mod fabrics;
 mod generate;
 mod manifest;
 mod options;
 mod row;
 pub mod sheet_file;
 mod table;
+mod walk;
 
 pub use error::GenerateError;
 pub use generate::{Progress, Summary, generate};
 pub use manifest::{MANIFEST_FILE, Manifest};
 pub use options::{GenerateOptions, Shard, ShardError};
-pub use row::{Row, SimulatedRow};
+pub use row::{Row, Sample, SimulatedRow};
 pub use table::{TableError, read_file, read_folder};
+pub use walk::Walks;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::walk::Walks;
 use crate::fabric::Mixture;
 
 /// What to make, and where.
@@ -23,13 +24,15 @@ pub struct GenerateOptions {
     pub threads: usize,
     /// Samples per file.
     pub chunk_rows: u64,
+    /// How sheets are led from sample to sample; without it every one falls.
+    pub walks: Option<Walks>,
     /// The simulator's options, for the manifest: a folder takes one set only.
     pub simulator: serde_json::Value,
 }
 
 impl GenerateOptions {
     /// Defaults: `knit-2020`, seed 1, one drop per fabric, all of the run, all
-    /// cores, 64 samples per file (about 200 kB).
+    /// cores, 64 samples per file (about 200 kB), a fall for every sample.
     #[must_use]
     pub fn new(out: impl Into<PathBuf>, count: u64) -> Self {
         Self {
@@ -41,6 +44,7 @@ impl GenerateOptions {
             out: out.into(),
             threads: 0,
             chunk_rows: 64,
+            walks: None,
             simulator: serde_json::Value::Null,
         }
     }

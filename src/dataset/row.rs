@@ -3,6 +3,19 @@
 use crate::base::Boundary;
 use crate::fabric::Fabric;
 
+/// What a simulator is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Its number in the run.
+    pub index: u64,
+    /// Which fabric of the prior it is of.
+    pub fabric_index: u64,
+    /// The fabric.
+    pub fabric: Fabric,
+    /// The run's seed.
+    pub run_seed: u64,
+}
+
 /// What a simulator says of one drape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedRow {
@@ -20,6 +33,8 @@ pub struct SimulatedRow {
     pub energy_j: f64,
     /// Largest force that is not in balance \[N\].
     pub residual_n: f64,
+    /// Whether the sheet was led here from the sample before; else it fell.
+    pub walked: bool,
 }
 
 /// One row of a dataset.

@@ -42,7 +42,10 @@ const SCHEMA: &str = "message drape {
     required int32 node_count;
     required double energy_j;
     required double residual_n;
+    required boolean walked;
 }";
+/// The last column, which files from before walks do not have.
+const WALKED: usize = 16;
 const _: () = assert!(BOUNDARY_BYTES == 2928);
 
 /// A dataset file that cannot be read.
@@ -105,6 +108,7 @@ fn write_rows(file: &File, rows: &[Row]) -> Result<()> {
     put::<Int32Type>(&mut group, rows, |r| i32::try_from(r.drape.node_count).unwrap_or(i32::MAX))?;
     put::<DoubleType>(&mut group, rows, |r| r.drape.energy_j)?;
     put::<DoubleType>(&mut group, rows, |r| r.drape.residual_n)?;
+    put::<BoolType>(&mut group, rows, |r| r.drape.walked)?;
     group.close()?;
     writer.into_inner()?;
     Ok(())
@@ -165,7 +169,9 @@ fn try_read(path: &Path) -> Result<Vec<Row>> {
     let names = |fields: &[parquet::schema::types::TypePtr]| -> Vec<(String, _)> {
         fields.iter().map(|f| (f.name().to_owned(), f.get_physical_type())).collect()
     };
-    if found.iter().any(|field| field.is_group()) || names(found) != names(expected.get_fields()) {
+    let expected = names(expected.get_fields());
+    let known = [&expected[..], &expected[..WALKED]].contains(&&names(found)[..]);
+    if found.iter().any(|field| field.is_group()) || !known {
         return Err(ParquetError::General("its columns are not those of a drape".into()));
     }
     let mut rows = Vec::new();
@@ -191,6 +197,9 @@ fn read_group(group: &dyn RowGroupReader) -> Result<Vec<Row>> {
     let node_count = take::<Int32Type>(group, next + 4)?;
     let energy_j = take::<DoubleType>(group, next + 5)?;
     let residual_n = take::<DoubleType>(group, next + 6)?;
+    let has_walked = group.metadata().num_columns() > WALKED;
+    let walked =
+        if has_walked { take::<BoolType>(group, WALKED)? } else { vec![false; index.len()] };
     (0..index.len())
         .map(|row| {
             let drape = SimulatedRow {
@@ -201,6 +210,7 @@ fn read_group(group: &dyn RowGroupReader) -> Result<Vec<Row>> {
                 node_count: u32::try_from(node_count[row]).unwrap_or(0),
                 energy_j: energy_j[row],
                 residual_n: residual_n[row],
+                walked: walked[row],
             };
             Ok(Row {
                 index: unsigned(index[row])?,

@@ -6,6 +6,8 @@
 //! has an equal count, as in the paper. What falls outside the box, or has no
 //! positive bending energy, is drawn again from the same stream.
 //!
+//! Two priors may be joined (`union`): fabrics alternate between them, each within its own box.
+//!
 //! `knit-2020` is constructed, not fitted to fabrics (the paper's 400 sets are
 //! not public): see its `provenance` and `scripts/fit_prior.py`. `measured` is fitted to
 //! the bending and density of 618 fabrics (`scripts/fit_measured_prior.py`).
@@ -33,17 +35,20 @@ const KNIT_2020: &str = include_str!("knit-2020.json");
 /// Name of the prior of measured bending and density.
 pub const MEASURED_PRIOR: &str = "measured";
 const MEASURED: &str = include_str!("measured.json");
+/// Name of the prior that has `knit-2020` and `measured` by turns.
+pub const UNION_PRIOR: &str = "union";
 const SCHEMA: &str = "scan2params/prior/1";
 /// Draws per sample before a prior is declared useless. The shipped one accepts
 /// more than half of its draws per component.
 const MAX_DRAWS: usize = 100_000;
 
-/// A Gaussian mixture in log space, truncated to a box.
+/// A Gaussian mixture in log space, truncated to a box; or several, by turns.
 #[derive(Clone, Debug)]
 pub struct Mixture {
     name: String,
     sha256: String,
     provenance: String,
+    /// The box around all components' boxes.
     min: [f64; PARAMETERS],
     max: [f64; PARAMETERS],
     components: Vec<Component>,
@@ -53,13 +58,15 @@ pub struct Mixture {
 struct Component {
     mean_ln: Vector,
     cholesky_ln: Matrix,
+    min: [f64; PARAMETERS],
+    max: [f64; PARAMETERS],
 }
 
 /// Why a prior cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum MixtureError {
     /// No such prior ships.
-    #[error("no prior is called `{name}`: use `{DEFAULT_PRIOR}` or `{MEASURED_PRIOR}`")]
+    #[error("no prior is called `{name}`: use `{DEFAULT_PRIOR}`, `{MEASURED_PRIOR}` or `{UNION_PRIOR}`")]
     Unknown {
         /// What was asked for.
         name: String,
@@ -130,6 +137,34 @@ impl Mixture {
         Self::from_json(MEASURED).expect("the shipped prior is sound")
     }
 
+    /// `knit-2020` and `measured` by turns: fabric 2 k is of the first, 2 k + 1 of the second.
+    #[must_use]
+    pub fn union() -> Self {
+        Self::joined(UNION_PRIOR, &[Self::knit_2020(), Self::measured()])
+    }
+
+    /// Several priors by turns, each within its own box and with its components in equal counts.
+    fn joined(name: &str, parts: &[Self]) -> Self {
+        let names: Vec<&str> = parts.iter().map(Self::name).collect();
+        let hashes: String = parts.iter().map(Self::sha256).collect();
+        // As many turns as bring every component of every part equally often.
+        let turns: usize = parts.iter().map(|part| part.components.len()).product();
+        let of_turn = |turn: usize| {
+            parts.iter().map(move |part| part.components[turn % part.components.len()].clone())
+        };
+        let end = |pick: fn(f64, f64) -> f64, ends: fn(&Self) -> [f64; PARAMETERS]| {
+            std::array::from_fn(|i| parts.iter().map(|part| ends(part)[i]).reduce(pick).unwrap_or(0.0))
+        };
+        Self {
+            name: name.into(),
+            sha256: sha256_hex(hashes.as_bytes()),
+            provenance: format!("{} by turns", names.join(" and ")),
+            min: end(f64::min, |part| part.min),
+            max: end(f64::max, |part| part.max),
+            components: (0..turns).flat_map(of_turn).collect(),
+        }
+    }
+
     /// A shipped prior by name.
     ///
     /// # Errors
@@ -138,6 +173,7 @@ impl Mixture {
         match name {
             DEFAULT_PRIOR => Ok(Self::knit_2020()),
             MEASURED_PRIOR => Ok(Self::measured()),
+            UNION_PRIOR => Ok(Self::union()),
             _ => Err(MixtureError::Unknown { name: name.into() }),
         }
     }
@@ -177,7 +213,8 @@ impl Mixture {
             let cholesky = covariance.cholesky().filter(|_| symmetric).ok_or_else(|| {
                 invalid(format!("cov_ln of component {k} is not symmetric positive definite"))
             })?;
-            Ok(Component { mean_ln: Vector::from(c.mean_ln), cholesky_ln: cholesky.l() })
+            let mean_ln = Vector::from(c.mean_ln);
+            Ok(Component { mean_ln, cholesky_ln: cholesky.l(), min: file.min, max: file.max })
         };
         let components = file.components.iter().enumerate().map(component);
         Ok(Self {
@@ -196,7 +233,7 @@ impl Mixture {
         &self.name
     }
 
-    /// SHA-256 of the prior's file, hexadecimal.
+    /// SHA-256 of the prior's file, hexadecimal; of a joined one of its parts' hashes.
     #[must_use]
     pub fn sha256(&self) -> &str {
         &self.sha256
@@ -208,7 +245,7 @@ impl Mixture {
         &self.provenance
     }
 
-    /// Lower and upper ends of the box, the paper's units.
+    /// Lower and upper ends of the box, the paper's units; of a joined one the box around all.
     #[must_use]
     pub fn limits(&self) -> [[f64; PARAMETERS]; 2] {
         [self.min, self.max]
@@ -225,7 +262,8 @@ impl Mixture {
         for _ in 0..MAX_DRAWS {
             let normal = Vector::from_fn(|_, _| rng.sample(StandardNormal));
             let values = (component.mean_ln + component.cholesky_ln * normal).map(f64::exp);
-            let inside = (0..PARAMETERS).all(|i| (self.min[i]..=self.max[i]).contains(&values[i]));
+            let inside =
+                (0..PARAMETERS).all(|i| (component.min[i]..=component.max[i]).contains(&values[i]));
             let fabric = Fabric::from_paper_units(values.into());
             if inside && fabric.bending_is_positive() {
                 return Ok(fabric);
@@ -317,6 +355,33 @@ mod tests {
         }
         let (mean, _) = mean_sd(samples.iter().map(|s| s[0]));
         assert!((mean / TABLE_2[0].mean - 1.0).abs() < 0.05, "{mean}");
+    }
+
+    #[test]
+    fn the_union_has_both_priors_by_turns_each_in_its_box() {
+        let (union, parts) = (Mixture::union(), [Mixture::knit_2020(), Mixture::measured()]);
+        let samples: Vec<_> =
+            (0..4000).map(|k| union.sample(7, k).unwrap().to_paper_units()).collect();
+        for (which, part) in parts.iter().enumerate() {
+            let of_part = || samples.iter().skip(which).step_by(2);
+            let [min, max] = part.limits();
+            for i in 0..PARAMETERS {
+                // What left and came back through SI units may differ in its last bit.
+                let inside = |v: f64| v >= min[i] * (1.0 - 1e-12) && v <= max[i] * (1.0 + 1e-12);
+                assert!(of_part().all(|s| inside(s[i])));
+                assert!(union.limits()[0][i] <= min[i] && max[i] <= union.limits()[1][i]);
+            }
+            // As its own samples: log-means within 5 sampling errors.
+            let own: Vec<_> =
+                (0..2000).map(|k| part.sample(8, k).unwrap().to_paper_units()).collect();
+            for i in 0..PARAMETERS {
+                let (a, sd) = mean_sd(of_part().map(|s| s[i].ln()));
+                let (b, _) = mean_sd(own.iter().map(|s| s[i].ln()));
+                assert!((a - b).abs() < 5.0 * sd * (2.0_f64 / 2000.0).sqrt(), "{which} {i} {a} {b}");
+            }
+        }
+        assert_eq!(Mixture::named("union").unwrap().sha256(), union.sha256());
+        assert_ne!(union.sha256(), parts[0].sha256());
     }
 
     #[test]

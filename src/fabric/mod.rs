@@ -8,7 +8,7 @@ mod range;
 mod values;
 
 pub use digest::sha256_hex;
-pub use mixture::{DEFAULT_PRIOR, MEASURED_PRIOR, Mixture, MixtureError};
+pub use mixture::{DEFAULT_PRIOR, MEASURED_PRIOR, Mixture, MixtureError, UNION_PRIOR};
 pub use range::{
     DENSITY_LIMITS_G_M2, FabricError, Fault, PARAMETERS, ParameterRange, STIFFNESSES, TABLE_2,
     Warning, check_density,

@@ -18,7 +18,7 @@ use super::{Failure, Outcome, args, print};
 use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::{dataset_options, simulate};
-use scan2params::dataset::{Manifest, Row, read_folder};
+use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
 use scan2params::evaluate::physics::{branches, drapes, schemes, strips};
@@ -128,7 +128,8 @@ fn fresh(prior: &Mixture, count: u64, seed: u64) -> Result<Vec<Row>, Failure> {
     let made = AtomicU64::new(0);
     let row = |index: u64| {
         let fabric = prior.sample(seed, index)?;
-        let drape = simulate(index, &fabric, seed, &options);
+        let sample = Sample { index, fabric_index: index, fabric, run_seed: seed };
+        let drape = simulate(&sample, &options);
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if std::io::stderr().is_terminal() {
             let left = start.elapsed().as_secs_f64() / made as f64 * (count - made) as f64;

@@ -4,19 +4,29 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::dataset::error::GenerateError;
+use crate::dataset::fabrics::Fabrics;
 use crate::dataset::options::GenerateOptions;
 use crate::dataset::row::Row;
 use crate::dataset::table;
 
 /// What is there and what is to be made.
-pub(super) struct Plan {
+pub(super) struct Plan<'a> {
+    pub(super) fabrics: Fabrics<'a>,
     pub(super) chunks: Vec<Chunk>,
-    /// (place in `chunks`, sample) of what is to be made, in order.
-    pub(super) to_make: Vec<(usize, u64)>,
+    /// What is to be made, in order.
+    pub(super) to_make: Vec<Unit>,
     /// Files that are complete.
     pub(super) kept: usize,
     /// Files that are there with other rows, and are made again.
     pub(super) remade: Vec<PathBuf>,
+}
+
+/// What one thread makes at a time: a sample that falls, or a walk.
+#[derive(Clone)]
+pub(super) struct Unit {
+    /// Place in the plan's `chunks`.
+    pub(super) chunk: usize,
+    pub(super) samples: Range<u64>,
 }
 
 /// Consecutive samples of one file.
@@ -27,10 +37,11 @@ pub(super) struct Chunk {
     pub(super) there: Vec<Row>,
 }
 
-impl Plan {
-    pub(super) fn new(options: &GenerateOptions) -> Result<Self, GenerateError> {
-        let mut plan =
-            Self { chunks: Vec::new(), to_make: Vec::new(), kept: 0, remade: Vec::new() };
+impl<'a> Plan<'a> {
+    pub(super) fn new(options: &'a GenerateOptions) -> Result<Self, GenerateError> {
+        let fabrics = Fabrics::new(options);
+        let (chunks, to_make) = (Vec::new(), Vec::new());
+        let mut plan = Self { fabrics, chunks, to_make, kept: 0, remade: Vec::new() };
         let chunks = options.count.div_ceil(options.chunk_rows);
         for number in (options.shard.index..chunks).step_by(options.shard.of as usize) {
             let start = number * options.chunk_rows;
@@ -43,14 +54,35 @@ impl Plan {
             if path.exists() {
                 plan.remade.push(path.clone());
             }
-            let there = rows_there(&path, &samples, options)?;
-            let is_there = |index| there.binary_search_by_key(&index, |row| row.index).is_ok();
-            let missing = samples.clone().filter(|&index| !is_there(index));
-            plan.to_make.extend(missing.map(|index| (plan.chunks.len(), index)));
+            plan.fabrics.order(&samples)?;
+            let (mut there, chunk) = (rows_there(&path, &samples, &plan.fabrics)?, plan.chunks.len());
+            for unit in units(&samples, options) {
+                let is_there = |index| there.binary_search_by_key(&index, |row| row.index).is_ok();
+                if unit.clone().all(is_there) {
+                    continue;
+                }
+                // A walk that broke off has lost its sheet: it begins again.
+                there.retain(|row| !unit.contains(&row.index));
+                plan.to_make.push(Unit { chunk, samples: unit });
+            }
             plan.chunks.push(Chunk { path, samples, there });
         }
         Ok(plan)
     }
+
+    /// Samples to make.
+    pub(super) fn count(&self) -> u64 {
+        self.to_make.iter().map(|unit| unit.samples.end - unit.samples.start).sum()
+    }
+}
+
+/// A chunk's samples as they are made together.
+fn units(
+    samples: &Range<u64>,
+    options: &GenerateOptions,
+) -> impl Iterator<Item = Range<u64>> + use<> {
+    let (rows, end) = (options.walks.map_or(1, |walks| walks.rows), samples.end);
+    samples.clone().step_by(rows as usize).map(move |start| start..(start + rows).min(end))
 }
 
 impl Chunk {
@@ -69,20 +101,22 @@ pub(super) fn partial(path: &Path) -> PathBuf {
 fn rows_there(
     path: &Path,
     samples: &Range<u64>,
-    options: &GenerateOptions,
+    fabrics: &Fabrics<'_>,
 ) -> Result<Vec<Row>, GenerateError> {
     // A damaged file has no rows: they are made again.
     let read = |path: &Path| table::read_file(path).unwrap_or_default();
     let mut rows = read(&partial(path));
     rows.extend(read(path));
-    rows.retain(|row| {
-        samples.contains(&row.index) && row.fabric_index == row.index / options.drops_per_fabric
-    });
+    rows.retain(|row| samples.contains(&row.index));
     rows.sort_by_key(|row| row.index);
     rows.dedup_by_key(|row| row.index);
-    for row in &mut rows {
-        // Its last bits change on the way through the paper's units.
-        row.fabric = options.prior.sample(options.seed, row.fabric_index)?;
+    let mut there = Vec::new();
+    for row in rows {
+        let sample = fabrics.sample(row.index)?;
+        if row.fabric_index == sample.fabric_index {
+            // Its last bits change on the way through the paper's units.
+            there.push(Row { fabric: sample.fabric, ..row });
+        }
     }
-    Ok(rows)
+    Ok(there)
 }

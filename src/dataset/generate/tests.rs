@@ -8,8 +8,12 @@ use crate::dataset::table::{read_file, read_folder};
 
 /// A cheap stand-in for the simulator: deterministic in its arguments, and it
 /// fails for every seventh sample.
-fn fake(index: u64, fabric: &Fabric, seed: u64) -> SimulatedRow {
-    let wave = (fabric.bending_weft_nm * 1e9 + seed as f64).sin();
+fn fake(sample: &Sample, _: Option<()>) -> (SimulatedRow, Option<()>) {
+    (row(sample), None)
+}
+
+fn row(&Sample { index, fabric, run_seed, .. }: &Sample) -> SimulatedRow {
+    let wave = (fabric.bending_weft_nm * 1e9 + run_seed as f64).sin();
     let point = |i: usize| {
         let [x, z] = Boundary::flat_xz_m(i, 0.3);
         Point3::new(x, 0.01 * wave * (i as f64).cos(), z)
@@ -22,6 +26,7 @@ fn fake(index: u64, fabric: &Fabric, seed: u64) -> SimulatedRow {
         node_count: (index % 5) as u32,
         energy_j: -wave,
         residual_n: 1e-6 / (1.0 + index as f64),
+        walked: false,
     }
 }
 
@@ -57,7 +62,8 @@ fn rows_come_back_as_they_were_made_and_failed_drapes_are_among_them() {
     for (k, row) in rows.iter().enumerate() {
         let k = k as u64;
         let fabric = options.prior.sample(options.seed, k).unwrap();
-        let expected = fake(k, &fabric, options.seed);
+        let expected =
+            super::tests::row(&Sample { index: k, fabric_index: k, fabric, run_seed: options.seed });
         assert_eq!((row.index, row.fabric_index), (k, k));
         for (a, b) in row.fabric.to_paper_units().into_iter().zip(fabric.to_paper_units()) {
             assert!((a / b - 1.0).abs() < 1e-15);
@@ -103,9 +109,9 @@ fn a_run_that_was_stopped_goes_on_and_makes_only_what_is_missing() {
     // What a kill leaves behind: half a chunk under its provisional name.
     std::fs::write(folder.path().join("drapes-000007.parquet.part"), b"PAR1 half").unwrap();
     let simulated = AtomicU64::new(0);
-    let counted = |index, fabric: &Fabric, seed| {
+    let counted = |sample: &Sample, state| {
         simulated.fetch_add(1, Ordering::Relaxed);
-        fake(index, fabric, seed)
+        fake(sample, state)
     };
     let second = generate(&options, counted, go_on).unwrap();
     assert_eq!(second.files_kept, first.files_written);
@@ -227,4 +233,81 @@ fn impossible_options_are_refused_all_at_once() {
     assert!(error.contains("chunk_rows") && error.contains("shard 3/3"), "{error}");
     assert!("3/3".parse::<Shard>().is_err() && "1".parse::<Shard>().is_err());
     assert_eq!("2/3".parse(), Ok(Shard { index: 2, of: 3 }));
+}
+
+/// A walker whose row tells every fabric that its sheet has seen; it falls anew after each seventh.
+fn walker(sample: &Sample, seen: Option<f64>) -> (SimulatedRow, Option<f64>) {
+    let energy_j = 0.5 * seen.unwrap_or(0.0) + sample.fabric.bending_weft_nm;
+    let row = SimulatedRow { energy_j, walked: seen.is_some(), ..row(sample) };
+    let goes_on = row.at_rest.then_some(energy_j);
+    (row, goes_on)
+}
+
+fn walks(out: &Path, count: u64) -> GenerateOptions {
+    GenerateOptions { walks: Some(Walks { rows: 4, pool: 16 }), ..options(out, count) }
+}
+
+#[test]
+fn walks_have_the_priors_fabrics_in_another_order_and_are_the_same_however_they_are_made() {
+    let whole = tempfile::tempdir().unwrap();
+    generate(&walks(whole.path(), 64), walker, go_on).unwrap();
+    let rows = read_folder(whole.path()).unwrap();
+    let mut fabrics: Vec<u64> = rows.iter().map(|row| row.fabric_index).collect();
+    assert_ne!(fabrics, (0..64).collect::<Vec<_>>());
+    fabrics.sort_unstable();
+    assert_eq!(fabrics, (0..64).collect::<Vec<_>>());
+    for row in &rows {
+        let falls = row.index % 4 == 0 || (row.index - 1) % 7 == 3;
+        assert_eq!(row.drape.walked, !falls, "{}", row.index);
+    }
+    let sharded = tempfile::tempdir().unwrap();
+    for index in [1, 2, 0] {
+        let shard = Shard { index, of: 3 };
+        let options = GenerateOptions { shard, threads: 1, ..walks(sharded.path(), 64) };
+        generate(&options, walker, go_on).unwrap();
+    }
+    let grown = tempfile::tempdir().unwrap();
+    for count in [13, 64] {
+        let options = GenerateOptions { threads: 5, ..walks(grown.path(), count) };
+        generate(&options, walker, go_on).unwrap();
+    }
+    assert_eq!(contents(whole.path()), contents(sharded.path()));
+    assert_eq!(contents(whole.path()).len(), contents(grown.path()).len());
+    assert_eq!(read_folder(grown.path()).unwrap(), rows);
+}
+
+#[test]
+fn a_run_that_is_stopped_within_a_walk_keeps_the_walks_before_it() {
+    let whole = tempfile::tempdir().unwrap();
+    generate(&walks(whole.path(), 16), walker, go_on).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let options = GenerateOptions { threads: 1, ..walks(folder.path(), 16) };
+    for kept in [0, 4, 8] {
+        let stop_in_the_second = |p: Progress| match p.made {
+            6 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        };
+        let summary = generate(&options, walker, stop_in_the_second).unwrap();
+        let of_this_file = if kept == 8 { 0 } else { kept };
+        assert_eq!((summary.made, summary.rows_kept), (4, of_this_file));
+    }
+    assert_eq!(generate(&options, walker, go_on).unwrap().made, 4);
+    assert_eq!(contents(folder.path()), contents(whole.path()));
+}
+
+#[test]
+fn walks_that_do_not_fit_are_refused_and_folders_tell_them_from_falls() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = GenerateOptions {
+        walks: Some(Walks { rows: 3, pool: 20 }),
+        drops_per_fabric: 2,
+        ..options(folder.path(), 8)
+    };
+    let error = generate(&bad, walker, go_on).unwrap_err().to_string();
+    for said in ["walks of 3 rows: give a divisor of 8", "a pool of 20", "2 drops per fabric"] {
+        assert!(error.contains(said), "{error}");
+    }
+    generate(&walks(folder.path(), 8), walker, go_on).unwrap();
+    let error = generate(&options(folder.path(), 8), fake, go_on).unwrap_err().to_string();
+    assert!(error.contains("walks: {\"pool\":16,\"rows\":4} there, null now"), "{error}");
 }
