@@ -468,12 +468,22 @@ pub(crate) enum Evaluate {
         /// Seed of fabrics and drops
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Numerics: 3, the default's, or 4
-        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(3..=4))]
+        /// Numerics: 4, or the earlier 3
+        #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
         numerics: u32,
     },
     /// Drapes that are followed to a neighbouring fabric and back, beside fresh ones.
     Follow(Follow),
+    /// Branches of drapes that were walked to beside those of drapes that fell: folds, harmonics and
+    /// radius of the rims of two folders, and how far those of one fabric are apart.
+    Walks {
+        /// A folder of `generate --walk`
+        #[arg(value_name = "WALKED")]
+        walked: PathBuf,
+        /// A folder of `generate` of the same prior and seed, so that fabrics are the same
+        #[arg(value_name = "FALLEN")]
+        fallen: PathBuf,
+    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics
@@ -488,8 +498,8 @@ pub(crate) enum Evaluate {
         /// Vertices a side, one or several; several give the growth of the cost
         #[arg(long, value_delimiter = ',', default_value = "61")]
         vertices: Vec<usize>,
-        /// Numerics: 3, the default's, or 4
-        #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(3..=4))]
+        /// Numerics: 4, or the earlier 3
+        #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
         numerics: u32,
     },
     /// What scans look like to the verdict, honest ones and ones that are wrong in a known way.
@@ -642,8 +652,8 @@ pub(crate) struct Simulate {
     /// Vertices on a side of the specimen
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u64).range(21..=241))]
     pub(crate) vertices: u64,
-    /// Numerics: 3, which the network was trained on, or 4, which are to follow
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(3..=4))]
+    /// Numerics: 4, which the network was trained on, or the earlier 3
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
     pub(crate) numerics: u32,
     /// Threads, as other commands take them; one drape is computed on one, and more do
     /// not make it faster

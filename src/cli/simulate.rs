@@ -8,7 +8,9 @@ use scan2params::dataset::sheet_file::read_sheet;
 use scan2params::fabric::Fabric;
 use scan2params::fabric::params;
 use scan2params::io::{OutputError, boundary_csv, output};
-use scan2params::sim::{Drape, Drop, DropStart, Numerics, SimOptions, Stop, drape};
+use scan2params::sim::{
+    Drape, Drop, DropStart, Numerics, SimOptions, Stop, drape, rim_harmonics_m,
+};
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
     check_outputs(given).map_err(Failure::of_output)?;
@@ -70,7 +72,7 @@ fn report(given: &args::Simulate, drape: &Drape, cpu_s: Option<f64>) -> Outcome 
             "residual_n": drape.residual_n,
             "energy_j": drape.energy_j,
             "nodes": drape.nodes,
-            "rim_harmonics_mm": drape.rim_harmonics_m().map(|m| m * 1e3),
+            "rim_harmonics_mm": rim_harmonics_m(&drape.boundary).map(|m| m * 1e3),
             "intersections": drape.intersections,
             "plate_clearance_mm": drape.plate_clearance_m * 1e3,
             "factorisations": drape.effort.factorisations,
@@ -97,7 +99,7 @@ fn report(given: &args::Simulate, drape: &Drape, cpu_s: Option<f64>) -> Outcome 
 
 /// The three largest harmonics of the rim, which tell the branch beside the folds.
 fn strongest_harmonics(drape: &Drape) -> String {
-    let mut harmonics: Vec<_> = drape.rim_harmonics_m().into_iter().zip(1..).collect();
+    let mut harmonics: Vec<_> = rim_harmonics_m(&drape.boundary).into_iter().zip(1..).collect();
     harmonics.sort_by(|a, b| b.0.total_cmp(&a.0));
     let three = harmonics.iter().take(3).map(|(m, k)| format!("{k}: {:.1} mm", m * 1e3));
     format!("harmonics {}", three.collect::<Vec<_>>().join(", "))

@@ -35,8 +35,7 @@ pub fn walk(
 ) -> (SimulatedRow, Option<Follower>) {
     let led = sheet.and_then(|sheet| led(sheet, sample));
     let walked = led.is_some();
-    let sheet =
-        led.unwrap_or_else(|| Follower::drop(&sample.fabric, &drop_of(sample), options));
+    let sheet = led.unwrap_or_else(|| Follower::drop(&sample.fabric, &drop_of(sample), options));
     let drape = sheet.drape();
     let goes_on = drape.stop == Stop::AtRest && drape.intersections == 0;
     (row(drape, walked), goes_on.then_some(sheet))

@@ -66,9 +66,8 @@ fn tour(places: &[Place]) -> Vec<usize> {
         let here = left.remove(nearest);
         tour.push(here);
         let distance = |k: &usize| -> f64 { squared(&places[here], &places[left[*k]]) };
-        nearest = (0..left.len())
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .unwrap_or_default();
+        nearest =
+            (0..left.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default();
     }
     tour
 }
@@ -102,11 +101,11 @@ mod tests {
         // within themselves, lies within a spread of the pool's.
         for parameter in 0..6 {
             let value = |k: usize| place(&fabrics[k])[parameter];
-            let mean = |order: &[usize]| {
-                order.iter().map(|&k| value(k)).sum::<f64>() / order.len() as f64
-            };
+            let mean =
+                |order: &[usize]| order.iter().map(|&k| value(k)).sum::<f64>() / order.len() as f64;
             let all = mean(&order);
-            let spread = (order.iter().map(|&k| (value(k) - all).powi(2)).sum::<f64>() / 992.0).sqrt();
+            let spread =
+                (order.iter().map(|&k| (value(k) - all).powi(2)).sum::<f64>() / 992.0).sqrt();
             let off = (mean(&order[..128]) - all).abs();
             assert!(off < spread, "{parameter}: {off} of {spread}");
         }

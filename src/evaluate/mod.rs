@@ -13,3 +13,4 @@ pub mod stages;
 pub mod start;
 pub mod timed;
 pub mod verdict;
+pub mod walks;

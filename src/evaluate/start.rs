@@ -189,8 +189,8 @@ fn led(scanned: ScannedBoundary, fabric: &Fabric, truth: &Drape, options: &SimOp
 /// A simulated sheet as a start.
 #[must_use]
 pub fn sheet_of(drape: &Drape) -> Surface {
-    let places = drape.positions_m.iter().map(|p| Point3::from(*p));
-    Surface::exact(places).unwrap_or_else(|_| unreachable!("a square grid of vertices"))
+    Surface::exact(drape.mesh().vertices)
+        .unwrap_or_else(|_| unreachable!("a square grid of vertices"))
 }
 
 fn rest(

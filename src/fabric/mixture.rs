@@ -66,7 +66,9 @@ struct Component {
 #[derive(Debug, thiserror::Error)]
 pub enum MixtureError {
     /// No such prior ships.
-    #[error("no prior is called `{name}`: use `{DEFAULT_PRIOR}`, `{MEASURED_PRIOR}` or `{UNION_PRIOR}`")]
+    #[error(
+        "no prior is called `{name}`: use `{DEFAULT_PRIOR}`, `{MEASURED_PRIOR}` or `{UNION_PRIOR}`"
+    )]
     Unknown {
         /// What was asked for.
         name: String,
@@ -153,7 +155,9 @@ impl Mixture {
             parts.iter().map(move |part| part.components[turn % part.components.len()].clone())
         };
         let end = |pick: fn(f64, f64) -> f64, ends: fn(&Self) -> [f64; PARAMETERS]| {
-            std::array::from_fn(|i| parts.iter().map(|part| ends(part)[i]).reduce(pick).unwrap_or(0.0))
+            std::array::from_fn(|i| {
+                parts.iter().map(|part| ends(part)[i]).reduce(pick).unwrap_or(0.0)
+            })
         };
         Self {
             name: name.into(),
@@ -377,7 +381,10 @@ mod tests {
             for i in 0..PARAMETERS {
                 let (a, sd) = mean_sd(of_part().map(|s| s[i].ln()));
                 let (b, _) = mean_sd(own.iter().map(|s| s[i].ln()));
-                assert!((a - b).abs() < 5.0 * sd * (2.0_f64 / 2000.0).sqrt(), "{which} {i} {a} {b}");
+                assert!(
+                    (a - b).abs() < 5.0 * sd * (2.0_f64 / 2000.0).sqrt(),
+                    "{which} {i} {a} {b}"
+                );
             }
         }
         assert_eq!(Mixture::named("union").unwrap().sha256(), union.sha256());

@@ -61,26 +61,16 @@ pub struct Drape {
 }
 
 impl Drape {
-    /// Amplitudes of the harmonics 1 to 16 of the rim's distance from the plate's axis, taken over
-    /// the rim's length from its first corner on \[m\]. Beside the number of folds they tell on
-    /// which branch a drape is.
-    #[must_use]
-    pub fn rim_harmonics_m(&self) -> [f64; 16] {
-        let rho: Vec<f64> = self.boundary.positions_m().map(|p| p.x.hypot(p.z)).collect();
-        let step = std::f64::consts::TAU / rho.len() as f64;
-        std::array::from_fn(|k| {
-            let angles = (0..rho.len()).map(|i| step * ((k + 1) * i) as f64);
-            let (sine, cosine) = angles
-                .zip(&rho)
-                .fold((0.0, 0.0), |(s, c), (angle, r)| (s + r * angle.sin(), c + r * angle.cos()));
-            2.0 * f64::hypot(sine, cosine) / rho.len() as f64
-        })
-    }
-
-    /// The sheet as a mesh of triangles, simulation frame \[m\].
+    /// The sheet as a mesh of triangles, simulation frame \[m\]: as many vertices as were simulated,
+    /// at even steps of the flat specimen, so that a vertex's number tells its place on the cloth.
+    /// Where the drape's own lines are uneven, the sheet between them is cubic.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
-        self.grid.mesh(&self.positions_m)
+        let even = self.grid.evenly();
+        match Arc::ptr_eq(&even, &self.grid) {
+            true => even.mesh(&self.positions_m),
+            false => even.mesh(&even.prolong(&self.grid, &self.positions_m, 1.0)),
+        }
     }
 }
 
@@ -350,6 +340,22 @@ pub fn count_nodes(rim: &Boundary) -> usize {
         .count()
 }
 
+/// Amplitudes of the harmonics 1 to 16 of a rim's distance from the plate's axis, taken over the
+/// rim's length from its first corner on \[m\]. Beside the number of folds they tell on which
+/// branch a drape is.
+#[must_use]
+pub fn rim_harmonics_m(rim: &Boundary) -> [f64; 16] {
+    let rho: Vec<f64> = rim.positions_m().map(|p| p.x.hypot(p.z)).collect();
+    let step = std::f64::consts::TAU / rho.len() as f64;
+    std::array::from_fn(|k| {
+        let angles = (0..rho.len()).map(|i| step * ((k + 1) * i) as f64);
+        let (sine, cosine) = angles
+            .zip(&rho)
+            .fold((0.0, 0.0), |(s, c), (angle, r)| (s + r * angle.sin(), c + r * angle.cos()));
+        2.0 * f64::hypot(sine, cosine) / rho.len() as f64
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -462,17 +468,22 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_may_rise_lead_to_the_same_rest() {
-        let rim = |rising_steps: usize| {
-            let numerics = Numerics { rising_steps, ..Numerics::THREE };
-            let d = drape(&fabric(), &Drop::canonical(), &SimOptions { numerics, ..options() });
-            assert_eq!(d.stop, Stop::AtRest);
-            (d.boundary, d.energy_j, d.effort.factorisations)
-        };
-        let ((line, low, many), (whole, as_low, few)) = (rim(0), rim(4));
-        let moved_m = line.mean_distance_m(&whole);
-        println!("{moved_m:.1e} m, {:.1e}; {many} and {few} factorisations", as_low / low - 1.0);
-        assert!(moved_m < 1e-4 && (as_low / low - 1.0).abs() < 1e-4);
+    fn the_mesh_of_a_graded_drape_lies_at_even_steps_and_has_its_rim() {
+        let graded = drape(&fabric(), &Drop::canonical(), &numerics_4(31));
+        let mesh = graded.mesh();
+        assert_eq!(mesh.vertices.len(), 31 * 31);
+        // a vertex of the sides is a point of the rim: every other one at 10 mm
+        let rim: Vec<_> = graded.boundary.positions_m().collect();
+        let off = |vertex: usize, point: usize| (mesh.vertices[vertex] - rim[point]).norm();
+        for k in 0..31 {
+            assert!(off(30 * 31 + k, 2 * k) < 1e-12, "{k}: {} m", off(30 * 31 + k, 2 * k));
+        }
+        // cells of the flat specimen's size between all neighbours, up to their stretch and sag
+        let longest = (0..30).map(|k| (mesh.vertices[k + 1] - mesh.vertices[k]).norm());
+        assert!(longest.fold(0.0, f64::max) < 10.5e-3);
+        let even = SimOptions { numerics: Numerics::THREE, ..numerics_4(31) };
+        let even = drape(&fabric(), &Drop::canonical(), &even);
+        assert!(even.mesh().vertices.iter().zip(&even.positions_m).all(|(a, b)| a.coords == *b));
     }
 
     #[test]

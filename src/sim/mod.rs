@@ -25,7 +25,7 @@ pub mod sensitivity;
 pub mod setup;
 pub mod strip;
 
-pub use drape::{Drape, drape, drape_from, drape_on_finer};
+pub use drape::{Drape, drape, drape_from, drape_on_finer, rim_harmonics_m};
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};
 pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, OnEvent};
@@ -38,4 +38,4 @@ pub use setup::Setup;
 /// Version of the numbers that this simulator gives. It is raised whenever a change moves the rim of
 /// a drape, which `tests/physics_pinned.rs` holds; the shipped model's metadata carries the version
 /// that the model was trained on.
-pub const NUMERICS_VERSION: u32 = 3;
+pub const NUMERICS_VERSION: u32 = 4;

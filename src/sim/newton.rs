@@ -4,18 +4,16 @@
 //! y the place where inertia alone would carry the sheet: implicit Euler. With
 //! y = x it is a proximal (pseudo-transient) step, and with dt infinite a plain
 //! Newton step for the equilibrium. `step.rs` takes one step, `linear.rs` finds its direction,
-//! `rising.rs` takes whole ones that may rise, `descent.rs` lowers the energy by many steps on one factor, `stability.rs` judges an
+//! `descent.rs` lowers the energy by many steps on one factor, `stability.rs` judges an
 //! equilibrium; all of them work on the [`Newton`] of `workspace.rs`.
 
 mod correct;
 mod descent;
 mod linear;
-mod rising;
 mod stability;
 mod step;
 mod workspace;
 
 pub use correct::Correction;
 pub use descent::Memory;
-pub use rising::Rising;
 pub use workspace::{Inertia, Iteration, Newton};

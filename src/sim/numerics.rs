@@ -1,7 +1,7 @@
 //! What a version of the numerics stands for.
 //!
-//! Numerics 3 is the default and what the shipped model was trained on; numerics 4 is to follow.
-//! Each choice is a field, so that `evaluate physics schemes` can vary one at a time.
+//! Numerics 4 is the default and what the shipped model was trained on; numerics 3 makes the drapes of
+//! earlier data again. Each choice is a field, so that `evaluate physics schemes` can vary one at a time.
 
 /// Where the lines of vertices are denser than elsewhere: in a band along the plate's edge, where the
 /// sheet leaves the plate and bends most.
@@ -37,9 +37,6 @@ pub struct Numerics {
     /// How stiffly the in-plane part of a cell's twist is held, over the bilinear cell's own
     /// stiffness. The whole of it locks cells in folds, none lets soft cloth hourglass.
     pub twist_hold: f64,
-    /// Newton steps in a row that may raise the energy before the sheet is put back: what a whole
-    /// step stretches, the next one takes off. 0: every step is cut until the energy falls.
-    pub rising_steps: usize,
     /// Whether self-contact is as stiff as the fabric is heavy, so that a fabric whose seven
     /// parameters are all multiplied by one factor has the same drape; else it is equally stiff for
     /// all.
@@ -47,13 +44,13 @@ pub struct Numerics {
 }
 
 impl Numerics {
-    /// Even cells, the whole hold, steps that fall, one stiffness of self-contact.
+    /// Even cells, the whole hold, one stiffness of self-contact.
     pub const THREE: Self =
-        Self { grading: Grading::EVEN, twist_hold: 1.0, rising_steps: 0, contact_by_weight: false };
-    /// Cells graded towards the plate's edge, hardly any hold, Newton steps that may rise,
-    /// self-contact by weight. The numbers are those of the sweep `evaluate physics schemes`.
+        Self { grading: Grading::EVEN, twist_hold: 1.0, contact_by_weight: false };
+    /// Cells graded towards the plate's edge, hardly any hold, self-contact by weight. The numbers are
+    /// those of the sweep `evaluate physics schemes`.
     pub const FOUR: Self =
-        Self { grading: Grading::EDGE, twist_hold: 0.03, rising_steps: 4, contact_by_weight: true };
+        Self { grading: Grading::EDGE, twist_hold: 0.03, contact_by_weight: true };
 
     /// Whether these are the default, which files leave out.
     #[must_use]
@@ -64,6 +61,6 @@ impl Numerics {
 
 impl Default for Numerics {
     fn default() -> Self {
-        Self::THREE
+        Self::FOUR
     }
 }

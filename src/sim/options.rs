@@ -10,7 +10,7 @@ use crate::sim::numerics::Numerics;
 pub struct SimOptions {
     /// The experiment: specimen, plate and effects beyond the seven parameters.
     pub experiment: Experiment,
-    /// Discretisation and steps: numerics 3, or the coming ones. Files name what is not the default.
+    /// Discretisation: numerics 4, or the earlier ones. Files name what is not the default.
     #[serde(skip_serializing_if = "Numerics::is_default")]
     pub numerics: Numerics,
     /// Vertices on a side of the fine grid, on which the sheet comes to rest; 61 of them lie 5 mm
@@ -161,8 +161,8 @@ mod tests {
     fn files_name_no_numerics_but_those_beside_the_default() {
         let named = |options: SimOptions| serde_json::to_string(&options).unwrap();
         assert!(!named(SimOptions::default()).contains("numerics"));
-        let four = SimOptions { numerics: Numerics::FOUR, ..SimOptions::default() };
-        assert!(named(four).contains("\"numerics\":{\"grading\":{\"density\":"));
+        let three = SimOptions { numerics: Numerics::THREE, ..SimOptions::default() };
+        assert!(named(three).contains("\"numerics\":{\"grading\":{\"density\":"));
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! The search for equilibrium: quasi-Newton descents and Newton steps in turn.
 
 use crate::base::Vector3;
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::{Guide, Model};
 use crate::sim::motion::{Pace, evolve};
-use crate::sim::newton::{Memory, Newton, Rising};
+use crate::sim::newton::{Inertia, Memory, Newton};
 use crate::sim::options::{SimOptions, Stop};
 
 /// Descents by quasi-Newton until the residual is small, then Newton steps; round again
@@ -31,8 +32,7 @@ pub(super) fn settle(
             }
             Descent::NearRest | Descent::Paused => {}
         }
-        let mut rising = Rising::new(options.numerics.rising_steps);
-        match finish(model, newton, x, limit_n, options.step_m, &mut rising) {
+        match finish(model, newton, x, limit_n, options.step_m) {
             Finish::Rest(residual_n) => return (Stop::AtRest, residual_n),
             Finish::Saddle(residual_n) if nudges == NUDGES => {
                 return (Stop::Unstable, residual_n);
@@ -41,7 +41,7 @@ pub(super) fn settle(
                 nudges += 1;
                 newton.nudge(model, x, NUDGE_M);
             }
-            Finish::Far => newton.put_back(model, x, &mut rising),
+            Finish::Far => {}
         }
     }
     let mut gradient = vec![Vector3::zeros(); x.len()];
@@ -145,11 +145,11 @@ fn finish(
     x: &mut [Vector3],
     limit_n: f64,
     limit_step_m: f64,
-    rising: &mut Rising,
 ) -> Finish {
+    let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
     for _ in 0..NEWTON_STEPS {
         let grip_change_n = newton.renew_contact(model, x);
-        let done = newton.iterate_rising(model, x, rising);
+        let done = newton.iterate(model, x, still, HessianForm::Exact);
         let settled = done.residual_n < limit_n && grip_change_n < limit_n;
         if settled && done.definite && done.step_m < limit_step_m {
             if newton.is_stable(model, x) {

@@ -24,7 +24,7 @@ use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores
 use scan2params::evaluate::physics::{branches, drapes, schemes, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
-use scan2params::evaluate::{speed, stages};
+use scan2params::evaluate::{speed, stages, walks};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::io::output;
 use scan2params::report::files;
@@ -53,6 +53,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
             run_soak(prior, *first, *count, *seed, super::simulate::numerics(*numerics))
         }
         args::Evaluate::Follow(given) => follow::run(given),
+        args::Evaluate::Walks { walked, fallen } => compare_walks(walked, fallen),
         args::Evaluate::Speed { count, seed, dataset, vertices, numerics } => {
             let numerics = super::simulate::numerics(*numerics);
             run_speed(*count, *seed, *dataset, vertices, numerics)
@@ -139,6 +140,25 @@ fn fresh(prior: &Mixture, count: u64, seed: u64) -> Result<Vec<Row>, Failure> {
     };
     let rows = (0..count).into_par_iter().map(row);
     Ok(rows.collect::<Result<Vec<Row>, MixtureError>>()?)
+}
+
+fn compare_walks(walked: &Path, fallen: &Path) -> Outcome {
+    let (first, second) = (read_folder(walked)?, read_folder(fallen)?);
+    for (folder, rows) in [(walked, &first), (fallen, &second)] {
+        let count = |what: fn(&Row) -> bool| rows.iter().filter(|row| what(row)).count();
+        println!(
+            "{}: {} drapes, {} of them walked to, {} not at rest",
+            folder.display(),
+            rows.len(),
+            count(|row| row.drape.walked),
+            count(|row| !row.drape.at_rest)
+        );
+    }
+    println!("{}", walks::Band::COLUMNS);
+    for band in walks::compare(&first, &second) {
+        println!("{}", band.row());
+    }
+    Ok(())
 }
 
 fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {

@@ -55,7 +55,8 @@ impl<'a> Plan<'a> {
                 plan.remade.push(path.clone());
             }
             plan.fabrics.order(&samples)?;
-            let (mut there, chunk) = (rows_there(&path, &samples, &plan.fabrics)?, plan.chunks.len());
+            let (mut there, chunk) =
+                (rows_there(&path, &samples, &plan.fabrics)?, plan.chunks.len());
             for unit in units(&samples, options) {
                 let is_there = |index| there.binary_search_by_key(&index, |row| row.index).is_ok();
                 if unit.clone().all(is_there) {

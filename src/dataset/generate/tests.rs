@@ -62,8 +62,12 @@ fn rows_come_back_as_they_were_made_and_failed_drapes_are_among_them() {
     for (k, row) in rows.iter().enumerate() {
         let k = k as u64;
         let fabric = options.prior.sample(options.seed, k).unwrap();
-        let expected =
-            super::tests::row(&Sample { index: k, fabric_index: k, fabric, run_seed: options.seed });
+        let expected = super::tests::row(&Sample {
+            index: k,
+            fabric_index: k,
+            fabric,
+            run_seed: options.seed,
+        });
         assert_eq!((row.index, row.fabric_index), (k, k));
         for (a, b) in row.fabric.to_paper_units().into_iter().zip(fabric.to_paper_units()) {
             assert!((a / b - 1.0).abs() < 1e-15);

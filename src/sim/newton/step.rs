@@ -19,19 +19,6 @@ impl Newton {
         inertia: Inertia,
         form: HessianForm,
     ) -> Iteration {
-        self.advance(model, x, inertia, form, false)
-    }
-
-    /// The iteration of [`Self::iterate`]; with `whole` along all of a definite matrix's direction
-    /// that contacts allow, whether or not the objective falls.
-    pub(super) fn advance(
-        &mut self,
-        model: &mut Model,
-        x: &mut [Vector3],
-        inertia: Inertia,
-        form: HessianForm,
-        whole: bool,
-    ) -> Iteration {
         let residual_n = self.assemble(model, x, inertia, form);
         let definite = self.solve(model, x, form);
         let mut result = Iteration { residual_n, step_m: 0.0, fraction: 0.0, definite };
@@ -48,13 +35,12 @@ impl Newton {
         let start = self.objective(model, x, inertia);
         let slope = dot(&self.gradient, &self.direction);
         let unseen = -slope < ROUNDING * start.abs();
-        let whole = whole && definite;
         for _ in 0..HALVINGS {
             self.try_fraction(x, fraction);
             let trial = std::mem::take(&mut self.trial);
             let value = self.objective(model, &trial, inertia);
             self.trial = trial;
-            if unseen || whole && value.is_finite() || is_lower(value, start, fraction * slope) {
+            if unseen || is_lower(value, start, fraction * slope) {
                 model.lag_linearised_stress(x, &self.direction, fraction);
                 x.copy_from_slice(&self.trial);
                 result.fraction = fraction;
