@@ -378,10 +378,10 @@ mod tests {
         assert_eq!(d.intersections, 0);
         assert!((2..=12).contains(&d.nodes), "{} nodes", d.nodes);
         // the rim keeps its 1200 mm but for the stretch of a fabric that stretches
-        // 0.01 N / 240 N/m over its overhang, and the chords of its folds
+        // 0.01 N / 240 N/m over its overhang, and the cubics between its vertices, 9 mm apart
         let points: Vec<_> = d.boundary.positions_m().collect();
         let length: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-        assert!((length - 1.2).abs() < 0.006, "{length}");
+        assert!((length - 1.2).abs() < 0.008, "{length}");
         assert!(points.iter().all(|p| p.y < 0.01 && p.y > -0.17));
     }
 

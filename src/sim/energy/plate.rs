@@ -212,15 +212,18 @@ impl PlateContact {
     }
 
     /// This contact with its grips, but with another plate and density, on cells whose areas are
-    /// `area_ratio` times the present ones.
+    /// `area_ratio` times the present ones. What presses a sample grows with its area and weight.
     #[must_use]
     pub fn changed(&self, plate: Plate, density_kg_m2: f64, area_ratio: f64) -> Self {
         let resized = |s: &Sample| Sample { area_m2: s.area_m2 * area_ratio, ..*s };
+        let stiffness_pa_m = stiffness_pa_m(&plate, density_kg_m2);
+        let heavier = stiffness_pa_m / self.stiffness_pa_m * area_ratio;
+        let pressed = |grip: &Grip| Grip { force_n: grip.force_n * heavier, ..*grip };
         Self {
-            stiffness_pa_m: stiffness_pa_m(&plate, density_kg_m2),
+            stiffness_pa_m,
             plate,
             samples: self.samples.iter().map(resized).collect(),
-            grips: self.grips.clone(),
+            grips: self.grips.iter().map(pressed).collect(),
         }
     }
 

@@ -68,7 +68,11 @@ fn stiffness_and_weight_together_change_nothing() {
     let followed = follower.follow_fabric(&to, &FollowOptions::default()).unwrap();
     assert_eq!(followed.stop, Stop::AtRest);
     assert_eq!(follower.setup().fabric, to);
-    assert!(start.mean_distance_m(&follower.boundary()) < 0.05e-3);
+    assert!(followed.events.is_empty());
+    let moved_m = start.mean_distance_m(&follower.boundary());
+    println!("{moved_m:.1e} m");
+    // grips that keep the old weight's friction let a sheet go that hardly holds: 4.3 mm
+    assert!(moved_m < 1e-6, "{moved_m:e}");
 }
 
 #[test]
