@@ -1,11 +1,13 @@
-//! What a drape costs, beside a plain loop of implicit Euler steps.
+//! What a drape costs, beside a plain loop of implicit Euler steps and beside a sheet that is led there
+//! from a neighbouring fabric.
 //!
 //!     cargo bench --bench drape
 //!
 //! The plain loop is what one would write first: the same energies without self-contact, steps
 //! of 10 ms, one Newton iteration and one fresh Cholesky factor in double precision a step, until
 //! no vertex feels more than the limit of a drape at rest. Before the timings the bench prints
-//! how far the loop got in its 3,000 steps and the ratio of one run of each.
+//! how far the loop got in its 3,000 steps and the ratio of one run of each. A neighbouring fabric lies
+//! 0.25 away, the root mean square of the seven logarithms; the sheet is led to four and back.
 
 use std::hint::black_box;
 
@@ -17,7 +19,9 @@ use scan2params::fabric::Fabric;
 use scan2params::numeric::sparse::Factor;
 use scan2params::sim::grid::Grid;
 use scan2params::sim::model::{Model, Tangent};
-use scan2params::sim::{Drop, Experiment, HessianForm, SimOptions, drape};
+use scan2params::sim::{
+    Drop, Experiment, FollowOptions, Follower, HessianForm, SimOptions, drape,
+};
 
 /// Time step \[s\].
 const STEP_S: f64 = 0.01;
@@ -78,6 +82,29 @@ fn cpu_s<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (result, begun.zip(thread_cpu_s()).map_or(f64::NAN, |(a, b)| b - a))
 }
 
+/// Fabrics 0.25 away, some parameters up and some down.
+fn neighbours(fabric: &Fabric) -> Vec<Fabric> {
+    let values = fabric.in_si();
+    let signs = [0b000_1111, 0b011_0011, 0b101_0101, 0b110_1001];
+    let changed = |sign: &u32| {
+        let up = |k: usize| if sign >> k & 1 == 1 { 0.25_f64 } else { -0.25 };
+        Fabric::from_si(std::array::from_fn(|k| values[k] * up(k).exp())).project_bending().0
+    };
+    signs.iter().map(changed).collect()
+}
+
+/// Processor times of leading the sheet to the neighbours and back, in rising order \[s\].
+fn led_s(follower: &mut Follower, fabric: &Fabric) -> Vec<f64> {
+    let mut times = Vec::new();
+    for to in neighbours(fabric).iter().flat_map(|neighbour| [neighbour, fabric]) {
+        let (followed, time_s) = cpu_s(|| follower.follow_fabric(to, &FollowOptions::default()));
+        assert!(followed.is_ok_and(|followed| followed.reached == 1.0));
+        times.push(time_s);
+    }
+    times.sort_by(f64::total_cmp);
+    times
+}
+
 fn drapes(criterion: &mut Criterion) {
     let stiff = Fabric::from_paper_units([240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0]);
     let fabrics = [("mean", Fabric::mean_knit()), ("stiff", stiff)];
@@ -92,6 +119,16 @@ fn drapes(criterion: &mut Criterion) {
                 ours.stop.name(),
                 plain_s / ours_s
             );
+            let mut follower = Follower::drop(fabric, &Drop::canonical(), &options(vertices));
+            let led_s = led_s(&mut follower, fabric);
+            let median_s = 0.5 * (led_s[3] + led_s[4]);
+            println!(
+                "    led to a neighbouring fabric: {median_s:.2} s in the median, {:.2} at most, \
+                 {:.2} and {:.2} of the drape",
+                led_s[7],
+                median_s / ours_s,
+                led_s[7] / ours_s
+            );
         }
     }
     let mut group = criterion.benchmark_group("drape");
@@ -99,6 +136,11 @@ fn drapes(criterion: &mut Criterion) {
     for (name, fabric) in &fabrics {
         group.bench_function(format!("{name}, 31 vertices a side"), |bench| {
             bench.iter(|| drape(black_box(fabric), &Drop::canonical(), &options(31)));
+        });
+        let mut follower = Follower::drop(fabric, &Drop::canonical(), &options(31));
+        let to = [neighbours(fabric)[0], *fabric];
+        group.bench_function(format!("{name}, 31 vertices a side, led there and back"), |bench| {
+            bench.iter(|| to.map(|to| follower.follow_fabric(&to, &FollowOptions::default())));
         });
     }
     group.finish();

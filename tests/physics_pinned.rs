@@ -6,7 +6,7 @@
 //!     cargo test --release --test physics_pinned -- --ignored
 //!
 //! which writes a rim only where there is none: a rim of a version that has been given out is not
-//! to change. A test that fails here says that drapes have moved, and so that the shipped model,
+//! to change, and the earlier ones that the simulator still knows are held too. A test that fails here says that drapes have moved, and so that the shipped model,
 //! which was trained on drapes, no longer belongs to this simulator.
 
 use std::path::PathBuf;
@@ -14,7 +14,9 @@ use std::path::PathBuf;
 use scan2params::base::{Boundary, Point3};
 use scan2params::fabric::Fabric;
 use scan2params::sim::experiment::{Curl, Softening, Specimen, Tilt};
-use scan2params::sim::{Drape, Drop, Experiment, NUMERICS_VERSION, Plate, SimOptions, Stop, drape};
+use scan2params::sim::{
+    Drape, Drop, Experiment, NUMERICS_VERSION, Numerics, Plate, SimOptions, Stop, drape,
+};
 
 /// Farthest that a point of a rim may lie from its pinned place \[m\].
 ///
@@ -30,6 +32,7 @@ const TOLERANCE_M: f64 = 2e-7;
 
 struct Case {
     name: &'static str,
+    version: u32,
     fabric: Fabric,
     drop: Drop,
     options: SimOptions,
@@ -40,9 +43,8 @@ fn stiff() -> Fabric {
     Fabric::from_paper_units([240e3, 310e3, 90e3, 9000.0, 7000.0, 8000.0, 260.0])
 }
 
-fn options(vertices: usize, fall_vertices: usize, experiment: Experiment) -> SimOptions {
-    SimOptions { vertices, fall_vertices, experiment, ..SimOptions::default() }
-}
+/// The versions that the simulator knows.
+const VERSIONS: [(u32, Numerics); 2] = [(3, Numerics::THREE), (4, Numerics::FOUR)];
 
 /// Everything beside the seven parameters that an experiment knows.
 fn with_all_effects() -> Experiment {
@@ -65,19 +67,28 @@ fn with_all_effects() -> Experiment {
     }
 }
 
-fn cases() -> Vec<Case> {
+fn cases((version, numerics): (u32, Numerics)) -> Vec<Case> {
     let canonical = Drop::canonical;
     let usual = Experiment::default();
+    let options = |vertices: usize, fall_vertices: usize, experiment: Experiment| SimOptions {
+        vertices,
+        fall_vertices,
+        experiment,
+        numerics,
+        ..SimOptions::default()
+    };
     vec![
         // falls on a coarse grid and is carried to a finer one
         Case {
             name: "square",
+            version,
             fabric: stiff(),
             drop: canonical(),
             options: options(31, 21, usual),
         },
         Case {
             name: "all-effects",
+            version,
             fabric: stiff(),
             drop: canonical(),
             options: options(21, 21, with_all_effects()),
@@ -85,12 +96,14 @@ fn cases() -> Vec<Case> {
         // folds as fine as the mesh, layers in contact
         Case {
             name: "soft",
+            version,
             fabric: Fabric::from_paper_units([131e3, 164e3, 75e3, 150.0, 150.0, 150.0, 214.0]),
             drop: canonical(),
             options: options(17, 17, usual),
         },
         Case {
             name: "disc",
+            version,
             fabric: stiff(),
             drop: canonical(),
             options: options(25, 25, Experiment::standard_cusick()),
@@ -98,14 +111,11 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-fn folder() -> PathBuf {
-    let pinned = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/pinned");
-    pinned.join(format!("numerics-{NUMERICS_VERSION}"))
-}
 
 impl Case {
     fn path(&self) -> PathBuf {
-        folder().join(format!("{}.csv", self.name))
+        let pinned = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/pinned");
+        pinned.join(format!("numerics-{}", self.version)).join(format!("{}.csv", self.name))
     }
 
     fn drape(&self) -> Drape {
@@ -118,9 +128,10 @@ impl Case {
         let path = self.path();
         let mut rows = csv::Reader::from_path(&path).unwrap_or_else(|error| {
             panic!(
-                "{}: {error}. Numerics {NUMERICS_VERSION} has no pinned rims yet: make them by \
+                "{}: {error}. Numerics {} has no pinned rims yet: make them by \
                  `cargo test --release --test physics_pinned -- --ignored` and commit them",
-                path.display()
+                path.display(),
+                self.version
             )
         });
         let points = rows.deserialize().map(|row| {
@@ -138,17 +149,20 @@ fn farthest_m(a: &Boundary, b: &Boundary) -> f64 {
 
 #[test]
 fn no_rim_has_moved() {
-    for case in cases() {
+    assert_eq!(VERSIONS.last().map(|(version, _)| *version), Some(NUMERICS_VERSION));
+    assert_eq!(VERSIONS.map(|(_, numerics)| numerics).last(), Some(&Numerics::default()));
+    for case in VERSIONS.into_iter().flat_map(cases) {
         let moved_m = farthest_m(&case.drape().boundary, &case.pinned());
-        println!("{}: {moved_m:.1e} m", case.name);
+        println!("{} of numerics {}: {moved_m:.1e} m", case.name, case.version);
         assert!(
             moved_m < TOLERANCE_M,
             "the rim of `{}` has moved by {moved_m:.1e} m, limit {TOLERANCE_M:.0e} m, since \
-             numerics {NUMERICS_VERSION}. If the drapes are meant to change, raise \
+             numerics {}. If the drapes are meant to change, raise \
              NUMERICS_VERSION in src/sim/mod.rs, make the rims of the new version by `cargo test \
              --release --test physics_pinned -- --ignored`, and then data and model again \
              (scripts/README.md)",
-            case.name
+            case.name,
+            case.version
         );
     }
 }
@@ -156,8 +170,9 @@ fn no_rim_has_moved() {
 #[test]
 #[ignore = "writes the rims of a new NUMERICS_VERSION"]
 fn write_the_rims_of_a_new_version() {
-    std::fs::create_dir_all(folder()).unwrap();
-    for case in cases().iter().filter(|case| !case.path().exists()) {
+    let all = VERSIONS.into_iter().flat_map(cases);
+    for case in all.filter(|case| !case.path().exists()) {
+        std::fs::create_dir_all(case.path().parent().unwrap()).unwrap();
         let mut file = csv::Writer::from_path(case.path()).unwrap();
         file.write_record(["x_mm", "y_mm", "z_mm"]).unwrap();
         for p in case.drape().boundary.positions_m() {
@@ -172,7 +187,7 @@ fn write_the_rims_of_a_new_version() {
 /// moves the rim by more than the tolerance.
 #[test]
 fn a_thousandth_of_any_constant_moves_the_rim() {
-    let case = &cases()[0];
+    let case = &cases(VERSIONS[VERSIONS.len() - 1])[0];
     let pinned = case.drape().boundary;
     let rim = |fabric: &Fabric, plate: Plate| {
         let experiment = Experiment { plate, ..Experiment::default() };

@@ -227,11 +227,18 @@ impl PlateContact {
         }
     }
 
-    /// Takes the grips of another contact, whose samples are the same points of the cloth.
+    /// Takes the grips of another contact, whose samples are the same points of the cloth, pressed as
+    /// much harder as this contact's weight and areas are larger.
     #[cfg(test)]
     pub fn take_grips(&mut self, other: &Self) {
-        assert_eq!(self.grips.len(), other.grips.len());
-        self.grips.clone_from(&other.grips);
+        let samples = self.samples.iter().zip(&other.samples);
+        self.grips = samples
+            .zip(&other.grips)
+            .map(|((own, from), grip)| {
+                let heavier = self.stiffness_pa_m * own.area_m2 / (other.stiffness_pa_m * from.area_m2);
+                Grip { force_n: grip.force_n * heavier, ..*grip }
+            })
+            .collect();
     }
 
     /// Moves every anchor of friction to where `place` puts it, as if the specimen had been laid
