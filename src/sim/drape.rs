@@ -296,7 +296,7 @@ impl Rested {
         }
     }
 
-    fn sensitivities(
+    pub(super) fn sensitivities(
         &mut self,
         fabric: &Fabric,
         options: &SimOptions,

@@ -27,6 +27,7 @@ use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::{SimOptions, Stop};
 use crate::sim::rest::settle;
+use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
 use crate::sim::setup::Setup;
 
 /// A sheet at rest, with the state of its contacts, that can be led to other fabrics and
@@ -35,6 +36,15 @@ pub struct Follower {
     rested: Rested,
     setup: Setup,
     options: SimOptions,
+}
+
+/// A sheet at rest that a [`Follower`] can come back to.
+pub struct Kept {
+    model: Model,
+    x: Vec<Vector3>,
+    stop: Stop,
+    residual_n: f64,
+    setup: Setup,
 }
 
 /// How a way is followed.
@@ -153,6 +163,37 @@ impl Follower {
     #[must_use]
     pub fn boundary(&self) -> Boundary {
         self.rested.model.grid.boundary(&self.rested.x)
+    }
+
+    /// How far the sheet moves with each of `parameters`; see [`crate::sim::sensitivity`].
+    ///
+    /// # Errors
+    /// As [`crate::sim::drape_with_sensitivities`].
+    pub fn sensitivities(
+        &mut self,
+        parameters: &[Parameter],
+    ) -> Result<Vec<Sensitivity>, SensitivityError> {
+        let (fabric, options) = (self.setup.fabric, self.options);
+        self.rested.sensitivities(&fabric, &options, parameters)
+    }
+
+    /// The sheet as it is now, to come back to.
+    #[must_use]
+    pub fn keep(&self) -> Kept {
+        let Rested { model, x, stop, residual_n, .. } = &self.rested;
+        let (model, x) = (model.clone(), x.clone());
+        Kept { model, x, stop: *stop, residual_n: *residual_n, setup: self.setup }
+    }
+
+    /// Puts the sheet back, with the grips of its friction.
+    pub fn return_to(&mut self, kept: &Kept) {
+        let Kept { model, x, stop, residual_n, setup } = kept;
+        self.rested.model = model.clone();
+        self.rested.x.clone_from(x);
+        (self.rested.stop, self.rested.residual_n) = (*stop, *residual_n);
+        self.setup = *setup;
+        self.options.experiment = setup.experiment;
+        self.restore();
     }
 
     /// Leads the sheet to `fabric` in the same experiment.

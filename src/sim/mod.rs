@@ -25,10 +25,12 @@ pub mod sensitivity;
 pub mod setup;
 pub mod strip;
 
-pub use drape::{Drape, drape, drape_from, drape_on_finer, rim_harmonics_m};
+pub use drape::{
+    Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities, rim_harmonics_m,
+};
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};
-pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, OnEvent};
+pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, Kept, OnEvent};
 pub use hessian_form::HessianForm;
 pub use numerics::{Grading, Numerics};
 pub use options::{OptionsError, OptionsFault, SimOptions, Stop};

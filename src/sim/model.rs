@@ -66,6 +66,7 @@ pub struct Tangent {
 }
 
 /// The energy of a specimen of one fabric in one experiment, and the state of its contacts.
+#[derive(Clone)]
 pub struct Model {
     /// The grid of the specimen.
     pub grid: Arc<Grid>,

@@ -1,0 +1,118 @@
+use super::*;
+use crate::base::units::M_PER_MM;
+use crate::base::{Boundary, SurfacePoint};
+use crate::sim::{Drape, Drop, Experiment, drape};
+
+/// Rests within a second or two.
+fn sim() -> SimOptions {
+    SimOptions { vertices: 31, fall_vertices: 21, ..SimOptions::default() }
+}
+
+fn woven() -> Fabric {
+    Fabric::from_paper_units([131e3, 164e3, 75e3, 11_200.0, 9_200.0, 10_200.0, 180.0])
+}
+
+/// The sheet of a drape at the places of a scan, with the error that it is said to have.
+fn sheet(of: &Drape, sigma_m: f64) -> Surface {
+    let even = crate::sim::grid::Grid::of(&Experiment::default().specimen, Surface::SIDE);
+    let point = |p: Vector3| SurfacePoint { position_m: p.into(), sigma_m, observed: true };
+    let at = even.prolong(&of.grid, &of.positions_m, 1.0);
+    Surface::new(at.into_iter().map(point).collect()).unwrap()
+}
+
+use crate::base::Vector3;
+
+fn prior(of: &Fabric, off: [f64; STIFFNESSES], sigma: f64) -> Prior {
+    let [six @ .., _] = of.in_si().map(f64::ln);
+    let ln_mean = std::array::from_fn(|k| six[k] + off[k]);
+    Prior {
+        ln_mean,
+        ln_sigma: [sigma; STIFFNESSES],
+        ln_limits: ln_mean.map(|ln| [ln - 2.0, ln + 2.0]),
+    }
+}
+
+const OFF: [f64; STIFFNESSES] = [0.2, -0.25, 0.2, 0.3, -0.25, 0.3];
+
+fn errors(refined: &Refined, truth: &Fabric) -> [f64; STIFFNESSES] {
+    let truth = truth.in_si();
+    std::array::from_fn(|k| (refined.stiffnesses[k].value / truth[k]).ln())
+}
+
+#[test]
+fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() {
+    let truth = woven();
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
+    let sheet = sheet(&d, 0.2e-3);
+    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    let options = FitOptions { sim: sim(), ..FitOptions::default() };
+    let told = std::cell::Cell::new(0);
+    let refined =
+        fit(&[scan], truth.density_kg_m2, &prior(&truth, OFF, 0.4), &[], &options, |progress| {
+            assert_eq!(progress.drapes, told.get() + 1);
+            told.set(progress.drapes);
+        })
+        .unwrap();
+    let errors = errors(&refined, &truth);
+    let rim_mm = refined.scans[0].rim_mean_m / M_PER_MM;
+    println!("{errors:.3?} {rim_mm:.3} mm {:?} {:.2}", refined.attempts, refined.misfit);
+    assert!(errors[3..].iter().all(|e| e.abs() < 0.06), "{errors:?}");
+    assert!(rim_mm < 0.3 && refined.is_on_branch(), "{rim_mm}");
+    assert!(refined.misfit < 1.0 && told.get() <= 10);
+    for (stiffness, error) in refined.stiffnesses.iter().zip(errors) {
+        let [low, high] = stiffness.interval90.map(|end| (end / stiffness.value).ln());
+        assert!(low < -error && -error < high, "{}: {error} in {low} to {high}", stiffness.key);
+    }
+    // the drape tells bending and hardly stretch
+    let shown = refined.stiffnesses.map(|s| s.shown);
+    assert!(shown[3..].iter().all(|&s| s > 0.8) && shown[0] < shown[3], "{shown:?}");
+}
+
+#[test]
+fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
+    let truth = woven();
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
+    let lifted = |p: crate::base::Point3| p + Vector3::new(0.0, 0.4e-3, 0.0);
+    let raised = sheet(&d, 0.2e-3);
+    let points = raised.points().iter().map(|p| SurfacePoint { position_m: lifted(p.position_m), ..*p });
+    let raised = Surface::new(points.collect()).unwrap();
+    let rim = Boundary::exact(d.boundary.positions_m().map(lifted)).unwrap();
+    let scan = Scan { rim: &rim, sheet: Some(&raised), experiment: Experiment::default() };
+    let options = FitOptions { sim: sim(), ..FitOptions::default() };
+    let prior = prior(&truth, [0.0; STIFFNESSES], 0.4);
+    let refined = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
+    let height = refined.scans[0].bench[5];
+    assert_eq!(height.key, "plate_height");
+    assert!((height.value - 0.4e-3).abs() < 0.15e-3, "{height:?}");
+    let errors = errors(&refined, &truth);
+    assert!(errors[3..].iter().all(|e| e.abs() < 0.06), "{errors:?}");
+}
+
+#[test]
+fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
+    let truth = woven();
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
+    let scan = Scan { rim: &d.boundary, sheet: None, experiment: Experiment::default() };
+    let options = FitOptions { sim: sim(), ..FitOptions::default() };
+    let prior = prior(&truth, OFF, 0.4);
+    let refined = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
+    let worst = errors(&refined, &truth)[3..].iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
+    println!("{worst:.3} {:.3} mm", refined.scans[0].rim_mean_m * 1e3);
+    assert!(worst < 0.2 && refined.scans[0].rim_mean_m < 1.5e-3);
+    assert_eq!(
+        fit(&[], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap_err(),
+        FitError::NothingObserved
+    );
+}
+
+#[test]
+fn a_prior_is_that_of_its_intervals() {
+    let value = woven();
+    let scaled = |factor: f64| Fabric::from_si(value.in_si().map(|v| v * factor));
+    let prior = Prior::of(&value, &[scaled(0.5), scaled(2.0)], &[scaled(0.1), scaled(1.5)]);
+    for k in 0..STIFFNESSES {
+        assert!((prior.ln_sigma[k] - 2.0_f64.ln() / Z90).abs() < 1e-12);
+        let [low, high] = prior.ln_limits[k];
+        assert!((high - prior.ln_mean[k] - 1.5_f64.ln()).abs() < 1e-12 && low < prior.ln_mean[k]);
+    }
+}

@@ -1,0 +1,234 @@
+//! What a fit found: values, intervals, what the drape shows and what the model leaves.
+
+use nalgebra::DMatrix;
+
+use super::data::Scan;
+use super::fit::{Fit, State, Z90};
+use super::trial::NUISANCES;
+use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
+use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
+use crate::sim::{Drape, rim_nodes};
+
+/// The fabric that reproduces its scans best.
+#[derive(Clone, Debug)]
+pub struct Refined {
+    /// The fabric; its density is the one given.
+    pub fabric: Fabric,
+    /// The six stiffnesses, paper's order.
+    pub stiffnesses: [RefinedStiffness; STIFFNESSES],
+    /// Correlations of the logarithms of the six.
+    pub correlation: [[f64; STIFFNESSES]; STIFFNESSES],
+    /// Each scan beside its drape.
+    pub scans: Vec<ScanFit>,
+    /// Root mean square distance of the scans from the drapes in standard deviations of scan and model; more
+    /// than about 1: the model leaves something, and the intervals are wider by as much.
+    pub misfit: f64,
+    /// Why the fit ended where it did.
+    pub ended: Ended,
+    /// Every start that was tried, in order.
+    pub attempts: Vec<Attempt>,
+}
+
+/// One stiffness of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefinedStiffness {
+    /// Name in files.
+    pub key: &'static str,
+    /// Value, SI unit.
+    pub value: f64,
+    /// 90 % interval, SI unit.
+    pub interval90: [f64; 2],
+    /// Share of the prior's variance that the scans took away: 0, the drape does not show it and the
+    /// interval is the prior's; 1, the drape alone tells.
+    pub shown: f64,
+    /// Whether the value lies at an end of what was allowed.
+    pub at_limit: bool,
+}
+
+/// A scan beside the drape of the fitted fabric.
+#[derive(Clone, Debug)]
+pub struct ScanFit {
+    /// The drape, at rest.
+    pub drape: Drape,
+    /// Mean distance of corresponding rim points \[m\].
+    pub rim_mean_m: f64,
+    /// The largest \[m\].
+    pub rim_largest_m: f64,
+    /// Eight stretches of the rim, half a side each, from the boundary's first corner on.
+    pub arcs: [ArcResidual; ARCS],
+    /// What the bench is found to be.
+    pub bench: [Nuisance; NUISANCES],
+    /// Whether drape and scan have as many folds, or lie as close as one branch does.
+    pub on_branch: bool,
+    /// Folds of the scan and of the drape.
+    pub nodes: [usize; 2],
+}
+
+/// Stretches of the rim that residuals are given by.
+const ARCS: usize = 8;
+
+/// A stretch of the rim.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ArcResidual {
+    /// Mean distance of its points from the drape's \[m\].
+    pub mean_m: f64,
+    /// The same in standard deviations of scan and model.
+    pub sigmas: f64,
+}
+
+/// A number of the bench.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Nuisance {
+    /// Name in files.
+    pub key: &'static str,
+    /// Value \[m or rad\].
+    pub value: f64,
+    /// Standard deviation that was allowed \[m or rad\].
+    pub sigma: f64,
+}
+
+/// Names of the bench's numbers.
+const BENCH: [&str; NUISANCES] =
+    ["offset_x", "offset_z", "rotation", "tilt_down_x", "tilt_down_z", "plate_height"];
+
+/// Why a fit ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// Nothing more to be gained.
+    Converged,
+    /// Steps foretold a gain, and none of them lowered the cost: neighbouring minima.
+    NoBetter,
+    /// The drapes ran out.
+    Spent,
+    /// The least squares have no solution.
+    Singular,
+}
+
+impl Ended {
+    /// The word for it in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::NoBetter => "no_better",
+            Self::Spent => "spent",
+            Self::Singular => "singular",
+        }
+    }
+}
+
+/// A start and where it led.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attempt {
+    /// Which start.
+    pub start: &'static str,
+    /// Drapes that it took.
+    pub drapes: usize,
+    /// Why it ended.
+    pub ended: Ended,
+    /// Root mean square distance at its end in standard deviations.
+    pub misfit: f64,
+    /// Mean distance of the rims at its end \[m\].
+    pub rim_m: f64,
+}
+
+/// Mean distance of two rims up to which they are on one branch whatever their folds' count says \[m\]:
+/// a shallow fold is counted or not.
+const ONE_BRANCH_M: f64 = 3e-3;
+/// How near an end of what is allowed a logarithm counts as there.
+const AT_LIMIT: f64 = 1e-3;
+
+impl Refined {
+    pub(super) fn of(
+        scans: &[Scan<'_>],
+        fit: &Fit<'_>,
+        state: State,
+        attempts: Vec<Attempt>,
+    ) -> Self {
+        let misfit = state.misfit();
+        let covariance = covariance(&state, misfit.max(1.0));
+        let fabric = fit.fabric(&state.ln);
+        let stiffnesses = std::array::from_fn(|k| {
+            let (sigma, prior) = (covariance[(k, k)].sqrt(), fit.prior.ln_sigma[k]);
+            let half = (Z90 * sigma * fit.options.widen[k]).exp();
+            let value = state.ln[k].exp();
+            let ends = fit.prior.ln_limits[k];
+            RefinedStiffness {
+                key: TABLE_2[k].key,
+                value,
+                interval90: [value / half, value * half],
+                shown: (1.0 - (sigma / prior).powi(2)).clamp(0.0, 1.0),
+                at_limit: ends.iter().any(|end| (end - state.ln[k]).abs() < AT_LIMIT),
+            }
+        });
+        let ended = best_of(&attempts).map_or(Ended::Singular, |attempt| attempt.ended);
+        let correlation = std::array::from_fn(|a| {
+            std::array::from_fn(|b| {
+                covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt()
+            })
+        });
+        let bench = state.bench;
+        let scans = scans
+            .iter()
+            .zip(state.trials)
+            .zip(&bench)
+            .map(|((scan, trial), bench)| ScanFit::of(scan, fit, trial.drape, bench))
+            .collect();
+        Self { fabric, stiffnesses, correlation, scans, misfit, ended, attempts }
+    }
+
+    /// Whether every scan's branch is the fabric's.
+    #[must_use]
+    pub fn is_on_branch(&self) -> bool {
+        self.scans.iter().all(|scan| scan.on_branch)
+    }
+}
+
+fn best_of(attempts: &[Attempt]) -> Option<&Attempt> {
+    attempts.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit))
+}
+
+/// Covariance of the six logarithms, the bench's numbers as uncertain as they are.
+fn covariance(state: &State, misfit: f64) -> DMatrix<f64> {
+    let precision = &state.normal / (misfit * misfit) + DMatrix::from_diagonal(&state.priors);
+    let size = precision.nrows();
+    let whole = precision.cholesky().map_or_else(
+        || DMatrix::from_diagonal(&state.priors.map(|p| 1.0 / p)),
+        |factor| factor.solve(&DMatrix::identity(size, size)),
+    );
+    whole.view((0, 0), (STIFFNESSES, STIFFNESSES)).into_owned()
+}
+
+impl ScanFit {
+    fn of(scan: &Scan<'_>, fit: &Fit<'_>, drape: Drape, bench: &[f64; NUISANCES]) -> Self {
+        let rims = || scan.rim.points().iter().zip(drape.boundary.positions_m());
+        let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
+        let model_m = fit.options.data.model_m;
+        let of_sigma = |(p, q): (&crate::base::boundary::BoundaryPoint, crate::base::Point3)| {
+            (p.position_m - q).norm() / (3.0_f64.sqrt() * p.sigma_m.hypot(model_m))
+        };
+        let sigmas: Vec<f64> = rims().map(of_sigma).collect();
+        let arcs = std::array::from_fn(|arc| {
+            let half = POINTS_PER_SIDE / 2;
+            let start = arc / 2 * POINTS_PER_SIDE + arc % 2 * half;
+            let range = start..start + half + 1;
+            let mean = |values: &[f64]| values[range.clone()].iter().sum::<f64>() / (half + 1) as f64;
+            ArcResidual { mean_m: mean(&distances), sigmas: mean(&sigmas) }
+        });
+        let nodes = [rim_nodes(scan.rim), drape.nodes];
+        let rim_mean_m = distances.iter().sum::<f64>() / POINTS as f64;
+        Self {
+            on_branch: nodes[0] == nodes[1] || rim_mean_m < ONE_BRANCH_M,
+            rim_mean_m,
+            rim_largest_m: distances.iter().copied().fold(0.0, f64::max),
+            arcs,
+            bench: std::array::from_fn(|m| Nuisance {
+                key: BENCH[m],
+                value: bench[m],
+                sigma: fit.options.bench_sigma[m],
+            }),
+            nodes,
+            drape,
+        }
+    }
+}

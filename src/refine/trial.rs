@@ -1,0 +1,60 @@
+//! One fabric's drape on a scan's branch, and how its places move with everything that is fitted.
+
+use crate::base::Vector3;
+use crate::fabric::STIFFNESSES;
+use crate::sim::grid::Grid;
+use crate::sim::sensitivity::{Parameter, SensitivityError};
+use crate::sim::{Drape, Follower};
+
+use super::data::SIDE;
+
+/// What a bench does not know beside the fabric: place and rotation of the specimen, tilt of the plate,
+/// and the height of its face in the scan's frame.
+pub(super) const NUISANCES: usize = 6;
+
+/// The parameters with a sensitivity of their own: the stiffnesses, then the nuisances but the height.
+const PARAMETERS: [Parameter; STIFFNESSES + NUISANCES - 1] = [
+    Parameter::StretchWeft,
+    Parameter::StretchWarp,
+    Parameter::Shear,
+    Parameter::BendingWeft,
+    Parameter::BendingWarp,
+    Parameter::BendingBias,
+    Parameter::OffsetX,
+    Parameter::OffsetZ,
+    Parameter::Rotation,
+    Parameter::TiltX,
+    Parameter::TiltZ,
+];
+
+/// A drape on a scan's branch, at the places of [`crate::base::Surface`].
+pub(super) struct Trial {
+    pub drape: Drape,
+    /// Positions of the places \[m\].
+    pub at: Vec<Vector3>,
+    /// Their moves with the logarithm of each stiffness, then with each nuisance \[m per unit\].
+    pub moves: Vec<Vec<Vector3>>,
+}
+
+/// The sheet of `follower` as it is.
+///
+/// # Errors
+/// When it is not at a stable rest.
+pub(super) fn trial_of(follower: &mut Follower) -> Result<Trial, SensitivityError> {
+    let sensitivities = follower.sensitivities(&PARAMETERS)?;
+    let (drape, setup) = (follower.drape(), *follower.setup());
+    let even = Grid::of(&setup.experiment.specimen, SIDE);
+    let at_places = |field: &[Vector3]| even.prolong(&drape.grid, field, 1.0);
+    let values = setup.fabric.in_si();
+    let mut moves: Vec<Vec<Vector3>> = sensitivities
+        .iter()
+        .enumerate()
+        .map(|(k, sensitivity)| {
+            // d/d ln v = v d/dv
+            let scale = if k < STIFFNESSES { values[k] } else { 1.0 };
+            at_places(&sensitivity.moves).into_iter().map(|m| m * scale).collect()
+        })
+        .collect();
+    moves.push(vec![Vector3::y(); SIDE * SIDE]);
+    Ok(Trial { at: at_places(&drape.positions_m), moves, drape })
+}
