@@ -63,6 +63,10 @@ pub struct FitOptions {
     pub data: DataOptions,
     /// Most drapes of a scan from one start.
     pub evaluations: usize,
+    /// Vertices on a side of the cells of the first steps and of the last; the same: no last steps.
+    pub vertices: [usize; 2],
+    /// Standard deviation by which drapes on the first cells lie off \[m\].
+    pub first_model_m: f64,
     /// Largest change of a logarithm in one step.
     pub longest_step: f64,
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
@@ -79,6 +83,8 @@ impl Default for FitOptions {
         Self {
             data: DataOptions::default(),
             evaluations: 10,
+            vertices: [61, 91],
+            first_model_m: 1.5e-3,
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
             widen: [1.0; STIFFNESSES],
@@ -121,7 +127,7 @@ pub fn fit(
     tell: impl Fn(Progress),
 ) -> Result<Refined, FitError> {
     let mut fit = Fit::new(scans, density_kg_m2, prior, options, &tell);
-    if fit.targets.iter().all(|target| target.data.is_empty()) {
+    if fit.targets.iter().all(|target| target.data[0].is_empty()) {
         return Err(FitError::NothingObserved);
     }
     let mut best: Option<State> = None;
@@ -159,7 +165,8 @@ const GOOD_MISFIT: f64 = 2.0;
 
 /// One scan with what its drapes start from.
 pub(super) struct Target {
-    pub(super) data: Vec<Datum>,
+    /// What the scan says, as sure as the drapes on the cells of each stage are.
+    pub(super) data: [Vec<Datum>; 2],
     rim: Boundary,
     start: DropStart,
     options: SimOptions,
@@ -176,6 +183,14 @@ pub(super) struct Fit<'a> {
     tell: &'a dyn Fn(Progress),
     drapes: usize,
     least_rim_m: f64,
+    stage: Stage,
+}
+
+/// Which cells the drapes are on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    First,
+    Last,
 }
 
 /// A fabric with its drapes, and the least squares around it.
@@ -204,7 +219,7 @@ impl State {
     /// Mean distance of the rims from the scans', as they are, without the bench's numbers \[m\].
     fn rim_m(&self, scans: &[Scan<'_>]) -> f64 {
         let distances = scans.iter().zip(&self.trials);
-        let sum: f64 = distances.map(|(s, t)| s.rim.mean_distance_m(&t.drape.boundary)).sum();
+        let sum: f64 = distances.map(|(s, t)| t.rim_distance_m(s.rim)).sum();
         sum / scans.len() as f64
     }
 }
@@ -218,7 +233,8 @@ impl<'a> Fit<'a> {
         tell: &'a dyn Fn(Progress),
     ) -> Self {
         let target = |scan: &Scan<'_>| Target {
-            data: data_of(scan, &options.data),
+            data: [options.first_model_m, options.data.model_m]
+                .map(|model_m| data_of(scan, &DataOptions { model_m, ..options.data })),
             rim: scan.rim.clone(),
             start: match scan.sheet {
                 Some(sheet) => DropStart::Surface(Box::new(sheet.clone())),
@@ -228,7 +244,7 @@ impl<'a> Fit<'a> {
             has_sheet: scan.sheet.is_some(),
         };
         let targets = scans.iter().map(target).collect();
-        Self { targets, density_kg_m2, prior, options, tell, drapes: 0, least_rim_m: f64::INFINITY }
+        Self { targets, density_kg_m2, prior, options, tell, drapes: 0, least_rim_m: f64::INFINITY, stage: Stage::First }
     }
 
     /// The fabric of six logarithms, made one that can be.
@@ -244,9 +260,17 @@ impl<'a> Fit<'a> {
     ) -> Result<(State, Ended, usize), SensitivityError> {
         let before = self.drapes;
         let most = before + self.options.evaluations * self.targets.len();
+        let [few, many] = self.options.vertices;
+        self.stage = Stage::First;
         let mut followers = self.lay(start);
         let mut best = self.state(&mut followers, None)?;
         let mut ended = self.descend(&mut best, &mut followers, most);
+        if few != many {
+            self.stage = Stage::Last;
+            let mut followers = self.lay(&best.ln);
+            best = self.state(&mut followers, Some(&best))?;
+            ended = self.descend(&mut best, &mut followers, most);
+        }
         for _ in 1..LAYINGS {
             if self.drapes + 2 * self.targets.len() > most {
                 break;
@@ -306,7 +330,9 @@ impl<'a> Fit<'a> {
     fn lay(&mut self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
         let fabric = self.fabric(ln);
         let lay = |target: &Target| {
-            Follower::drop(&fabric, &Drop { start: target.start.clone() }, &target.options)
+            let vertices = self.options.vertices[self.stage as usize];
+            let options = SimOptions { vertices, ..target.options };
+            Follower::drop(&fabric, &Drop { start: target.start.clone() }, &options)
         };
         self.targets.iter().map(lay).collect()
     }
@@ -328,7 +354,7 @@ impl<'a> Fit<'a> {
             trials.push(trial);
         }
         let distances = self.targets.iter().zip(&trials);
-        let sum: f64 = distances.map(|(t, trial)| t.rim.mean_distance_m(&trial.drape.boundary)).sum();
+        let sum: f64 = distances.map(|(t, trial)| trial.rim_distance_m(&t.rim)).sum();
         let scans = self.targets.len();
         self.least_rim_m = self.least_rim_m.min(sum / scans as f64);
         (self.tell)(Progress { drapes: self.drapes, rim_m: self.least_rim_m });
@@ -355,7 +381,7 @@ impl<'a> Fit<'a> {
         let (mut data_cost, mut independent) = (0.0, 0.0);
         for (k, (target, trial)) in self.targets.iter().zip(&trials).enumerate() {
             let column = |c: usize| if c < STIFFNESSES { c } else { c + NUISANCES * k };
-            let sums = Sums::of(target, trial, &bench[k], self.options.data.outlier);
+            let sums = Sums::of(target, self.stage, trial, &bench[k], self.options.data.outlier);
             for a in 0..COLUMNS {
                 right[column(a)] += sums.right[a];
                 for b in 0..COLUMNS {
@@ -391,7 +417,7 @@ impl<'a> Fit<'a> {
         trial: &Trial,
         from: &[f64; NUISANCES],
     ) -> [f64; NUISANCES] {
-        let sums = Sums::of(target, trial, from, self.options.data.outlier);
+        let sums = Sums::of(target, self.stage, trial, from, self.options.data.outlier);
         let mut matrix = sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
         let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
         for (m, sigma) in self.options.bench_sigma.iter().enumerate() {
@@ -434,14 +460,15 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(target: &Target, trial: &Trial, bench: &[f64; NUISANCES], outlier: f64) -> Self {
+    fn of(target: &Target, stage: Stage, trial: &Trial, bench: &[f64; NUISANCES], outlier: f64) -> Self {
         let mut sums = Self {
             normal: nalgebra::SMatrix::zeros(),
             right: nalgebra::SVector::zeros(),
             cost: 0.0,
             independent: 0.0,
         };
-        for datum in &target.data {
+        let data = &target.data[stage as usize];
+        for datum in data {
             let place = datum.place;
             let mut off = datum.position_m - trial.at[place];
             for (value, moves) in bench.iter().zip(&trial.moves[STIFFNESSES..]) {

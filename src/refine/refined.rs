@@ -2,10 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::data::Scan;
+use super::data::{Scan, place_of};
 use super::fit::{Fit, State, Z90};
-use super::trial::NUISANCES;
-use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
+use super::trial::{NUISANCES, Trial};
+use crate::base::Point3;
+use crate::base::boundary::{BoundaryPoint, POINTS, POINTS_PER_SIDE};
 use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
 use crate::sim::{Drape, rim_nodes};
 
@@ -172,7 +173,7 @@ impl Refined {
             .iter()
             .zip(state.trials)
             .zip(&bench)
-            .map(|((scan, trial), bench)| ScanFit::of(scan, fit, trial.drape, bench))
+            .map(|((scan, trial), bench)| ScanFit::of(scan, fit, trial, bench))
             .collect();
         Self { fabric, stiffnesses, correlation, scans, misfit, ended, attempts }
     }
@@ -200,11 +201,13 @@ fn covariance(state: &State, misfit: f64) -> DMatrix<f64> {
 }
 
 impl ScanFit {
-    fn of(scan: &Scan<'_>, fit: &Fit<'_>, drape: Drape, bench: &[f64; NUISANCES]) -> Self {
-        let rims = || scan.rim.points().iter().zip(drape.boundary.positions_m());
+    fn of(scan: &Scan<'_>, fit: &Fit<'_>, trial: Trial, bench: &[f64; NUISANCES]) -> Self {
+        let Trial { drape, at, .. } = trial;
+        let points = scan.rim.points().iter().enumerate();
+        let rims = || points.clone().map(|(index, point)| (point, Point3::from(at[place_of(index)])));
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
         let model_m = fit.options.data.model_m;
-        let of_sigma = |(p, q): (&crate::base::boundary::BoundaryPoint, crate::base::Point3)| {
+        let of_sigma = |(p, q): (&BoundaryPoint, Point3)| {
             (p.position_m - q).norm() / (3.0_f64.sqrt() * p.sigma_m.hypot(model_m))
         };
         let sigmas: Vec<f64> = rims().map(of_sigma).collect();

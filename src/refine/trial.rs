@@ -1,12 +1,12 @@
 //! One fabric's drape on a scan's branch, and how its places move with everything that is fitted.
 
-use crate::base::Vector3;
+use crate::base::boundary::POINTS;
+use crate::base::{Boundary, Point3, Vector3};
 use crate::fabric::STIFFNESSES;
-use crate::sim::grid::Grid;
 use crate::sim::sensitivity::{Parameter, SensitivityError};
 use crate::sim::{Drape, Follower};
 
-use super::data::SIDE;
+use super::data::{SIDE, place_of};
 
 /// What a bench does not know beside the fabric: place and rotation of the specimen, tilt of the plate,
 /// and the height of its face in the scan's frame.
@@ -43,7 +43,7 @@ pub(super) struct Trial {
 pub(super) fn trial_of(follower: &mut Follower) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.sensitivities(&PARAMETERS)?;
     let (drape, setup) = (follower.drape(), *follower.setup());
-    let even = Grid::of(&setup.experiment.specimen, SIDE);
+    let even = drape.grid.evenly(SIDE);
     let at_places = |field: &[Vector3]| even.prolong(&drape.grid, field, 1.0);
     let values = setup.fabric.in_si();
     let mut moves: Vec<Vec<Vector3>> = sensitivities
@@ -57,4 +57,12 @@ pub(super) fn trial_of(follower: &mut Follower) -> Result<Trial, SensitivityErro
         .collect();
     moves.push(vec![Vector3::y(); SIDE * SIDE]);
     Ok(Trial { at: at_places(&drape.positions_m), moves, drape })
+}
+
+impl Trial {
+    /// Mean distance of its rim from another \[m\].
+    pub(super) fn rim_distance_m(&self, rim: &Boundary) -> f64 {
+        let distance = |(index, p): (usize, Point3)| (p.coords - self.at[place_of(index)]).norm();
+        rim.positions_m().enumerate().map(distance).sum::<f64>() / POINTS as f64
+    }
 }

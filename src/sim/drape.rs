@@ -66,7 +66,7 @@ impl Drape {
     /// Where the drape's own lines are uneven, the sheet between them is cubic.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
-        let even = self.grid.evenly();
+        let even = self.grid.evenly(self.grid.n);
         match Arc::ptr_eq(&even, &self.grid) {
             true => even.mesh(&self.positions_m),
             false => even.mesh(&even.prolong(&self.grid, &self.positions_m, 1.0)),

@@ -95,10 +95,10 @@ impl Grid {
         Self::kept(Plan::graded(experiment, n, grading))
     }
 
-    /// The grid of the same specimen and as many vertices, evenly spaced.
+    /// The grid of the same specimen with `n` x `n` vertices, evenly spaced.
     #[must_use]
-    pub fn evenly(&self) -> Arc<Self> {
-        Self::kept(self.plan.evenly())
+    pub fn evenly(&self, n: usize) -> Arc<Self> {
+        Self::kept(self.plan.evenly(n))
     }
 
     /// This grid's cells over another cut of the specimen: each line of vertices keeps its part of

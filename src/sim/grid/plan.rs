@@ -85,10 +85,11 @@ impl Plan {
         Self { lines, middle_m: self.middle_m, ..Self::of(specimen, self.lines[1].count()) }
     }
 
-    /// This plan with as many lines, evenly spaced.
-    pub(super) fn evenly(&self) -> Self {
-        let lines = [0, 1].map(|axis| Lines::even(self.lines[axis].count()));
-        Self { lines, middle_m: [0.0; 2], ..self.clone() }
+    /// The plan of the same specimen with `n` lines either way, evenly spaced.
+    pub(super) fn evenly(&self, n: usize) -> Self {
+        let spacing_m = 2.0 * self.half_m[1] / (n - 1) as f64;
+        let lines = [Lines::even(n), Lines::even(n)];
+        Self { lines, spacing_m, middle_m: [0.0; 2], ..self.clone() }
     }
 
     /// Whether the lines are evenly spaced.
