@@ -69,6 +69,44 @@ def read_folder(folder, rows_limit=None):
     )
 
 
+def read_folders(folders, rows_limit=None):
+    """All rows at rest of several folders."""
+    return joined(folders, [read_folder(folder, rows_limit) for folder in folders])
+
+
+def joined(folders, parts):
+    """Several folders as one. A fabric that is in two of them brings their groups together."""
+    manifest = dict(parts[0].manifest)
+    differing = {"walks", "count", "program", "simulator"}
+    for folder, part in zip(folders[1:], parts[1:]):
+        other = [k for k in manifest if k not in differing and part.manifest.get(k) != manifest[k]]
+        if other:
+            raise SystemExit(f"{folder}: {', '.join(other)} differ from {folders[0]}")
+    leader = {}  # of a group: another one of its cluster, or itself
+
+    def find(group):
+        while leader.setdefault(group, group) != group:
+            group = leader[group]
+        return group
+
+    first_group_of = {}
+    for number, part in enumerate(parts):
+        for fabric, group in zip(part.fabric.tolist(), part.group.tolist()):
+            mine = find((number, group))
+            leader[find(first_group_of.setdefault(fabric, mine))] = mine
+    label = {}
+    groups = [
+        np.array([label.setdefault(find((number, g)), len(label)) for g in part.group.tolist()])
+        for number, part in enumerate(parts)
+    ]
+    left_out = {k: sum(p.left_out.get(k, 0) for p in parts) for part in parts for k in part.left_out}
+    each = lambda key: np.concatenate([getattr(part, key) for part in parts])
+    return Drapes(
+        each("boundary"), each("stiffness"), each("density"), each("fabric"), np.concatenate(groups),
+        each("node_count"), manifest, sum(part.rows_read for part in parts), left_out,
+    )
+
+
 def flat_xz_mm():
     """The flat specimen's (x, z) at each index: the walk of src/base/boundary.rs."""
     t = np.arange(POINTS_PER_SIDE) * 5.0 - 150.0

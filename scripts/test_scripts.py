@@ -49,6 +49,29 @@ def test_a_group_never_lies_on_both_sides_of_the_split():
     assert not set(group[parts[0]]) & set(group[parts[2]])
 
 
+def test_folders_are_joined_and_a_fabric_in_two_of_them_joins_their_groups():
+    def drapes(fabric, group):
+        count = len(fabric)
+        return drape_data.Drapes(
+            np.zeros((count, 244, 3), np.float32), np.ones((count, 6)), np.ones(count), np.array(fabric),
+            np.array(group), np.ones(count), {"prior": "p", "seed": 1, "count": count}, count, {"slow": 1},
+        )
+
+    walked, fallen = drapes([4, 9, 7, 2], [0, 0, 1, 1]), drapes([0, 1, 2, 9], [0, 1, 2, 9])
+    joined = drape_data.joined(["walked", "fallen"], [walked, fallen])
+    assert joined.fabric.tolist() == [4, 9, 7, 2, 0, 1, 2, 9] and joined.left_out == {"slow": 2}
+    g = joined.group.tolist()
+    assert g[0] == g[1] == g[7] and g[2] == g[3] == g[6]
+    assert len({g[0], g[2], g[4], g[5]}) == 4
+    fallen.manifest["seed"] = 2
+    try:
+        drape_data.joined(["walked", "fallen"], [walked, fallen])
+    except SystemExit as error:
+        assert "fallen: seed" in str(error)
+    else:
+        raise AssertionError("folders of two seeds were joined")
+
+
 def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():
     noise = drape_data.Noise(smooth_mm=1.0, white_mm=0.0, shift_mm=0.0, yaw_deg=0.0, tilt_deg=0.0)
     still = np.repeat(flat()[None].astype(np.float32), 4000, axis=0)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Train the SNN on a folder of drapes, calibrate its intervals, export it for the estimator.
+"""Train the SNN on folders of drapes, calibrate its intervals, export it for the estimator.
 
     python scripts/train.py --data DIR --out src/estimate/model/snn.onnx
 
@@ -37,7 +37,7 @@ LEAST_RANGE = 5.0
 
 def parse_args():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--data", required=True, type=pathlib.Path, help="folder of `scan2params generate`")
+    parser.add_argument("--data", required=True, nargs="+", type=pathlib.Path, help="folders of `scan2params generate`, of one prior and seed")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="the .onnx file; .json goes beside it")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--divide-widths", type=int, default=8, help="of 4096-3072-8192: 1, 2, 4, 8, ...")
@@ -256,7 +256,7 @@ def report(name, metrics):
 
 def main():
     args = parse_args()
-    drapes = drape_data.read_folder(args.data, args.rows)
+    drapes = drape_data.read_folders(args.data, args.rows)
     train_rows, calibration_rows, test_rows = drape_data.split_by_group(drapes.group, args.seed)
     symmetries = drape_data.symmetries()
     scaling = Scaling(drapes, train_rows, symmetries)
