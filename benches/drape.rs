@@ -19,9 +19,7 @@ use scan2params::fabric::Fabric;
 use scan2params::numeric::sparse::Factor;
 use scan2params::sim::grid::Grid;
 use scan2params::sim::model::{Model, Tangent};
-use scan2params::sim::{
-    Drop, Experiment, FollowOptions, Follower, HessianForm, SimOptions, drape,
-};
+use scan2params::sim::{Drop, Experiment, FollowOptions, Follower, HessianForm, SimOptions, drape};
 
 /// Time step \[s\].
 const STEP_S: f64 = 0.01;

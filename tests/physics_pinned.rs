@@ -111,7 +111,6 @@ fn cases((version, numerics): (u32, Numerics)) -> Vec<Case> {
     ]
 }
 
-
 impl Case {
     fn path(&self) -> PathBuf {
         let pinned = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/pinned");

@@ -507,6 +507,8 @@ pub(crate) enum Evaluate {
     /// Where scanned drapes of known fabrics come to rest from the scanned sheet, led by the
     /// scanned rim, and from the true sheet: distance of the rim at rest from the true one.
     Start(Start),
+    /// Scanned drapes of known fabrics, estimated and refined: rims, errors, intervals, time.
+    Refine(Refine),
     /// How far the rim of one drape moves with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
@@ -574,6 +576,44 @@ pub(crate) struct Start {
     /// Folder for a picture of each answered scan: the true rim and those at rest
     #[arg(long, value_name = "DIR")]
     pub(crate) pictures: Option<PathBuf>,
+    /// Print the sums as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Refine {
+    /// Shipped priors that the fabrics are drawn from
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "measured,knit-2020",
+        value_name = "PRIORS"
+    )]
+    pub(crate) priors: Vec<String>,
+    /// Sensor profiles; as for `evaluate scan`
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "structured-light,truedepth",
+        value_name = "PROFILES"
+    )]
+    pub(crate) profiles: Vec<String>,
+    /// Fabrics of each prior, each scanned by every sensor
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and scans
+    #[arg(long, default_value_t = 7)]
+    pub(crate) seed: u64,
+    /// Vertices a side of the true drapes, finer than any that the fit uses
+    #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
+    pub(crate) truth_vertices: u64,
+    /// Folder that keeps the true drapes from run to run; on fine cells they take up to minutes
+    #[arg(long, value_name = "DIR")]
+    pub(crate) keep: Option<PathBuf>,
     /// Print the sums as one line of JSON as well, the last
     #[arg(long)]
     pub(crate) json: bool,

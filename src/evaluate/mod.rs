@@ -5,6 +5,7 @@
 pub mod estimate;
 pub mod follow;
 pub mod physics;
+pub mod refine;
 pub mod scan;
 mod setup;
 pub mod soak;

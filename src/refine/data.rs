@@ -93,7 +93,9 @@ fn of_sheet(sheet: &Surface, alike: f64, options: &DataOptions) -> Vec<Datum> {
             (true, true) => (isotropic(sigma_m), 1.0 / alike),
             (true, false) => (wide_along(weft, sigma_m, wide_m), 1.0 / alike),
             (false, true) => (wide_along(warp, sigma_m, wide_m), 1.0 / alike),
-            (false, false) => (sure_across(warp.cross(&weft), sigma_m, wide_m), 1.0 / (alike * alike)),
+            (false, false) => {
+                (sure_across(warp.cross(&weft), sigma_m, wide_m), 1.0 / (alike * alike))
+            }
         };
         Datum { place, position_m: point.position_m.coords, information, counts }
     };
@@ -104,7 +106,8 @@ fn of_rim(rim: &Boundary, alike: f64, options: &DataOptions) -> Vec<Datum> {
     let points: Vec<_> = rim.points().iter().collect();
     let datum = |index: usize| {
         let point = points[index];
-        let next = points[(index + 1) % POINTS].position_m - points[(index + POINTS - 1) % POINTS].position_m;
+        let next = points[(index + 1) % POINTS].position_m
+            - points[(index + POINTS - 1) % POINTS].position_m;
         let sigma_m = point.sigma_m.hypot(options.model_m);
         let information = wide_along(next, sigma_m, options.along_m.hypot(sigma_m));
         let position_m = point.position_m.coords;
@@ -155,10 +158,14 @@ mod tests {
     #[test]
     fn a_sheet_is_sure_across_itself_its_edges_across_the_edge_and_holes_say_nothing() {
         let options = DataOptions { model_m: 0.3e-3, ..DataOptions::default() };
-        let (sheet, rim) = (flat(0.4e-3), Boundary::exact((0..POINTS).map(|i| {
-            let [x, z] = Boundary::flat_xz_m(i, 0.3);
-            Point3::new(x, 0.0, z)
-        })).unwrap());
+        let (sheet, rim) = (
+            flat(0.4e-3),
+            Boundary::exact((0..POINTS).map(|i| {
+                let [x, z] = Boundary::flat_xz_m(i, 0.3);
+                Point3::new(x, 0.0, z)
+            }))
+            .unwrap(),
+        );
         let scan = Scan { rim: &rim, sheet: Some(&sheet), experiment: Experiment::default() };
         let data = data_of(&scan, &options);
         let observed = sheet.points().iter().filter(|p| p.observed).count();
@@ -170,7 +177,9 @@ mod tests {
         assert!(near(sd(of(30, 31)), [wide, 0.5, wide]), "{:?}", sd(of(30, 31)));
         // i = 0 runs along z
         assert!(near(sd(of(0, 31)), [0.5, 0.5, wide]) && near(sd(of(0, 0)), [0.5; 3]));
-        assert!((of(0, 31).counts - 0.25).abs() < 1e-12 && (of(30, 31).counts - 0.0625).abs() < 1e-12);
+        assert!(
+            (of(0, 31).counts - 0.25).abs() < 1e-12 && (of(30, 31).counts - 0.0625).abs() < 1e-12
+        );
         let rim_alone = data_of(&Scan { sheet: None, ..scan }, &options);
         assert_eq!(rim_alone.len(), POINTS);
         for (index, datum) in rim_alone.iter().enumerate() {

@@ -18,6 +18,8 @@ use super::data::{DataOptions, Datum, Scan, data_of};
 use super::refined::{Attempt, Ended, Refined};
 use super::trial::{NUISANCES, Trial, trial_of};
 use crate::base::{Boundary, Surface};
+#[cfg(feature = "estimate")]
+use crate::estimate::Estimate;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{Drop, DropStart, FollowOptions, Follower, Kept, SimOptions};
@@ -44,7 +46,8 @@ impl Prior {
             let [six @ .., _] = fabric.in_si();
             six.map(f64::ln)
         };
-        let (mean, [low, high], ends) = (six(value), interval90.each_ref().map(six), limits.each_ref().map(six));
+        let (mean, [low, high], ends) =
+            (six(value), interval90.each_ref().map(six), limits.each_ref().map(six));
         Self {
             ln_mean: mean,
             ln_sigma: std::array::from_fn(|k| (0.5 * (high[k] - low[k]) / Z90).max(LEAST_SIGMA)),
@@ -53,6 +56,24 @@ impl Prior {
     }
 }
 
+#[cfg(feature = "estimate")]
+impl Prior {
+    /// Of what the network says. Values beyond what it was trained on are believed up to a factor.
+    #[must_use]
+    pub fn of_estimate(estimate: &Estimate) -> Self {
+        let [ends_low, ends_high] = [0, 1].map(|end| {
+            let six = estimate.trained.map(|ends| ends[end]);
+            let factor = if end == 0 { 1.0 / BEYOND } else { BEYOND };
+            let [a, b, c, d, e, f] = six.map(|value| value * factor);
+            Fabric::from_paper_units([a, b, c, d, e, f, 1.0])
+        });
+        Self::of(&estimate.fabric, &estimate.interval90, &[ends_low, ends_high])
+    }
+}
+
+#[cfg(feature = "estimate")]
+/// Factor beyond what the network was trained on up to which values are tried.
+const BEYOND: f64 = 3.0;
 /// Least standard deviation of a prior.
 const LEAST_SIGMA: f64 = 0.05;
 
@@ -100,7 +121,9 @@ pub enum FitError {
     #[error("nothing was observed: give at least one scan with a rim")]
     NothingObserved,
     /// No start came to rest.
-    #[error("no drape from the scanned sheet came to rest ({0}): the scan may be of another experiment")]
+    #[error(
+        "no drape from the scanned sheet came to rest ({0}): the scan may be of another experiment"
+    )]
     NeverAtRest(SensitivityError),
 }
 
@@ -244,7 +267,16 @@ impl<'a> Fit<'a> {
             has_sheet: scan.sheet.is_some(),
         };
         let targets = scans.iter().map(target).collect();
-        Self { targets, density_kg_m2, prior, options, tell, drapes: 0, least_rim_m: f64::INFINITY, stage: Stage::First }
+        Self {
+            targets,
+            density_kg_m2,
+            prior,
+            options,
+            tell,
+            drapes: 0,
+            least_rim_m: f64::INFINITY,
+            stage: Stage::First,
+        }
     }
 
     /// The fabric of six logarithms, made one that can be.
@@ -348,7 +380,8 @@ impl<'a> Fit<'a> {
             let trial = trial_of(follower)?;
             if !target.has_sheet {
                 let sheet = Surface::exact(trial.at.iter().map(|&p| p.into()));
-                target.start = sheet.map_or(target.start.clone(), |s| DropStart::Surface(Box::new(s)));
+                target.start =
+                    sheet.map_or(target.start.clone(), |s| DropStart::Surface(Box::new(s)));
             }
             self.drapes += 1;
             trials.push(trial);
@@ -418,7 +451,8 @@ impl<'a> Fit<'a> {
         from: &[f64; NUISANCES],
     ) -> [f64; NUISANCES] {
         let sums = Sums::of(target, self.stage, trial, from, self.options.data.outlier);
-        let mut matrix = sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
+        let mut matrix =
+            sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
         let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
         for (m, sigma) in self.options.bench_sigma.iter().enumerate() {
             matrix[(m, m)] += sigma.powi(-2);
@@ -460,7 +494,13 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(target: &Target, stage: Stage, trial: &Trial, bench: &[f64; NUISANCES], outlier: f64) -> Self {
+    fn of(
+        target: &Target,
+        stage: Stage,
+        trial: &Trial,
+        bench: &[f64; NUISANCES],
+        outlier: f64,
+    ) -> Self {
         let mut sums = Self {
             normal: nalgebra::SMatrix::zeros(),
             right: nalgebra::SVector::zeros(),

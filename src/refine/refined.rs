@@ -204,7 +204,8 @@ impl ScanFit {
     fn of(scan: &Scan<'_>, fit: &Fit<'_>, trial: Trial, bench: &[f64; NUISANCES]) -> Self {
         let Trial { drape, at, .. } = trial;
         let points = scan.rim.points().iter().enumerate();
-        let rims = || points.clone().map(|(index, point)| (point, Point3::from(at[place_of(index)])));
+        let rims =
+            || points.clone().map(|(index, point)| (point, Point3::from(at[place_of(index)])));
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
         let model_m = fit.options.data.model_m;
         let of_sigma = |(p, q): (&BoundaryPoint, Point3)| {
@@ -215,7 +216,8 @@ impl ScanFit {
             let half = POINTS_PER_SIDE / 2;
             let start = arc / 2 * POINTS_PER_SIDE + arc % 2 * half;
             let range = start..start + half + 1;
-            let mean = |values: &[f64]| values[range.clone()].iter().sum::<f64>() / (half + 1) as f64;
+            let mean =
+                |values: &[f64]| values[range.clone()].iter().sum::<f64>() / (half + 1) as f64;
             ArcResidual { mean_m: mean(&distances), sigmas: mean(&sigmas) }
         });
         let nodes = [rim_nodes(scan.rim), drape.nodes];

@@ -26,7 +26,8 @@ pub mod setup;
 pub mod strip;
 
 pub use drape::{
-    Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities, rim_harmonics_m,
+    Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities,
+    rim_harmonics_m,
 };
 pub use drop::{Drop, DropStart};
 pub use experiment::{Experiment, MeshWarning};

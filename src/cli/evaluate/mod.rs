@@ -1,6 +1,7 @@
 //! `evaluate`: the tables of docs/validation.md.
 
 mod follow;
+mod refine;
 mod scan;
 mod start;
 mod verdict;
@@ -60,6 +61,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         }
         args::Evaluate::Verdict(given) => verdict::run(given),
         args::Evaluate::Start(given) => start::run(given),
+        args::Evaluate::Refine(given) => refine::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }

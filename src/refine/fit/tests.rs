@@ -74,7 +74,8 @@ fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
     let lifted = |p: crate::base::Point3| p + Vector3::new(0.0, 0.4e-3, 0.0);
     let raised = sheet(&d, 0.2e-3);
-    let points = raised.points().iter().map(|p| SurfacePoint { position_m: lifted(p.position_m), ..*p });
+    let points =
+        raised.points().iter().map(|p| SurfacePoint { position_m: lifted(p.position_m), ..*p });
     let raised = Surface::new(points.collect()).unwrap();
     let rim = Boundary::exact(d.boundary.positions_m().map(lifted)).unwrap();
     let scan = Scan { rim: &rim, sheet: Some(&raised), experiment: Experiment::default() };

@@ -235,7 +235,8 @@ impl PlateContact {
         self.grips = samples
             .zip(&other.grips)
             .map(|((own, from), grip)| {
-                let heavier = self.stiffness_pa_m * own.area_m2 / (other.stiffness_pa_m * from.area_m2);
+                let heavier =
+                    self.stiffness_pa_m * own.area_m2 / (other.stiffness_pa_m * from.area_m2);
                 Grip { force_n: grip.force_n * heavier, ..*grip }
             })
             .collect();

@@ -1,0 +1,73 @@
+//! `evaluate refine`: refinement held against known fabrics.
+
+use super::super::{Failure, Outcome, args};
+use scan2params::base::units::M_PER_MM;
+use scan2params::estimate::Estimator;
+use scan2params::evaluate::refine::{Case, Series, Summary};
+use scan2params::evaluate::scan::Setup;
+use scan2params::fabric::Mixture;
+use scan2params::io::output;
+use scan2params::refine::FitOptions;
+use scan2params::sim::experiment::bending_length_m;
+
+/// Bending length from which on cells of 5 mm resolve the folds \[mm\].
+const STIFFER_MM: f64 = 10.0;
+
+pub(super) fn run(given: &args::Refine) -> Outcome {
+    let named = |name: &String| Mixture::named(name).map_err(Failure::usage);
+    let sensor = |name: &String| Setup::named(name).map_err(Failure::usage);
+    let estimator = Estimator::shipped()?;
+    if let Some(folder) = &given.keep {
+        output::check_folder(folder).map_err(Failure::of_output)?;
+        std::fs::create_dir_all(folder)?;
+    }
+    let series = Series {
+        priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
+        setups: given.profiles.iter().map(sensor).collect::<Result<_, _>>()?,
+        estimator: &estimator,
+        options: FitOptions::default(),
+        seed: given.seed,
+        fabrics: given.first..given.first.saturating_add(given.count),
+        truth_vertices: given.truth_vertices as usize,
+        keep: given.keep.clone(),
+    };
+    println!("{}", Case::COLUMNS);
+    let cases = series.run(|case| println!("{}", case.row()))?;
+    let mut sums = Vec::new();
+    for setup in &series.setups {
+        for (class, stiffer) in [("stiffer", true), ("softer", false)] {
+            let inside = |case: &&Case| {
+                let length_mm = bending_length_m(&case.fabric) / M_PER_MM;
+                case.sensor == setup.name && (length_mm >= STIFFER_MM) == stiffer
+            };
+            let group = format!("{} {class}", setup.name);
+            sums.extend(Summary::of(&group, cases.iter().filter(inside)));
+        }
+    }
+    println!(
+        "\ngroup, cases, answered, within_1_mm, within_2_mm, rim_median_mm, bending_median, bending_95, \
+         network_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
+    );
+    for s in &sums {
+        println!(
+            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
+            s.group,
+            s.cases,
+            s.answered,
+            s.within_mm[0],
+            s.within_mm[1],
+            s.rim_median_mm,
+            s.bending_median,
+            s.bending_95,
+            s.network_bending_median,
+            s.held.map(|share| format!("{share:.2}")).join(" "),
+            s.bending_factor,
+            s.cpu_s[0],
+            s.cpu_s[1]
+        );
+    }
+    if given.json {
+        println!("{}", serde_json::to_string(&sums)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,340 @@
+//! Refinement held against fabrics that are known, for `evaluate refine`.
+//!
+//! In: priors, sensors, seeds. Out: one [`Case`] a virtual scan: a fabric draped by a perturbed drop on cells finer than any
+//! that the fit uses, so that the fit never meets its own mesh; scanned; taken through the whole path; estimated by
+//! the shipped network; refined. [`Summary`] has the figures that are promised, by sensor and bending length.
+//!
+//! Drapes on fine cells take up to two minutes each; a folder keeps them from run to run.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::scan::{Setup, find};
+use crate::base::clock::thread_cpu_s;
+use crate::base::units::M_PER_MM;
+use crate::base::{Boundary, boundary};
+use crate::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
+use crate::estimate::{Estimate, EstimateError, Estimator};
+use crate::fabric::{Fabric, Mixture, MixtureError, STIFFNESSES};
+use crate::geom::Mesh;
+use crate::io::{WriteError, write_obj};
+use crate::numeric::robust;
+use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit};
+use crate::scan::{ScanError, Tuning};
+use crate::sensor::SceneError;
+use crate::sim::experiment::bending_length_m;
+use crate::sim::{Drop, DropStart, Experiment, SimOptions, Stop, drape};
+
+/// One scan of one drape.
+#[derive(Debug)]
+pub struct Case {
+    /// Name of the prior.
+    pub prior: String,
+    /// Name of the sensor.
+    pub sensor: String,
+    /// Its place in the run.
+    pub index: u64,
+    /// The true fabric.
+    pub fabric: Fabric,
+    /// What came of it, or why it did not come to a fit.
+    pub answer: Result<Answer, NoAnswer>,
+}
+
+/// A scan that was refined.
+#[derive(Debug)]
+pub struct Answer {
+    /// What the network said.
+    pub estimate: Estimate,
+    /// What was found.
+    pub refined: Refined,
+    /// Mean distance of the scanned rim from the true one \[m\].
+    pub scan_error_m: f64,
+    /// Mean distance of the refined fabric's rim from the true one \[m\].
+    pub rim_error_m: f64,
+    /// Time of the fit on the wall, and of the processor where the system tells it \[s\].
+    pub wall_s: f64,
+    /// Processor time of the fit \[s\]; NaN where the system does not tell it.
+    pub cpu_s: f64,
+}
+
+/// Why a scan has no fit.
+#[derive(Debug, thiserror::Error)]
+pub enum NoAnswer {
+    /// The drape on fine cells did not come to rest.
+    #[error("the true drape ended as `{}`", .0.name())]
+    Truth(Stop),
+    /// The scan was refused.
+    #[error(transparent)]
+    Scan(#[from] ScanError),
+    /// The network has no answer.
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
+    /// Nothing was fitted.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+/// Why a case cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// The prior gives no fabric.
+    #[error(transparent)]
+    Prior(#[from] MixtureError),
+    /// The drape makes no scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A kept drape cannot be read.
+    #[error(transparent)]
+    Read(#[from] DrapeFileError),
+    /// A drape cannot be kept.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Fabrics of priors, each draped, scanned by every sensor and refined.
+pub struct Series<'a> {
+    /// Where the fabrics are from; taken in turn.
+    pub priors: Vec<Mixture>,
+    /// How they are scanned.
+    pub setups: Vec<Setup>,
+    /// Who begins.
+    pub estimator: &'a Estimator,
+    /// How the fit is made.
+    pub options: FitOptions,
+    /// Seed of fabrics, drops and scans.
+    pub seed: u64,
+    /// Which fabrics of each prior.
+    pub fabrics: std::ops::Range<u64>,
+    /// Vertices a side of the true drapes.
+    pub truth_vertices: usize,
+    /// Folder that keeps the true drapes.
+    pub keep: Option<PathBuf>,
+}
+
+impl Series<'_> {
+    /// Runs all cases on all cores and returns them in order; `tell` hears of each as it ends.
+    ///
+    /// # Errors
+    /// The first case that cannot be made.
+    pub fn run(&self, tell: impl Fn(&Case) + Sync) -> Result<Vec<Case>, CaseError> {
+        let of_fabric = |index: u64| self.priors.iter().map(move |prior| (prior, index));
+        let all: Vec<(&Mixture, u64)> = self.fabrics.clone().flat_map(of_fabric).collect();
+        let cases = all.into_par_iter().with_max_len(1).map(|(prior, index)| {
+            let cases = self.cases(prior, index)?;
+            cases.iter().for_each(&tell);
+            Ok(cases)
+        });
+        Ok(cases.collect::<Result<Vec<_>, CaseError>>()?.into_iter().flatten().collect())
+    }
+
+    /// One drape, scanned by every sensor.
+    fn cases(&self, prior: &Mixture, index: u64) -> Result<Vec<Case>, CaseError> {
+        let fabric = prior.sample(self.seed, index)?;
+        let truth = self.truth(prior, &fabric, index)?;
+        let case = |setup: &Setup| {
+            let answer = match &truth {
+                Ok((mesh, rim)) => self.answer(setup, mesh, rim, &fabric, index)?,
+                Err(stop) => Err(NoAnswer::Truth(*stop)),
+            };
+            let (prior, sensor) = (prior.name().to_owned(), setup.name.clone());
+            Ok(Case { prior, sensor, index, fabric, answer })
+        };
+        self.setups.iter().map(case).collect()
+    }
+
+    /// The true drape, kept or made.
+    fn truth(
+        &self,
+        prior: &Mixture,
+        fabric: &Fabric,
+        index: u64,
+    ) -> Result<Result<(Mesh, Boundary), Stop>, CaseError> {
+        let name = |folder: &PathBuf| {
+            let (seed, vertices) = (self.seed, self.truth_vertices);
+            folder.join(format!("{}-{seed}-{index}-{vertices}.obj", prior.name()))
+        };
+        let path = self.keep.as_ref().map(name);
+        if let Some(path) = path.as_deref().filter(|path| path.exists()) {
+            return Ok(Ok(with_rim(read_drape(path)?)));
+        }
+        let drop = Drop { start: DropStart::Perturbed(self.seed ^ index) };
+        let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
+        let drape = drape(fabric, &drop, &options);
+        if drape.stop != Stop::AtRest || drape.intersections > 0 {
+            return Ok(Err(drape.stop));
+        }
+        if let Some(path) = path.as_deref() {
+            write_obj(path, &drape.mesh())?;
+        }
+        Ok(Ok(with_rim(drape.mesh())))
+    }
+
+    fn answer(
+        &self,
+        setup: &Setup,
+        mesh: &Mesh,
+        rim: &Boundary,
+        fabric: &Fabric,
+        index: u64,
+    ) -> Result<Result<Answer, NoAnswer>, CaseError> {
+        let made = setup.scan(mesh, self.seed ^ index)?;
+        let scanned = match find(&made, &Tuning::default()) {
+            Ok(scanned) => scanned,
+            Err(error) => return Ok(Err(error.into())),
+        };
+        let density = fabric.density_kg_m2;
+        let estimate = match self.estimator.estimate(&scanned.boundary, density, true) {
+            Ok(estimate) => estimate,
+            Err(error) => return Ok(Err(error.into())),
+        };
+        let scan = Scan {
+            rim: &scanned.boundary,
+            sheet: Some(&scanned.surface),
+            experiment: Experiment::default(),
+        };
+        let (wall, cpu) = (Instant::now(), thread_cpu_s());
+        let prior = Prior::of_estimate(&estimate);
+        let refined = match fit(&[scan], density, &prior, &[], &self.options, |_| ()) {
+            Ok(refined) => refined,
+            Err(error) => return Ok(Err(error.into())),
+        };
+        let cpu_s = cpu.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
+        Ok(Ok(Answer {
+            scan_error_m: scanned.boundary.mean_distance_m(rim),
+            rim_error_m: rim.mean_distance_m(&refined.scans[0].drape.boundary),
+            wall_s: wall.elapsed().as_secs_f64(),
+            cpu_s,
+            estimate,
+            refined,
+        }))
+    }
+}
+
+fn with_rim(mesh: Mesh) -> (Mesh, Boundary) {
+    let rim = rim_of(&mesh).unwrap_or_else(|| unreachable!("a square grid of vertices"));
+    debug_assert_eq!(rim.points().len(), boundary::POINTS);
+    (mesh, rim)
+}
+
+impl Case {
+    /// Names of the columns of [`Self::row`].
+    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, rim_from_scan_mm, misfit, \
+         ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
+
+    /// The case as a row of a table.
+    #[must_use]
+    pub fn row(&self) -> String {
+        let length_mm = bending_length_m(&self.fabric) / M_PER_MM;
+        let begun = format!("{}, {}, {}, {length_mm:.1}", self.prior, self.index, self.sensor);
+        match &self.answer {
+            Err(why) => format!("{begun}, , , , , , , , , , , {why}"),
+            Ok(answer) => {
+                let list = |values: [f64; STIFFNESSES]| values.map(|v| format!("{v:.3}")).join(" ");
+                let refined = &answer.refined;
+                format!(
+                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {:.1}, ",
+                    answer.scan_error_m / M_PER_MM,
+                    answer.rim_error_m / M_PER_MM,
+                    refined.scans[0].rim_mean_m / M_PER_MM,
+                    refined.misfit,
+                    list(answer.ln_errors(&self.fabric)),
+                    list(answer.half_widths()),
+                    list(refined.stiffnesses.map(|s| s.shown)),
+                    refined.ended.name(),
+                    refined.attempts.iter().map(|attempt| attempt.drapes).sum::<usize>(),
+                    answer.cpu_s
+                )
+            }
+        }
+    }
+}
+
+impl Answer {
+    /// Logarithms of the six values over the true ones.
+    #[must_use]
+    pub fn ln_errors(&self, truth: &Fabric) -> [f64; STIFFNESSES] {
+        let truth = truth.in_si();
+        std::array::from_fn(|k| (self.refined.stiffnesses[k].value / truth[k]).ln())
+    }
+
+    /// Half widths of the six intervals on the logarithm.
+    #[must_use]
+    pub fn half_widths(&self) -> [f64; STIFFNESSES] {
+        self.refined.stiffnesses.map(|s| 0.5 * (s.interval90[1] / s.interval90[0]).ln())
+    }
+}
+
+/// The figures of some cases.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Which cases.
+    pub group: String,
+    /// Cases.
+    pub cases: usize,
+    /// Those with a fit.
+    pub answered: usize,
+    /// Shares of these whose rim lies within 1 and 2 mm of the true one.
+    pub within_mm: [f64; 2],
+    /// Median distance of the rim from the true one \[mm\].
+    pub rim_median_mm: f64,
+    /// Median over fabrics and the three bending stiffnesses of abs(ln error).
+    pub bending_median: f64,
+    /// The same of what the network said.
+    pub network_bending_median: f64,
+    /// The 95th percentile of the refined.
+    pub bending_95: f64,
+    /// Share of the intervals of each stiffness that hold the truth.
+    pub held: [f64; STIFFNESSES],
+    /// Median factor of the half width of the bending stiffnesses' intervals.
+    pub bending_factor: f64,
+    /// Median and 95th percentile of the processor time \[s\].
+    pub cpu_s: [f64; 2],
+}
+
+impl Summary {
+    /// Of some cases; `None` if none of them was answered.
+    #[must_use]
+    pub fn of<'a>(group: &str, cases: impl Iterator<Item = &'a Case>) -> Option<Self> {
+        let cases: Vec<&Case> = cases.collect();
+        let answers: Vec<(&Fabric, &Answer)> = cases
+            .iter()
+            .filter_map(|case| case.answer.as_ref().ok().map(|answer| (&case.fabric, answer)))
+            .collect();
+        let count = answers.len() as f64;
+        let quantile = |values: Vec<f64>, share| robust::quantile(values, share);
+        let rims: Vec<f64> = answers.iter().map(|(_, a)| a.rim_error_m / M_PER_MM).collect();
+        let within = |mm: f64| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
+        let bending = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES]| -> Vec<f64> {
+            answers.iter().flat_map(|(f, a)| of(f, a)[3..].to_vec()).map(f64::abs).collect()
+        };
+        let errors = bending(&|fabric, answer| answer.ln_errors(fabric));
+        let network = bending(&|fabric, answer| {
+            let (truth, said) = (fabric.in_si(), answer.estimate.fabric.in_si());
+            std::array::from_fn(|k| (said[k] / truth[k]).ln())
+        });
+        let held = std::array::from_fn(|k| {
+            let holds = |(fabric, answer): &&(&Fabric, &Answer)| {
+                let [low, high] = answer.refined.stiffnesses[k].interval90;
+                (low..=high).contains(&fabric.in_si()[k])
+            };
+            answers.iter().filter(holds).count() as f64 / count
+        });
+        let times: Vec<f64> = answers.iter().map(|(_, a)| a.cpu_s).collect();
+        Some(Self {
+            group: group.to_owned(),
+            cases: cases.len(),
+            answered: answers.len(),
+            within_mm: [within(1.0), within(2.0)],
+            rim_median_mm: quantile(rims.clone(), 0.5)?,
+            bending_median: quantile(errors.clone(), 0.5)?,
+            bending_95: quantile(errors, 0.95)?,
+            network_bending_median: quantile(network, 0.5)?,
+            held,
+            bending_factor: quantile(bending(&|_, answer| answer.half_widths()), 0.5)?.exp(),
+            cpu_s: [quantile(times.clone(), 0.5)?, quantile(times, 0.95)?],
+        })
+    }
+}
