@@ -176,7 +176,7 @@ fn led(scanned: ScannedBoundary, fabric: &Fabric, truth: &Drape, options: &SimOp
     });
     let places = scanned.surface.points().iter().map(|p| p.position_m.coords);
     let x: Vec<_> = places.collect();
-    let off = x.iter().zip(&truth.positions_m).map(|(p, q)| (p - q).norm());
+    let off = x.iter().zip(truth.mesh().vertices).map(|(p, q)| (p - q.coords).norm());
     Led {
         rim_error_m: scanned.boundary.mean_distance_m(&truth.boundary),
         sheet_error_m: off.sum::<f64>() / x.len() as f64,
@@ -189,8 +189,8 @@ fn led(scanned: ScannedBoundary, fabric: &Fabric, truth: &Drape, options: &SimOp
 /// A simulated sheet as a start.
 #[must_use]
 pub fn sheet_of(drape: &Drape) -> Surface {
-    let places = drape.positions_m.iter().map(|p| Point3::from(*p));
-    Surface::exact(places).unwrap_or_else(|_| unreachable!("a square grid of vertices"))
+    Surface::exact(drape.mesh().vertices)
+        .unwrap_or_else(|_| unreachable!("a square grid of vertices"))
 }
 
 fn rest(

@@ -77,10 +77,16 @@ impl Drape {
         })
     }
 
-    /// The sheet as a mesh of triangles, simulation frame \[m\].
+    /// The sheet as a mesh of triangles, simulation frame \[m\]: as many vertices as were simulated,
+    /// at even steps of the flat specimen, so that a vertex's number tells its place on the cloth.
+    /// Where the drape's own lines are uneven, the sheet between them is cubic.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
-        self.grid.mesh(&self.positions_m)
+        let even = self.grid.evenly();
+        match Arc::ptr_eq(&even, &self.grid) {
+            true => even.mesh(&self.positions_m),
+            false => even.mesh(&even.prolong(&self.grid, &self.positions_m, 1.0)),
+        }
     }
 }
 
@@ -473,6 +479,21 @@ mod tests {
         let moved_m = line.mean_distance_m(&whole);
         println!("{moved_m:.1e} m, {:.1e}; {many} and {few} factorisations", as_low / low - 1.0);
         assert!(moved_m < 1e-4 && (as_low / low - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_mesh_of_a_graded_drape_lies_at_even_steps_and_has_its_rim() {
+        let graded = drape(&fabric(), &Drop::canonical(), &numerics_4(31));
+        let mesh = graded.mesh();
+        assert_eq!(mesh.vertices.len(), 31 * 31);
+        // a vertex of the sides is a point of the rim: every other one at 10 mm
+        let rim: Vec<_> = graded.boundary.positions_m().collect();
+        for k in 0..31 {
+            let off_m = (mesh.vertices[30 * 31 + k] - rim[2 * k]).norm();
+            assert!(off_m < 1e-12, "{k}: {off_m} m");
+        }
+        let even = drape(&fabric(), &Drop::canonical(), &SimOptions { vertices: 31, ..options() });
+        assert!(even.mesh().vertices.iter().zip(&even.positions_m).all(|(a, b)| a.coords == *b));
     }
 
     #[test]

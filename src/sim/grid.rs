@@ -95,6 +95,12 @@ impl Grid {
         Self::kept(Plan::graded(experiment, n, grading))
     }
 
+    /// The grid of the same specimen and as many vertices, evenly spaced.
+    #[must_use]
+    pub fn evenly(&self) -> Arc<Self> {
+        Self::kept(self.plan.evenly())
+    }
+
     /// This grid's cells over another cut of the specimen: each line of vertices keeps its part of
     /// the sides. It is not kept, since no other drape will have a specimen changed by a
     /// thousandth of a millimetre.

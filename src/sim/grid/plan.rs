@@ -85,6 +85,12 @@ impl Plan {
         Self { lines, middle_m: self.middle_m, ..Self::of(specimen, self.lines[1].count()) }
     }
 
+    /// This plan with as many lines, evenly spaced.
+    pub(super) fn evenly(&self) -> Self {
+        let lines = [0, 1].map(|axis| Lines::even(self.lines[axis].count()));
+        Self { lines, middle_m: [0.0; 2], ..self.clone() }
+    }
+
     /// Whether the lines are evenly spaced.
     pub(super) fn is_even(&self) -> bool {
         self.lines.iter().all(Lines::are_even)
