@@ -11,6 +11,7 @@ use crate::base::clock::thread_cpu_s;
 use crate::base::seed;
 use crate::base::units::M_PER_MM;
 use crate::fabric::{Fabric, Mixture, MixtureError, PARAMETERS};
+use crate::numeric::robust;
 use crate::sim::experiment::bending_length_m;
 use crate::sim::{
     Drape, Drop, DropStart, FollowError, FollowOptions, Followed, Follower, SimOptions, Stop,
@@ -177,11 +178,11 @@ impl Sums {
     /// Of these walks.
     #[must_use]
     pub fn of(walks: &[Walk]) -> Self {
-        let fresh = sorted(walks.iter().map(|walk| walk.fresh_cpu_s));
+        let fresh: Vec<f64> = walks.iter().map(|walk| walk.fresh_cpu_s).collect();
         let legs: Vec<&Leg> = walks.iter().flat_map(|walk| &walk.legs).collect();
-        let costs = sorted(legs.iter().map(|leg| leg.cpu_s));
+        let costs: Vec<f64> = legs.iter().map(|leg| leg.cpu_s).collect();
         let quiet = walks.iter().filter(|walk| walk.events() == 0 && walk.legs.len() == 2);
-        let returns = sorted(quiet.map(Walk::return_mm));
+        let returns: Vec<f64> = quiet.map(Walk::return_mm).collect();
         Self {
             fresh_median_cpu_s: at(&fresh, 0.5),
             follow_median_cpu_s: at(&costs, 0.5),
@@ -198,16 +199,9 @@ impl Sums {
     }
 }
 
-fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values
-}
-
-/// The value below which this share of the sorted values lies; NaN of none.
-fn at(sorted: &[f64], share: f64) -> f64 {
-    let last = sorted.len().saturating_sub(1);
-    sorted.get((last as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+/// The quantile at `share`; NaN of none.
+fn at(values: &[f64], share: f64) -> f64 {
+    robust::quantile(values.to_vec(), share).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -230,12 +224,16 @@ mod tests {
         let options = SimOptions { vertices: 21, fall_vertices: 21, ..SimOptions::default() };
         let how = FollowOptions::default();
         let walks: Vec<_> = (0..2)
-            .map(|k| walk(&Mixture::measured(), 5, k, 0.1, &options, &how).unwrap())
+            .map(|k| walk(&Mixture::measured(), 5, k, 0.02, &options, &how).unwrap())
             .collect();
         let sums = Sums::of(&walks);
-        assert_eq!(sums.walks, walks.iter().map(|walk| walk.legs.len()).sum::<usize>());
-        assert_eq!(sums.intersections, 0);
-        assert!(sums.at_rest <= sums.walks && sums.quiet <= walks.len());
+        assert_eq!((sums.walks, sums.at_rest, sums.intersections), (4, 4, 0));
+        let quiet = walks.iter().filter(|walk| walk.events() == 0).map(Walk::return_mm);
+        let largest_mm = quiet.clone().fold(f64::NAN, f64::max);
+        println!("{} quiet, back within {largest_mm:.2e} mm", sums.quiet);
+        assert!(sums.quiet_return_largest_mm.total_cmp(&largest_mm).is_eq());
+        assert_eq!(sums.quiet, quiet.count());
+        assert_eq!(sums.fresh_median_cpu_s, walks[0].fresh_cpu_s.max(walks[1].fresh_cpu_s));
         assert_eq!(walks[0].row().split(',').count(), Walk::COLUMNS.split(',').count());
     }
 }
