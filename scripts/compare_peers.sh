@@ -34,7 +34,7 @@ ours=target/$([ "$profile" = release ] && echo release || echo debug)/scan2param
 
 if [ -z "$drape" ]; then
     drape=$work/mean.obj
-    [ -f "$drape" ] || "$ours" simulate --params fixtures/drapes/mean.params.json --seed 1 --out "$drape" >&2
+    [ -f "$drape" ] || "$ours" simulate --params fixtures/drapes/mean.params.json --seed 2 --out "$drape" >&2
 fi
 cloud=$work/million.ply
 "$ours" augment "$drape" --even 1000000 --seed 1 --out "$cloud" >&2

@@ -9,6 +9,7 @@ respects the symmetries. A model trained on it is marked, and the estimator will
 import argparse
 import json
 import pathlib
+import re
 
 import numpy as np
 import pyarrow as pa
@@ -17,6 +18,12 @@ import pyarrow.parquet as pq
 import drape_data
 
 KEYS = [*drape_data.STIFFNESSES, "density"]
+
+
+def numerics_version():
+    """The version of this checkout's simulator: a model of another one is refused."""
+    source = pathlib.Path(__file__).parent.parent / "src/sim/mod.rs"
+    return int(re.search(r"NUMERICS_VERSION: u32 = (\d+);", source.read_text()).group(1))
 
 
 def sample_fabrics(prior, count, rng):
@@ -73,7 +80,7 @@ def main():
     args.out.mkdir(parents=True, exist_ok=True)
     pq.write_table(pa.table(columns), args.out / "drapes-000000.parquet")
     manifest = {
-        "schema": "scan2params/dataset/1", "program": "fake_drapes.py", "simulator_numerics": 1,
+        "schema": "scan2params/dataset/1", "program": "fake_drapes.py", "simulator_numerics": numerics_version(),
         "simulator": "fake", "prior": prior["name"], "prior_sha256": "",
         "prior_limits": [prior["min"], prior["max"]], "seed": args.seed, "drops_per_fabric": 1,
         "chunk_rows": args.count, "count": args.count,

@@ -16,7 +16,7 @@ fn rims() -> Vec<Row> {
 
 fn scores(answers: &[Answer], rows: &[Row]) -> Scores {
     let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
-    Scores::of(&truths, answers, Mixture::knit_2020().limits())
+    Scores::of(&truths, answers, Mixture::union().limits())
 }
 
 /// Scores of the shipped estimator on rims changed by `change`; the truth stays.
@@ -76,7 +76,7 @@ fn errors_widths_and_coverage_are_as_promised() {
 #[test]
 fn an_estimator_that_ignores_the_scan_breaks_the_promises() {
     let rows = rims();
-    let baseline = Baseline::of(&Mixture::knit_2020()).unwrap();
+    let baseline = Baseline::of(&Mixture::union()).unwrap();
     let scores = scores(&vec![baseline.answer(); rows.len()], &rows);
     println!("{:?}", figures(&scores));
     let broken = broken(&scores);

@@ -146,7 +146,7 @@ impl Held {
 fn from_file_to_parameters() {
     let out = tempfile::tempdir().unwrap();
     let (mut shipped, mut ignoring) = (Held::default(), Held::default());
-    let baseline = Baseline::of(&Mixture::knit_2020()).unwrap().answer();
+    let baseline = Baseline::of(&Mixture::union()).unwrap().answer();
     for (scan, drape) in SCANS {
         let to = (scan != "mean_truedepth").then_some(out.path());
         let (result, truth) = estimated(scan, drape, to);
@@ -189,7 +189,7 @@ fn from_file_to_parameters() {
 
 #[test]
 fn a_fabric_that_ignores_the_scan_does_not_drape_as_it() {
-    let baseline = Baseline::of(&Mixture::knit_2020()).unwrap().answer();
+    let baseline = Baseline::of(&Mixture::union()).unwrap().answer();
     let [a, b, c, d, e, f] = baseline.value;
     let (fabric, _) = Fabric::from_paper_units([a, b, c, d, e, f, 260.0]).project_bending();
     let again = resimulate(&true_rim("stiff"), None, &fabric, &SimOptions::default());

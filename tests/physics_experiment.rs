@@ -106,8 +106,9 @@ fn a_skewed_and_an_oblong_specimen_drape_and_keep_their_rim_s_length() {
         let length: f64 = points.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
         let leaning = specimen.weft_m / specimen.skew_rad.cos();
         let exact = 2.0 * (specimen.warp_m + leaning);
-        // chords of the folds on 12.5 mm cells
-        assert!((length / exact - 1.0).abs() < 6e-3, "{specimen:?}: {length} {exact}");
+        // folds on 12.5 mm cells: the rim is cubic between their vertices, whose chords keep their
+        // length
+        assert!((length / exact - 1.0).abs() < 1e-2, "{specimen:?}: {length} {exact}");
     }
 }
 
