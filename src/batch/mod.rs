@@ -40,7 +40,7 @@ use crate::fabric::sha256_hex;
 use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
 use crate::job::verdict::Limits;
 use crate::job::{Job, JobError};
-use crate::refine::LedBy;
+use crate::refine::{FitOptions, LedBy};
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
@@ -205,6 +205,7 @@ impl Batch<'_> {
             "read": self.options.read,
             "scan": self.scan_options(input),
             "resimulate": self.options.resimulate,
+            "refine": self.options.refine.then(FitOptions::default),
             // a row that was led by the rim alone is another row
             "resimulation_led_by": LedBy::Sheet.name(),
             "verdict": Limits::default(),
@@ -267,6 +268,7 @@ impl Batch<'_> {
             read: self.options.read.clone(),
             scan: self.scan_options(input),
             resimulate: self.options.resimulate,
+            refine: self.options.refine,
         };
         let outcome = job.run_with(self.estimator)?;
         let (folder, name) = match input.file.rsplit_once('/') {

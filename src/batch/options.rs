@@ -27,6 +27,8 @@ pub struct BatchOptions {
     pub scan: ScanOptions,
     /// Whether each estimate is draped again.
     pub resimulate: bool,
+    /// Whether each estimate is refined on its scan.
+    pub refine: bool,
     /// Whether a result that is not to be used counts as a failure.
     pub strict: bool,
     /// Scans at once; 0 for one per core.

@@ -195,6 +195,10 @@ pub(crate) struct Estimate {
     /// Drape the estimate again even without --out
     #[arg(long)]
     pub(crate) resimulate: bool,
+    /// Let the simulator look for the fabric whose drape lies closest to the scan, from the network's
+    /// estimate on: narrower intervals, some ten drapes
+    #[arg(long)]
+    pub(crate) refine: bool,
     /// Exit with code 4 where the verdict is `do not use`; results are written all the same
     #[arg(long)]
     pub(crate) strict: bool,
@@ -240,6 +244,9 @@ pub(crate) struct Batch {
     /// Drape each estimate again
     #[arg(long)]
     pub(crate) resimulate: bool,
+    /// Refine each estimate on its scan
+    #[arg(long)]
+    pub(crate) refine: bool,
     /// Scans at once; 0: one per core
     #[arg(long, default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,

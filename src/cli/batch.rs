@@ -19,6 +19,7 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         read: given.read.read()?,
         scan: given.read.options()?,
         resimulate: given.resimulate,
+        refine: given.refine,
         strict: given.strict,
         threads: given.threads,
     };

@@ -13,6 +13,7 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         read: given.scan.read.read()?,
         scan: given.scan.read.options()?,
         resimulate: given.resimulate || given.out.is_some(),
+        refine: given.refine,
     };
     if let Some(folder) = &given.out {
         files::check(&job.input, folder, &given.scan.files()).map_err(Failure::of_output)?;

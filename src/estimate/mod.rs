@@ -331,7 +331,30 @@ impl Estimator {
     }
 }
 
+impl Candidate {
+    /// The same with weft and warp exchanged.
+    #[must_use]
+    pub fn exchanged(&self) -> Self {
+        let exchanged = |fabric: &Fabric| {
+            let values = fabric.in_si();
+            let [a, b, c, d, e, f] = SWAPPED.map(|i| values[i]);
+            Fabric::from_si([a, b, c, d, e, f, fabric.density_kg_m2])
+        };
+        Self {
+            fabric: exchanged(&self.fabric),
+            interval90: self.interval90.each_ref().map(exchanged),
+        }
+    }
+}
+
 impl Estimate {
+    /// The estimate of these readings, of which there is one at least; all else is that of `other`.
+    #[must_use]
+    pub fn of_candidates(candidates: Vec<Candidate>, other: &Self) -> Self {
+        let interval90 = covering(&candidates);
+        Self { fabric: candidates[0].fabric, interval90, candidates, ..other.clone() }
+    }
+
     /// The stiffnesses in the paper's order and units.
     #[must_use]
     pub fn parameters(&self) -> [ParameterEstimate; STIFFNESSES] {

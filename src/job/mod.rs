@@ -1,15 +1,17 @@
 //! The main job: a scan file to six stiffnesses, and back to a drape.
 //!
-//! read -> rim -> estimate -> re-simulate. In: a path and what the user knows. Out:
-//! an [`Outcome`], which `report` shows.
+//! read -> rim -> estimate -> refine, if asked for -> re-simulate. In: a path and what the user
+//! knows. Out: an [`Outcome`], which `report` shows.
 
 mod error;
+pub mod refinement;
 pub mod rim;
 pub mod verdict;
 
 use std::path::PathBuf;
 
 pub use error::{FailureKind, JobError, RimError};
+pub use refinement::Refinement;
 pub use rim::Rim;
 pub use verdict::Verdict;
 
@@ -34,6 +36,9 @@ pub struct Job {
     pub scan: ScanOptions,
     /// Whether the estimate is draped again and held against the scan.
     pub resimulate: bool,
+    /// Whether the simulator looks for the fabric whose drape lies closest to the scan, from the
+    /// estimate on.
+    pub refine: bool,
 }
 
 /// Everything found about one scan.
@@ -43,8 +48,10 @@ pub struct Outcome {
     pub job: Job,
     /// The rim.
     pub rim: Rim,
-    /// The stiffnesses.
+    /// The stiffnesses: the refined ones where the refinement was taken, else the network's.
     pub estimate: Estimate,
+    /// What refining found, if asked for.
+    pub refinement: Option<Refinement>,
     /// The drape of the estimate, if asked for.
     pub resimulation: Option<Resimulation>,
     /// What all this is worth.
@@ -79,7 +86,7 @@ impl Job {
     ///
     /// # Errors
     /// As [`Self::run`].
-    pub fn run_telling(self, tell: impl Fn(&'static str)) -> Result<Outcome, JobError> {
+    pub fn run_telling(self, tell: impl Fn(&str)) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
         check_experiment(&self.scan)?;
         self.with_model(&Estimator::shipped()?, tell)
@@ -93,24 +100,36 @@ impl Job {
         self.with_model(estimator, |_| ())
     }
 
-    fn with_model(
-        self,
-        estimator: &Estimator,
-        tell: impl Fn(&'static str),
-    ) -> Result<Outcome, JobError> {
+    fn with_model(self, estimator: &Estimator, tell: impl Fn(&str)) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
         check_experiment(&self.scan)?;
         tell("looking for the rim");
         let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
         let known = rim.orientation() == Orientation::Given;
         tell("estimating the stiffnesses");
-        let estimate = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
-        let resimulation = self.resimulate.then(|| {
-            tell("draping the estimate again");
-            resimulate(rim.boundary(), rim.sheet(), &estimate.fabric, &SimOptions::default())
+        let network = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
+        let refinement = self.refine.then(|| {
+            tell("refining on the scan's branch");
+            Refinement::of(&rim, self.density_kg_m2, &network, &tell)
         });
+        let taken = refinement.as_ref().and_then(Refinement::taken);
+        let estimate = taken.map_or_else(|| network.clone(), |refined| refined.estimate(&network));
+        let resimulation = match taken {
+            Some(refined) => Some(refined.drape(rim.boundary())),
+            None => self.resimulate.then(|| {
+                tell("draping the estimate again");
+                let options = SimOptions::default();
+                resimulate(rim.boundary(), rim.sheet(), &estimate.fabric, &options)
+            }),
+        };
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
-        let verdict = verdict::of_job(&rim, &self.scan, &estimate, resimulation.as_ref());
-        Ok(Outcome { job: self, rim, estimate, resimulation, verdict, model })
+        let verdict = verdict::of_job(
+            &rim,
+            &self.scan,
+            &estimate,
+            refinement.as_ref(),
+            resimulation.as_ref(),
+        );
+        Ok(Outcome { job: self, rim, estimate, refinement, resimulation, verdict, model })
     }
 }

@@ -30,12 +30,12 @@ mod tests;
 
 use serde::Serialize;
 
-use super::Rim;
+use super::{Refinement, Rim};
 use crate::estimate::Estimate;
 use crate::refine::Resimulation;
 use crate::scan::{ScanOptions, ScannedBoundary};
 
-pub use figures::{Answer, Figures, Fit, Given, OnPlate, Parameter};
+pub use figures::{Answer, Figures, Fit, Given, OnPlate, Parameter, Refining, Shown};
 pub use limits::{Limits, Steps};
 
 /// How far a result can be relied on. The order is from best to worst.
@@ -135,6 +135,14 @@ codes! {
     BendingProjected = "bending_projected",
     /// The rim has more or fewer folds than cloth of the bending length found makes.
     FoldsForBending = "folds_for_bending",
+    /// Refining found no fabric that drapes as the scan does: the values are the network's.
+    NotRefined = "not_refined",
+    /// The drape of the refined fabric is farther from the scan than scan and simulator err.
+    ModelLeaves = "model_leaves",
+    /// A refined stiffness is hardly visible in this drape: its interval is the network's.
+    HardlyVisible = "hardly_visible",
+    /// A refined stiffness ended at the end of what was allowed.
+    RefinedAtLimit = "refined_at_limit",
     /// The drape of the estimate has another number of folds than the scan.
     FoldsDiffer = "folds_differ",
     /// The drape of the estimate lies far from the scanned rim.
@@ -253,9 +261,11 @@ pub fn of_job(
     rim: &Rim,
     options: &ScanOptions,
     estimate: &Estimate,
+    refinement: Option<&Refinement>,
     again: Option<&Resimulation>,
 ) -> Verdict {
-    Figures::of_rim(rim, options).answered(estimate, again).verdict(&Limits::default())
+    let figures = Figures::of_rim(rim, options).answered(estimate, again);
+    refinement.map_or(figures.clone(), |found| figures.refined(found)).verdict(&Limits::default())
 }
 
 /// The verdict on what was found in a scan, before any estimate: what `inspect` can say.

@@ -27,7 +27,7 @@ pub struct Scan<'a> {
 }
 
 /// How sure a scan and the model are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct DataOptions {
     /// Standard deviation of a place along the surface \[m\].
     pub along_m: f64,

@@ -6,16 +6,21 @@
 //! so that the branch is the scan's and no fall decides on it.
 //!
 //! Flow: `data` (what a scan says of the sheet, and how surely) -> `trial` (one fabric's drape from the
-//! sheet, with its sensitivities) -> `fit` (steps of least squares over all scans) -> `refined` (values, intervals,
-//! what the drape shows and what the model leaves).
+//! sheet, with its sensitivities) -> `squares` (the least squares around them, and what is believed: `prior`) ->
+//! `fit` (steps of these, led from fabric to fabric) -> `refined` (values, intervals, what the drape shows and what
+//! the model leaves).
 
 mod data;
 mod fit;
+mod prior;
 mod refined;
 mod resimulate;
+mod squares;
 mod trial;
 
 pub use data::{DataOptions, Scan};
-pub use fit::{FitError, FitOptions, Prior, Progress, fit};
+pub use fit::{FitError, Progress, fit};
+pub use prior::Prior;
 pub use refined::{ArcResidual, Attempt, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
 pub use resimulate::{LedBy, Resimulation, resimulate};
+pub use squares::FitOptions;

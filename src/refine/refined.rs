@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 
 use super::data::{Scan, place_of};
-use super::fit::{Fit, State, Z90};
+use super::prior::Z90;
+use super::squares::{Squares, State};
 use super::trial::{NUISANCES, Trial};
 use crate::base::Point3;
 use crate::base::boundary::{BoundaryPoint, POINTS, POINTS_PER_SIDE};
@@ -30,7 +31,7 @@ pub struct Refined {
     pub attempts: Vec<Attempt>,
 }
 
-/// One stiffness of a fit.
+/// One stiffness of a squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefinedStiffness {
     /// Name in files.
@@ -142,18 +143,18 @@ const AT_LIMIT: f64 = 1e-3;
 impl Refined {
     pub(super) fn of(
         scans: &[Scan<'_>],
-        fit: &Fit<'_>,
+        squares: &Squares<'_>,
         state: State,
         attempts: Vec<Attempt>,
     ) -> Self {
         let misfit = state.misfit();
         let covariance = covariance(&state, misfit.max(1.0));
-        let fabric = fit.fabric(&state.ln);
+        let fabric = squares.fabric(&state.ln);
         let stiffnesses = std::array::from_fn(|k| {
-            let (sigma, prior) = (covariance[(k, k)].sqrt(), fit.prior.ln_sigma[k]);
-            let half = (Z90 * sigma * fit.options.widen[k]).exp();
+            let (sigma, prior) = (covariance[(k, k)].sqrt(), squares.prior.ln_sigma[k]);
+            let half = (Z90 * sigma * squares.options.widen[k]).exp();
             let value = state.ln[k].exp();
-            let ends = fit.prior.ln_limits[k];
+            let ends = squares.prior.ln_limits[k];
             RefinedStiffness {
                 key: TABLE_2[k].key,
                 value,
@@ -173,7 +174,7 @@ impl Refined {
             .iter()
             .zip(state.trials)
             .zip(&bench)
-            .map(|((scan, trial), bench)| ScanFit::of(scan, fit, trial, bench))
+            .map(|((scan, trial), bench)| ScanFit::of(scan, squares, trial, bench))
             .collect();
         Self { fabric, stiffnesses, correlation, scans, misfit, ended, attempts }
     }
@@ -201,13 +202,13 @@ fn covariance(state: &State, misfit: f64) -> DMatrix<f64> {
 }
 
 impl ScanFit {
-    fn of(scan: &Scan<'_>, fit: &Fit<'_>, trial: Trial, bench: &[f64; NUISANCES]) -> Self {
+    fn of(scan: &Scan<'_>, squares: &Squares<'_>, trial: Trial, bench: &[f64; NUISANCES]) -> Self {
         let Trial { drape, at, .. } = trial;
         let points = scan.rim.points().iter().enumerate();
         let rims =
             || points.clone().map(|(index, point)| (point, Point3::from(at[place_of(index)])));
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
-        let model_m = fit.options.data.model_m;
+        let model_m = squares.options.data.model_m;
         let of_sigma = |(p, q): (&BoundaryPoint, Point3)| {
             (p.position_m - q).norm() / (3.0_f64.sqrt() * p.sigma_m.hypot(model_m))
         };
@@ -230,7 +231,7 @@ impl ScanFit {
             bench: std::array::from_fn(|m| Nuisance {
                 key: BENCH[m],
                 value: bench[m],
-                sigma: fit.options.bench_sigma[m],
+                sigma: squares.options.bench_sigma[m],
             }),
             nodes,
             drape,

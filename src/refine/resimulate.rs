@@ -57,12 +57,16 @@ pub fn resimulate(
         None => (DropStart::Guided(Box::new(scanned.clone())), LedBy::Rim),
     };
     let drape = drape(fabric, &Drop { start }, options);
-    let distances = scanned.positions_m().zip(drape.boundary.positions_m());
-    let largest_distance_m = distances.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    Resimulation {
-        mean_distance_m: scanned.mean_distance_m(&drape.boundary),
-        largest_distance_m,
-        led_by,
-        drape,
+    Resimulation::beside(scanned, drape, led_by)
+}
+
+impl Resimulation {
+    /// A drape beside the rim that it is to reproduce.
+    #[must_use]
+    pub fn beside(scanned: &Boundary, drape: Drape, led_by: LedBy) -> Self {
+        let distances = scanned.positions_m().zip(drape.boundary.positions_m());
+        let largest_distance_m = distances.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        let mean_distance_m = scanned.mean_distance_m(&drape.boundary);
+        Self { drape, led_by, mean_distance_m, largest_distance_m }
     }
 }

@@ -5,7 +5,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
-use crate::job::Outcome;
+use crate::job::{Outcome, Refinement};
 use crate::scan::ScannedBoundary;
 use crate::sim::NUMERICS_VERSION;
 
@@ -41,6 +41,7 @@ pub fn params(outcome: &Outcome) -> Value {
             "unit": DENSITY_UNIT,
         },
         "candidates": candidates,
+        "refinement": outcome.refinement.as_ref().map(refinement),
         "boundary": boundary(outcome),
         "read": outcome.rim.notes().map(|notes| json!({
             "points_in_file": notes.points_in_file,
@@ -62,6 +63,71 @@ pub fn params(outcome: &Outcome) -> Value {
         "seed": outcome.job.scan.seed,
         "note": "simulation parameters, not measured mechanical properties",
     })
+}
+
+/// What refining found; lengths in mm, angles in degrees, correlations of logarithms in the paper's order.
+fn refinement(found: &Refinement) -> Value {
+    let network: Map<String, Value> = found
+        .network
+        .parameters()
+        .iter()
+        .map(|p| (p.key.to_owned(), json!({ "value": p.value, "interval90": p.interval90 })))
+        .collect();
+    let mut value = json!({
+        "taken": found.taken().is_some(),
+        "network": network,
+        "wall_s": found.wall_s,
+        "error": found.result.as_ref().err().map(ToString::to_string),
+    });
+    if let Ok(refined) = &found.result {
+        let scan = &refined.scans[0];
+        let shown: Map<String, Value> = refined
+            .stiffnesses
+            .iter()
+            .map(|s| (s.key.to_owned(), json!({ "shown": s.shown, "at_limit": s.at_limit })))
+            .collect();
+        let arcs: Vec<Value> = scan
+            .arcs
+            .iter()
+            .map(|arc| json!({ "mean_mm": arc.mean_m / M_PER_MM, "sigmas": arc.sigmas }))
+            .collect();
+        let bench: Map<String, Value> = scan
+            .bench
+            .iter()
+            .map(|number| {
+                let angle = number.key.starts_with("tilt") || number.key == "rotation";
+                let shown = |v: f64| if angle { v.to_degrees() } else { v / M_PER_MM };
+                let unit = if angle { "deg" } else { "mm" };
+                let (of, sigma) = (shown(number.value), shown(number.sigma));
+                (number.key.to_owned(), json!({ "value": of, "sigma_before": sigma, "unit": unit }))
+            })
+            .collect();
+        let attempts: Vec<Value> = refined
+            .attempts
+            .iter()
+            .map(|attempt| {
+                json!({
+                    "start": attempt.start,
+                    "drapes": attempt.drapes,
+                    "ended": attempt.ended.name(),
+                    "misfit": attempt.misfit,
+                    "rim_mm": attempt.rim_m / M_PER_MM,
+                })
+            })
+            .collect();
+        value["ended"] = json!(refined.ended.name());
+        value["on_branch"] = json!(scan.on_branch);
+        value["folds"] = json!({ "scan": scan.nodes[0], "drape": scan.nodes[1] });
+        value["misfit"] = json!(refined.misfit);
+        value["rim_mean_mm"] = json!(scan.rim_mean_m / M_PER_MM);
+        value["rim_largest_mm"] = json!(scan.rim_largest_m / M_PER_MM);
+        value["stiffnesses"] = json!(shown);
+        value["correlation_ln"] = json!(refined.correlation);
+        value["arcs"] = json!(arcs);
+        value["bench"] = json!(bench);
+        value["attempts"] = json!(attempts);
+    }
+    value
 }
 
 fn boundary(outcome: &Outcome) -> Value {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::verdict;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::io::ReadNotes;
-use crate::job::{Outcome, Rim};
+use crate::job::{Outcome, Refinement, Rim};
 use crate::scan::{Orientation, ScannedBoundary};
 
 /// The whole result as text.
@@ -29,6 +29,9 @@ pub fn text(outcome: &Outcome) -> String {
             p.key, p.symbol, p.unit
         );
     }
+    if let Some(found) = &outcome.refinement {
+        out += &refinement(found);
+    }
     if let Some(again) = &outcome.resimulation {
         let [mean, largest] =
             [again.mean_distance_m, again.largest_distance_m].map(|m| m / M_PER_MM);
@@ -43,6 +46,27 @@ pub fn text(outcome: &Outcome) -> String {
     }
     let _ = writeln!(out, "model {} ({})", outcome.model[0], &outcome.model[1][..12]);
     let _ = writeln!(out, "simulation parameters, not measured mechanical properties");
+    out
+}
+
+/// What refining found, as text.
+fn refinement(found: &Refinement) -> String {
+    let mut out = String::from("\n");
+    let refined = match &found.result {
+        Ok(refined) if found.taken().is_some() => refined,
+        _ => return out + "refined                  no  the values are the network's\n",
+    };
+    let drapes: usize = refined.attempts.iter().map(|attempt| attempt.drapes).sum();
+    let _ = writeln!(
+        out,
+        "refined          {:>12}  {drapes} drapes in {:.0} s; {:.1} standard deviations of scan and simulator left",
+        refined.ended.name(),
+        found.wall_s,
+        refined.misfit
+    );
+    let shown: Vec<String> =
+        refined.stiffnesses.iter().map(|s| format!("{} {:.0} %", s.key, 100.0 * s.shown)).collect();
+    let _ = writeln!(out, "the drape shows  {}", shown.join(", "));
     out
 }
 

@@ -1,7 +1,7 @@
 //! The numbers that a verdict is made of, gathered from the parts of a job.
 
-use super::super::Rim;
 use super::super::rim::GivenWarp;
+use super::super::{Refinement, Rim};
 use crate::base::boundary::{Orientation, POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::base::units::N_M_PER_G_S2;
@@ -38,6 +38,8 @@ pub struct Figures {
     pub warp_unused: bool,
     /// The estimate, if there is one.
     pub answer: Option<Answer>,
+    /// What refining found, if it was asked for.
+    pub refining: Option<Refining>,
     /// The drape of the estimate, if there is one.
     pub again: Option<Fit>,
 }
@@ -117,6 +119,56 @@ pub struct Parameter {
     pub pinned: Option<usize>,
 }
 
+/// What refining found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refining {
+    /// No fabric, in words.
+    Failed(String),
+    /// The fabric's branch is not the scan's.
+    OffBranch {
+        /// Folds of the scan and of the drape.
+        folds: [usize; 2],
+        /// Mean distance of the rims.
+        rim_m: f64,
+    },
+    /// The fabric is the answer.
+    Taken {
+        /// Mean distance of the rims.
+        rim_m: f64,
+        /// Root mean square distance of sheet and drape in standard deviations of scan and simulator.
+        misfit: f64,
+        /// The six stiffnesses.
+        shown: [Shown; STIFFNESSES],
+    },
+}
+
+/// What a drape shows of one stiffness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// Its key in params.json.
+    pub key: &'static str,
+    /// Share of the variance before that the drape took away.
+    pub share: f64,
+    /// Whether the value lies at an end of what was allowed.
+    pub at_limit: bool,
+}
+
+impl Refining {
+    fn of(refinement: &Refinement) -> Self {
+        let refined = match &refinement.result {
+            Err(error) => return Self::Failed(error.to_string()),
+            Ok(refined) => refined,
+        };
+        let scan = &refined.scans[0];
+        if refinement.taken().is_none() {
+            return Self::OffBranch { folds: scan.nodes, rim_m: scan.rim_mean_m };
+        }
+        let shown =
+            refined.stiffnesses.map(|s| Shown { key: s.key, share: s.shown, at_limit: s.at_limit });
+        Self::Taken { rim_m: scan.rim_mean_m, misfit: refined.misfit, shown }
+    }
+}
+
 /// The drape of the estimate beside the scanned rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
@@ -148,6 +200,7 @@ impl Figures {
             warp_off_rad: scanned.warp_off_rad,
             warp_unused: false,
             answer: None,
+            refining: None,
             again: None,
         }
     }
@@ -170,6 +223,7 @@ impl Figures {
             warp_off_rad: rim.warp_off_rad(),
             warp_unused: warp == GivenWarp::FileNotFlag,
             answer: None,
+            refining: None,
             again: None,
         }
     }
@@ -179,6 +233,19 @@ impl Figures {
     pub fn answered(self, estimate: &Estimate, again: Option<&Resimulation>) -> Self {
         let answer = Some(Answer::of(estimate, self.given.side_m));
         Self { answer, again: again.map(Fit::of), ..self }
+    }
+
+    /// The same figures with those of the refinement. Where it was taken, the ends of the training are no
+    /// ends of the answer.
+    #[must_use]
+    pub fn refined(mut self, refinement: &Refinement) -> Self {
+        let refining = Refining::of(refinement);
+        if let (Refining::Taken { .. }, Some(answer)) = (&refining, &mut self.answer) {
+            for parameter in &mut answer.parameters {
+                (parameter.trained, parameter.pinned) = ([0.0, f64::INFINITY], None);
+            }
+        }
+        Self { refining: Some(refining), ..self }
     }
 }
 

@@ -49,6 +49,9 @@ impl Figures {
             grounds.extend(answer::bending_raised(answer));
             grounds.extend(answer::folds_for_bending(self, answer, limits));
         }
+        if let Some(refining) = &self.refining {
+            grounds.extend(answer::refined(refining, limits));
+        }
         if let Some(again) = &self.again {
             grounds.extend(answer::resimulated(self, again, limits));
         }

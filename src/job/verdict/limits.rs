@@ -89,6 +89,10 @@ pub struct Limits {
     pub interval_cut: f64,
     /// Factor by which the density lies outside the training \[-\].
     pub density_factor: Steps,
+    /// Distance of the refined drape from the sheet, in standard deviations of scan and simulator.
+    pub refined_misfit: Steps,
+    /// Share of what was uncertain of a stiffness that its drape has to take away to show it \[-\].
+    pub shown: f64,
     /// Mean distance of the drape of the estimate from the scanned rim \[m\].
     pub resimulated_m: Steps,
     /// Difference between the counts of folds of the two.
@@ -127,6 +131,8 @@ impl Default for Limits {
             novelty: steps(1.0, 2.0),               // M, C
             interval_cut: 0.2,                      // M
             density_factor: steps(1.0, 1.5),        // W
+            refined_misfit: steps(2.0, 5.0),        // C
+            shown: 0.3,                             // C
             resimulated_m: steps(14e-3, 22e-3),     // M, C
             resimulated_folds: steps(1.5, 3.5),     // M, C
         }

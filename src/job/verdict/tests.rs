@@ -49,6 +49,7 @@ fn honest() -> Figures {
             novelty_limit_m: 2.0e-3,
             bending_raised: None,
         }),
+        refining: None,
         again: Some(Fit {
             mean_m: 6e-3,
             folds: 8,
@@ -423,4 +424,46 @@ fn the_drape_of_the_estimate_is_held_against_the_scan() {
     again(&mut f, &|fit| fit.intersections = 1);
     let said = verdict(&f);
     assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::ResimulationIntersects));
+}
+
+/// A refinement that was taken, with these numbers.
+fn taken(misfit: f64, share: f64, at_limit: bool) -> Refining {
+    let shown = std::array::from_fn(|i| Shown {
+        key: TABLE_2[i].key,
+        share: if i == 0 { share } else { 0.99 },
+        at_limit: i == 1 && at_limit,
+    });
+    Refining::Taken { rim_m: 0.4e-3, misfit, shown }
+}
+
+#[test]
+fn what_refining_found_is_held_against_its_limits() {
+    let limits = Limits::default();
+    for (level, limit) in [
+        (Level::Doubtful, limits.refined_misfit.doubtful),
+        (Level::DoNotUse, limits.refined_misfit.do_not_use),
+    ] {
+        straddles(Code::ModelLeaves, level, limit, |f, misfit| {
+            f.refining = Some(taken(misfit, 0.99, false));
+        });
+    }
+    let said = |refining: Refining| verdict(&Figures { refining: Some(refining), ..honest() });
+    assert_eq!(said(taken(0.5, limits.shown + 0.01, false)), Verdict::of(vec![]));
+    let hidden = said(taken(0.5, limits.shown - 0.01, false));
+    assert_eq!((hidden.level, hidden.grounds[0].code), (Level::Reliable, Code::HardlyVisible));
+    assert_eq!(hidden.grounds[0].parameter, Some("stretch_weft"));
+    let bound = said(taken(0.5, 0.99, true));
+    assert_eq!((bound.level, bound.grounds[0].code), (Level::Doubtful, Code::RefinedAtLimit));
+    assert_eq!(bound.grounds[0].parameter, Some("stretch_warp"));
+    for refining in [
+        Refining::Failed("no drape came to rest".to_owned()),
+        Refining::OffBranch { folds: [8, 9], rim_m: 7e-3 },
+    ] {
+        let other = said(refining);
+        assert_eq!((other.level, other.grounds[0].code), (Level::Doubtful, Code::NotRefined));
+        assert!(
+            other.grounds[0].text.ends_with("scan again")
+                || other.grounds[0].text.contains("network's")
+        );
+    }
 }

@@ -1,11 +1,18 @@
+use super::super::prior::Z90;
 use super::*;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, SurfacePoint};
+use crate::fabric::Fabric;
 use crate::sim::{Drape, Drop, Experiment, drape};
 
 /// Rests within a second or two.
 fn sim() -> SimOptions {
     SimOptions { vertices: 31, fall_vertices: 21, ..SimOptions::default() }
+}
+
+/// On the very cells that the truth was made on.
+fn options() -> FitOptions {
+    FitOptions { sim: sim(), vertices: [31, 31], ..FitOptions::default() }
 }
 
 fn woven() -> Fabric {
@@ -45,7 +52,7 @@ fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() 
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
     let sheet = sheet(&d, 0.2e-3);
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
-    let options = FitOptions { sim: sim(), ..FitOptions::default() };
+    let options = options();
     let told = std::cell::Cell::new(0);
     let refined =
         fit(&[scan], truth.density_kg_m2, &prior(&truth, OFF, 0.4), &[], &options, |progress| {
@@ -79,7 +86,7 @@ fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let raised = Surface::new(points.collect()).unwrap();
     let rim = Boundary::exact(d.boundary.positions_m().map(lifted)).unwrap();
     let scan = Scan { rim: &rim, sheet: Some(&raised), experiment: Experiment::default() };
-    let options = FitOptions { sim: sim(), ..FitOptions::default() };
+    let options = options();
     let prior = prior(&truth, [0.0; STIFFNESSES], 0.4);
     let refined = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
     let height = refined.scans[0].bench[5];
@@ -94,7 +101,7 @@ fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
     let truth = woven();
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
     let scan = Scan { rim: &d.boundary, sheet: None, experiment: Experiment::default() };
-    let options = FitOptions { sim: sim(), ..FitOptions::default() };
+    let options = options();
     let prior = prior(&truth, OFF, 0.4);
     let refined = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
     let worst = errors(&refined, &truth)[3..].iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));

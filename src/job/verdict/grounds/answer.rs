@@ -1,6 +1,6 @@
 //! The grounds of the estimate and of its drape.
 
-use super::super::figures::{Answer, Figures, Fit, Parameter};
+use super::super::figures::{Answer, Figures, Fit, Parameter, Refining, Shown};
 use super::super::limits::Limits;
 use super::super::{Code, Ground, Level};
 use crate::base::units::mm;
@@ -93,6 +93,54 @@ pub(super) fn folds_for_bending(f: &Figures, answer: &Answer, limits: &Limits) -
     );
     let limit = if folds > most { most + beyond } else { least - beyond };
     Some(Ground::new(Code::FoldsForBending, level, (folds, limit, ""), text))
+}
+
+/// What refining found.
+pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
+    let (rim_m, misfit, shown) = match refining {
+        Refining::Failed(why) => {
+            let text = format!("not refined: {why}; the values are the network's");
+            return vec![Ground::new(Code::NotRefined, Level::Doubtful, (0.0, 0.0, ""), text)];
+        }
+        Refining::OffBranch { folds: [scanned, draped], rim_m } => {
+            let text = format!(
+                "not refined: the fabric found drapes with {draped} folds, {:.1} mm from the scanned rim, which has \
+                 {scanned}; that is another branch, and the values are the network's: lay the specimen anew and scan again",
+                mm(*rim_m)
+            );
+            let measured = (mm(*rim_m), 0.0, "mm");
+            return vec![Ground::new(Code::NotRefined, Level::Doubtful, measured, text)];
+        }
+        Refining::Taken { rim_m, misfit, shown } => (*rim_m, *misfit, shown),
+    };
+    let mut grounds = Vec::new();
+    if let Some((level, limit)) = limits.refined_misfit.level(misfit) {
+        let text = format!(
+            "the refined drape leaves {:.1} mm on the rim, and {misfit:.1} standard deviations of scan and simulator on the \
+             sheet (limit {limit:.1}): the cloth has an effect that the six stiffnesses lack, or the scan is off",
+            mm(rim_m)
+        );
+        grounds.push(Ground::new(Code::ModelLeaves, level, (misfit, limit, ""), text));
+    }
+    let hardly = |s: &&Shown| s.share < limits.shown;
+    grounds.extend(shown.iter().filter(hardly).map(|s| {
+        let text = format!(
+            "{} is hardly visible in this drape ({:.0} % of what was uncertain is gone): its interval is the network's",
+            s.key,
+            100.0 * s.share
+        );
+        let measured = (s.share, limits.shown, "");
+        Ground::new(Code::HardlyVisible, Level::Reliable, measured, text).about(s.key)
+    }));
+    grounds.extend(shown.iter().filter(|s| s.at_limit).map(|s| {
+        let text = format!(
+            "{} ended at the end of what refining allows: the fabric lies beyond it, or something else than {} is \
+             soaked up there",
+            s.key, s.key
+        );
+        Ground::new(Code::RefinedAtLimit, Level::Doubtful, (0.0, 0.0, ""), text).about(s.key)
+    }));
+    grounds
 }
 
 /// The drape of the estimate beside the scan.

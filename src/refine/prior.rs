@@ -1,0 +1,58 @@
+//! What is known of the six stiffnesses before the drape is fitted.
+
+#[cfg(feature = "estimate")]
+use crate::estimate::Estimate;
+use crate::fabric::{Fabric, STIFFNESSES};
+
+/// What is known of the six stiffnesses without the scans' sheets; logarithms of SI values, paper's order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Means.
+    pub ln_mean: [f64; STIFFNESSES],
+    /// Standard deviations.
+    pub ln_sigma: [f64; STIFFNESSES],
+    /// Lower and upper ends; nothing beyond is tried.
+    pub ln_limits: [[f64; 2]; STIFFNESSES],
+}
+
+/// Quantile of the standard normal beyond which 5 % lie on each side.
+pub(super) const Z90: f64 = 1.6449;
+
+impl Prior {
+    /// Of an estimate with 90 % intervals; `limits` are the ends of what is believed at all.
+    #[must_use]
+    pub fn of(value: &Fabric, interval90: &[Fabric; 2], limits: &[Fabric; 2]) -> Self {
+        let six = |fabric: &Fabric| {
+            let [six @ .., _] = fabric.in_si();
+            six.map(f64::ln)
+        };
+        let (mean, [low, high], ends) =
+            (six(value), interval90.each_ref().map(six), limits.each_ref().map(six));
+        Self {
+            ln_mean: mean,
+            ln_sigma: std::array::from_fn(|k| (0.5 * (high[k] - low[k]) / Z90).max(LEAST_SIGMA)),
+            ln_limits: std::array::from_fn(|k| [ends[0][k].min(mean[k]), ends[1][k].max(mean[k])]),
+        }
+    }
+}
+
+#[cfg(feature = "estimate")]
+impl Prior {
+    /// Of what the network says. Values beyond what it was trained on are believed up to a factor.
+    #[must_use]
+    pub fn of_estimate(estimate: &Estimate) -> Self {
+        let [ends_low, ends_high] = [0, 1].map(|end| {
+            let six = estimate.trained.map(|ends| ends[end]);
+            let factor = if end == 0 { 1.0 / BEYOND } else { BEYOND };
+            let [a, b, c, d, e, f] = six.map(|value| value * factor);
+            Fabric::from_paper_units([a, b, c, d, e, f, 1.0])
+        });
+        Self::of(&estimate.fabric, &estimate.interval90, &[ends_low, ends_high])
+    }
+}
+
+#[cfg(feature = "estimate")]
+/// Factor beyond what the network was trained on up to which values are tried.
+const BEYOND: f64 = 3.0;
+/// Least standard deviation of a prior.
+const LEAST_SIGMA: f64 = 0.05;

@@ -1,0 +1,228 @@
+//! The least squares around the drapes of one fabric: sums over the places of all scans, the bench's numbers at
+//! their best, and the step that is foretold to help.
+//!
+//! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of each scan's
+//! bench. A place that lies more than a few standard deviations off pulls no harder than one at that
+//! distance (Huber 1964).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::data::{DataOptions, Datum, Scan};
+use super::prior::Prior;
+use super::trial::{NUISANCES, Trial};
+use crate::fabric::{Fabric, STIFFNESSES};
+use crate::sim::SimOptions;
+
+/// How a fit is made.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct FitOptions {
+    /// How sure scans and model are.
+    pub data: DataOptions,
+    /// Most drapes of a scan from one start.
+    pub evaluations: usize,
+    /// Vertices on a side of the cells of the first steps and of the last; the same: no last steps.
+    pub vertices: [usize; 2],
+    /// Standard deviation by which drapes on the first cells lie off \[m\].
+    pub first_model_m: f64,
+    /// Largest change of a logarithm in one step.
+    pub longest_step: f64,
+    /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
+    /// \[rad\], height of the plate's face \[m\].
+    pub bench_sigma: [f64; NUISANCES],
+    /// By how much a formal standard deviation of each stiffness is too small, measured.
+    pub widen: [f64; STIFFNESSES],
+    /// The simulator's options but for the experiment, which each scan has.
+    pub sim: SimOptions,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self {
+            data: DataOptions::default(),
+            evaluations: 10,
+            vertices: [61, 91],
+            first_model_m: 1.5e-3,
+            longest_step: 0.7,
+            bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
+            widen: [1.0; STIFFNESSES],
+            sim: SimOptions::default(),
+        }
+    }
+}
+
+/// What the least squares are over: the scans' data, one list a scan, and what is believed.
+pub(super) struct Squares<'a> {
+    /// What each scan says, as sure as the drapes on the present cells are.
+    pub data: Vec<Vec<Datum>>,
+    pub density_kg_m2: f64,
+    pub prior: &'a Prior,
+    pub options: &'a FitOptions,
+}
+
+/// A fabric with its drapes, and the least squares around it.
+pub(super) struct State {
+    pub(super) ln: [f64; STIFFNESSES],
+    pub(super) trials: Vec<Trial>,
+    /// The bench's numbers, scan by scan.
+    pub(super) bench: Vec<[f64; NUISANCES]>,
+    /// Sum of the squared distances in standard deviations, outliers tamed, and of the priors'.
+    pub(super) cost: f64,
+    /// The data's part of it, and the number of independent coordinates.
+    pub(super) data_cost: f64,
+    pub(super) independent: f64,
+    /// Normal matrix of the data alone and of the priors (diagonal), and right-hand side of both.
+    pub(super) normal: DMatrix<f64>,
+    pub(super) priors: DVector<f64>,
+    pub(super) right: DVector<f64>,
+}
+
+impl State {
+    /// Root mean square distance of an independent coordinate in standard deviations.
+    pub(super) fn misfit(&self) -> f64 {
+        (self.data_cost / self.independent).sqrt()
+    }
+
+    /// Mean distance of the rims from the scans', as they are, without the bench's numbers \[m\].
+    pub(super) fn rim_m(&self, scans: &[Scan<'_>]) -> f64 {
+        let distances = scans.iter().zip(&self.trials);
+        let sum: f64 = distances.map(|(s, t)| t.rim_distance_m(s.rim)).sum();
+        sum / scans.len() as f64
+    }
+}
+
+impl Squares<'_> {
+    /// The fabric of six logarithms, made one that can be.
+    pub(super) fn fabric(&self, ln: &[f64; STIFFNESSES]) -> Fabric {
+        let [a, b, c, d, e, f] = ln.map(f64::exp);
+        Fabric::from_si([a, b, c, d, e, f, self.density_kg_m2]).project_bending().0
+    }
+
+    /// The least squares around some drapes, the bench's numbers at their best.
+    pub(super) fn around(
+        &self,
+        ln: [f64; STIFFNESSES],
+        trials: Vec<Trial>,
+        mut bench: Vec<[f64; NUISANCES]>,
+    ) -> State {
+        for _ in 0..BENCH_ROUNDS {
+            for (k, data) in self.data.iter().enumerate() {
+                bench[k] = self.bench_of(data, &trials[k], &bench[k]);
+            }
+        }
+        let size = STIFFNESSES + NUISANCES * self.data.len();
+        let mut normal = DMatrix::zeros(size, size);
+        let mut right = DVector::zeros(size);
+        let (mut data_cost, mut independent) = (0.0, 0.0);
+        for (k, (data, trial)) in self.data.iter().zip(&trials).enumerate() {
+            let column = |c: usize| if c < STIFFNESSES { c } else { c + NUISANCES * k };
+            let sums = Sums::of(data, trial, &bench[k], self.options.data.outlier);
+            for a in 0..COLUMNS {
+                right[column(a)] += sums.right[a];
+                for b in 0..COLUMNS {
+                    normal[(column(a), column(b))] += sums.normal[(a, b)];
+                }
+            }
+            data_cost += sums.cost;
+            independent += sums.independent;
+        }
+        let mut priors = DVector::zeros(size);
+        let mut cost = data_cost;
+        for k in 0..STIFFNESSES {
+            let off = (self.prior.ln_mean[k] - ln[k]) / self.prior.ln_sigma[k];
+            priors[k] = self.prior.ln_sigma[k].powi(-2);
+            right[k] += off / self.prior.ln_sigma[k];
+            cost += off * off;
+        }
+        for (k, numbers) in bench.iter().enumerate() {
+            for (m, (value, sigma)) in numbers.iter().zip(self.options.bench_sigma).enumerate() {
+                let at = STIFFNESSES + NUISANCES * k + m;
+                priors[at] = sigma.powi(-2);
+                right[at] -= value / (sigma * sigma);
+                cost += (value / sigma).powi(2);
+            }
+        }
+        State { ln, trials, bench, cost, data_cost, independent, normal, priors, right }
+    }
+
+    /// The bench's numbers that fit one drape best.
+    fn bench_of(&self, data: &[Datum], trial: &Trial, from: &[f64; NUISANCES]) -> [f64; NUISANCES] {
+        let sums = Sums::of(data, trial, from, self.options.data.outlier);
+        let mut matrix =
+            sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
+        let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
+        for (m, sigma) in self.options.bench_sigma.iter().enumerate() {
+            matrix[(m, m)] += sigma.powi(-2);
+            right[m] -= from[m] / (sigma * sigma);
+        }
+        let change = matrix.cholesky().map(|factor| factor.solve(&right)).unwrap_or_default();
+        std::array::from_fn(|m| from[m] + change[m])
+    }
+
+    /// Where a damped step leads, and by how much the cost is foretold to fall.
+    pub(super) fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
+        let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
+        let mut damped = whole.clone();
+        for k in 0..STIFFNESSES {
+            damped[(k, k)] *= 1.0 + damping;
+        }
+        let mut step = damped.cholesky()?.solve(&at.right);
+        let largest = step.rows(0, STIFFNESSES).amax();
+        step *= (self.options.longest_step / largest).min(1.0);
+        let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| {
+            let [low, high] = self.prior.ln_limits[k];
+            (at.ln[k] + step[k]).clamp(low, high)
+        });
+        (0..STIFFNESSES).for_each(|k| step[k] = ln[k] - at.ln[k]);
+        let foretold = 2.0 * at.right.dot(&step) - step.dot(&(&whole * &step));
+        Some((ln, foretold))
+    }
+}
+
+/// Columns of one scan: stiffnesses and bench.
+const COLUMNS: usize = STIFFNESSES + NUISANCES;
+
+/// The sums of the least squares over one scan's places.
+struct Sums {
+    normal: nalgebra::SMatrix<f64, COLUMNS, COLUMNS>,
+    right: nalgebra::SVector<f64, COLUMNS>,
+    cost: f64,
+    independent: f64,
+}
+
+impl Sums {
+    fn of(data: &[Datum], trial: &Trial, bench: &[f64; NUISANCES], outlier: f64) -> Self {
+        let mut sums = Self {
+            normal: nalgebra::SMatrix::zeros(),
+            right: nalgebra::SVector::zeros(),
+            cost: 0.0,
+            independent: 0.0,
+        };
+        for datum in data {
+            let place = datum.place;
+            let mut off = datum.position_m - trial.at[place];
+            for (value, moves) in bench.iter().zip(&trial.moves[STIFFNESSES..]) {
+                off -= moves[place] * *value;
+            }
+            let pull = datum.information * off;
+            // per coordinate, so that a place of three coordinates is as far as one of one
+            let far = (off.dot(&pull) / 3.0).sqrt();
+            let tamed = if far > outlier { outlier / far } else { 1.0 };
+            let weight = datum.counts * tamed;
+            sums.cost += 3.0 * datum.counts * far * far * tamed * (2.0 - tamed);
+            sums.independent += 3.0 * datum.counts;
+            let columns: [_; COLUMNS] = std::array::from_fn(|c| trial.moves[c][place]);
+            for a in 0..COLUMNS {
+                let weighted = datum.information * columns[a] * weight;
+                sums.right[a] += weighted.dot(&off);
+                for b in 0..=a {
+                    sums.normal[(a, b)] += weighted.dot(&columns[b]);
+                }
+            }
+        }
+        sums.normal.fill_upper_triangle_with_lower_triangle();
+        sums
+    }
+}
+
+/// Rounds in which the bench's numbers and the weights of outliers follow each other.
+const BENCH_ROUNDS: usize = 3;
