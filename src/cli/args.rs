@@ -174,6 +174,14 @@ fn threads(text: &str) -> Result<usize, String> {
     threads.filter(|&threads| threads <= MOST).ok_or_else(|| format!("give 0 to {MOST}"))
 }
 
+/// Vertices a side of two grids; fewer than the least show no folds.
+fn two_counts(text: &str) -> Result<[usize; 2], String> {
+    const LEAST: usize = 21;
+    let pair = text.split_once(',').and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
+    pair.filter(|pair| pair.iter().all(|&n| n >= LEAST))
+        .ok_or_else(|| format!("give two counts, {LEAST} or more each: 61,91"))
+}
+
 fn unit(text: &str) -> Result<LengthUnit, String> {
     LengthUnit::named(text).ok_or_else(|| "give m, mm, cm or in".into())
 }
@@ -618,6 +626,13 @@ pub(crate) struct Refine {
     /// Vertices a side of the true drapes, finer than any that the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
+    /// Vertices a side of the fit's drapes: of the first steps and of the last, which `estimate
+    /// --refine` has unless they are given
+    #[arg(long, value_parser = two_counts, value_name = "FIRST,LAST")]
+    pub(crate) vertices: Option<[usize; 2]>,
+    /// Most drapes of a fit, likewise
+    #[arg(long, value_name = "DRAPES")]
+    pub(crate) evaluations: Option<usize>,
     /// Folder that keeps the true drapes from run to run; on fine cells they take up to minutes
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,

@@ -63,9 +63,14 @@ pub struct Answer {
 /// Why a scan has no fit.
 #[derive(Debug, thiserror::Error)]
 pub enum NoAnswer {
-    /// The drape on fine cells did not come to rest.
-    #[error("the true drape ended as `{}`", .0.name())]
-    Truth(Stop),
+    /// The drape on fine cells did not come to rest, or crosses itself in so many pairs of triangles.
+    #[error("the true drape ended as `{}`, with {intersections} crossings", .stop.name())]
+    Truth {
+        /// Why its search for rest ended.
+        stop: Stop,
+        /// Crossing pairs of triangles.
+        intersections: usize,
+    },
     /// The scan was refused.
     #[error(transparent)]
     Scan(#[from] ScanError),
@@ -137,7 +142,9 @@ impl Series<'_> {
         let case = |setup: &Setup| {
             let answer = match &truth {
                 Ok((mesh, rim)) => self.answer(setup, mesh, rim, &fabric, index)?,
-                Err(stop) => Err(NoAnswer::Truth(*stop)),
+                Err((stop, intersections)) => {
+                    Err(NoAnswer::Truth { stop: *stop, intersections: *intersections })
+                }
             };
             let (prior, sensor) = (prior.name().to_owned(), setup.name.clone());
             Ok(Case { prior, sensor, index, fabric, answer })
@@ -151,7 +158,7 @@ impl Series<'_> {
         prior: &Mixture,
         fabric: &Fabric,
         index: u64,
-    ) -> Result<Result<(Mesh, Boundary), Stop>, CaseError> {
+    ) -> Result<Result<(Mesh, Boundary), (Stop, usize)>, CaseError> {
         let name = |folder: &PathBuf| {
             let (seed, vertices) = (self.seed, self.truth_vertices);
             folder.join(format!("{}-{seed}-{index}-{vertices}.obj", prior.name()))
@@ -164,7 +171,7 @@ impl Series<'_> {
         let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
         let drape = drape(fabric, &drop, &options);
         if drape.stop != Stop::AtRest || drape.intersections > 0 {
-            return Ok(Err(drape.stop));
+            return Ok(Err((drape.stop, drape.intersections)));
         }
         if let Some(path) = path.as_deref() {
             write_obj(path, &drape.mesh())?;
@@ -222,7 +229,7 @@ fn with_rim(mesh: Mesh) -> (Mesh, Boundary) {
 impl Case {
     /// Names of the columns of [`Self::row`].
     pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, rim_from_scan_mm, misfit, \
-         ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
+         network_ln_errors, ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
 
     /// The case as a row of a table.
     #[must_use]
@@ -230,16 +237,17 @@ impl Case {
         let length_mm = bending_length_m(&self.fabric) / M_PER_MM;
         let begun = format!("{}, {}, {}, {length_mm:.1}", self.prior, self.index, self.sensor);
         match &self.answer {
-            Err(why) => format!("{begun}, , , , , , , , , , , {why}"),
+            Err(why) => format!("{begun}, , , , , , , , , , , , {why}"),
             Ok(answer) => {
                 let list = |values: [f64; STIFFNESSES]| values.map(|v| format!("{v:.3}")).join(" ");
                 let refined = &answer.refined;
                 format!(
-                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {:.1}, ",
+                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
                     answer.scan_error_m / M_PER_MM,
                     answer.rim_error_m / M_PER_MM,
                     refined.scans[0].rim_mean_m / M_PER_MM,
                     refined.misfit,
+                    list(answer.network_ln_errors(&self.fabric)),
                     list(answer.ln_errors(&self.fabric)),
                     list(answer.half_widths()),
                     list(refined.stiffnesses.map(|s| s.shown)),
@@ -258,6 +266,13 @@ impl Answer {
     pub fn ln_errors(&self, truth: &Fabric) -> [f64; STIFFNESSES] {
         let truth = truth.in_si();
         std::array::from_fn(|k| (self.refined.stiffnesses[k].value / truth[k]).ln())
+    }
+
+    /// The same of what the network said.
+    #[must_use]
+    pub fn network_ln_errors(&self, truth: &Fabric) -> [f64; STIFFNESSES] {
+        let (truth, said) = (truth.in_si(), self.estimate.fabric.in_si());
+        std::array::from_fn(|k| (said[k] / truth[k]).ln())
     }
 
     /// Half widths of the six intervals on the logarithm.
@@ -311,10 +326,7 @@ impl Summary {
             answers.iter().flat_map(|(f, a)| of(f, a)[3..].to_vec()).map(f64::abs).collect()
         };
         let errors = bending(&|fabric, answer| answer.ln_errors(fabric));
-        let network = bending(&|fabric, answer| {
-            let (truth, said) = (fabric.in_si(), answer.estimate.fabric.in_si());
-            std::array::from_fn(|k| (said[k] / truth[k]).ln())
-        });
+        let network = bending(&|fabric, answer| answer.network_ln_errors(fabric));
         let held = std::array::from_fn(|k| {
             let holds = |(fabric, answer): &&(&Fabric, &Answer)| {
                 let [low, high] = answer.refined.stiffnesses[k].interval90;

@@ -151,8 +151,9 @@ impl Refined {
         let covariance = covariance(&state, misfit.max(1.0));
         let fabric = squares.fabric(&state.ln);
         let stiffnesses = std::array::from_fn(|k| {
-            let (sigma, prior) = (covariance[(k, k)].sqrt(), squares.prior.ln_sigma[k]);
-            let half = (Z90 * sigma * squares.options.widen[k]).exp();
+            let prior = squares.prior.ln_sigma[k];
+            let sigma = (covariance[(k, k)].sqrt() * squares.options.widen[k]).min(prior);
+            let half = (Z90 * sigma).exp();
             let value = state.ln[k].exp();
             let ends = squares.prior.ln_limits[k];
             RefinedStiffness {

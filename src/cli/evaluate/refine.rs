@@ -21,11 +21,14 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         output::check_folder(folder).map_err(Failure::of_output)?;
         std::fs::create_dir_all(folder)?;
     }
+    let usual = FitOptions::default();
+    let vertices = given.vertices.unwrap_or(usual.vertices);
+    let evaluations = given.evaluations.unwrap_or(usual.evaluations);
     let series = Series {
         priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
         setups: given.profiles.iter().map(sensor).collect::<Result<_, _>>()?,
         estimator: &estimator,
-        options: FitOptions::default(),
+        options: FitOptions { vertices, evaluations, ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         truth_vertices: given.truth_vertices as usize,

@@ -1,0 +1,99 @@
+//! `--refine` from a scan to the fabric: the committed scan of a drape on cells finer than the fit's.
+
+mod promises;
+
+use std::process::Command;
+
+use promises::{hold, root};
+use serde_json::Value;
+
+/// The six true stiffnesses by name.
+fn truth() -> Value {
+    let path = root().join("fixtures/drapes/woven.params.json");
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn scan2params(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn a_scan_of_a_finer_drape_is_refined_to_its_fabric() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scan, out) = (root().join("fixtures/scans/woven_structured-light.ply"), folder.path());
+    let run = scan2params(&[
+        scan.to_str().unwrap(),
+        "--density=180",
+        "--warp-toward=-x",
+        "--refine",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{said}");
+    let table = String::from_utf8(run.stdout.clone()).unwrap();
+    assert!(table.contains("\nrefined  ") && table.contains("\nthe drape shows  stretch_weft "));
+    let text = std::fs::read_to_string(out.join("woven_structured-light.params.json")).unwrap();
+    let result: Value = serde_json::from_str(&text).unwrap();
+    let found = &result["refinement"];
+    assert_eq!((&found["taken"], &found["on_branch"]), (&true.into(), &true.into()), "{found:#}");
+    assert_eq!(result["verdict"]["level"], "reliable", "{:#}", result["verdict"]);
+
+    let truth = truth();
+    let (mut mean, mut network, mut held) = (0.0_f64, 0.0_f64, 0);
+    for (key, parameter) in result["parameters"].as_object().unwrap() {
+        let exact = truth["parameters"][key]["value"].as_f64().unwrap();
+        let [value, low, high] =
+            [&parameter["value"], &parameter["interval90"][0], &parameter["interval90"][1]]
+                .map(|number| number.as_f64().unwrap());
+        println!("{key}: {value:.0} in {low:.0} to {high:.0}, truth {exact}");
+        held += usize::from((low..=high).contains(&exact));
+        if key.starts_with("bending") {
+            mean += (value / exact).ln().abs() / 3.0;
+            let before = found["network"][key]["value"].as_f64().unwrap();
+            network += (before / exact).ln().abs() / 3.0;
+        }
+    }
+    println!("bending: network {network:.3}, refined {mean:.3}");
+    hold("refine.bending", mean);
+    hold("refine.held", held as f64);
+    hold("refine.rim", result["boundary"]["mean_error_mm"].as_f64().unwrap());
+    // what is told beside the values
+    assert_eq!(found["correlation_ln"].as_array().unwrap().len(), 6);
+    assert_eq!(found["arcs"].as_array().unwrap().len(), 8);
+    assert_eq!(found["bench"].as_object().unwrap().len(), 6);
+    assert!(found["attempts"][0]["drapes"].as_u64().unwrap() > 2);
+}
+
+#[test]
+fn a_rim_from_a_table_is_refined_and_a_batch_keeps_its_rows_apart_from_unrefined_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("scans");
+    std::fs::create_dir(&scans).unwrap();
+    let rim = scans.join("woven.csv");
+    std::fs::copy(root().join("fixtures/drapes/woven.boundary.csv"), &rim).unwrap();
+    let densities = folder.path().join("densities.csv");
+    std::fs::write(&densities, "file,density_g_m2\nwoven.csv,180\n").unwrap();
+    let results = folder.path().join("results");
+    let batch = |more: &[&str]| {
+        let [scans, densities, results] =
+            [&scans, &densities, &results].map(|p| p.to_str().unwrap());
+        let flags = ["batch", scans, "--density-csv", densities, "--out", results, "--json"];
+        let run = scan2params(&[&flags[..], more].concat());
+        let (out, said) =
+            (String::from_utf8(run.stdout).unwrap(), String::from_utf8_lossy(&run.stderr));
+        assert_eq!(run.status.code(), Some(0), "{said}");
+        let row: Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+        (row, said.into_owned())
+    };
+    let (plain, _) = batch(&[]);
+    assert!(plain["result"]["refinement"].is_null());
+    let (refined, said) = batch(&["--refine"]);
+    let found = &refined["result"]["refinement"];
+    assert!(found["wall_s"].as_f64().is_some_and(|s| s > 0.0), "{refined:#}");
+    assert!(!said.contains("1 kept"), "{said}");
+    let of = |row: &Value, key: &str| row["result"]["parameters"][key]["value"].as_f64().unwrap();
+    if found["taken"] == true {
+        assert!(of(&refined, "bending_weft") != of(&plain, "bending_weft"));
+    }
+}
