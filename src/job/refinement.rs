@@ -48,7 +48,14 @@ impl Refinement {
                 rim_m / M_PER_MM
             ));
         };
-        let result = fit(&[scan], density_kg_m2, &prior, &[], &FitOptions::default(), heard);
+        let result = fit(
+            &[scan],
+            density_kg_m2,
+            &prior,
+            &prior.starts_beside(),
+            &FitOptions::default(),
+            heard,
+        );
         Self { result, network: network.clone(), wall_s: start.elapsed().as_secs_f64() }
     }
 

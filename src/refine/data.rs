@@ -150,7 +150,7 @@ mod tests {
         let point = |k: usize| {
             let [x, z] = [k / SIDE, k % SIDE].map(|c| c as f64 * 5e-3 - 0.15);
             let position_m = Point3::new(x, 0.0, z);
-            SurfacePoint { position_m, sigma_m, observed: k % 7 != 0 || k < SIDE }
+            SurfacePoint { position_m, sigma_m, observed: !k.is_multiple_of(7) || k < SIDE }
         };
         Surface::new((0..SIDE * SIDE).map(point).collect()).unwrap()
     }

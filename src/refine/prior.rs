@@ -36,6 +36,23 @@ impl Prior {
     }
 }
 
+impl Prior {
+    /// Starts beside the mean, with their names: all six stiffer, and softer, within the limits.
+    #[must_use]
+    pub fn starts_beside(&self) -> [(&'static str, [f64; STIFFNESSES]); 2] {
+        let moved = |by: f64| {
+            std::array::from_fn(|k| {
+                let [low, high] = self.ln_limits[k];
+                (self.ln_mean[k] + by).clamp(low, high)
+            })
+        };
+        [("stiffer", moved(BESIDE)), ("softer", moved(-BESIDE))]
+    }
+}
+
+/// How far beside the mean other starts are, on the logarithm.
+const BESIDE: f64 = 0.4;
+
 #[cfg(feature = "estimate")]
 impl Prior {
     /// Of what the network says. Values beyond what it was trained on are believed up to a factor.
