@@ -21,12 +21,13 @@ use scan2params::scan::{
     boundary_in_stages,
 };
 use scan2params::sensor::{self, Profile, Scene, Stand, VirtualScan};
-use scan2params::sim::{Drop, DropStart, SimOptions, drape};
+use scan2params::sim::{Drop, DropStart, Numerics, SimOptions, drape};
 
 /// A stiff fabric's drape of another specimen on another plate \[m\].
 fn draped(side_m: f64, plate_radius_m: f64) -> Mesh {
     let fabric = Fabric::from_paper_units([240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0]);
-    let mut options = SimOptions { vertices: 41, ..dataset_options() };
+    // the shape that the limits were set on
+    let mut options = SimOptions { vertices: 41, numerics: Numerics::THREE, ..dataset_options() };
     (options.experiment.specimen.warp_m, options.experiment.specimen.weft_m) = (side_m, side_m);
     options.experiment.plate.radius_m = plate_radius_m;
     drape(&fabric, &Drop { start: DropStart::Perturbed(2) }, &options).mesh()
