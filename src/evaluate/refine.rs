@@ -7,15 +7,14 @@
 //! Drapes on fine cells take up to two minutes each; a folder keeps them from run to run.
 
 use std::path::PathBuf;
-use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::scan::{Setup, find};
+use crate::base::Boundary;
 use crate::base::clock::thread_cpu_s;
 use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, boundary};
 use crate::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture, MixtureError, STIFFNESSES};
@@ -54,8 +53,6 @@ pub struct Answer {
     pub scan_error_m: f64,
     /// Mean distance of the refined fabric's rim from the true one \[m\].
     pub rim_error_m: f64,
-    /// Time of the fit on the wall, and of the processor where the system tells it \[s\].
-    pub wall_s: f64,
     /// Processor time of the fit \[s\]; NaN where the system does not tell it.
     pub cpu_s: f64,
 }
@@ -203,7 +200,7 @@ impl Series<'_> {
             sheet: Some(&scanned.surface),
             experiment: Experiment::default(),
         };
-        let (wall, cpu) = (Instant::now(), thread_cpu_s());
+        let cpu = thread_cpu_s();
         let prior = Prior::of_estimate(&estimate);
         let refined =
             match fit(&[scan], density, &prior, &prior.starts_beside(), &self.options, |_| ()) {
@@ -214,7 +211,6 @@ impl Series<'_> {
         Ok(Ok(Answer {
             scan_error_m: scanned.boundary.mean_distance_m(rim),
             rim_error_m: rim.mean_distance_m(&refined.scans[0].drape.boundary),
-            wall_s: wall.elapsed().as_secs_f64(),
             cpu_s,
             estimate,
             refined,
@@ -224,7 +220,6 @@ impl Series<'_> {
 
 fn with_rim(mesh: Mesh) -> (Mesh, Boundary) {
     let rim = rim_of(&mesh).unwrap_or_else(|| unreachable!("a square grid of vertices"));
-    debug_assert_eq!(rim.points().len(), boundary::POINTS);
     (mesh, rim)
 }
 
@@ -257,7 +252,7 @@ impl Case {
                     list(answer.half_widths()),
                     list(refined.stiffnesses.map(|s| s.shown)),
                     refined.ended.name(),
-                    refined.attempts.iter().map(|attempt| attempt.drapes).sum::<usize>(),
+                    refined.drapes,
                     answer.cpu_s
                 )
             }

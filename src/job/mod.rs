@@ -115,7 +115,7 @@ impl Job {
         let taken = refinement.as_ref().and_then(Refinement::taken);
         let estimate = taken.map_or_else(|| network.clone(), |refined| refined.estimate(&network));
         let resimulation = match taken {
-            Some(refined) => Some(refined.drape(rim.boundary())),
+            Some(refined) => Some(refined.drape(&rim)),
             None => self.resimulate.then(|| {
                 tell("draping the estimate again");
                 let options = SimOptions::default();

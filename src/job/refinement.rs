@@ -6,7 +6,6 @@
 use std::time::Instant;
 
 use super::Rim;
-use crate::base::Boundary;
 use crate::base::units::M_PER_MM;
 use crate::estimate::{Candidate, Estimate, EstimateWarning};
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -96,8 +95,8 @@ impl Taken<'_> {
     }
 
     /// Its drape beside the scanned rim.
-    pub(super) fn drape(self, scanned: &Boundary) -> Resimulation {
-        let drape = self.0.scans[0].drape.clone();
-        Resimulation::beside(scanned, drape, LedBy::Sheet)
+    pub(super) fn drape(self, rim: &Rim) -> Resimulation {
+        let led_by = if rim.sheet().is_some() { LedBy::Sheet } else { LedBy::Rim };
+        Resimulation::beside(rim.boundary(), self.0.scans[0].drape.clone(), led_by)
     }
 }

@@ -265,7 +265,11 @@ pub fn of_job(
     again: Option<&Resimulation>,
 ) -> Verdict {
     let figures = Figures::of_rim(rim, options).answered(estimate, again);
-    refinement.map_or(figures.clone(), |found| figures.refined(found)).verdict(&Limits::default())
+    let figures = match refinement {
+        Some(found) => figures.refined(found),
+        None => figures,
+    };
+    figures.verdict(&Limits::default())
 }
 
 /// The verdict on what was found in a scan, before any estimate: what `inspect` can say.

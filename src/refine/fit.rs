@@ -15,7 +15,7 @@
 
 use super::data::{DataOptions, Scan, data_of};
 use super::prior::Prior;
-use super::refined::{Attempt, Ended, Refined};
+use super::refined::{Ended, Refined};
 use super::squares::{FitOptions, Squares, State};
 use super::trial::{NUISANCES, trial_of};
 use crate::base::Surface;
@@ -62,32 +62,16 @@ pub fn fit(
     if fit.squares.data.iter().all(Vec::is_empty) {
         return Err(FitError::NothingObserved);
     }
-    let mut best: Option<State> = None;
-    let mut attempts = Vec::new();
     let mut last_error = None;
     for (name, start) in [("estimate", prior.ln_mean)].iter().chain(others) {
-        if best.is_some() {
-            break;
-        }
         match fit.from(start) {
             Ok((state, ended, drapes)) => {
-                attempts.push(Attempt {
-                    start: name,
-                    drapes,
-                    ended,
-                    misfit: state.misfit(),
-                    rim_m: state.rim_m(scans),
-                });
-                best = Some(state);
+                return Ok(Refined::of(scans, &fit.squares, state, (name, ended, drapes)));
             }
             Err(error) => last_error = Some(error),
         }
     }
-    match (best, last_error) {
-        (Some(state), _) => Ok(Refined::of(scans, &fit.squares, state, attempts)),
-        (None, Some(error)) => Err(FitError::NeverAtRest(error)),
-        (None, None) => Err(FitError::NothingObserved),
-    }
+    Err(last_error.map_or(FitError::NothingObserved, FitError::NeverAtRest))
 }
 
 /// One scan with what its drapes start from.

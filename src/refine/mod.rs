@@ -21,6 +21,6 @@ mod trial;
 pub use data::{DataOptions, Scan};
 pub use fit::{FitError, Progress, fit};
 pub use prior::Prior;
-pub use refined::{ArcResidual, Attempt, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
+pub use refined::{ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
 pub use resimulate::{LedBy, Resimulation, resimulate};
 pub use squares::FitOptions;

@@ -27,11 +27,13 @@ pub struct Refined {
     pub misfit: f64,
     /// Why the fit ended where it did.
     pub ended: Ended,
-    /// Every start that was tried, in order.
-    pub attempts: Vec<Attempt>,
+    /// Name of the start that came to rest: `estimate`, or the first of the others that did.
+    pub start: &'static str,
+    /// Drapes from there to the end.
+    pub drapes: usize,
 }
 
-/// One stiffness of a squares.
+/// One stiffness of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefinedStiffness {
     /// Name in files.
@@ -119,21 +121,6 @@ impl Ended {
     }
 }
 
-/// A start and where it led.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Attempt {
-    /// Which start.
-    pub start: &'static str,
-    /// Drapes that it took.
-    pub drapes: usize,
-    /// Why it ended.
-    pub ended: Ended,
-    /// Root mean square distance at its end in standard deviations.
-    pub misfit: f64,
-    /// Mean distance of the rims at its end \[m\].
-    pub rim_m: f64,
-}
-
 /// Mean distance of two rims up to which they are on one branch whatever their folds' count says \[m\]:
 /// a shallow fold is counted or not.
 const ONE_BRANCH_M: f64 = 3e-3;
@@ -145,7 +132,7 @@ impl Refined {
         scans: &[Scan<'_>],
         squares: &Squares<'_>,
         state: State,
-        attempts: Vec<Attempt>,
+        (start, ended, drapes): (&'static str, Ended, usize),
     ) -> Self {
         let misfit = state.misfit();
         let covariance = covariance(&state, misfit.max(1.0));
@@ -164,7 +151,6 @@ impl Refined {
                 at_limit: ends.iter().any(|end| (end - state.ln[k]).abs() < AT_LIMIT),
             }
         });
-        let ended = best_of(&attempts).map_or(Ended::Singular, |attempt| attempt.ended);
         let correlation = std::array::from_fn(|a| {
             std::array::from_fn(|b| {
                 covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt()
@@ -177,7 +163,7 @@ impl Refined {
             .zip(&bench)
             .map(|((scan, trial), bench)| ScanFit::of(scan, squares, trial, bench))
             .collect();
-        Self { fabric, stiffnesses, correlation, scans, misfit, ended, attempts }
+        Self { fabric, stiffnesses, correlation, scans, misfit, ended, start, drapes }
     }
 
     /// Whether every scan's branch is the fabric's.
@@ -185,10 +171,6 @@ impl Refined {
     pub fn is_on_branch(&self) -> bool {
         self.scans.iter().all(|scan| scan.on_branch)
     }
-}
-
-fn best_of(attempts: &[Attempt]) -> Option<&Attempt> {
-    attempts.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit))
 }
 
 /// Covariance of the six logarithms, the bench's numbers as uncertain as they are.

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::data::{DataOptions, Datum, Scan};
+use super::data::{DataOptions, Datum};
 use super::prior::Prior;
 use super::trial::{NUISANCES, Trial};
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -87,13 +87,6 @@ impl State {
     /// Root mean square distance of an independent coordinate in standard deviations.
     pub(super) fn misfit(&self) -> f64 {
         (self.data_cost / self.independent).sqrt()
-    }
-
-    /// Mean distance of the rims from the scans', as they are, without the bench's numbers \[m\].
-    pub(super) fn rim_m(&self, scans: &[Scan<'_>]) -> f64 {
-        let distances = scans.iter().zip(&self.trials);
-        let sum: f64 = distances.map(|(s, t)| t.rim_distance_m(s.rim)).sum();
-        sum / scans.len() as f64
     }
 }
 

@@ -102,19 +102,6 @@ fn refinement(found: &Refinement) -> Value {
                 (number.key.to_owned(), json!({ "value": of, "sigma_before": sigma, "unit": unit }))
             })
             .collect();
-        let attempts: Vec<Value> = refined
-            .attempts
-            .iter()
-            .map(|attempt| {
-                json!({
-                    "start": attempt.start,
-                    "drapes": attempt.drapes,
-                    "ended": attempt.ended.name(),
-                    "misfit": attempt.misfit,
-                    "rim_mm": attempt.rim_m / M_PER_MM,
-                })
-            })
-            .collect();
         value["ended"] = json!(refined.ended.name());
         value["on_branch"] = json!(scan.on_branch);
         value["folds"] = json!({ "scan": scan.nodes[0], "drape": scan.nodes[1] });
@@ -125,7 +112,8 @@ fn refinement(found: &Refinement) -> Value {
         value["correlation_ln"] = json!(refined.correlation);
         value["arcs"] = json!(arcs);
         value["bench"] = json!(bench);
-        value["attempts"] = json!(attempts);
+        value["start"] = json!(refined.start);
+        value["drapes"] = json!(refined.drapes);
     }
     value
 }

@@ -56,11 +56,11 @@ fn refinement(found: &Refinement) -> String {
         Ok(refined) if found.taken().is_some() => refined,
         _ => return out + "refined                  no  the values are the network's\n",
     };
-    let drapes: usize = refined.attempts.iter().map(|attempt| attempt.drapes).sum();
     let _ = writeln!(
         out,
-        "refined          {:>12}  {drapes} drapes in {:.0} s; {:.1} standard deviations of scan and simulator left",
+        "refined          {:>12}  {} drapes in {:.0} s; {:.1} standard deviations of scan and simulator left",
         refined.ended.name(),
+        refined.drapes,
         found.wall_s,
         refined.misfit
     );

@@ -62,7 +62,11 @@ fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() 
         .unwrap();
     let errors = errors(&refined, &truth);
     let rim_mm = refined.scans[0].rim_mean_m / M_PER_MM;
-    println!("{errors:.3?} {rim_mm:.3} mm {:?} {:.2}", refined.attempts, refined.misfit);
+    println!(
+        "{errors:.3?} {rim_mm:.3} mm {:?} {:.2}",
+        (refined.ended, refined.drapes),
+        refined.misfit
+    );
     assert!(errors[3..].iter().all(|e| e.abs() < 0.06), "{errors:?}");
     assert!(rim_mm < 0.3 && refined.is_on_branch(), "{rim_mm}");
     assert!(refined.misfit < 1.0 && told.get() <= 10);

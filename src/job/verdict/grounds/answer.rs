@@ -125,7 +125,7 @@ pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
     let hardly = |s: &&Shown| s.share < limits.shown;
     grounds.extend(shown.iter().filter(hardly).map(|s| {
         let text = format!(
-            "{} is hardly visible in this drape ({:.0} % of what was uncertain is gone): its interval is the network's",
+            "{} is hardly visible in this drape ({:.0} % of what was uncertain is gone): its interval is hardly narrower than the network's",
             s.key,
             100.0 * s.share
         );
