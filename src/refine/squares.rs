@@ -41,6 +41,10 @@ pub struct FitOptions {
 /// of the factor that each would need is 3.4, and they scatter from 2.6 to 4.3.
 const MEMORY: f64 = 3.4;
 
+/// Factorisations in which the sheet of one evaluation has to come to rest: fewer than a drape's, since a fit tries
+/// fabrics that are not the scan's, and one that finds no rest soon is no better than one that finds none.
+const EVALUATION: usize = 200;
+
 impl Default for FitOptions {
     /// Numbers and where they are from: `docs/design/refinement.md`.
     fn default() -> Self {
@@ -52,7 +56,7 @@ impl Default for FitOptions {
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
             widen: [MEMORY; STIFFNESSES],
-            sim: SimOptions::default(),
+            sim: SimOptions { iterations: EVALUATION, ..SimOptions::default() },
         }
     }
 }
