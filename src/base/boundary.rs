@@ -107,6 +107,22 @@ impl Boundary {
         sum / POINTS as f64
     }
 
+    /// The same rim turned about the plate's axis to where it fits `other` best: least squares in
+    /// the horizontal plane. A specimen may whirl as it falls, by up to some degrees; a scan that
+    /// shows it at rest cannot know, and calls x where the warp lies.
+    #[must_use]
+    pub fn turned_onto(&self, other: &Self) -> Self {
+        let pairs = self.positions_m().zip(other.positions_m());
+        let (cos, sin) = pairs.fold((0.0, 0.0), |(cos, sin), (p, q)| {
+            (cos + p.x * q.x + p.z * q.z, sin + p.x * q.z - p.z * q.x)
+        });
+        let (sin, cos) = sin.atan2(cos).sin_cos();
+        let turn = |p: Point3| Point3::new(p.x * cos - p.z * sin, p.y, p.x * sin + p.z * cos);
+        let points = self.points.iter();
+        let points = points.map(|p| BoundaryPoint { position_m: turn(p.position_m), ..*p });
+        Self { points: points.collect() }
+    }
+
     /// The same rim with the specimen rotated by `quarter_turns` about the vertical:
     /// index 0 moves to the next corner and the positions rotate with it, so that the
     /// result is again in the module's frame. Two quarter turns keep weft and warp; one
@@ -137,6 +153,20 @@ mod tests {
     fn flat() -> Boundary {
         let at = |i| Boundary::flat_xz_m(i, 0.3);
         Boundary::exact((0..POINTS).map(|i| Point3::new(at(i)[0], 0.0, at(i)[1]))).unwrap()
+    }
+
+    #[test]
+    fn a_rim_that_whirled_is_turned_back_and_no_farther() {
+        let away = |p: Point3| Point3::new(p.x + 3e-3, p.y - 0.01, p.z);
+        let moved = Boundary::exact(flat().positions_m().map(away)).unwrap();
+        let (sin, cos) = 0.12_f64.sin_cos();
+        let whirl = |p: Point3| Point3::new(cos * p.x - sin * p.z, p.y, sin * p.x + cos * p.z);
+        let whirled = Boundary::exact(moved.positions_m().map(whirl)).unwrap();
+        assert!(whirled.mean_distance_m(&moved) > 15e-3);
+        assert!(whirled.turned_onto(&moved).mean_distance_m(&moved) < 1e-12);
+        // what is no rotation stays
+        let off_m = whirled.turned_onto(&flat()).mean_distance_m(&flat());
+        assert!((off_m - 3e-3_f64.hypot(0.01)).abs() < 1e-6, "{off_m}");
     }
 
     #[test]

@@ -208,8 +208,10 @@ impl Series<'_> {
                 Err(error) => return Ok(Err(error.into())),
             };
         let cpu_s = cpu.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
+        // a drape that whirled as it fell lies turned, and no scan can tell
+        let rim = rim.turned_onto(&scanned.boundary);
         Ok(Ok(Answer {
-            scan_error_m: scanned.boundary.mean_distance_m(rim),
+            scan_error_m: scanned.boundary.mean_distance_m(&rim),
             rim_error_m: rim.mean_distance_m(&refined.scans[0].drape.boundary),
             cpu_s,
             estimate,

@@ -166,19 +166,21 @@ pub fn case(prior: &Mixture, setup: &Setup, seed: u64, index: u64) -> Result<Cas
 }
 
 fn led(scanned: ScannedBoundary, fabric: &Fabric, truth: &Drape, options: &SimOptions) -> Led {
+    // a drape that whirled as it fell lies turned, and no scan can tell
+    let turned = truth.boundary.turned_onto(&scanned.boundary);
     let rests = Start::ALL.map(|start| {
-        let start = match start {
-            Start::ScannedSheet => DropStart::Surface(Box::new(scanned.surface.clone())),
-            Start::ScannedRim => DropStart::Guided(Box::new(scanned.boundary.clone())),
-            Start::TrueSheet => DropStart::Surface(Box::new(sheet_of(truth))),
+        let (start, rim) = match start {
+            Start::ScannedSheet => (DropStart::Surface(Box::new(scanned.surface.clone())), &turned),
+            Start::ScannedRim => (DropStart::Guided(Box::new(scanned.boundary.clone())), &turned),
+            Start::TrueSheet => (DropStart::Surface(Box::new(sheet_of(truth))), &truth.boundary),
         };
-        rest(start, fabric, &truth.boundary, &scanned.boundary, options)
+        rest(start, fabric, rim, &scanned.boundary, options)
     });
     let places = scanned.surface.points().iter().map(|p| p.position_m.coords);
     let x: Vec<_> = places.collect();
     let off = x.iter().zip(truth.mesh().vertices).map(|(p, q)| (p - q.coords).norm());
     Led {
-        rim_error_m: scanned.boundary.mean_distance_m(&truth.boundary),
+        rim_error_m: scanned.boundary.mean_distance_m(&turned),
         sheet_error_m: off.sum::<f64>() / x.len() as f64,
         crossings: count_intersections(&truth.grid.triangles(), &x),
         scanned,

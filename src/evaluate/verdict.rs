@@ -153,7 +153,9 @@ pub fn case(
             let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
             let again =
                 resimulate(&found.boundary, Some(&found.surface), &estimate.fabric, &options);
-            let rim_error_m = drape.boundary.mean_distance_m(&found.boundary);
+            // a drape that whirled as it fell lies turned, and no scan can tell
+            let rim = drape.boundary.turned_onto(&found.boundary);
+            let rim_error_m = rim.mean_distance_m(&found.boundary);
             let figures = Figures::of_scan(&found, &ScanOptions::default());
             let figures = figures.answered(&estimate, Some(&again));
             let verdict = figures.verdict(&Limits::default());

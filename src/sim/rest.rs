@@ -127,6 +127,39 @@ pub(super) fn descend(
     Descent::Paused
 }
 
+/// How friction answers the forces on the plate from one Newton step to the next. Each step takes the
+/// normal forces that the last one led to. Where cloth is drawn tight over the edge, more friction
+/// there means less force in the step after, and the two can go up and down for ever; they meet when
+/// friction goes half of the way.
+pub(super) struct Answer {
+    /// Part of the way to the normal forces of the present sheet.
+    part: f64,
+    last_n: f64,
+}
+
+impl Default for Answer {
+    fn default() -> Self {
+        Self { part: 1.0, last_n: f64::INFINITY }
+    }
+}
+
+impl Answer {
+    /// Renews the contacts. Gives the largest change of a normal force times friction \[N\].
+    pub(super) fn renew(&mut self, model: &mut Model, newton: &mut Newton, x: &[Vector3]) -> f64 {
+        let change_n = newton.renew_contact_by(model, x, self.part);
+        if change_n > NOT_FALLING * self.last_n {
+            self.part = HALF;
+        }
+        self.last_n = change_n;
+        change_n
+    }
+}
+
+/// Share of its change one step before from which on friction counts as not settling.
+const NOT_FALLING: f64 = 0.95;
+/// Part of the way that it then goes.
+const HALF: f64 = 0.5;
+
 /// What Newton steps led to.
 enum Finish {
     /// A stable equilibrium; residual \[N\].
@@ -147,8 +180,9 @@ fn finish(
     limit_step_m: f64,
 ) -> Finish {
     let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
+    let mut answer = Answer::default();
     for _ in 0..NEWTON_STEPS {
-        let grip_change_n = newton.renew_contact(model, x);
+        let grip_change_n = answer.renew(model, newton, x);
         let done = newton.iterate(model, x, still, HessianForm::Exact);
         let settled = done.residual_n < limit_n && grip_change_n < limit_n;
         if settled && done.definite && done.step_m < limit_step_m {

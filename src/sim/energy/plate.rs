@@ -254,6 +254,12 @@ impl PlateContact {
     /// normals are renewed, slipped anchors follow, lost contacts are forgotten.
     /// Returns the largest change of a normal force times friction \[N\].
     pub fn renew(&mut self, grid: &Grid, x: &[Vector3]) -> f64 {
+        self.renew_by(grid, x, 1.0)
+    }
+
+    /// As [`Self::renew`], normal forces only this `part` of the way to what they are at `x`. Returns
+    /// the largest change that the whole way would be, times friction \[N\].
+    pub fn renew_by(&mut self, grid: &Grid, x: &[Vector3], part: f64) -> f64 {
         let mut largest = 0.0_f64;
         for (sample, grip) in self.samples.iter().zip(&mut self.grips) {
             let p = Self::position(grid, x, sample);
@@ -266,9 +272,10 @@ impl PlateContact {
                 continue;
             };
             let slope = barrier(c.d, self.plate.gap_m)[1];
-            grip.force_n = -slope * sample.area_m2 * self.stiffness_pa_m;
+            let force_n = -slope * sample.area_m2 * self.stiffness_pa_m;
+            grip.force_n = if part == 1.0 { force_n } else { before + part * (force_n - before) };
             grip.normal = c.normal;
-            largest = largest.max((grip.force_n - before).abs());
+            largest = largest.max((force_n - before).abs());
             let anchor = grip.anchor.unwrap_or(p);
             let u = tangential(&(p - anchor), &c.normal);
             let excess = (u.norm() - self.plate.slip_m).max(0.0);

@@ -77,9 +77,14 @@ impl Newton {
     /// the largest change of a normal force on the plate times the coefficient of friction
     /// \[N\].
     pub fn renew_contact(&mut self, model: &mut Model, x: &[Vector3]) -> f64 {
+        self.renew_contact_by(model, x, 1.0)
+    }
+
+    /// The same, friction's normal forces this part of the way to what they are at `x`.
+    pub fn renew_contact_by(&mut self, model: &mut Model, x: &[Vector3], part: f64) -> f64 {
         charge(&mut self.effort.contact_s, || {
             model.self_contact.update(x, 0.0);
-            model.plate.renew(&model.grid, x)
+            model.plate.renew_by(&model.grid, x, part)
         })
     }
 
