@@ -94,3 +94,23 @@ fn a_rim_from_a_table_is_refined_and_a_batch_keeps_its_rows_apart_from_unrefined
     assert_eq!(found["network"]["bending_weft"]["value"].as_f64(), Some(of(&plain)));
     assert_eq!(found["taken"] == true, of(&refined) != of(&plain), "{found:#}");
 }
+
+#[test]
+fn scans_are_refined_together_only_where_the_warp_is_known_and_only_if_asked_for() {
+    let (scan, rim) = (
+        root().join("fixtures/scans/woven_structured-light.ply"),
+        root().join("fixtures/drapes/woven.boundary.csv"),
+    );
+    let [scan, rim] = [&scan, &rim].map(|p| p.to_str().unwrap());
+    let run = |more: &[&str]| {
+        let run = scan2params(&[&[scan, "--density=180", "--with", rim], more].concat());
+        (run.status.code(), String::from_utf8(run.stderr).unwrap())
+    };
+    let (code, said) = run(&["--refine"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("woven_structured-light.ply: weft and warp are not known"), "{said}");
+    // without --refine there is nothing that other scans would do
+    let (code, said) = run(&["--warp-toward=-x"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("--refine"), "{said}");
+}

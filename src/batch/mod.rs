@@ -269,6 +269,7 @@ impl Batch<'_> {
             scan: self.scan_options(input),
             resimulate: self.options.resimulate,
             refine: self.options.refine,
+            with: Vec::new(),
         };
         let outcome = job.run_with(self.estimator)?;
         let (folder, name) = match input.file.rsplit_once('/') {

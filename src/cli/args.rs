@@ -207,6 +207,10 @@ pub(crate) struct Estimate {
     /// estimate on: narrower intervals, some ten drapes
     #[arg(long)]
     pub(crate) refine: bool,
+    /// Other scans of the same fabric, dropped anew: one fabric is refined on all of them. Weft and warp must be
+    /// known in each, by its mark or by --warp-toward, which then holds for all
+    #[arg(long, value_name = "SCAN", requires = "refine", num_args = 1..)]
+    pub(crate) with: Vec<PathBuf>,
     /// Exit with code 4 where the verdict is `do not use`; results are written all the same
     #[arg(long)]
     pub(crate) strict: bool,
@@ -623,6 +627,9 @@ pub(crate) struct Refine {
     /// Seed of fabrics, drops and scans
     #[arg(long, default_value_t = 7)]
     pub(crate) seed: u64,
+    /// Drops of each fabric, which are refined together
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=16))]
+    pub(crate) drops: u64,
     /// Vertices a side of the true drapes, finer than any that the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,

@@ -14,6 +14,7 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         scan: given.scan.read.options()?,
         resimulate: given.resimulate || given.out.is_some(),
         refine: given.refine,
+        with: given.with.clone(),
     };
     if let Some(folder) = &given.out {
         files::check(&job.input, folder, &given.scan.files()).map_err(Failure::of_output)?;

@@ -22,7 +22,7 @@ use crate::geom::Mesh;
 use crate::io::{WriteError, write_obj};
 use crate::numeric::robust;
 use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit};
-use crate::scan::{ScanError, Tuning};
+use crate::scan::{ScanError, ScannedBoundary, Tuning};
 use crate::sensor::SceneError;
 use crate::sim::experiment::bending_length_m;
 use crate::sim::{Drop, DropStart, Experiment, SimOptions, Stop, drape};
@@ -49,11 +49,12 @@ pub struct Answer {
     pub estimate: Estimate,
     /// What was found.
     pub refined: Refined,
-    /// Mean distance of the scanned rim from the true one \[m\].
+    /// Mean distance of the scanned rims from the true ones \[m\].
     pub scan_error_m: f64,
-    /// Mean distance of the refined fabric's rim from the true one \[m\].
+    /// Mean distance of the refined fabric's rims from the true ones \[m\].
     pub rim_error_m: f64,
-    /// Processor time of the fit \[s\]; NaN where the system does not tell it.
+    /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several drops, which
+    /// share the machine's cores.
     pub cpu_s: f64,
 }
 
@@ -113,6 +114,8 @@ pub struct Series<'a> {
     pub seed: u64,
     /// Which fabrics of each prior.
     pub fabrics: std::ops::Range<u64>,
+    /// Drops of each fabric, which are refined together.
+    pub drops: u64,
     /// Vertices a side of the true drapes.
     pub truth_vertices: usize,
     /// Folder that keeps the true drapes.
@@ -135,14 +138,18 @@ impl Series<'_> {
         Ok(cases.collect::<Result<Vec<_>, CaseError>>()?.into_iter().flatten().collect())
     }
 
-    /// One drape, scanned by every sensor.
+    /// The drapes of one fabric, scanned by every sensor.
     fn cases(&self, prior: &Mixture, index: u64) -> Result<Vec<Case>, CaseError> {
         let fabric = prior.sample(self.seed, index)?;
-        let truth = self.truth(prior, &fabric, index)?;
+        let truths = (0..self.drops).map(|drop| self.truth(prior, &fabric, index, drop));
+        let truths: Result<Vec<Truth>, Unfit> =
+            truths.collect::<Result<Vec<_>, CaseError>>()?.into_iter().collect();
         let case = |setup: &Setup| {
-            let answer = match truth {
-                Ok((ref mesh, ref rim)) => self.answer(setup, mesh, rim, &fabric, index)?,
-                Err((stop, intersections)) => Err(NoAnswer::Truth { stop, intersections }),
+            let answer = match &truths {
+                Ok(truths) => self.answer(setup, truths, &fabric, index)?,
+                Err((stop, intersections)) => {
+                    Err(NoAnswer::Truth { stop: *stop, intersections: *intersections })
+                }
             };
             let (prior, sensor) = (prior.name().to_owned(), setup.name.clone());
             Ok(Case { prior, sensor, index, fabric, answer })
@@ -156,16 +163,18 @@ impl Series<'_> {
         prior: &Mixture,
         fabric: &Fabric,
         index: u64,
-    ) -> Result<Result<(Mesh, Boundary), Unfit>, CaseError> {
+        drop: u64,
+    ) -> Result<Result<Truth, Unfit>, CaseError> {
         let name = |folder: &PathBuf| {
             let (seed, vertices) = (self.seed, self.truth_vertices);
-            folder.join(format!("{}-{seed}-{index}-{vertices}.obj", prior.name()))
+            let again = if drop > 0 { format!("-drop{drop}") } else { String::new() };
+            folder.join(format!("{}-{seed}-{index}-{vertices}{again}.obj", prior.name()))
         };
         let path = self.keep.as_ref().map(name);
         if let Some(path) = path.as_deref().filter(|path| path.exists()) {
             return Ok(Ok(with_rim(read_drape(path)?)));
         }
-        let drop = Drop { start: DropStart::Perturbed(self.seed ^ index) };
+        let drop = Drop { start: DropStart::Perturbed(self.seed_of(index, drop)) };
         let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
         let drape = drape(fabric, &drop, &options);
         if drape.stop != Stop::AtRest || drape.intersections > 0 {
@@ -177,50 +186,71 @@ impl Series<'_> {
         Ok(Ok(with_rim(drape.mesh())))
     }
 
+    /// The seed of a drop of a fabric; the first drop of all runs is the same.
+    fn seed_of(&self, index: u64, drop: u64) -> u64 {
+        self.seed ^ index ^ (drop << 32)
+    }
+
     fn answer(
         &self,
         setup: &Setup,
-        mesh: &Mesh,
-        rim: &Boundary,
+        truths: &[Truth],
         fabric: &Fabric,
         index: u64,
     ) -> Result<Result<Answer, NoAnswer>, CaseError> {
-        let made = setup.scan(mesh, self.seed ^ index)?;
-        let scanned = match find(&made, &Tuning::default()) {
-            Ok(scanned) => scanned,
-            Err(error) => return Ok(Err(error.into())),
-        };
-        let density = fabric.density_kg_m2;
-        let estimate = match self.estimator.estimate(&scanned.boundary, density, true) {
-            Ok(estimate) => estimate,
-            Err(error) => return Ok(Err(error.into())),
-        };
-        let scan = Scan {
-            rim: &scanned.boundary,
-            sheet: Some(&scanned.surface),
-            experiment: Experiment::default(),
-        };
-        let cpu = thread_cpu_s();
-        let prior = Prior::of_estimate(&estimate);
-        let refined =
-            match fit(&[scan], density, &prior, &prior.starts_beside(), &self.options, |_| ()) {
-                Ok(refined) => refined,
+        let mut scanned = Vec::new();
+        for ((mesh, _), drop) in truths.iter().zip(0..) {
+            match find(&setup.scan(mesh, self.seed_of(index, drop))?, &Tuning::default()) {
+                Ok(found) => scanned.push(found),
                 Err(error) => return Ok(Err(error.into())),
-            };
+            }
+        }
+        let rims: Vec<&Boundary> = truths.iter().map(|(_, rim)| rim).collect();
+        Ok(self.refined(&scanned, &rims, fabric.density_kg_m2))
+    }
+
+    /// The fit to the scans of one fabric's drops beside the true rims.
+    fn refined(
+        &self,
+        scanned: &[ScannedBoundary],
+        rims: &[&Boundary],
+        density_kg_m2: f64,
+    ) -> Result<Answer, NoAnswer> {
+        let estimates = scanned
+            .iter()
+            .map(|scan| self.estimator.estimate(&scan.boundary, density_kg_m2, true))
+            .collect::<Result<Vec<_>, _>>()?;
+        let experiment = Experiment::default();
+        let scans: Vec<Scan<'_>> = scanned
+            .iter()
+            .map(|scan| Scan { rim: &scan.boundary, sheet: Some(&scan.surface), experiment })
+            .collect();
+        let prior = Prior::together(&estimates.iter().map(Prior::of_estimate).collect::<Vec<_>>());
+        let cpu = thread_cpu_s();
+        let starts = prior.starts_beside();
+        let refined = fit(&scans, density_kg_m2, &prior, &starts, &self.options, |_| ())?;
         let cpu_s = cpu.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
         // a drape that whirled as it fell lies turned, and no scan can tell
-        let rim = rim.turned_onto(&scanned.boundary);
-        Ok(Ok(Answer {
-            scan_error_m: scanned.boundary.mean_distance_m(&rim),
-            rim_error_m: rim.mean_distance_m(&refined.scans[0].drape.boundary),
-            cpu_s,
-            estimate,
+        let turned = rims.iter().zip(scanned).map(|(rim, scan)| rim.turned_onto(&scan.boundary));
+        let turned: Vec<Boundary> = turned.collect();
+        let count = turned.len() as f64;
+        let of_scans = turned.iter().zip(scanned).map(|(rim, s)| rim.mean_distance_m(&s.boundary));
+        let drapes = refined.scans.iter().map(|scan| &scan.drape.boundary);
+        let of_drapes = turned.iter().zip(drapes).map(|(rim, drape)| rim.mean_distance_m(drape));
+        Ok(Answer {
+            scan_error_m: of_scans.sum::<f64>() / count,
+            rim_error_m: of_drapes.sum::<f64>() / count,
+            cpu_s: if scans.len() == 1 { cpu_s } else { f64::NAN },
+            estimate: estimates.into_iter().next().unwrap_or_else(|| unreachable!("one a scan")),
             refined,
-        }))
+        })
     }
 }
 
-fn with_rim(mesh: Mesh) -> (Mesh, Boundary) {
+/// A true drape and its rim.
+type Truth = (Mesh, Boundary);
+
+fn with_rim(mesh: Mesh) -> Truth {
     let rim = rim_of(&mesh).unwrap_or_else(|| unreachable!("a square grid of vertices"));
     (mesh, rim)
 }
@@ -299,7 +329,9 @@ pub struct Summary {
     pub rim_median_mm: f64,
     /// Median over fabrics and the three bending stiffnesses of abs(ln error).
     pub bending_median: f64,
-    /// The same of what the network said.
+    /// The same of the two stretch stiffnesses and shear.
+    pub stretch_median: f64,
+    /// The same of the bending stiffnesses that the network said, of the first drop.
     pub network_bending_median: f64,
     /// The 95th percentile of the refined.
     pub bending_95: f64,
@@ -324,9 +356,14 @@ impl Summary {
         let quantile = |values: Vec<f64>, share| robust::quantile(values, share);
         let rims: Vec<f64> = answers.iter().map(|(_, a)| a.rim_error_m / M_PER_MM).collect();
         let within = |mm: f64| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
-        let bending = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES]| -> Vec<f64> {
-            answers.iter().flat_map(|(f, a)| of(f, a)[3..].to_vec()).map(f64::abs).collect()
+        let some = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES],
+                    which: std::ops::Range<usize>|
+         -> Vec<f64> {
+            let values = answers.iter().flat_map(|(f, a)| of(f, a)[which.clone()].to_vec());
+            values.map(f64::abs).collect()
         };
+        let bending = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES]| some(of, 3..6);
+        let stretch = some(&|fabric, answer| answer.ln_errors(fabric), 0..3);
         let errors = bending(&|fabric, answer| answer.ln_errors(fabric));
         let network = bending(&|fabric, answer| answer.network_ln_errors(fabric));
         let held = std::array::from_fn(|k| {
@@ -345,6 +382,7 @@ impl Summary {
             rim_median_mm: quantile(rims.clone(), 0.5)?,
             bending_median: quantile(errors.clone(), 0.5)?,
             bending_95: quantile(errors, 0.95)?,
+            stretch_median: quantile(stretch, 0.5)?,
             network_bending_median: quantile(network, 0.5)?,
             held,
             bending_factor: quantile(bending(&|_, answer| answer.half_widths()), 0.5)?.exp(),
@@ -368,6 +406,7 @@ mod tests {
             options: FitOptions { vertices: [41, 41], evaluations: 4, ..FitOptions::default() },
             seed: 8,
             fabrics: 0..1,
+            drops: 1,
             truth_vertices: 61,
             keep: Some(folder.path().to_owned()),
         };

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::companion::CompanionFault;
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::units::M_PER_MM;
 use crate::estimate::EstimateError;
@@ -50,6 +51,14 @@ pub enum JobError {
         /// What was measured, the limit, the remedy.
         source: RimError,
     },
+    /// A scan cannot be refined together with others.
+    #[error("{}: {source}", path.display())]
+    Companion {
+        /// The scan.
+        path: PathBuf,
+        /// Why not, and the remedy.
+        source: CompanionFault,
+    },
     /// The model cannot be used.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
@@ -91,7 +100,10 @@ impl JobError {
             Self::Read(error) if matches!(error.fault, io::Fault::NoIntrinsics) => {
                 FailureKind::Usage
             }
-            Self::Refused { .. } | Self::RimRefused { .. } => FailureKind::Refused,
+            Self::Companion { source: CompanionFault::UnknownWarp, .. } => FailureKind::Usage,
+            Self::Refused { .. } | Self::RimRefused { .. } | Self::Companion { .. } => {
+                FailureKind::Refused
+            }
             _ => FailureKind::Failed,
         }
     }

@@ -1,8 +1,9 @@
 //! The main job: a scan file to six stiffnesses, and back to a drape.
 //!
-//! read -> rim -> estimate -> refine, if asked for -> re-simulate. In: a path and what the user
+//! read -> rim -> estimate -> refine, if asked for, with other scans of the same fabric -> re-simulate. In: a path and what the user
 //! knows. Out: an [`Outcome`], which `report` shows.
 
+mod companion;
 mod error;
 pub mod refinement;
 pub mod rim;
@@ -10,6 +11,7 @@ pub mod verdict;
 
 use std::path::PathBuf;
 
+pub use companion::{Companion, CompanionFault};
 pub use error::{FailureKind, JobError, RimError};
 pub use refinement::Refinement;
 pub use rim::Rim;
@@ -39,6 +41,9 @@ pub struct Job {
     /// Whether the simulator looks for the fabric whose drape lies closest to the scan, from the
     /// estimate on.
     pub refine: bool,
+    /// Other scans of the same fabric, or rims of it, which it is refined on together with `input`;
+    /// read and scanned in the same way. Without `refine` they are not looked at.
+    pub with: Vec<PathBuf>,
 }
 
 /// Everything found about one scan.
@@ -108,10 +113,13 @@ impl Job {
         let known = rim.orientation() == Orientation::Given;
         tell("estimating the stiffnesses");
         let network = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
-        let refinement = self.refine.then(|| {
+        let refinement = if self.refine {
+            let companions = companion::all(&self, &rim, estimator, &tell)?;
             tell("refining on the scan's branch");
-            Refinement::of(&rim, self.density_kg_m2, &network, &tell)
-        });
+            Some(Refinement::of(&rim, companions, self.density_kg_m2, &network, &tell))
+        } else {
+            None
+        };
         let taken = refinement.as_ref().and_then(Refinement::taken);
         let estimate = taken.map_or_else(|| network.clone(), |refined| refined.estimate(&network));
         let resimulation = match taken {

@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use super::Rim;
+use super::{Companion, Rim};
 use crate::base::units::M_PER_MM;
 use crate::estimate::{Candidate, Estimate, EstimateWarning};
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -19,8 +19,10 @@ use crate::sim::Experiment;
 pub struct Refinement {
     /// The fabric found, or why there is none.
     pub result: Result<Refined, FitError>,
-    /// What the network said.
+    /// What the network said of the first scan.
     pub network: Estimate,
+    /// The other scans that the fabric was refined on; their drapes are those of the result behind the first.
+    pub companions: Vec<Companion>,
     /// Time that it took on the wall \[s\].
     pub wall_s: f64,
 }
@@ -32,14 +34,18 @@ pub struct Taken<'a>(&'a Refined);
 impl Refinement {
     pub(super) fn of(
         rim: &Rim,
+        companions: Vec<Companion>,
         density_kg_m2: f64,
         network: &Estimate,
         tell: &impl Fn(&str),
     ) -> Self {
         let start = Instant::now();
-        let scan =
-            Scan { rim: rim.boundary(), sheet: rim.sheet(), experiment: Experiment::default() };
-        let prior = Prior::of_estimate(network);
+        let rims = std::iter::once(rim).chain(companions.iter().map(|other| &other.rim));
+        let experiment = Experiment::default();
+        let scans: Vec<Scan<'_>> =
+            rims.map(|rim| Scan { rim: rim.boundary(), sheet: rim.sheet(), experiment }).collect();
+        let networks = std::iter::once(network).chain(companions.iter().map(|c| &c.network));
+        let prior = Prior::together(&networks.map(Prior::of_estimate).collect::<Vec<_>>());
         let heard = |progress: Progress| {
             let Progress { drapes, rim_m } = progress;
             tell(&format!(
@@ -48,14 +54,15 @@ impl Refinement {
             ));
         };
         let result = fit(
-            &[scan],
+            &scans,
             density_kg_m2,
             &prior,
             &prior.starts_beside(),
             &FitOptions::default(),
             heard,
         );
-        Self { result, network: network.clone(), wall_s: start.elapsed().as_secs_f64() }
+        let wall_s = start.elapsed().as_secs_f64();
+        Self { result, network: network.clone(), companions, wall_s }
     }
 
     /// The refined fabric, if it is the answer.

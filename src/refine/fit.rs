@@ -13,6 +13,8 @@
 //! Where it fails: rims of neighbouring minima lie 0.2 to 2 mm apart, and the least squares see a step there. A step
 //! that does not lower the cost is shortened a few times, and the best drape stays.
 
+use rayon::prelude::*;
+
 use super::data::{DataOptions, Scan, data_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
@@ -187,7 +189,7 @@ impl<'a> Fit<'a> {
             }
             let fabric = self.squares.fabric(&ln);
             let how = FollowOptions::default();
-            let led = followers.iter_mut().all(|follower| {
+            let led = followers.par_iter_mut().all(|follower| {
                 follower.follow_fabric(&fabric, &how).is_ok_and(|way| way.reached == 1.0)
             });
             let state = if led { self.state(followers, Some(best)).ok() } else { None };
@@ -211,11 +213,12 @@ impl<'a> Fit<'a> {
     /// The scanned sheets at rest with the fabric of six logarithms.
     fn lay(&mut self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
         let fabric = self.squares.fabric(ln);
+        let vertices = self.vertices;
         let lay = |target: &Target| {
-            let options = SimOptions { vertices: self.vertices, ..target.options };
+            let options = SimOptions { vertices, ..target.options };
             Follower::drop(&fabric, &Drop { start: target.start.clone() }, &options)
         };
-        self.targets.iter().map(lay).collect()
+        self.targets.par_iter().map(lay).collect()
     }
 
     /// The least squares around the sheets of `followers`; the bench's numbers begin at those of `near`.
@@ -225,8 +228,9 @@ impl<'a> Fit<'a> {
         near: Option<&State>,
     ) -> Result<State, SensitivityError> {
         let mut trials = Vec::new();
-        for (target, follower) in self.targets.iter_mut().zip(followers.iter_mut()) {
-            let trial = trial_of(follower)?;
+        let moved: Vec<_> = followers.par_iter_mut().map(trial_of).collect();
+        for (target, trial) in self.targets.iter_mut().zip(moved) {
+            let trial = trial?;
             if target.scan.sheet.is_none() {
                 let sheet = Surface::exact(trial.at.iter().map(|&p| p.into()));
                 target.start =

@@ -37,6 +37,28 @@ impl Prior {
 }
 
 impl Prior {
+    /// Of several estimates of one fabric: their mean. It is no surer than one of them is, since
+    /// what misleads an estimate of one drop misleads that of the next.
+    ///
+    /// # Panics
+    /// Without any.
+    #[must_use]
+    pub fn together(priors: &[Self]) -> Self {
+        let count = priors.len() as f64;
+        assert!(count > 0.0, "at least one prior");
+        let mean = |of: &dyn Fn(&Self) -> f64| priors.iter().map(of).sum::<f64>() / count;
+        let end = |of: &dyn Fn(&Self) -> f64, pick: fn(f64, f64) -> f64| {
+            priors.iter().map(of).fold(f64::NAN, pick)
+        };
+        Self {
+            ln_mean: std::array::from_fn(|k| mean(&|p| p.ln_mean[k])),
+            ln_sigma: std::array::from_fn(|k| mean(&|p| p.ln_sigma[k].powi(2)).sqrt()),
+            ln_limits: std::array::from_fn(|k| {
+                [end(&|p| p.ln_limits[k][0], f64::min), end(&|p| p.ln_limits[k][1], f64::max)]
+            }),
+        }
+    }
+
     /// Starts beside the mean, with their names: all six stiffer, and softer, within the limits.
     #[must_use]
     pub fn starts_beside(&self) -> [(&'static str, [f64; STIFFNESSES]); 2] {

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::job::{Outcome, Refinement};
+use crate::refine::ScanFit;
 use crate::scan::ScannedBoundary;
 use crate::sim::NUMERICS_VERSION;
 
@@ -80,42 +81,59 @@ fn refinement(found: &Refinement) -> Value {
         "error": found.result.as_ref().err().map(ToString::to_string),
     });
     if let Ok(refined) = &found.result {
-        let scan = &refined.scans[0];
         let shown: Map<String, Value> = refined
             .stiffnesses
             .iter()
             .map(|s| (s.key.to_owned(), json!({ "shown": s.shown, "at_limit": s.at_limit })))
             .collect();
-        let arcs: Vec<Value> = scan
-            .arcs
-            .iter()
-            .map(|arc| json!({ "mean_mm": arc.mean_m / M_PER_MM, "sigmas": arc.sigmas }))
-            .collect();
-        let bench: Map<String, Value> = scan
-            .bench
-            .iter()
-            .map(|number| {
-                let angle = number.key.starts_with("tilt") || number.key == "rotation";
-                let shown = |v: f64| if angle { v.to_degrees() } else { v / M_PER_MM };
-                let unit = if angle { "deg" } else { "mm" };
-                let (of, sigma) = (shown(number.value), shown(number.sigma));
-                (number.key.to_owned(), json!({ "value": of, "sigma_before": sigma, "unit": unit }))
-            })
-            .collect();
         value["ended"] = json!(refined.ended.name());
-        value["on_branch"] = json!(scan.on_branch);
-        value["folds"] = json!({ "scan": scan.nodes[0], "drape": scan.nodes[1] });
         value["misfit"] = json!(refined.misfit);
-        value["rim_mean_mm"] = json!(scan.rim_mean_m / M_PER_MM);
-        value["rim_largest_mm"] = json!(scan.rim_largest_m / M_PER_MM);
         value["stiffnesses"] = json!(shown);
         value["correlation_ln"] = json!(refined.correlation);
-        value["arcs"] = json!(arcs);
-        value["bench"] = json!(bench);
         value["start"] = json!(refined.start);
         value["drapes"] = json!(refined.drapes);
+        let mut scans = refined.scans.iter().map(scan_fit);
+        value
+            .as_object_mut()
+            .zip(scans.next())
+            .into_iter()
+            .for_each(|(of, first)| of.extend(first));
+        let others = found.companions.iter().zip(scans).map(|(companion, mut fit)| {
+            fit.insert("file".into(), json!(companion.path.display().to_string()));
+            Value::Object(fit)
+        });
+        value["with"] = Value::Array(others.collect());
     }
     value
+}
+
+/// A scan beside the drape of the refined fabric.
+fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
+    let arcs: Vec<Value> = scan
+        .arcs
+        .iter()
+        .map(|arc| json!({ "mean_mm": arc.mean_m / M_PER_MM, "sigmas": arc.sigmas }))
+        .collect();
+    let bench: Map<String, Value> = scan
+        .bench
+        .iter()
+        .map(|number| {
+            let angle = number.key.starts_with("tilt") || number.key == "rotation";
+            let shown = |v: f64| if angle { v.to_degrees() } else { v / M_PER_MM };
+            let unit = if angle { "deg" } else { "mm" };
+            let (of, sigma) = (shown(number.value), shown(number.sigma));
+            (number.key.to_owned(), json!({ "value": of, "sigma_before": sigma, "unit": unit }))
+        })
+        .collect();
+    let fields = [
+        ("on_branch", json!(scan.on_branch)),
+        ("folds", json!({ "scan": scan.nodes[0], "drape": scan.nodes[1] })),
+        ("rim_mean_mm", json!(scan.rim_mean_m / M_PER_MM)),
+        ("rim_largest_mm", json!(scan.rim_largest_m / M_PER_MM)),
+        ("arcs", json!(arcs)),
+        ("bench", json!(bench)),
+    ];
+    fields.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 fn boundary(outcome: &Outcome) -> Value {

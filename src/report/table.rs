@@ -67,6 +67,16 @@ fn refinement(found: &Refinement) -> String {
     let shown: Vec<String> =
         refined.stiffnesses.iter().map(|s| format!("{} {:.0} %", s.key, 100.0 * s.shown)).collect();
     let _ = writeln!(out, "the drape shows  {}", shown.join(", "));
+    for (companion, fit) in found.companions.iter().zip(&refined.scans[1..]) {
+        let _ = writeln!(
+            out,
+            "refined with     {}: rim {:.2} mm off, {} folds of {}",
+            companion.path.display(),
+            fit.rim_mean_m / M_PER_MM,
+            fit.nodes[1],
+            fit.nodes[0]
+        );
+    }
     out
 }
 

@@ -31,6 +31,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         options: FitOptions { vertices, evaluations, ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
+        drops: given.drops,
         truth_vertices: given.truth_vertices as usize,
         keep: given.keep.clone(),
     };
@@ -48,12 +49,12 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         }
     }
     println!(
-        "\ngroup, cases, answered, within_1_mm, within_2_mm, rim_median_mm, bending_median, bending_95, \
+        "\ngroup, cases, answered, within_1_mm, within_2_mm, rim_median_mm, bending_median, bending_95, stretch_median, \
          network_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
     );
     for s in &sums {
         println!(
-            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
+            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
             s.group,
             s.cases,
             s.answered,
@@ -62,6 +63,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
             s.rim_median_mm,
             s.bending_median,
             s.bending_95,
+            s.stretch_median,
             s.network_bending_median,
             s.held.map(|share| format!("{share:.2}")).join(" "),
             s.bending_factor,

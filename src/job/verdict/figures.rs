@@ -1,5 +1,7 @@
 //! The numbers that a verdict is made of, gathered from the parts of a job.
 
+use std::cmp::Ordering::Equal;
+
 use super::super::rim::GivenWarp;
 use super::super::{Refinement, Rim};
 use crate::base::boundary::{Orientation, POINTS, POINTS_PER_SIDE, SIDES};
@@ -159,7 +161,11 @@ impl Refining {
             Err(error) => return Self::Failed(error.to_string()),
             Ok(refined) => refined,
         };
-        let scan = &refined.scans[0];
+        // of several scans, the one that lies farthest off
+        let farthest = refined.scans.iter().max_by(|a, b| {
+            (!a.on_branch, a.rim_mean_m).partial_cmp(&(!b.on_branch, b.rim_mean_m)).unwrap_or(Equal)
+        });
+        let Some(scan) = farthest else { return Self::Failed("nothing was scanned".into()) };
         if refinement.taken().is_none() {
             return Self::OffBranch { folds: scan.nodes, rim_m: scan.rim_mean_m };
         }

@@ -80,6 +80,29 @@ fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() 
 }
 
 #[test]
+fn two_drops_together_show_more_of_every_stiffness_than_one() {
+    let truth = woven();
+    let drapes = [1, 2].map(|s| drape(&truth, &Drop { start: DropStart::Perturbed(s) }, &sim()));
+    let sheets = drapes.each_ref().map(|d| sheet(d, 0.2e-3));
+    let experiment = Experiment::default();
+    let scan = |k: usize| Scan { rim: &drapes[k].boundary, sheet: Some(&sheets[k]), experiment };
+    let (prior, options) = (prior(&truth, OFF, 0.4), options());
+    let fitted = |scans: &[Scan<'_>]| {
+        let found = fit(scans, truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
+        println!("{:.3?} {:.3?}", errors(&found, &truth), found.stiffnesses.map(|s| s.shown));
+        found
+    };
+    let (one, both) = (fitted(&[scan(0)]), fitted(&[scan(0), scan(1)]));
+    assert_eq!((one.scans.len(), both.scans.len()), (1, 2));
+    assert!(both.is_on_branch() && both.scans.iter().all(|s| s.rim_mean_m < 0.4e-3));
+    for (k, (alone, together)) in one.stiffnesses.iter().zip(&both.stiffnesses).enumerate() {
+        assert!(together.shown > alone.shown, "{}", together.key);
+        assert!(errors(&both, &truth)[k].abs() < 0.5, "{}", together.key);
+    }
+    assert!(errors(&both, &truth)[3..].iter().all(|e| e.abs() < 0.06));
+}
+
+#[test]
 fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let truth = woven();
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
@@ -127,5 +150,14 @@ fn a_prior_is_that_of_its_intervals() {
         assert!((prior.ln_sigma[k] - 2.0_f64.ln() / Z90).abs() < 1e-12);
         let [low, high] = prior.ln_limits[k];
         assert!((high - prior.ln_mean[k] - 1.5_f64.ln()).abs() < 1e-12 && low < prior.ln_mean[k]);
+    }
+    // two that disagree: in the middle, no surer, and as far as either goes
+    let moved = Prior { ln_mean: prior.ln_mean.map(|ln| ln + 1.0), ..prior };
+    let moved = Prior { ln_limits: prior.ln_limits.map(|ends| ends.map(|e| e + 1.0)), ..moved };
+    let both = Prior::together(&[prior, moved]);
+    for k in 0..STIFFNESSES {
+        assert!((both.ln_mean[k] - prior.ln_mean[k] - 0.5).abs() < 1e-12);
+        assert!((both.ln_sigma[k] - prior.ln_sigma[k]).abs() < 1e-12);
+        assert_eq!(both.ln_limits[k], [prior.ln_limits[k][0], moved.ln_limits[k][1]]);
     }
 }
