@@ -53,6 +53,9 @@ pub struct Answer {
     pub scan_error_m: f64,
     /// Mean distance of the refined fabric's rims from the true ones \[m\].
     pub rim_error_m: f64,
+    /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no fit
+    /// can be blamed for. NaN where it does not come to rest.
+    pub floor_m: f64,
     /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several drops, which
     /// share the machine's cores.
     pub cpu_s: f64,
@@ -206,7 +209,7 @@ impl Series<'_> {
             }
         }
         let rims: Vec<&Boundary> = truths.iter().map(|(_, rim)| rim).collect();
-        Ok(self.refined(&scanned, &rims, fabric.density_kg_m2))
+        Ok(self.refined(&scanned, &rims, fabric))
     }
 
     /// The fit to the scans of one fabric's drops beside the true rims.
@@ -214,8 +217,9 @@ impl Series<'_> {
         &self,
         scanned: &[ScannedBoundary],
         rims: &[&Boundary],
-        density_kg_m2: f64,
+        fabric: &Fabric,
     ) -> Result<Answer, NoAnswer> {
+        let density_kg_m2 = fabric.density_kg_m2;
         let estimates = scanned
             .iter()
             .map(|scan| self.estimator.estimate(&scan.boundary, density_kg_m2, true))
@@ -237,13 +241,25 @@ impl Series<'_> {
         let of_scans = turned.iter().zip(scanned).map(|(rim, s)| rim.mean_distance_m(&s.boundary));
         let drapes = refined.scans.iter().map(|scan| &scan.drape.boundary);
         let of_drapes = turned.iter().zip(drapes).map(|(rim, drape)| rim.mean_distance_m(drape));
+        let floors = turned.iter().zip(scanned).map(|(rim, scan)| self.floor_m(rim, scan, fabric));
         Ok(Answer {
             scan_error_m: of_scans.sum::<f64>() / count,
             rim_error_m: of_drapes.sum::<f64>() / count,
+            floor_m: floors.sum::<f64>() / count,
             cpu_s: if scans.len() == 1 { cpu_s } else { f64::NAN },
             estimate: estimates.into_iter().next().unwrap_or_else(|| unreachable!("one a scan")),
             refined,
         })
+    }
+}
+
+impl Series<'_> {
+    /// Mean distance of a true rim from that of the true fabric, laid from the scanned sheet.
+    fn floor_m(&self, rim: &Boundary, scan: &ScannedBoundary, fabric: &Fabric) -> f64 {
+        let options = SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
+        let start = DropStart::Surface(Box::new(scan.surface.clone()));
+        let laid = drape(fabric, &Drop { start }, &options);
+        if laid.stop == Stop::AtRest { rim.mean_distance_m(&laid.boundary) } else { f64::NAN }
     }
 }
 
@@ -257,7 +273,7 @@ fn with_rim(mesh: Mesh) -> Truth {
 
 impl Case {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, rim_from_scan_mm, misfit, \
+    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, rim_from_scan_mm, floor_mm, misfit, \
          network_ln_errors, ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
 
     /// The case as a row of a table.
@@ -268,16 +284,17 @@ impl Case {
         match &self.answer {
             Err(why) => {
                 let why = why.to_string().replace(", ", "; ");
-                format!("{begun}, , , , , , , , , , , , {why}")
+                format!("{begun}, , , , , , , , , , , , , {why}")
             }
             Ok(answer) => {
                 let list = |values: [f64; STIFFNESSES]| values.map(|v| format!("{v:.3}")).join(" ");
                 let refined = &answer.refined;
                 format!(
-                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
+                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
                     answer.scan_error_m / M_PER_MM,
                     answer.rim_error_m / M_PER_MM,
                     refined.scans[0].rim_mean_m / M_PER_MM,
+                    answer.floor_m / M_PER_MM,
                     refined.misfit,
                     list(answer.network_ln_errors(&self.fabric)),
                     list(answer.ln_errors(&self.fabric)),
@@ -327,6 +344,8 @@ pub struct Summary {
     pub within_mm: [f64; 2],
     /// Median distance of the rim from the true one \[mm\].
     pub rim_median_mm: f64,
+    /// The same of the true fabric laid on the scan; null in files where that is not known.
+    pub floor_median_mm: f64,
     /// Median over fabrics and the three bending stiffnesses of abs(ln error).
     pub bending_median: f64,
     /// The same of the two stretch stiffnesses and shear.
@@ -355,6 +374,8 @@ impl Summary {
         let count = answers.len() as f64;
         let quantile = |values: Vec<f64>, share| robust::quantile(values, share);
         let rims: Vec<f64> = answers.iter().map(|(_, a)| a.rim_error_m / M_PER_MM).collect();
+        let floors = answers.iter().map(|(_, a)| a.floor_m / M_PER_MM).filter(|mm| !mm.is_nan());
+        let floors: Vec<f64> = floors.collect();
         let within = |mm: f64| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
         let some = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES],
                     which: std::ops::Range<usize>|
@@ -380,6 +401,7 @@ impl Summary {
             answered: answers.len(),
             within_mm: [within(1.0), within(2.0)],
             rim_median_mm: quantile(rims.clone(), 0.5)?,
+            floor_median_mm: quantile(floors, 0.5).unwrap_or(f64::NAN),
             bending_median: quantile(errors.clone(), 0.5)?,
             bending_95: quantile(errors, 0.95)?,
             stretch_median: quantile(stretch, 0.5)?,
@@ -416,6 +438,7 @@ mod tests {
         assert_eq!(case.row().split(", ").count(), Case::COLUMNS.split(", ").count());
         let answer = case.answer.as_ref().unwrap();
         assert!(answer.scan_error_m < 1e-3 && answer.rim_error_m < 5e-3);
+        assert!(answer.floor_m < 3e-3, "{}", answer.floor_m);
         let sum = Summary::of("all", cases.iter()).unwrap();
         assert_eq!((sum.cases, sum.answered), (1, 1));
         assert!((sum.rim_median_mm - answer.rim_error_m / M_PER_MM).abs() < 1e-12);

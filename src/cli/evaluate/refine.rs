@@ -49,18 +49,19 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         }
     }
     println!(
-        "\ngroup, cases, answered, within_1_mm, within_2_mm, rim_median_mm, bending_median, bending_95, stretch_median, \
+        "\ngroup, cases, answered, within_1_mm, within_2_mm, rim_median_mm, floor_median_mm, bending_median, bending_95, stretch_median, \
          network_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
     );
     for s in &sums {
         println!(
-            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
+            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
             s.group,
             s.cases,
             s.answered,
             s.within_mm[0],
             s.within_mm[1],
             s.rim_median_mm,
+            s.floor_median_mm,
             s.bending_median,
             s.bending_95,
             s.stretch_median,
