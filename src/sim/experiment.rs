@@ -28,6 +28,13 @@ pub struct Experiment {
     pub curl: Curl,
     /// Bending that softens with curvature; zero for linear bending.
     pub softening: Softening,
+    /// Bending that is stiffer towards one face than towards the other; zero for a fabric with equal
+    /// faces.
+    #[serde(skip_serializing_if = "AsymmetricBending::is_off")]
+    pub asymmetric_bending: AsymmetricBending,
+    /// Friction inside the cloth against bending; zero for bending that is elastic.
+    #[serde(skip_serializing_if = "Hysteresis::is_off")]
+    pub hysteresis: Hysteresis,
     /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
     /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
     /// differences make tight folds too soft. With 0.04 cantilever strips keep to 2 % from two
@@ -249,6 +256,67 @@ impl Softening {
     }
 }
 
+/// Bending that is stiffer towards one face than towards the other: the moment per width at the
+/// curvature k beyond the natural one is `B k (1 + a)` towards the face, which is up (+y) on the flat
+/// specimen, and `B k (1 - a)` towards the back, with a smooth passage over 5 /m
+/// (`energy/asymmetry.rs`). Cloth that hangs from a plate bends towards its back. The same cloth laid
+/// face down is the one with the other signs, see [`Self::face_down`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct AsymmetricBending {
+    /// The law's a for bending along the weft.
+    pub weft: f64,
+    /// The law's a for bending along the warp.
+    pub warp: f64,
+}
+
+impl AsymmetricBending {
+    /// The same a along weft and warp.
+    #[must_use]
+    pub fn uniform(a: f64) -> Self {
+        Self { weft: a, warp: a }
+    }
+
+    /// That of the same cloth laid with the other face up.
+    #[must_use]
+    pub fn face_down(&self) -> Self {
+        Self { weft: -self.weft, warp: -self.warp }
+    }
+
+    /// Whether both faces are alike.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Friction inside the cloth against bending, the hysteresis of Kawabata's bending test (KES): the
+/// moment per width is `B k + HB` while the curvature k grows and `B k - HB` while it falls
+/// (`energy/hysteresis.rs`). KES gives 2HB, the distance of the two.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Hysteresis {
+    /// HB, half of KES's 2HB, for bending along the weft: moment per width \[N m/m = N\].
+    pub weft_n: f64,
+    /// HB for bending along the warp \[N\].
+    pub warp_n: f64,
+    /// Change of curvature over which the friction rises to HB when bending turns round, and from
+    /// where on it slips \[1/m\]. Its initial stiffness is 2 HB over this.
+    pub slip_per_m: f64,
+}
+
+impl Default for Hysteresis {
+    fn default() -> Self {
+        Self { weft_n: 0.0, warp_n: 0.0, slip_per_m: 10.0 }
+    }
+}
+
+impl Hysteresis {
+    /// Whether bending has no friction.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        self.weft_n == 0.0 && self.warp_n == 0.0
+    }
+}
+
 /// A number of the experiment that cannot be simulated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ExperimentFault {
@@ -368,6 +436,14 @@ impl Experiment {
             Limit::of("softening.warp", self.softening.warp_m * 1e3, 0.0, 100.0, "mm"),
             Limit::of("softening.bias", self.softening.bias_m * 1e3, 0.0, 100.0, "mm"),
         ];
+        let (asymmetric, hysteresis) = (&self.asymmetric_bending, &self.hysteresis);
+        let sided = [
+            Limit::of("asymmetric_bending.weft", asymmetric.weft, -0.8, 0.8, ""),
+            Limit::of("asymmetric_bending.warp", asymmetric.warp, -0.8, 0.8, ""),
+            Limit::of("hysteresis.weft", hysteresis.weft_n * 1e3, 0.0, 20.0, "mN"),
+            Limit::of("hysteresis.warp", hysteresis.warp_n * 1e3, 0.0, 20.0, "mN"),
+            Limit::of("hysteresis.slip", hysteresis.slip_per_m, 1.0, 100.0, "1/m"),
+        ];
         let (edge, line) = (self.curl.edge, self.curl.line);
         let bands = [
             Limit::of("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
@@ -379,8 +455,8 @@ impl Experiment {
         ];
         let curls = self.curl.nodes.iter().flatten().flatten();
         let curls = curls.map(|&k| Limit::of("curl", k, -500.0, 500.0, "1/m"));
-        let mut faults: Vec<_> =
-            rows.into_iter().chain(bands).chain(curls).filter_map(|limit| limit.fault()).collect();
+        let limits = rows.into_iter().chain(sided).chain(bands).chain(curls);
+        let mut faults: Vec<_> = limits.filter_map(|limit| limit.fault()).collect();
         if s.outline == Outline::Disc && (s.warp_m != s.weft_m || s.skew_rad != 0.0) {
             let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);
             let skew_deg = degrees(s.skew_rad);
