@@ -2,6 +2,7 @@
 
 use nalgebra::Rotation3;
 use scan2params::base::Vector3;
+use scan2params::evaluate::physics::drapes::drape_coefficient;
 use scan2params::fabric::Fabric;
 use scan2params::sim::elastica::end_under;
 use scan2params::sim::energy::asymmetry::SMOOTHING_PER_M;
@@ -231,7 +232,9 @@ fn bending_that_is_stiffer_to_one_side_bends_a_strip_as_the_elastica_with_that_l
             };
             let [error, effect] = end_error(&experiment, degrees, 10.0, law);
             println!("{degrees} {a}: {error:.1e} of {effect:.1e}");
-            assert!(effect > 0.03 && error < 3e-3, "{degrees} {a}: {error:e} of {effect:e}");
+            // observed: 4e-4 along the yarns; on the bias, where a strip can curl across, 2.8e-3
+            let limit = if degrees == 45.0 { 4e-3 } else { 1e-3 };
+            assert!(effect > 0.03 && error < limit, "{degrees} {a}: {error:e} of {effect:e}");
         }
     }
 }
@@ -290,7 +293,8 @@ fn hysteresis_bends_a_strip_as_the_elastica_with_b_k_plus_hb() {
             let law = |k: f64| k + 5.0 * length_m * grip(k / slip);
             let [error, effect] = end_error(&experiment, degrees, gamma, law);
             println!("{slip_per_m} {degrees}: {error:.1e} of {effect:.1e}");
-            // a strip on the bias curls across, where that takes friction out of both elements
+            // observed: 1.9e-4 along the yarns; on the bias 8 % of the effect, since the strip curls across,
+            // where that takes friction out of both elements
             let limit = if degrees == 45.0 { 0.1 * effect } else { 1e-3 };
             assert!(effect > 0.05 && error < limit, "{degrees}: {error:e} of {effect:e}");
         }
@@ -335,32 +339,27 @@ fn a_strip_without_its_weight_stays_bent_where_friction_balances_bending() {
 }
 
 #[test]
-fn cloth_with_friction_inside_comes_to_rest_and_hangs_stiffer() {
-    // (fabric, HB over B): bending lengths of 15 and 6 mm
+fn cloth_with_friction_inside_comes_to_rest_and_drapes_stiffer() {
+    // bending lengths of 14.6 and 6 mm; HB over B as that of a cotton broadcloth
     let soft = Fabric::from_paper_units([131e3, 164e3, 75e3, 450.0, 450.0, 450.0, 214.0]);
-    for (fabric, vertices, hb_over_b) in [(fabric(), 25, 50.0), (soft, 41, 50.0)] {
-        let hb_n = hb_over_b * fabric.bending_weft_nm;
+    for fabric in [fabric(), soft] {
+        let hb_n = 50.0 * fabric.bending_weft_nm;
         let hysteresis = Hysteresis { weft_n: hb_n, warp_n: hb_n, ..Hysteresis::default() };
-        let d = |hysteresis| {
-            let experiment = Experiment { hysteresis, ..Experiment::default() };
+        let coefficient = |hysteresis| {
+            let experiment = Experiment { hysteresis, ..Experiment::standard_cusick() };
             let options =
-                SimOptions { vertices, fall_vertices: 25, experiment, ..SimOptions::default() };
+                SimOptions { vertices: 41, fall_vertices: 25, experiment, ..SimOptions::default() };
             let d = drape(&fabric, &Drop::canonical(), &options);
             let cell_n = fabric.density_kg_m2 * 9.80665 * d.grid.cell_area_m2();
-            println!(
-                "{:?} {:.1e} {} factors",
-                d.stop,
-                d.residual_n / cell_n,
-                d.effort.factorisations
-            );
             assert_eq!(d.stop, Stop::AtRest);
             assert!(d.residual_n < options.residual * cell_n);
-            d
+            (drape_coefficient(&d, &experiment), d.effort.factorisations)
         };
-        let height = |d: &Drape| d.boundary.positions_m().map(|p| p.y).sum::<f64>() / 244.0;
-        let (without, with) = (d(Hysteresis::default()), d(hysteresis));
-        println!("{:.4} {:.4}", height(&without), height(&with));
-        assert!(height(&with) > height(&without) + 5e-3);
+        let ((without, plain), (with, factors)) =
+            (coefficient(Hysteresis::default()), coefficient(hysteresis));
+        // observed: 39.9 and 53.6, 12.0 and 13.7 %
+        println!("{without:.1} % in {plain} factors, {with:.1} % in {factors}");
+        assert!(with > without + 1.0, "{without} {with}");
     }
 }
 

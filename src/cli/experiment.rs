@@ -57,6 +57,9 @@ pub(crate) struct ExperimentFlags {
     /// Friction moment per width against bending along weft and warp, half of KES's 2HB [mN]
     #[arg(long, value_name = "WEFT,WARP", value_parser = numbers::<2>)]
     pub(crate) hysteresis: Option<[f64; 2]>,
+    /// Change of curvature over which that friction rises to its full moment [1/m]
+    #[arg(long)]
+    pub(crate) hysteresis_slip: Option<f64>,
     /// Correction of the mesh for folds (0.04 mends cantilevers); 0: none
     #[arg(long)]
     pub(crate) fold_correction: Option<f64>,
@@ -88,6 +91,7 @@ impl ExperimentFlags {
         set(&mut e.asymmetric_bending.warp, self.asymmetric_bending.map(|v| v[1]), 1.0);
         set(&mut e.hysteresis.weft_n, self.hysteresis.map(|v| v[0]), N_PER_MN);
         set(&mut e.hysteresis.warp_n, self.hysteresis.map(|v| v[1]), N_PER_MN);
+        set(&mut e.hysteresis.slip_per_m, self.hysteresis_slip, 1.0);
         set(&mut e.fold_correction, self.fold_correction, 1.0);
         for (k, number) in e.specimen.offset_m.iter_mut().enumerate() {
             set(number, self.offset.map(|v| v[k]), M_PER_MM);

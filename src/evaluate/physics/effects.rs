@@ -45,7 +45,8 @@ pub fn asymmetry(drops: u64, mut tell: impl FnMut(&str)) {
     }
 }
 
-/// The four KES fabrics without hysteresis, and with theirs.
+/// The four KES fabrics without hysteresis, and with theirs, which slips at the default curvature, at
+/// half and at twice that.
 ///
 /// # Errors
 /// When the file of the folder cannot be read.
@@ -54,12 +55,17 @@ pub fn hysteresis(data: &Path, drops: u64, mut tell: impl FnMut(&str)) -> Result
     for (measured, line) in kes_drape(data)?.into_iter().zip(&loops) {
         let hb_n = 0.5 * line.number(3)?;
         let mut without = None;
-        for hb_n in [0.0, hb_n] {
-            let hysteresis = Hysteresis { weft_n: hb_n, warp_n: hb_n, ..Hysteresis::default() };
+        let usual = Hysteresis::default().slip_per_m;
+        let cases = [(0.0, usual), (hb_n, usual), (hb_n, 0.5 * usual), (hb_n, 2.0 * usual)];
+        for (hb_n, slip_per_m) in cases {
+            let hysteresis = Hysteresis { weft_n: hb_n, warp_n: hb_n, slip_per_m };
             let experiment = Experiment { hysteresis, ..Experiment::standard_cusick() };
             let measured_dc = measured.drape.map_or(f64::NAN, |[coefficient, _]| coefficient);
-            let name =
-                format!("{} (measured {measured_dc:.1}), HB {:.3} mN", measured.name, 1e3 * hb_n);
+            let name = format!(
+                "{} (measured {measured_dc:.1}), HB {:.3} mN, s {slip_per_m:.0} /m",
+                measured.name,
+                1e3 * hb_n
+            );
             tell(&row(&name, &measured.fabric, &experiment, drops, &mut without));
         }
     }

@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn a_cylinder_costs_its_direction_s_law_and_the_other_sign_on_the_other_side() {
         let f = fabric();
-        let asymmetric_bending = AsymmetricBending { weft: 0.3, warp: -0.2 };
+        let asymmetric_bending = AsymmetricBending { weft: 0.3, warp: -0.1 };
         let uneven = Experiment { asymmetric_bending, ..Experiment::default() };
         let a = &asymmetric_bending;
         let k = 40.0;
@@ -311,5 +311,22 @@ mod tests {
             x.iter().map(|&p| (motion * nalgebra::Point3::from(p)).coords).collect();
         let (before, after) = (energy.energy_j(&x), energy.energy_j(&moved));
         assert!((before - after).abs() < 1e-9 * before.abs(), "{before:e} {after:e}");
+    }
+
+    #[test]
+    fn the_mirrored_sheet_of_the_cloth_laid_face_down_has_the_same_energy() {
+        let grid = Grid::shared(7, 0.03);
+        let asymmetric_bending = AsymmetricBending { weft: 0.3, warp: -0.2 };
+        let up = Experiment { asymmetric_bending, ..Experiment::default() };
+        let down = Experiment {
+            asymmetric_bending: asymmetric_bending.face_down(),
+            ..Experiment::default()
+        };
+        let [up, down] = [up, down].map(|e| AsymmetryEnergy::new(&grid, &fabric(), &e).unwrap());
+        let x = flat_with_noise(&grid, 0.1);
+        let mirrored: Vec<_> = x.iter().map(|p| Vector3::new(p.x, -p.y, p.z)).collect();
+        let (of_up, of_down) = (up.energy_j(&x), down.energy_j(&mirrored));
+        assert!((of_up - of_down).abs() < 1e-12 * of_up.abs(), "{of_up:e} {of_down:e}");
+        assert!(of_up * up.energy_j(&mirrored) < 0.0);
     }
 }
