@@ -459,6 +459,8 @@ mod tests {
         bad.curl.nodes[2][3][1] = 1e6;
         bad.curl.edge.width_m = 0.0;
         bad.curl.line.curvature_per_m = f64::NAN;
+        bad.asymmetric_bending.warp = -0.9;
+        bad.hysteresis = Hysteresis { weft_n: -1e-4, warp_n: 0.0, slip_per_m: 0.0 };
         let error = bad.check().unwrap_err();
         let keys = [
             "specimen.warp",
@@ -468,6 +470,9 @@ mod tests {
             "curl",
             "curl.edge_width",
             "curl.line",
+            "asymmetric_bending.warp",
+            "hysteresis.weft",
+            "hysteresis.slip",
         ];
         assert_eq!(error.faults.len(), keys.len(), "{error}");
         for key in keys {

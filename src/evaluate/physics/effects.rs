@@ -16,8 +16,8 @@ use crate::sim::{Drop, DropStart, Experiment, drape};
 /// Columns of both tables.
 pub const COLUMNS: &str = "fabric, effect, dc_percent of each drop, dc_mean, dc_mean less that without, folds, stops, cpu_s";
 
-/// Bending lengths of the fabrics of [`asymmetry`] \[m\]: of a fabric that drapes with a coefficient
-/// as fabric 2 of the measured silhouettes does, and of one of half as much stiffness a length.
+/// Bending lengths of the fabrics of [`asymmetry`]: of one with about the drape coefficient of
+/// fabric 2 of the measured silhouettes, and of a softer one \[m\].
 const BENDING_LENGTHS_M: [f64; 2] = [26e-3, 15e-3];
 /// Their areal density, that of the same fabric \[kg/m^2\].
 const DENSITY_KG_M2: f64 = 0.192;

@@ -29,9 +29,9 @@
 //! `(a^u B^u + a^v B^v) / (4 B^h)`: half of a where all is equal. Tried and dropped: a third term in k_uu +
 //! k_vv, which on a sheet bent about any one line is its curvature. It makes equal numbers the same
 //! about every line, but it couples the two curvatures as a Poisson ratio of a does: a strip of 30
-//! mm, free to bend across, ended 1.6 % of its length from the law's elastica at a = 0.3, with linear
-//! bending it is 0.1 %. A twist whose stiffness goes by the sign of k_uu + k_vv would not, but
-//! couples vertices that the grid's pattern does not.
+//! mm, free to bend across, ended 1.6 % of its length from the law's elastica at a = 0.3 (without that
+//! term 0.04 %). Not tried: a twist whose stiffness goes by the sign of k_uu + k_vv. It has no such
+//! ratio, but it couples vertices that the grid's pattern does not.
 //!
 //! The projected Hessian keeps what is positive along the curvature and leaves the rest out.
 //!
@@ -228,7 +228,7 @@ mod tests {
                             energy.add_hessian(pattern, &x, HessianForm::Exact, values);
                         },
                     });
-                    // observed floors 3e-8 and 4e-7; without the part by the normal 0.3 and 0.2
+                    // observed floors 3e-8 and 3e-7
                     assert!(gradient < 2e-7 && hessian < 3e-6, "{gradient:e} {hessian:e}");
                 }
             }
