@@ -344,6 +344,8 @@ fn every_effect_of_the_experiment_has_a_flag() {
         "--edge-curl 60,12",
         "--crease -60,10,30,20",
         "--softening 2,2,2",
+        "--asymmetric-bending -0.3,0.3",
+        "--hysteresis 0.1,0.1 --hysteresis-slip 5",
         "--fold-correction 0.04",
     ] {
         let (code, said) = drape("other.obj", flags);

@@ -46,7 +46,8 @@ fn stiff() -> Fabric {
 /// The versions that the simulator knows.
 const VERSIONS: [(u32, Numerics); 2] = [(3, Numerics::THREE), (4, Numerics::FOUR)];
 
-/// Everything beside the seven parameters that an experiment knows.
+/// Everything beside the seven parameters that an experiment knew when these rims were pinned:
+/// without asymmetric bending and hysteresis, which came later and are off in all of them.
 fn with_all_effects() -> Experiment {
     let mut curl = Curl::uniform([2.0, -1.0, 0.5]);
     curl.edge.curvature_per_m = 20.0;

@@ -678,6 +678,9 @@ pub(crate) struct Physics {
     /// Drops of each fabric of `branches`
     #[arg(long, default_value_t = 50)]
     pub(crate) drops: u64,
+    /// Drops of each fabric of `effects`
+    #[arg(long, default_value_t = 4)]
+    pub(crate) effect_drops: u64,
     /// Fabrics of `variance`
     #[arg(long, default_value_t = 40)]
     pub(crate) variance_fabrics: u64,
@@ -696,6 +699,8 @@ pub(crate) enum PhysicsPart {
     Meshes,
     /// Standard Cusick drapes of measured fabrics (minutes; needs --data).
     Cusick,
+    /// Standard Cusick drapes with asymmetric bending and, with --data, hysteresis (minutes).
+    Effects,
     /// Schemes of discretisation on cells of 5 mm against a finer mesh, from one rest (minutes).
     Schemes,
     /// Perturbed drops of one fabric, beside repeated drops of real ones with --data (minutes).

@@ -50,6 +50,16 @@ pub(crate) struct ExperimentFlags {
     /// Softening of bending M = B k (1 - s k), s along weft, warp, bias [mm]
     #[arg(long, value_name = "WEFT,WARP,BIAS", value_parser = numbers::<3>)]
     pub(crate) softening: Option<[f64; 3]>,
+    /// Bending stiffer towards the face (up) than towards the back, B (1 + a) against B (1 - a): a
+    /// along weft and warp; with the other signs the same cloth laid face down
+    #[arg(long, value_name = "WEFT,WARP", value_parser = numbers::<2>, allow_hyphen_values = true)]
+    pub(crate) asymmetric_bending: Option<[f64; 2]>,
+    /// Friction moment per width against bending along weft and warp, half of KES's 2HB [mN]
+    #[arg(long, value_name = "WEFT,WARP", value_parser = numbers::<2>)]
+    pub(crate) hysteresis: Option<[f64; 2]>,
+    /// Change of curvature over which that friction rises to its full moment [1/m]
+    #[arg(long)]
+    pub(crate) hysteresis_slip: Option<f64>,
     /// Correction of the mesh for folds (0.04 mends cantilevers); 0: none
     #[arg(long)]
     pub(crate) fold_correction: Option<f64>,
@@ -77,6 +87,11 @@ impl ExperimentFlags {
         set(&mut e.softening.weft_m, self.softening.map(|v| v[0]), M_PER_MM);
         set(&mut e.softening.warp_m, self.softening.map(|v| v[1]), M_PER_MM);
         set(&mut e.softening.bias_m, self.softening.map(|v| v[2]), M_PER_MM);
+        set(&mut e.asymmetric_bending.weft, self.asymmetric_bending.map(|v| v[0]), 1.0);
+        set(&mut e.asymmetric_bending.warp, self.asymmetric_bending.map(|v| v[1]), 1.0);
+        set(&mut e.hysteresis.weft_n, self.hysteresis.map(|v| v[0]), N_PER_MN);
+        set(&mut e.hysteresis.warp_n, self.hysteresis.map(|v| v[1]), N_PER_MN);
+        set(&mut e.hysteresis.slip_per_m, self.hysteresis_slip, 1.0);
         set(&mut e.fold_correction, self.fold_correction, 1.0);
         for (k, number) in e.specimen.offset_m.iter_mut().enumerate() {
             set(number, self.offset.map(|v| v[k]), M_PER_MM);
@@ -94,6 +109,9 @@ impl ExperimentFlags {
         Ok(e)
     }
 }
+
+/// Newtons in a millinewton.
+const N_PER_MN: f64 = 1e-3;
 
 /// `N` numbers with commas between them.
 pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {

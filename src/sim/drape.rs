@@ -267,6 +267,7 @@ pub(super) fn rest(
         evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
     }
     let (stop, residual_n) = settle(&mut model, &mut newton, &mut x, limit_n, options);
+    model.remember(&x);
     Rested { model, newton, x, stop, residual_n }
 }
 

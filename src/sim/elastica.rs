@@ -1,7 +1,8 @@
 //! The planar heavy elastica: the known answer for a cantilever strip.
 //!
 //! In: gamma = rho g L^3 / B and, for the model's extensions, the natural curvature and the
-//! softening of the moment. Out: the strip's droop and reach over its length.
+//! softening of the moment, or any other law of the moment ([`end_under`]). Out: the strip's droop
+//! and reach over its length.
 //!
 //! The moment M balances the weight of what hangs beyond, `M' = -rho g (L - s) cos theta`,
 //! with M(L) = 0 and the angle below the horizontal theta(0) = 0; theta' = k(M). For linear
@@ -86,53 +87,8 @@ impl Elastica {
     }
 
     fn end_in(&self, steps: usize) -> Result<End, BeyondParabola> {
-        let angle = |z: f64| LEAST_ANGLE * z.sinh();
-        let wide = (3.0 / LEAST_ANGLE).asinh();
-        let (mut low, mut high) = (-wide, wide);
-        for _ in 0..70 {
-            let middle = 0.5 * (low + high);
-            let too_far = match self.integrate(angle(middle), steps) {
-                Ok([upright, ..]) => upright >= std::f64::consts::FRAC_PI_2,
-                Err(swing) => swing == Swing::Outward,
-            };
-            if too_far { high = middle } else { low = middle }
-        }
         let beyond = BeyondParabola { gamma: self.gamma, softening: self.softening };
-        let [upright, _, reach, droop] = self.integrate(angle(low), steps).map_err(|_| beyond)?;
-        // where the parabola's top lies between the two last angles, neither has a level clamp
-        let level = (upright - std::f64::consts::FRAC_PI_2).abs() < LEVEL_RAD;
-        if level { Ok(End { droop, reach }) } else { Err(beyond) }
-    }
-
-    /// Integrates from the free end, at the angle `upright` from the vertical, to the clamp. The
-    /// result is the angle there, the moment, and how far reach and droop have grown. It is an
-    /// error where the strip swings past straight up or straight down, from where it could come
-    /// back to a level clamp by a shape that no strip rests in, or where it leaves the parabola.
-    fn integrate(&self, upright: f64, steps: usize) -> Result<[f64; 4], Swing> {
-        let slope = |t: f64, [upright, moment, _, _]: [f64; 4]| {
-            let (sin, cos) = upright.sin_cos();
-            let curvature = self.curvature(moment).ok_or(Swing::of(moment))?;
-            Ok([curvature, self.gamma * t * sin, sin, cos])
-        };
-        let along = |a: [f64; 4], b: [f64; 4], by: f64| -> [f64; 4] {
-            std::array::from_fn(|k| a[k] + b[k] * by)
-        };
-        let h = 1.0 / steps as f64;
-        let mut state = [upright, 0.0, 0.0, 0.0];
-        for step in 0..steps {
-            let t = step as f64 * h;
-            let a = slope(t, state)?;
-            let b = slope(t + 0.5 * h, along(state, a, 0.5 * h))?;
-            let c = slope(t + 0.5 * h, along(state, b, 0.5 * h))?;
-            let d = slope(t + h, along(state, c, h))?;
-            for k in 0..4 {
-                state[k] += h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
-            }
-            if state[0].abs() > std::f64::consts::PI {
-                return Err(Swing::of(state[0]));
-            }
-        }
-        Ok(state)
+        end_in(self.gamma, |moment| self.curvature(moment), steps).ok_or(beyond)
     }
 
     /// The curvature under a moment.
@@ -144,6 +100,67 @@ impl Elastica {
         // the stable form of the smaller root
         (root >= 0.0).then(|| self.natural + 2.0 * moment / (1.0 + root.sqrt()))
     }
+}
+
+/// Where the free end of a strip of weight over stiffness `gamma` comes to rest whose curvature
+/// (positive downward) under a moment is `curvature`, both without dimensions; `None` where that gives
+/// no curvature for a moment that the strip has.
+pub fn end_under(gamma: f64, curvature: impl Fn(f64) -> Option<f64>) -> Option<End> {
+    end_in(gamma, curvature, STEPS)
+}
+
+fn end_in(gamma: f64, curvature: impl Fn(f64) -> Option<f64>, steps: usize) -> Option<End> {
+    let angle = |z: f64| LEAST_ANGLE * z.sinh();
+    let wide = (3.0 / LEAST_ANGLE).asinh();
+    let (mut low, mut high) = (-wide, wide);
+    for _ in 0..70 {
+        let middle = 0.5 * (low + high);
+        let too_far = match integrate(gamma, &curvature, angle(middle), steps) {
+            Ok([upright, ..]) => upright >= std::f64::consts::FRAC_PI_2,
+            Err(swing) => swing == Swing::Outward,
+        };
+        if too_far { high = middle } else { low = middle }
+    }
+    let [upright, _, reach, droop] = integrate(gamma, &curvature, angle(low), steps).ok()?;
+    // where the parabola's top lies between the two last angles, neither has a level clamp
+    let level = (upright - std::f64::consts::FRAC_PI_2).abs() < LEVEL_RAD;
+    level.then_some(End { droop, reach })
+}
+
+/// Integrates from the free end, at the angle `upright` from the vertical, to the clamp. The
+/// result is the angle there, the moment, and how far reach and droop have grown. It is an
+/// error where the strip swings past straight up or straight down, from where it could come
+/// back to a level clamp by a shape that no strip rests in, or where a moment has no curvature.
+fn integrate(
+    gamma: f64,
+    curvature: impl Fn(f64) -> Option<f64>,
+    upright: f64,
+    steps: usize,
+) -> Result<[f64; 4], Swing> {
+    let slope = |t: f64, [upright, moment, _, _]: [f64; 4]| {
+        let (sin, cos) = upright.sin_cos();
+        let curvature = curvature(moment).ok_or(Swing::of(moment))?;
+        Ok([curvature, gamma * t * sin, sin, cos])
+    };
+    let along = |a: [f64; 4], b: [f64; 4], by: f64| -> [f64; 4] {
+        std::array::from_fn(|k| a[k] + b[k] * by)
+    };
+    let h = 1.0 / steps as f64;
+    let mut state = [upright, 0.0, 0.0, 0.0];
+    for step in 0..steps {
+        let t = step as f64 * h;
+        let a = slope(t, state)?;
+        let b = slope(t + 0.5 * h, along(state, a, 0.5 * h))?;
+        let c = slope(t + 0.5 * h, along(state, b, 0.5 * h))?;
+        let d = slope(t + h, along(state, c, h))?;
+        for k in 0..4 {
+            state[k] += h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
+        }
+        if state[0].abs() > std::f64::consts::PI {
+            return Err(Swing::of(state[0]));
+        }
+    }
+    Ok(state)
 }
 
 #[cfg(test)]

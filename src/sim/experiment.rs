@@ -6,6 +6,10 @@
 //! modified Cusick drape with every effect off; with an effect off the energies are
 //! those without it, bit for bit (`tests/physics_bits.rs`).
 
+mod bending;
+
+pub use bending::{AsymmetricBending, Hysteresis, Softening};
+
 use crate::base::Vector3;
 use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
 use crate::fabric::Fabric;
@@ -28,6 +32,13 @@ pub struct Experiment {
     pub curl: Curl,
     /// Bending that softens with curvature; zero for linear bending.
     pub softening: Softening,
+    /// Bending that is stiffer towards one face than towards the other; zero for a fabric with equal
+    /// faces.
+    #[serde(skip_serializing_if = "AsymmetricBending::is_off")]
+    pub asymmetric_bending: AsymmetricBending,
+    /// Friction inside the cloth against bending; zero for bending that is elastic.
+    #[serde(skip_serializing_if = "Hysteresis::is_off")]
+    pub hysteresis: Hysteresis,
     /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
     /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
     /// differences make tight folds too soft. With 0.04 cantilever strips keep to 2 % from two
@@ -228,27 +239,6 @@ impl Curl {
     }
 }
 
-/// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`,
-/// the law of Feng et al. 2022 with s = -NL / L, up to the curvature at which the
-/// tangent stiffness has fallen to a twentieth; from there on linear.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Softening {
-    /// The law's s for bending along the weft \[m\].
-    pub weft_m: f64,
-    /// The law's s for bending along the warp \[m\].
-    pub warp_m: f64,
-    /// The law's s for bending about a line at 45 degrees \[m\].
-    pub bias_m: f64,
-}
-
-impl Softening {
-    /// Whether bending is linear.
-    #[must_use]
-    pub fn is_off(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
 /// A number of the experiment that cannot be simulated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ExperimentFault {
@@ -368,6 +358,14 @@ impl Experiment {
             Limit::of("softening.warp", self.softening.warp_m * 1e3, 0.0, 100.0, "mm"),
             Limit::of("softening.bias", self.softening.bias_m * 1e3, 0.0, 100.0, "mm"),
         ];
+        let (asymmetric, hysteresis) = (&self.asymmetric_bending, &self.hysteresis);
+        let sided = [
+            Limit::of("asymmetric_bending.weft", asymmetric.weft, -0.8, 0.8, ""),
+            Limit::of("asymmetric_bending.warp", asymmetric.warp, -0.8, 0.8, ""),
+            Limit::of("hysteresis.weft", hysteresis.weft_n * 1e3, 0.0, 20.0, "mN"),
+            Limit::of("hysteresis.warp", hysteresis.warp_n * 1e3, 0.0, 20.0, "mN"),
+            Limit::of("hysteresis.slip", hysteresis.slip_per_m, 1.0, 100.0, "1/m"),
+        ];
         let (edge, line) = (self.curl.edge, self.curl.line);
         let bands = [
             Limit::of("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
@@ -379,8 +377,8 @@ impl Experiment {
         ];
         let curls = self.curl.nodes.iter().flatten().flatten();
         let curls = curls.map(|&k| Limit::of("curl", k, -500.0, 500.0, "1/m"));
-        let mut faults: Vec<_> =
-            rows.into_iter().chain(bands).chain(curls).filter_map(|limit| limit.fault()).collect();
+        let limits = rows.into_iter().chain(sided).chain(bands).chain(curls);
+        let mut faults: Vec<_> = limits.filter_map(|limit| limit.fault()).collect();
         if s.outline == Outline::Disc && (s.warp_m != s.weft_m || s.skew_rad != 0.0) {
             let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);
             let skew_deg = degrees(s.skew_rad);
@@ -461,6 +459,8 @@ mod tests {
         bad.curl.nodes[2][3][1] = 1e6;
         bad.curl.edge.width_m = 0.0;
         bad.curl.line.curvature_per_m = f64::NAN;
+        bad.asymmetric_bending.warp = -0.9;
+        bad.hysteresis = Hysteresis { weft_n: -1e-4, warp_n: 0.0, slip_per_m: 0.0 };
         let error = bad.check().unwrap_err();
         let keys = [
             "specimen.warp",
@@ -470,6 +470,9 @@ mod tests {
             "curl",
             "curl.edge_width",
             "curl.line",
+            "asymmetric_bending.warp",
+            "hysteresis.weft",
+            "hysteresis.slip",
         ];
         assert_eq!(error.faults.len(), keys.len(), "{error}");
         for key in keys {

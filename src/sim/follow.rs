@@ -1,7 +1,7 @@
 //! Continuation: from a drape at rest to the drape of another fabric or in another experiment, on
 //! the same branch.
 //!
-//! In: a sheet at rest with its contacts, and a setup to go to. Out: the sheet at rest there, what
+//! In: a sheet at rest with its contacts and what it remembers of its bending, and a setup to go to. Out: the sheet at rest there, what
 //! the way cost, and the events on it. Each step changes the model under the sheet, friction's
 //! grips carried along, moves the sheet by the sensitivity of the last rest (one solve with the
 //! factor at hand) and corrects it by Newton steps on the exact energy
@@ -303,7 +303,8 @@ impl Follower {
 
     /// Takes a step that was tried.
     fn accept(&mut self, tried: Tried, setup: Setup) {
-        let Tried { model, x, stop, residual_n, .. } = tried;
+        let Tried { mut model, x, stop, residual_n, .. } = tried;
+        model.remember(&x);
         self.rested.model = model;
         self.rested.x = x;
         self.rested.stop = stop;

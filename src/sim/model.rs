@@ -1,4 +1,4 @@
-//! The specimen's total energy: elastic, gravity, plate, self-contact, guide.
+//! The specimen's total energy: elastic, gravity, plate, self-contact, friction in the cloth, guide.
 //!
 //! In: vertex positions (simulation frame, m). Out: energy \[J\], gradient \[N\],
 //! Hessian \[N/m\] on the grid's fixed pattern plus the blocks of self-contact
@@ -12,8 +12,10 @@ use crate::base::Vector3;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
+use crate::sim::energy::asymmetry::AsymmetryEnergy;
 use crate::sim::energy::bending::{Bending, PlateRigidity};
 use crate::sim::energy::curl::CurlEnergy;
+use crate::sim::energy::hysteresis::HysteresisEnergy;
 use crate::sim::energy::membrane::{Corners, Membrane, Stress};
 use crate::sim::energy::plate::PlateContact;
 use crate::sim::energy::softening::SofteningEnergy;
@@ -76,6 +78,8 @@ pub struct Model {
     pub plate: PlateContact,
     /// Contact of the sheet with itself, with the pairs that may touch.
     pub self_contact: SelfContact,
+    /// Friction inside the cloth against bending, with its state; none where that is off.
+    pub hysteresis: Option<HysteresisEnergy>,
     /// Springs that lead the sheet to a branch; none by default.
     pub guide: Guide,
     /// The vertices that stay where they are: those in a clamp, and those outside a disc.
@@ -88,6 +92,7 @@ pub struct Model {
     bending: Bending,
     curl: Option<CurlEnergy>,
     softening: Option<SofteningEnergy>,
+    asymmetry: Option<AsymmetryEnergy>,
     constant: Vec<f64>,
     lagged_stress: Vec<Stress>,
     blocks: Vec<Block>,
@@ -128,8 +133,8 @@ impl Model {
         Self::with_contact(grid, fabric, experiment, numerics, plate, self_contact)
     }
 
-    /// The model of another fabric, experiment or cut on the same cells, with the contacts of this
-    /// one: the sheet has not moved.
+    /// The model of another fabric, experiment or cut on the same cells, with the contacts and the
+    /// bending that this one remembers: the sheet has not moved.
     #[must_use]
     pub fn changed(&self, grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Self {
         let ratio = grid.cell_area_m2() / self.grid.cell_area_m2();
@@ -138,7 +143,13 @@ impl Model {
         if self.numerics.contact_by_weight {
             self_contact.scale_stiffness(fabric.density_kg_m2 / self.density_kg_m2);
         }
-        Self::with_contact(grid, fabric, experiment, self.numerics, plate, self_contact)
+        let numerics = self.numerics;
+        let mut changed =
+            Self::with_contact(grid, fabric, experiment, numerics, plate, self_contact);
+        if let (Some(new), Some(old)) = (&mut changed.hysteresis, &self.hysteresis) {
+            new.take_anchors(old);
+        }
+        changed
     }
 
     fn with_contact(
@@ -168,11 +179,20 @@ impl Model {
             membrane: Membrane::of_cells(grid, fabric, numerics.twist_hold),
             curl: CurlEnergy::new(grid, &rigidity, &experiment.curl),
             softening: SofteningEnergy::new(grid, fabric, &rigidity, experiment),
+            asymmetry: AsymmetryEnergy::new(grid, fabric, experiment),
+            hysteresis: HysteresisEnergy::new(grid, experiment),
             bending,
             constant,
             lagged_stress: Vec::new(),
             blocks: Vec::new(),
             grid: Arc::clone(grid),
+        }
+    }
+
+    /// Takes the sheet's rest at `x` as what the cloth remembers of its bending; no force changes.
+    pub fn remember(&mut self, x: &[Vector3]) {
+        if let Some(hysteresis) = &mut self.hysteresis {
+            hysteresis.renew(x);
         }
     }
 
@@ -191,7 +211,8 @@ impl Model {
         let weight: f64 =
             x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * self.up.dot(p)).sum();
         let effects = self.curl.as_ref().map_or(0.0, |curl| curl.energy_j(x))
-            + self.softening.as_ref().map_or(0.0, |softening| softening.energy_j(x));
+            + self.softening.as_ref().map_or(0.0, |softening| softening.energy_j(x))
+            + self.asymmetry.as_ref().map_or(0.0, |asymmetry| asymmetry.energy_j(x));
         membrane + self.bending.energy_j(x) + weight + effects
     }
 
@@ -203,6 +224,7 @@ impl Model {
         self.plate.energy_j(&self.grid, x)
             + self.body_energy_j(x)
             + self.self_contact.energy_j(x)
+            + self.hysteresis.as_ref().map_or(0.0, |hysteresis| hysteresis.energy_j(x))
             + 0.5 * self.guide.stiffness_n_m * guide
     }
 
@@ -231,6 +253,12 @@ impl Model {
         }
         if let Some(softening) = &self.softening {
             softening.add_gradient(x, gradient);
+        }
+        if let Some(asymmetry) = &self.asymmetry {
+            asymmetry.add_gradient(x, gradient);
+        }
+        if let Some(hysteresis) = &self.hysteresis {
+            hysteresis.add_gradient(x, gradient);
         }
         for (g, m) in gradient.iter_mut().zip(&self.mass_kg) {
             *g += self.up * (m * GRAVITY_M_S2);
@@ -318,6 +346,12 @@ impl Model {
         }
         if let Some(softening) = &self.softening {
             softening.add_hessian(pattern, x, form, values);
+        }
+        if let Some(asymmetry) = &self.asymmetry {
+            asymmetry.add_hessian(pattern, x, form, values);
+        }
+        if let Some(hysteresis) = &self.hysteresis {
+            hysteresis.add_hessian(pattern, x, form, values);
         }
         self.plate.add_hessian(&grid, x, form, values);
         for target in &self.guide.targets {

@@ -12,8 +12,9 @@
 //! simulation frame per SI unit of the parameter.
 //!
 //! Where it fails: friction is taken as it stands. The anchors and normal forces of its grips
-//! do not change, which holds for small changes of cloth that sticks; the specimen's place and
-//! rotation act through these anchors alone. The pairs of self-contact are those at rest. On a
+//! do not change, nor do the anchors of the friction inside the cloth (where that is off, its
+//! sensitivity is that of cloth bent one way from its natural shape), which holds for small changes of
+//! cloth that sticks; the specimen's place and rotation act through the plate's anchors alone. The pairs of self-contact are those at rest. On a
 //! fold's flank the sheet may leave this branch at a change far smaller than the linear solution
 //! suggests.
 
@@ -65,6 +66,14 @@ pub enum Parameter {
     SofteningWarp,
     /// Softening of bending about a line at 45 degrees \[m\].
     SofteningBias,
+    /// Asymmetry of bending along the weft.
+    AsymmetryWeft,
+    /// Asymmetry of bending along the warp.
+    AsymmetryWarp,
+    /// Friction moment per width against bending along the weft \[N\].
+    HysteresisWeft,
+    /// Friction moment per width against bending along the warp \[N\].
+    HysteresisWarp,
     /// Angle by which the plate falls towards +x \[rad\].
     TiltX,
     /// Angle by which the plate falls towards +z \[rad\].
@@ -91,7 +100,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// All parameters but the single nodes of the natural curvature's field.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 30] = [
         Self::StretchWeft,
         Self::StretchWarp,
         Self::Shear,
@@ -107,6 +116,10 @@ impl Parameter {
         Self::SofteningWeft,
         Self::SofteningWarp,
         Self::SofteningBias,
+        Self::AsymmetryWeft,
+        Self::AsymmetryWarp,
+        Self::HysteresisWeft,
+        Self::HysteresisWarp,
         Self::TiltX,
         Self::TiltZ,
         Self::OffsetX,
@@ -149,6 +162,10 @@ impl Parameter {
             Self::SofteningWeft => "softening_weft",
             Self::SofteningWarp => "softening_warp",
             Self::SofteningBias => "softening_bias",
+            Self::AsymmetryWeft => "asymmetry_weft",
+            Self::AsymmetryWarp => "asymmetry_warp",
+            Self::HysteresisWeft => "hysteresis_weft",
+            Self::HysteresisWarp => "hysteresis_warp",
             Self::TiltX => "tilt_down_x",
             Self::TiltZ => "tilt_down_z",
             Self::OffsetX => "offset_x",
@@ -174,7 +191,8 @@ impl Parameter {
             Self::Density => "kg/m^2",
             Self::Curl(_) | Self::CurlNode { .. } | Self::EdgeCurl | Self::LineCurl => "1/m",
             Self::TiltX | Self::TiltZ | Self::Rotation | Self::Skew => "rad",
-            Self::Friction => "",
+            Self::HysteresisWeft | Self::HysteresisWarp => "N",
+            Self::AsymmetryWeft | Self::AsymmetryWarp | Self::Friction => "",
             _ => "m",
         }
     }
@@ -186,7 +204,8 @@ impl Parameter {
             Self::Curl(_) | Self::CurlNode { .. } | Self::EdgeCurl | Self::LineCurl => 0.1,
             Self::SofteningWeft | Self::SofteningWarp | Self::SofteningBias => 1e-6,
             Self::TiltX | Self::TiltZ | Self::Rotation | Self::Skew => 1e-5,
-            Self::Friction => 1e-3,
+            Self::HysteresisWeft | Self::HysteresisWarp => 1e-7,
+            Self::AsymmetryWeft | Self::AsymmetryWarp | Self::Friction => 1e-3,
             _ => self.of_fabric().map_or(1e-7, |k| 1e-3 * fabric[k]),
         }
     }
@@ -262,6 +281,10 @@ impl Setup {
             Parameter::SofteningWeft => &mut e.softening.weft_m,
             Parameter::SofteningWarp => &mut e.softening.warp_m,
             Parameter::SofteningBias => &mut e.softening.bias_m,
+            Parameter::AsymmetryWeft => &mut e.asymmetric_bending.weft,
+            Parameter::AsymmetryWarp => &mut e.asymmetric_bending.warp,
+            Parameter::HysteresisWeft => &mut e.hysteresis.weft_n,
+            Parameter::HysteresisWarp => &mut e.hysteresis.warp_n,
             Parameter::TiltX => &mut e.tilt.down_x_rad,
             Parameter::TiltZ => &mut e.tilt.down_z_rad,
             Parameter::PlateRadius => &mut e.plate.radius_m,
@@ -333,7 +356,11 @@ fn load(model: &Model, x: &[Vector3], setup: &Setup, parameter: Parameter) -> Ve
     // what cannot be negative is changed to one side alone
     let one_sided = matches!(
         parameter,
-        Parameter::SofteningWeft | Parameter::SofteningWarp | Parameter::SofteningBias
+        Parameter::SofteningWeft
+            | Parameter::SofteningWarp
+            | Parameter::SofteningBias
+            | Parameter::HysteresisWeft
+            | Parameter::HysteresisWarp
     );
     let (low, width) = if one_sided { (0.0, step) } else { (-step, 2.0 * step) };
     let (below, above) = (gradient(low), gradient(step));

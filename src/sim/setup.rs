@@ -1,7 +1,9 @@
 //! What a drape is of: a fabric in an experiment, and what lies between two of them.
 
 use crate::fabric::Fabric;
-use crate::sim::experiment::{Curl, EdgeCurl, Experiment, LineCurl, Softening, Specimen, Tilt};
+use crate::sim::experiment::{
+    AsymmetricBending, Curl, EdgeCurl, Experiment, Hysteresis, LineCurl, Softening, Specimen, Tilt,
+};
 use crate::sim::plate::Plate;
 
 /// A fabric and the experiment that it is draped in.
@@ -46,6 +48,10 @@ impl Setup {
 fn experiment_between(from: &Experiment, to: &Experiment, t: f64) -> Experiment {
     let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
     let (s, p) = (from.specimen, from.plate);
+    let (asymmetric, hysteresis) = (from.asymmetric_bending, from.hysteresis);
+    // hysteresis that is off has a slip curvature of no meaning
+    let slip_per_m =
+        if hysteresis.is_off() { to.hysteresis.slip_per_m } else { hysteresis.slip_per_m };
     Experiment {
         specimen: Specimen {
             outline: to.specimen.outline,
@@ -71,6 +77,15 @@ fn experiment_between(from: &Experiment, to: &Experiment, t: f64) -> Experiment 
             weft_m: at(from.softening.weft_m, to.softening.weft_m),
             warp_m: at(from.softening.warp_m, to.softening.warp_m),
             bias_m: at(from.softening.bias_m, to.softening.bias_m),
+        },
+        asymmetric_bending: AsymmetricBending {
+            weft: at(asymmetric.weft, to.asymmetric_bending.weft),
+            warp: at(asymmetric.warp, to.asymmetric_bending.warp),
+        },
+        hysteresis: Hysteresis {
+            weft_n: at(hysteresis.weft_n, to.hysteresis.weft_n),
+            warp_n: at(hysteresis.warp_n, to.hysteresis.warp_n),
+            slip_per_m: at(slip_per_m, to.hysteresis.slip_per_m),
         },
         fold_correction: at(from.fold_correction, to.fold_correction),
     }
@@ -116,6 +131,9 @@ mod tests {
         experiment.curl.nodes[1][2][0] = 8.0;
         experiment.curl.edge.curvature_per_m = 10.0;
         experiment.specimen.offset_m = [1e-3, -2e-3];
+        experiment.asymmetric_bending.warp = 0.4;
+        experiment.hysteresis.weft_n = 2e-4;
+        experiment.hysteresis.slip_per_m = 6.0;
         let other = Setup { fabric: stiff, experiment };
         let half = soft.between(&other, 0.5);
         for (a, b) in half.fabric.in_si().into_iter().zip(soft.fabric.in_si()) {
@@ -127,6 +145,9 @@ mod tests {
         assert!((e.curl.nodes[1][2][0] - 4.0).abs() < 1e-12);
         assert!((e.curl.edge.curvature_per_m - 5.0).abs() < 1e-12);
         assert_eq!(e.specimen.offset_m, [0.5e-3, -1e-3]);
+        assert_eq!(e.asymmetric_bending, AsymmetricBending { warp: 0.2, ..Default::default() });
+        // what is off has the slip curvature of the other
+        assert_eq!(e.hysteresis, Hysteresis { weft_n: 1e-4, warp_n: 0.0, slip_per_m: 6.0 });
         assert_eq!(soft.between(&other, 0.0), soft);
         assert_eq!(soft.between(&other, 1.0), other);
         assert!((soft.log_distance(&other) - 4.0_f64.ln()).abs() < 1e-12);

@@ -88,10 +88,34 @@ impl Strip {
 /// along a yarn is the heavy elastica, [`crate::sim::elastica`].
 #[must_use]
 pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip {
+    let mut model = clamped(fabric, cut, experiment);
+    let x = flat(&model.grid);
+    rest(&mut model, x, fabric)
+}
+
+/// The strip of [`cantilever`], and the same after its weight has been taken away. Without
+/// hysteresis it is flat again (or as its natural curvature has it); the known answer with
+/// hysteresis is the curvature at which friction, from that under weight on, balances bending.
+#[must_use]
+pub fn unloaded(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> [Strip; 2] {
+    let mut model = clamped(fabric, cut, experiment);
+    let x = flat(&model.grid);
+    let loaded = rest(&mut model, x, fabric);
+    model.remember(&loaded.positions_m);
+    model.up = Vector3::zeros();
+    let unloaded = rest(&mut model, loaded.positions_m.clone(), fabric);
+    [loaded, unloaded]
+}
+
+fn clamped(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Model {
     let grid = cut.grid();
     let mut model = without_plate(&grid, fabric, experiment);
     model.held = (0..2 * grid.n).collect();
-    rest(model, fabric)
+    model
+}
+
+fn flat(grid: &Grid) -> Vec<Vector3> {
+    (0..grid.vertices()).map(|v| grid.flat(v)).collect()
 }
 
 /// Lets a strip of `fabric` that is held along its first row hang along x under its own weight.
@@ -103,7 +127,8 @@ pub fn hanging(fabric: &Fabric, cut: &Cut) -> Strip {
     let mut model = without_plate(&grid, fabric, &Experiment::default());
     model.held = (0..grid.n).collect();
     model.up = -Vector3::x();
-    rest(model, fabric)
+    let x = flat(&grid);
+    rest(&mut model, x, fabric)
 }
 
 fn without_plate(grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Model {
@@ -123,12 +148,12 @@ const STEP_M: f64 = 1e-7;
 /// Rounds of descent and Newton steps before it is given up.
 const ROUNDS: usize = 60;
 
-/// Lets a held specimen come to rest from flat: descents by quasi-Newton until the residual
-/// is small, then Newton steps on the exact Hessian.
-fn rest(mut model: Model, fabric: &Fabric) -> Strip {
+/// Lets a held specimen come to rest from `x`: descents by quasi-Newton until the residual
+/// is small, then Newton steps on the exact Hessian. Hysteresis keeps its anchors, so that the way
+/// there does not matter: each place counts as bent from its anchor in one go.
+fn rest(model: &mut Model, mut x: Vec<Vector3>, fabric: &Fabric) -> Strip {
     let grid = Arc::clone(&model.grid);
-    let mut x: Vec<_> = (0..grid.vertices()).map(|v| grid.flat(v)).collect();
-    let mut newton = Newton::new(&model);
+    let mut newton = Newton::new(model);
     let stretch = fabric.stretch_weft_n_m.max(fabric.stretch_warp_n_m);
     let weight_n = fabric.density_kg_m2 * grid.cell_area_m2() * GRAVITY_M_S2;
     let limit_n = (RESIDUAL * weight_n).max(ROUNDING * stretch * grid.spacing_m);
@@ -138,18 +163,18 @@ fn rest(mut model: Model, fabric: &Fabric) -> Strip {
         model.forget_lagged_stress();
         model.self_contact.update(&x, 0.0);
         let near_n = NEAR_REST * limit_n;
-        residual_n = newton.quasi_newton(&mut model, &mut x, &mut memory, 15, near_n).residual_n;
+        residual_n = newton.quasi_newton(model, &mut x, &mut memory, 15, near_n).residual_n;
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         for _ in 0..NEWTON_STEPS {
             model.self_contact.update(&x, 0.0);
-            let done = newton.iterate(&mut model, &mut x, still, HessianForm::Exact);
+            let done = newton.iterate(model, &mut x, still, HessianForm::Exact);
             residual_n = done.residual_n;
             if !done.definite || done.fraction < 0.05 {
                 break;
             }
             memory.clear();
             if residual_n < limit_n && done.step_m < STEP_M {
-                at_rest = newton.is_stable(&mut model, &x);
+                at_rest = newton.is_stable(model, &x);
                 break 'rounds;
             }
         }
@@ -232,7 +257,8 @@ mod tests {
             let grid = Grid::uneven_strip(along + 1, 7, cell_m, rotation_rad);
             let mut model = without_plate(&grid, &fabric, &Experiment::default());
             model.held = (0..2 * grid.n).collect();
-            let strip = rest(model, &fabric);
+            let x = flat(&grid);
+            let strip = rest(&mut model, x, &fabric);
             assert!(strip.at_rest);
             let first_m = grid.flat(grid.n).x - grid.flat(0).x;
             let length_m = along as f64 * cell_m - 0.5 * first_m;

@@ -22,7 +22,7 @@ use scan2params::dataset::drapes::{dataset_options, simulate};
 use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
-use scan2params::evaluate::physics::{branches, drapes, schemes, strips};
+use scan2params::evaluate::physics::{branches, drapes, effects, schemes, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages, walks};
@@ -371,6 +371,17 @@ fn run_physics(given: &args::Physics) -> Outcome {
             }
             Part::Variance => {
                 println!("{}", branches::variance(given.variance_fabrics, 1)?);
+            }
+            Part::Effects => {
+                let tell = |line: &str| println!("{line}");
+                println!("# standard Cusick drapes with an effect\n{}", effects::COLUMNS);
+                effects::asymmetry(given.effect_drops, tell);
+                let Some(data) = data else {
+                    eprintln!("without --data there is no fabric with a measured hysteresis");
+                    continue;
+                };
+                effects::hysteresis(data, given.effect_drops, tell)
+                    .with_context(|| data.display().to_string())?;
             }
             Part::Cusick => {
                 let Some(data) = data else {

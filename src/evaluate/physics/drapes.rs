@@ -43,7 +43,7 @@ pub(super) fn timed(make: impl FnOnce() -> Drape) -> Timed {
 
 /// To full rest: a cycle that raises the energy, because friction's anchors followed, does
 /// not end the descent.
-fn options(experiment: Experiment) -> SimOptions {
+pub(super) fn options(experiment: Experiment) -> SimOptions {
     SimOptions { experiment, energy_drop: f64::NEG_INFINITY, ..SimOptions::default() }
 }
 

@@ -7,38 +7,23 @@
 //! `E = - sum over a, b of integral m_ab (x_ab . n)`,
 //! `m_uu = B^u k0_uu + D12 k0_vv`, `m_vv = B^v k0_vv + D12 k0_uu`, `m_uv = 4 D66 k0_uv`  \[J\]
 //!
-//! Second differences and n at vertices, the twist and n at cells. At a vertex on the
+//! with `x_ab . n` of `signed.rs`: second differences and n at vertices, the twist and n at cells. At a vertex on the
 //! border n comes from the one-sided difference. Positions enter n nonlinearly: the
 //! Hessian is exact and indefinite, and is left out of the projected Hessian.
 //!
 //! Fails: where a cell collapses to a line n has no direction.
 
-use nalgebra::Matrix3;
-
 use super::bending::{PlateRigidity, twist_of};
-use super::stencil::Stencil;
+use super::signed::Signed;
 use crate::base::Vector3;
 use crate::numeric::sparse::BlockPattern;
 use crate::sim::experiment;
 use crate::sim::grid::Grid;
 
-/// One place: `E = -a . n`, n the direction of `p x q`; a, p, q are linear in the
-/// positions.
-#[derive(Clone, Debug)]
-struct Place {
-    stencil: Stencil,
-    /// Moment times area times second difference \[J/m\].
-    a: Vec<f64>,
-    /// Difference along j.
-    p: Vec<f64>,
-    /// Difference along i.
-    q: Vec<f64>,
-}
-
 /// The energy of natural curvature on a grid.
 #[derive(Clone, Debug)]
 pub struct CurlEnergy {
-    places: Vec<Place>,
+    places: Vec<Signed>,
 }
 
 impl CurlEnergy {
@@ -78,7 +63,7 @@ impl CurlEnergy {
                 }
             }
             if !a.is_empty() {
-                places.push(Place::new(grid, &a, &grid.tangent(v, 1), &grid.tangent(v, n)));
+                places.push(Signed::at_vertex(grid, &a, v));
             }
         }
         for (k, (cell, fraction)) in grid.cells.iter().zip(&grid.volume_fraction).enumerate() {
@@ -90,7 +75,7 @@ impl CurlEnergy {
                 let [c00, c10, c01, c11] = cell.map(|v| v as usize);
                 let p = [(c01, 0.5), (c11, 0.5), (c00, -0.5), (c10, -0.5)];
                 let q = [(c10, 0.5), (c11, 0.5), (c00, -0.5), (c01, -0.5)];
-                places.push(Place::new(grid, &a, &p, &q));
+                places.push(Signed::new(grid, &a, &p, &q));
             }
         }
         Some(Self { places })
@@ -105,34 +90,14 @@ impl CurlEnergy {
     /// Adds the gradient at the positions `x` \[N\].
     pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         for place in &self.places {
-            let state = place.at(x);
-            for (k, &v) in place.stencil.vertices.iter().enumerate() {
-                let by_normal = state.q.cross(&state.slope) * place.p[k]
-                    - state.p.cross(&state.slope) * place.q[k];
-                gradient[v as usize] -= state.normal * place.a[k] + by_normal;
-            }
+            place.add_gradient(&place.at(x), -1.0, gradient);
         }
     }
 
     /// Adds the exact Hessian at the positions `x` \[N/m\] to the values of the grid's pattern.
     pub fn add_hessian(&self, pattern: &BlockPattern, x: &[Vector3], values: &mut [f64]) {
         for place in &self.places {
-            let state = place.at(x);
-            let across =
-                (Matrix3::identity() - state.normal * state.normal.transpose()) / state.length;
-            let (px, qx) = (state.p.cross_matrix(), state.q.cross_matrix());
-            let slope = state.slope.cross_matrix();
-            let bend = state.second_by_area();
-            // area vector by vertex
-            let by_area: Vec<Matrix3<f64>> =
-                place.p.iter().zip(&place.q).map(|(p, q)| px * *q - qx * *p).collect();
-            place.stencil.add_blocks(pattern, values, |r, s| {
-                let both = across * by_area[s] * place.a[r]
-                    + by_area[r].transpose() * across * place.a[s]
-                    + by_area[r].transpose() * bend * by_area[s]
-                    + slope * (place.p[s] * place.q[r] - place.p[r] * place.q[s]);
-                -both
-            });
+            place.add_hessian(&place.at(x), [-1.0, 0.0], pattern, values);
         }
     }
 }
@@ -154,49 +119,6 @@ impl Spot {
     fn is_outermost(self, grid: &Grid, axis: usize) -> [bool; 2] {
         let last = [grid.rows, grid.n][axis] - 1;
         [self.at[axis] <= 1, last - self.at[axis] <= 1]
-    }
-}
-
-/// A place's vectors at given positions.
-struct State {
-    p: Vector3,
-    q: Vector3,
-    a: Vector3,
-    normal: Vector3,
-    /// Length of p x q.
-    length: f64,
-    /// a . n.
-    part: f64,
-    /// Derivative of a . n by p x q.
-    slope: Vector3,
-}
-
-impl Place {
-    fn new(grid: &Grid, a: &[(usize, f64)], p: &[(usize, f64)], q: &[(usize, f64)]) -> Self {
-        let stencil = Stencil::new(grid, a.iter().chain(p).chain(q).map(|(v, _)| *v));
-        Self { a: stencil.weights(a), p: stencil.weights(p), q: stencil.weights(q), stencil }
-    }
-
-    fn at(&self, x: &[Vector3]) -> State {
-        let sum = |weights: &[f64]| -> Vector3 {
-            self.stencil.vertices.iter().zip(weights).map(|(&v, w)| x[v as usize] * *w).sum()
-        };
-        let (a, p, q) = (sum(&self.a), sum(&self.p), sum(&self.q));
-        let area = p.cross(&q);
-        let length = area.norm().max(f64::MIN_POSITIVE);
-        let normal = area / length;
-        let part = a.dot(&normal);
-        State { p, q, a, normal, length, part, slope: (a - normal * part) / length }
-    }
-}
-
-impl State {
-    /// Second derivative of a . n by p x q.
-    fn second_by_area(&self) -> Matrix3<f64> {
-        let (a, n) = (&self.a, &self.normal);
-        let sum = a * n.transpose() + n * a.transpose() + Matrix3::identity() * self.part
-            - n * n.transpose() * (3.0 * self.part);
-        -sum / (self.length * self.length)
     }
 }
 
@@ -259,6 +181,21 @@ fn bands(grid: &Grid, curl: &experiment::Curl, spot: Spot, across: Option<usize>
     let mean = (until(off + 0.5 * side) - until(off - 0.5 * side)) / side;
     add([line_cos, -line_sin], line.curvature_per_m * mean);
     sum
+}
+
+/// Natural curvature along the weft and along the warp at a vertex \[1/m\], as the second
+/// differences there see it.
+pub(super) fn natural_at(grid: &Grid, curl: &experiment::Curl, vertex: usize) -> [f64; 2] {
+    let spot = Spot { at: [vertex / grid.n, vertex % grid.n], cell: false };
+    let [row, column] = [0, 1].map(|axis| spot.along(grid, axis).0);
+    let field = curl.at(row / (grid.rows - 1) as f64, column / (grid.n - 1) as f64);
+    // across an edge the outermost difference has the half cell at the edge added to its own
+    let [by_weft, _] = grid.frame.derivatives();
+    let weft_axis = usize::from(by_weft[0] == 0.0);
+    [0, 1].map(|k| {
+        let axis = if k == 0 { weft_axis } else { 1 - weft_axis };
+        field[k] + bands(grid, curl, spot, grid.frame.along_yarns().then_some(axis))[k]
+    })
 }
 
 /// Integral of `1 - t / width` from 0 to d >= 0, no further than the width \[m\].

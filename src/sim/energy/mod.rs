@@ -1,8 +1,13 @@
 //! One energy, one file: formula, source, unit; value, gradient, Hessian.
 
+pub mod asymmetry;
 pub mod bending;
 pub mod curl;
+#[cfg(test)]
+mod difference;
+pub mod hysteresis;
 pub mod membrane;
 pub mod plate;
+mod signed;
 pub mod softening;
 mod stencil;

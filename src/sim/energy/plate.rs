@@ -425,17 +425,17 @@ fn tangential(v: &Vector3, normal: &Vector3) -> Vector3 {
 }
 
 /// Potential per friction force \[m\]: rises to slope 1 at `slip`.
-fn slip_potential(u: f64, slip: f64) -> f64 {
+pub(super) fn slip_potential(u: f64, slip: f64) -> f64 {
     if u < slip { u * u / slip - u.powi(3) / (3.0 * slip * slip) } else { u - slip / 3.0 }
 }
 
 /// Derivative of [`slip_potential`] divided by u \[1/m\].
-fn slip_slope(u: f64, slip: f64) -> f64 {
+pub(super) fn slip_slope(u: f64, slip: f64) -> f64 {
     if u < slip { 2.0 / slip - u / (slip * slip) } else { 1.0 / u }
 }
 
 /// u times the derivative of [`slip_slope`] \[1/m\].
-fn slip_drop(u: f64, slip: f64) -> f64 {
+pub(super) fn slip_drop(u: f64, slip: f64) -> f64 {
     if u < slip { -u / (slip * slip) } else { -1.0 / u }
 }
 

@@ -35,7 +35,7 @@ use crate::sim::grid::Grid;
 use crate::sim::hessian_form::HessianForm;
 
 /// Least tangent stiffness over the linear one.
-const FLOOR: f64 = 0.05;
+pub(super) const FLOOR: f64 = 0.05;
 
 /// `-N q^3 / 3` with its continuation, and `Q q^4 / 4`.
 #[derive(Clone, Copy, Debug)]
@@ -112,13 +112,7 @@ impl SofteningEnergy {
             Law::new(warp, fold * fabric.bending_warp_nm, rigidity.warp_nm),
             Law::new(8.0 * bias - weft - warp, fold * twist_fold, 4.0 * rigidity.twist_nm),
         ];
-        // components uu, vv, uv by second differences along i, along j, mixed
-        let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
-        let components = [
-            [ui * ui, uj * uj, 2.0 * ui * uj],
-            [vi * vi, vj * vj, 2.0 * vi * vj],
-            [ui * vi, uj * vj, ui * vj + uj * vi],
-        ];
+        let components = components(grid);
         let unit = grid.spacing_m.powi(-2);
         let mut places = Vec::new();
         let mut place = |combination: Vec<(usize, f64)>, share: f64, square: f64, law: Law| {
@@ -214,9 +208,25 @@ fn square_at(grid: &Grid, v: usize, parts: [f64; 3]) -> f64 {
     (along_i * i * i + along_j * j * j + mixed * i * j) / (along_i + along_j + mixed)
 }
 
+/// The derivatives uu, vv and uv of position, each by second differences along i, along j and mixed.
+pub(super) fn components(grid: &Grid) -> [[f64; 3]; 3] {
+    let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
+    [
+        [ui * ui, uj * uj, 2.0 * ui * uj],
+        [vi * vi, vj * vj, 2.0 * vi * vj],
+        [ui * vi, uj * vj, ui * vj + uj * vi],
+    ]
+}
+
 /// Second differences along i, along j and mixed, weighted by `parts`, at a vertex, those
-/// across the border left out as in `bending.rs`; `None` where all are missing.
-fn combine(grid: &Grid, v: usize, parts: [f64; 3], around: &[u32]) -> Option<Vec<(usize, f64)>> {
+/// across the border left out as in `bending.rs`, times the square of the spacing; `None` where all
+/// are missing.
+pub(super) fn combine(
+    grid: &Grid,
+    v: usize,
+    parts: [f64; 3],
+    around: &[u32],
+) -> Option<Vec<(usize, f64)>> {
     let mut combination = Vec::new();
     for (step, part) in [(grid.n, parts[0]), (1, parts[1])] {
         if let Some(second) = grid.second(v, step).filter(|_| part != 0.0) {

@@ -10,7 +10,7 @@ use super::*;
 use crate::fabric::Fabric;
 use crate::sim::drop::{Drop, DropStart, start_positions};
 use crate::sim::experiment::Experiment;
-use crate::sim::experiment::{Curl, Softening};
+use crate::sim::experiment::{AsymmetricBending, Curl, Hysteresis, Softening};
 use crate::sim::grid::Grid;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::motion::{Pace, evolve};
@@ -84,6 +84,10 @@ impl Case {
             Parameter::SofteningWeft => experiment.softening.weft_m += by,
             Parameter::SofteningWarp => experiment.softening.warp_m += by,
             Parameter::SofteningBias => experiment.softening.bias_m += by,
+            Parameter::AsymmetryWeft => experiment.asymmetric_bending.weft += by,
+            Parameter::AsymmetryWarp => experiment.asymmetric_bending.warp += by,
+            Parameter::HysteresisWeft => experiment.hysteresis.weft_n += by,
+            Parameter::HysteresisWarp => experiment.hysteresis.warp_n += by,
             Parameter::TiltX => experiment.tilt.down_x_rad += by,
             Parameter::TiltZ => experiment.tilt.down_z_rad += by,
             Parameter::PlateRadius => experiment.plate.radius_m += by,
@@ -140,6 +144,7 @@ fn rested(case: &Case) -> (Model, Vec<Vector3>) {
     let limit_n = 1e-6;
     settle(&mut model, &mut newton, &mut x, limit_n, &options);
     let x = at_rest(&mut model, &x);
+    model.remember(&x);
     (model, x)
 }
 
@@ -160,13 +165,36 @@ fn every_sensitivity_is_the_move_of_a_sheet_made_anew_under_numerics_4() {
     check_every_sensitivity(Case { numerics: Numerics::FOUR, ..Case::new() });
 }
 
+/// Anchored elements, gripping and slipped, beside bending that is stiffer to one side.
+#[test]
+fn sensitivities_of_cloth_with_friction_inside_are_the_moves_of_a_sheet_made_anew() {
+    let mut case = Case::new();
+    case.experiment.hysteresis = Hysteresis { weft_n: 2e-5, warp_n: 1e-5, ..Default::default() };
+    case.experiment.asymmetric_bending = AsymmetricBending { weft: 0.3, warp: -0.2 };
+    let parameters = [
+        Parameter::BendingWeft,
+        Parameter::BendingBias,
+        Parameter::Density,
+        Parameter::SofteningWarp,
+        Parameter::AsymmetryWeft,
+        Parameter::AsymmetryWarp,
+        Parameter::HysteresisWeft,
+        Parameter::HysteresisWarp,
+    ];
+    check_sensitivities(case, &parameters);
+}
+
 fn check_every_sensitivity(case: Case) {
+    let node = Parameter::CurlNode { warp: 1, weft: 3, component: CurvatureComponent::Warp };
+    let parameters: Vec<_> = Parameter::ALL.into_iter().chain([node]).collect();
+    check_sensitivities(case, &parameters);
+}
+
+fn check_sensitivities(case: Case, parameters: &[Parameter]) {
     let (mut model, x) = rested(&case);
     let setup = Setup { fabric: case.fabric, experiment: case.experiment };
     let mut newton = Newton::new(&model);
-    let node = Parameter::CurlNode { warp: 1, weft: 3, component: CurvatureComponent::Warp };
-    let parameters: Vec<_> = Parameter::ALL.into_iter().chain([node]).collect();
-    let found = sensitivities(&mut model, &mut newton, &x, &setup, &parameters).unwrap();
+    let found = sensitivities(&mut model, &mut newton, &x, &setup, parameters).unwrap();
     let limit = if case.numerics.is_default() { LIMIT } else { LIMIT_GRADED };
     let mut faults = Vec::new();
     for Sensitivity { parameter, moves } in found {
@@ -177,6 +205,9 @@ fn check_every_sensitivity(case: Case) {
         let at = |by: f64| {
             let mut changed = case.changed(parameter, by).model();
             changed.plate.take_grips(&model.plate);
+            if let (Some(new), Some(old)) = (&mut changed.hysteresis, &model.hysteresis) {
+                new.take_anchors(old);
+            }
             match parameter {
                 Parameter::OffsetX => changed.plate.move_anchors(|p| p + Vector3::x() * by),
                 Parameter::OffsetZ => changed.plate.move_anchors(|p| p + Vector3::z() * by),
