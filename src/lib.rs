@@ -87,6 +87,8 @@
 pub mod base;
 #[cfg(feature = "report")]
 pub mod batch;
+#[cfg(feature = "calibrate")]
+pub mod calibrate;
 #[cfg(feature = "dataset")]
 pub mod dataset;
 #[cfg(feature = "estimate")]
