@@ -60,11 +60,12 @@
 //! |---|---|---|---|
 //! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`] | | 136 |
 //! | `estimate` | [`estimate`], [`job`] | ort, tract | 195 |
+//! | `calibrate` | [`calibrate`] | image | 142 |
 //! | `dataset` | [`dataset`] | parquet | 147 |
 //! | `picture` | [`picture`] | image, plotters, a font | 147 |
-//! | `report` | `estimate`, `picture`, and [`report`], [`batch`] | | 206 |
-//! | `evaluate` | `report`, `dataset`, and [`evaluate`] | | 214 |
-//! | `cli` | all of it, and the program | clap | 234 |
+//! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`] | | 208 |
+//! | `evaluate` | `report`, `dataset`, and [`evaluate`] | | 216 |
+//! | `cli` | all of it, and the program | clap | 236 |
 //!
 //! # Layers
 //!
@@ -87,6 +88,8 @@
 pub mod base;
 #[cfg(feature = "report")]
 pub mod batch;
+#[cfg(feature = "calibrate")]
+pub mod calibrate;
 #[cfg(feature = "dataset")]
 pub mod dataset;
 #[cfg(feature = "estimate")]

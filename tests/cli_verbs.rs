@@ -133,3 +133,27 @@ fn long_work_shows_that_it_goes_on_and_only_to_people() {
         assert!(!has_colour, "{line}: {shown:?}");
     }
 }
+
+#[test]
+fn a_manifest_at_fault_is_usage_and_says_every_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let title = "file,kind,fabric,face,experiment,mm_per_pixel,role\n";
+    let bad =
+        format!("{title}a.png,photo,2,up,cusick,1.39,fit\nb.png,silhouette,2,left,cusick,,fit\n");
+    std::fs::write(at("bad.csv"), bad).unwrap();
+    let line =
+        |name: &str| format!("calibrate {} --out {}", at(name).display(), at("out").display());
+    let run = scan2params(&line("bad.csv"));
+    assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+    for part in ["bad.csv:2: kind: `photo`", "bad.csv:3: face: `left`", "bad.csv:3: mm_per_pixel:"]
+    {
+        assert!(said(&run).contains(part), "{}", said(&run));
+    }
+    std::fs::write(at("gone.csv"), format!("{title}a.png,silhouette,2,up,cusick,1.39,fit\n"))
+        .unwrap();
+    let run = scan2params(&line("gone.csv"));
+    assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+    assert!(said(&run).contains("line 2: a.png:"), "{}", said(&run));
+    assert!(!at("out").exists());
+}

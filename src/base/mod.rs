@@ -4,11 +4,13 @@
 pub mod boundary;
 pub mod clock;
 pub mod frame;
+pub mod outline;
 pub mod seed;
 pub mod surface;
 pub mod units;
 pub mod vectors;
 
 pub use boundary::{Boundary, BoundaryError, BoundaryPoint};
+pub use outline::{Foot, Outline, OutlineError};
 pub use surface::{Surface, SurfaceError, SurfacePoint};
 pub use vectors::{Isometry3, Point3, Vector3};

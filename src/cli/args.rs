@@ -11,7 +11,7 @@ use super::experiment::ExperimentFlags;
 use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{Form, Unit};
-use scan2params::fabric::{DEFAULT_PRIOR, Fabric};
+use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR};
 use scan2params::io::{DepthSource, Intrinsics, ReadOptions, files_of, intrinsics};
 use scan2params::job::rim::parse_warp_toward;
 use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Boundary(Boundary),
     /// Estimate every scan of a folder; taken up again where it was interrupted.
     Batch(Batch),
+    /// Fit fabrics to measured drapes, predict the drapes held out, and show what is left.
+    Calibrate(Calibrate),
     /// Scan drapes with a virtual depth camera.
     Augment(Augment),
     /// Measure what this program promises, and print the tables.
@@ -271,6 +273,36 @@ pub(crate) struct Batch {
     /// Print what would be done, and do nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// Table with a row per file: file, kind (silhouette), fabric, specimen, face (up, down), capture,
+    /// density_g_m2, experiment (cusick), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
+    /// picture in degrees, anticlockwise from the right); what is empty is unknown
+    #[arg(value_name = "MANIFEST.csv")]
+    pub(crate) manifest: PathBuf,
+    /// Folder for calibration.json and a picture of each drape
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// What is believed of fabrics: `measured`, `knit-2020` or `union`
+    #[arg(long, default_value = MEASURED_PRIOR)]
+    pub(crate) prior: String,
+    /// Vertices on a side of the drapes
+    #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=201))]
+    pub(crate) vertices: u32,
+    /// Standard deviation of a picture's scale beside mm_per_pixel [%]; taken as exact if not given
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    pub(crate) scale_sigma: Option<f64>,
+    /// Print calibration.json instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A share in per cent of which a quarter is already absurd.
+fn percent(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    value.filter(|v| (0.0..=25.0).contains(v)).ok_or_else(|| "give 0 to 25".into())
 }
 
 #[derive(Debug, Args)]

@@ -10,6 +10,7 @@ mod print;
 mod args;
 mod augment;
 mod batch;
+mod calibrate;
 mod estimate;
 mod evaluate;
 mod experiment;
@@ -41,6 +42,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Inspect(given) => inspect::inspect(&given),
         args::Command::Boundary(given) => inspect::boundary(&given),
         args::Command::Batch(given) => batch::run(&given),
+        args::Command::Calibrate(given) => calibrate::run(&given),
         args::Command::Augment(given) => augment::run(&given),
         args::Command::Evaluate(given) => evaluate::run(&given),
         args::Command::Simulate(given) => simulate::run(&given),

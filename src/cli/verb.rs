@@ -10,8 +10,16 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 9] = [
-    "estimate", "inspect", "boundary", "batch", "simulate", "generate", "augment", "evaluate",
+const VERBS: [&str; 10] = [
+    "estimate",
+    "inspect",
+    "boundary",
+    "batch",
+    "simulate",
+    "generate",
+    "augment",
+    "evaluate",
+    "calibrate",
     "help",
 ];
 

@@ -15,6 +15,7 @@
 
 use rayon::prelude::*;
 
+use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use super::data::{DataOptions, Scan, data_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
@@ -175,12 +176,12 @@ impl<'a> Fit<'a> {
     /// Steps from `best`, to which the sheets of `followers` belong, as long as they lower the cost.
     fn descend(&mut self, best: &mut State, followers: &mut [Follower], most: usize) -> Ended {
         let mut kept: Vec<Kept> = followers.iter().map(Follower::keep).collect();
-        let (mut damping, mut rejected) = (FIRST_DAMPING, 0);
+        let mut damping = Damping::first();
         loop {
             if self.drapes >= most {
                 return Ended::Spent;
             }
-            let Some((ln, foretold)) = self.squares.step(best, damping) else {
+            let Some((ln, foretold)) = self.squares.step(best, damping.value()) else {
                 return Ended::Singular;
             };
             let moved = (0..STIFFNESSES).map(|k| (ln[k] - best.ln[k]).abs()).fold(0.0, f64::max);
@@ -197,14 +198,11 @@ impl<'a> Fit<'a> {
                 Some(state) => {
                     *best = state;
                     kept = followers.iter().map(Follower::keep).collect();
-                    damping *= 0.2;
-                    rejected = 0;
+                    damping.lower();
                 }
-                None if rejected == REJECTIONS => return Ended::NoBetter,
+                None if !damping.raise() => return Ended::NoBetter,
                 None => {
                     followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
-                    damping = (10.0 * damping).max(REJECTED_DAMPING);
-                    rejected += 1;
                 }
             }
         }
@@ -250,17 +248,8 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Damping of the first step, and least damping after a step that raised the cost.
-const FIRST_DAMPING: f64 = 1e-2;
-const REJECTED_DAMPING: f64 = 0.1;
 /// How often the scanned sheet is laid at most, and the fall of the cost for which it is laid again.
 const LAYINGS: usize = 3;
 const LAID_GAIN: f64 = 1.0;
-/// Shortenings of a step in a row before the fit ends.
-const REJECTIONS: usize = 2;
-/// Foretold fall of the cost, in squared standard deviations, that is not worth a drape.
-const LEAST_GAIN: f64 = 0.05;
-/// Change of a logarithm that is not worth one.
-const LEAST_MOVE: f64 = 3e-3;
 #[cfg(test)]
 mod tests;

@@ -10,6 +10,7 @@
 //! `fit` (steps of these, led from fabric to fabric) -> `refined` (values, intervals, what the drape shows and what
 //! the model leaves).
 
+pub(crate) mod damping;
 mod data;
 mod fit;
 mod prior;

@@ -1,5 +1,6 @@
 //! Results for people and programs: the table, params.json, the pictures, the files.
 
+pub mod calibration;
 pub mod files;
 pub mod inspection;
 pub mod json;

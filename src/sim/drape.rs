@@ -151,9 +151,7 @@ fn settle_between(
 ) -> Effort {
     let mut model = model_of(grid, fabric, options, FALL_GAP);
     let mut newton = Newton::new(&model);
-    if let DropStart::Guided(rim) = &drop.start {
-        model.guide = guide(grid, rim, fabric);
-    }
+    model.guide = guide(&drop.start, grid, fabric, &options.experiment).unwrap_or_default();
     lift_clear(&model, grid, x);
     let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
     evolve(&mut model, &mut newton, x, pace, options.settle_steps, SETTLED_M_S);
@@ -209,9 +207,7 @@ fn fall(
     let mut model = model_of(grid, fabric, options, FALL_GAP);
     let mut newton = Newton::new(&model);
     let mut x = start_positions(drop, grid, options);
-    if let DropStart::Guided(rim) = &drop.start {
-        model.guide = guide(grid, rim, fabric);
-    }
+    model.guide = guide(&drop.start, grid, fabric, &options.experiment).unwrap_or_default();
     let pace = Pace { first_s: options.fall_step_s, growth: 1.2, longest_s: options.fall_step_s };
     evolve(&mut model, &mut newton, &mut x, pace, options.fall_steps, SLOW_M_S);
     (x, newton.effort)
@@ -253,8 +249,8 @@ pub(super) fn rest(
         fabric.density_kg_m2 * grid.spacing_m.powi(2) * crate::base::frame::GRAVITY_M_S2;
     let limit_n = options.residual * cell_weight_n;
     let pace = Pace { first_s: 0.01, growth: 1.2, longest_s: options.fall_step_s };
-    if let DropStart::Guided(rim) = &drop.start {
-        model.guide = guide(grid, rim, fabric);
+    if let Some(springs) = guide(&drop.start, grid, fabric, &options.experiment) {
+        model.guide = springs;
         evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
         // at rest on its springs, so that little is left to move when they are gone
         descend(&mut model, &mut newton, &mut x, &mut Memory::default(), limit_n, GUIDED_DROP);

@@ -1,0 +1,426 @@
+//! A manifest's fabrics, one after another: outlines, floor, fit, prediction of the drapes held out.
+//!
+//! In: the rows of a manifest. Out: for each fabric what was measured, what it is known by, the plain fit and each drape
+//! beside its outline. A file that cannot be used is named with the reason, and the rest goes on.
+//!
+//! Of the captures of one unit (specimen and face), which nearly always show one drape, the first is simulated; all of
+//! them make the floor.
+
+use rayon::prelude::*;
+
+use super::believed::Believed;
+use super::fit::{Beside, FitError, Fitted, Progress, fit, predict};
+use super::floor::{Observed, Spread, spreads};
+use super::manifest::{Bench, Entry, Face, Kind, Role};
+use super::measures::{FoldRule, Measures};
+use super::silhouette::{self, SilhouetteLimits};
+use super::squares::{FitOptions, Target};
+use crate::base::Outline;
+use crate::fabric::{Mixture, MixtureError};
+use crate::sim::Experiment;
+use crate::sim::sensitivity::SensitivityError;
+
+/// How a manifest is calibrated.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The fit.
+    pub fit: FitOptions,
+    /// What a picture must show.
+    pub limits: SilhouetteLimits,
+    /// How folds are counted.
+    pub folds: FoldRule,
+    /// What is believed of fabrics.
+    pub prior: Mixture,
+}
+
+impl Options {
+    /// The standard Cusick drape, and the prior of measured bending and density.
+    #[must_use]
+    pub fn cusick() -> Self {
+        let mut fit = FitOptions::default();
+        fit.sim.experiment = Experiment::standard_cusick();
+        let (limits, folds) = (SilhouetteLimits::default(), FoldRule::default());
+        Self { fit, limits, folds, prior: Mixture::measured() }
+    }
+}
+
+/// A file that was not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// Line of the manifest.
+    pub line: usize,
+    /// The file, as it is written there.
+    pub name: String,
+    /// Why, with the remedy.
+    pub why: String,
+}
+
+/// A measured outline.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Its row of the manifest.
+    pub entry: Entry,
+    /// The outline, from the picture's upper left corner \[m\].
+    pub outline: Outline,
+    /// What is counted on it.
+    pub measures: Measures,
+    /// Bearing of the warp in the picture, from +x towards +z, if it is known \[rad\].
+    pub warp_rad: Option<f64>,
+}
+
+/// A measured drape beside its simulated one.
+#[derive(Clone, Debug)]
+pub struct DrapeBeside {
+    /// Which of [`FabricResult::measured`] it is.
+    pub measured: usize,
+    /// The drape, or why there is none.
+    pub beside: Result<Beside, SensitivityError>,
+}
+
+/// What was found of a fabric.
+#[derive(Clone, Debug)]
+pub struct FabricResult {
+    /// Its name in the manifest.
+    pub name: String,
+    /// What was believed of it, with the density of its drapes.
+    pub believed: Believed,
+    /// Its outlines.
+    pub measured: Vec<Measured>,
+    /// How well they are known.
+    pub floor: Vec<Spread>,
+    /// The plain fit; its drapes are the first of [`Self::drapes`].
+    pub fitted: Result<Fitted, FitError>,
+    /// The drapes that were fitted, then those that were predicted.
+    pub drapes: Vec<DrapeBeside>,
+}
+
+/// What was found of a manifest.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// Its fabrics, in the manifest's order.
+    pub fabrics: Vec<FabricResult>,
+    /// The files that were not used.
+    pub refused: Vec<Refused>,
+}
+
+/// Why a manifest is not calibrated.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrateError {
+    /// The rows of a fabric give two densities.
+    #[error(
+        "line {line}: fabric `{fabric}` has {found} g/m^2 here and {first} g/m^2 in line {before}: a fabric has \
+         one density; correct it, or name two fabrics"
+    )]
+    TwoDensities {
+        /// The fabric.
+        fabric: String,
+        /// The line of the second density.
+        line: usize,
+        /// The second density \[g/m^2\].
+        found: f64,
+        /// The line of the first one.
+        before: usize,
+        /// The first density \[g/m^2\].
+        first: f64,
+    },
+    /// No file can be used.
+    #[error("none of the manifest's {files} files can be used; the first: line {line}: {why}")]
+    Nothing {
+        /// How many there are.
+        files: usize,
+        /// Line of the first one.
+        line: usize,
+        /// Why it cannot be used.
+        why: String,
+    },
+    /// The prior cannot be used.
+    #[error(transparent)]
+    Prior(#[from] MixtureError),
+}
+
+/// How far a calibration is.
+#[derive(Clone, Copy, Debug)]
+pub enum Told<'a> {
+    /// So many pictures are read.
+    Reading(usize),
+    /// The distances of a fabric's outlines are taken.
+    Floor(&'a str),
+    /// A fabric is fitted.
+    Fitting(&'a str, Progress),
+    /// A fabric's other drapes are predicted.
+    Predicting(&'a str, Progress),
+}
+
+/// Calibrates the fabrics of a manifest.
+///
+/// # Errors
+/// [`CalibrateError`]; a file or a fabric that fails by itself is a part of the result.
+pub fn calibrate(
+    entries: &[Entry],
+    options: &Options,
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Result<Calibration, CalibrateError> {
+    check_densities(entries)?;
+    tell(Told::Reading(entries.len()));
+    let read: Vec<_> = entries.par_iter().map(|entry| measured(entry, options)).collect();
+    let (mut all, mut refused) = (Vec::new(), Vec::new());
+    for one in read {
+        match one {
+            Ok(measured) => all.push(measured),
+            Err(why) => refused.push(why),
+        }
+    }
+    if let (true, Some(first)) = (all.is_empty(), refused.first()) {
+        let (line, why) = (first.line, format!("{}: {}", first.name, first.why));
+        return Err(CalibrateError::Nothing { files: entries.len(), line, why });
+    }
+    let mut names: Vec<String> = Vec::new();
+    for one in &all {
+        if !names.contains(&one.entry.fabric) {
+            names.push(one.entry.fabric.clone());
+        }
+    }
+    let mut fabrics = Vec::new();
+    for name in names {
+        let own = all.iter().filter(|m| m.entry.fabric == name).cloned().collect();
+        fabrics.push(fabric(name, own, options, tell)?);
+    }
+    Ok(Calibration { fabrics, refused })
+}
+
+fn check_densities(entries: &[Entry]) -> Result<(), CalibrateError> {
+    for (k, entry) in entries.iter().enumerate() {
+        let Some(density) = entry.density_kg_m2 else { continue };
+        let other = entries[..k].iter().find(|before| {
+            before.fabric == entry.fabric && before.density_kg_m2.is_some_and(|d| d != density)
+        });
+        if let Some(before) = other {
+            return Err(CalibrateError::TwoDensities {
+                fabric: entry.fabric.clone(),
+                line: entry.line,
+                found: density * 1e3,
+                before: before.line,
+                first: before.density_kg_m2.unwrap_or_default() * 1e3,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The outline of a file.
+fn measured(entry: &Entry, options: &Options) -> Result<Measured, Refused> {
+    let refused = |why: String| Refused { line: entry.line, name: entry.name.clone(), why };
+    let pixel_m = match (entry.kind, entry.pixel_m, entry.bench) {
+        (Kind::Silhouette, Some(pixel_m), Some(Bench::Cusick)) => pixel_m,
+        (Kind::Silhouette, _, None) => {
+            return Err(refused("experiment is empty; write cusick if it is one".to_owned()));
+        }
+        (Kind::Silhouette, ..) => {
+            return Err(refused(
+                "only silhouettes of the standard Cusick drape are fitted".to_owned(),
+            ));
+        }
+        (Kind::Scan | Kind::Boundary, ..) => {
+            let why =
+                "only silhouettes are fitted so far; `estimate --refine` fits a scan or a rim";
+            return Err(refused(why.to_owned()));
+        }
+    };
+    let warp_rad = match &entry.warp_toward {
+        Some(text) => Some(bearing(text).ok_or_else(|| {
+            refused(format!(
+                "warp_toward `{text}`: write the bearing in the picture in degrees, anticlockwise from the right"
+            ))
+        })?),
+        None => None,
+    };
+    let picture = silhouette::read(&entry.path).map_err(|error| refused(error.to_string()))?;
+    let found = silhouette::outline_of(&picture, pixel_m, &options.limits);
+    let outline = found.map_err(|error| refused(error.to_string()))?.outline;
+    let measures = Measures::of(&outline, &options.fit.sim.experiment, &options.folds);
+    Ok(Measured { entry: entry.clone(), outline, measures, warp_rad })
+}
+
+/// Degrees anticlockwise from the right as a bearing from +x towards +z, which a picture has downwards.
+fn bearing(text: &str) -> Option<f64> {
+    let degrees: f64 = text.parse().ok()?;
+    degrees.is_finite().then(|| -degrees.to_radians())
+}
+
+fn fabric(
+    name: String,
+    measured: Vec<Measured>,
+    options: &Options,
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Result<FabricResult, CalibrateError> {
+    tell(Told::Floor(&name));
+    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face);
+    let observed: Vec<_> = measured
+        .iter()
+        .map(|m| Observed {
+            outline: &m.outline,
+            unit: (m.entry.specimen.as_deref(), m.entry.face),
+        })
+        .collect();
+    let floor = spreads(&observed);
+    let density = measured.iter().find_map(|m| m.entry.density_kg_m2);
+    let believed = Believed::of(&options.prior, density)?;
+    let first_of_unit = |&k: &usize| {
+        let own = unit(&measured[k]);
+        own.0.is_none() || measured[..k].iter().all(|before| unit(before) != own)
+    };
+    let of_role = |role: Role| -> Vec<usize> {
+        let own = |k: &usize| measured[*k].entry.role == role;
+        (0..measured.len()).filter(own).filter(first_of_unit).collect()
+    };
+    let (to_fit, held_out) = (of_role(Role::Fit), of_role(Role::Holdout));
+    let targets = |which: &[usize]| -> Vec<Target> {
+        which.iter().map(|&k| Target::of(&measured[k].outline, measured[k].warp_rad)).collect()
+    };
+    let count = to_fit.len().max(1) as f64;
+    let mean = to_fit.iter().map(|&k| measured[k].measures.drape_coefficient).sum::<f64>() / count;
+    let fitting = |progress| tell(Told::Fitting(&name, progress));
+    let rule = &options.folds;
+    let mut fitted = fit(&targets(&to_fit), &believed, mean, &options.fit, rule, &fitting);
+    let mut drapes = Vec::new();
+    if let Ok(found) = &mut fitted {
+        let own = to_fit.iter().zip(std::mem::take(&mut found.drapes));
+        drapes.extend(own.map(|(&measured, beside)| DrapeBeside { measured, beside }));
+        let predicting = |progress| tell(Told::Predicting(&name, progress));
+        let held = targets(&held_out);
+        let foretold = predict(&held, &believed, &found.fabric, &options.fit, rule, &predicting);
+        let other = held_out.iter().zip(foretold);
+        drapes.extend(other.map(|(&measured, beside)| DrapeBeside { measured, beside }));
+    }
+    Ok(FabricResult { name, believed, measured, floor, fitted, drapes })
+}
+
+/// Drapes of one role and face, taken together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// Whether they were fitted.
+    pub role: Role,
+    /// Which side is up, if it is known.
+    pub face: Option<Face>,
+    /// Number of drapes at rest.
+    pub drapes: usize,
+    /// Number of drapes that did not come to rest.
+    pub lost: usize,
+    /// Mean and standard error of the outline's root mean square distance \[m\].
+    pub rms_m: [f64; 2],
+    /// Mean drape coefficient, measured and simulated \[%\].
+    pub drape_coefficient: [f64; 2],
+    /// Standard error of their difference \[%\].
+    pub difference_se: f64,
+    /// Mean number of folds, measured and simulated.
+    pub folds: [f64; 2],
+}
+
+impl FabricResult {
+    /// The drapes by role and face: fitted first, face up first.
+    #[must_use]
+    pub fn groups(&self) -> Vec<Group> {
+        let key = |drape: &DrapeBeside| {
+            let entry = &self.measured[drape.measured].entry;
+            (entry.role, entry.face)
+        };
+        let mut keys: Vec<_> = self.drapes.iter().map(key).collect();
+        keys.sort();
+        keys.dedup();
+        keys.into_iter().map(|own| self.group(own, |drape| key(drape) == own)).collect()
+    }
+
+    fn group(
+        &self,
+        (role, face): (Role, Option<Face>),
+        own: impl Fn(&DrapeBeside) -> bool,
+    ) -> Group {
+        let all: Vec<&DrapeBeside> = self.drapes.iter().filter(|drape| own(drape)).collect();
+        let at_rest: Vec<(&Measures, &Beside)> = all
+            .iter()
+            .filter_map(|d| Some((&self.measured[d.measured].measures, d.beside.as_ref().ok()?)))
+            .collect();
+        let of = |value: &dyn Fn(&Measures, &Beside) -> f64| {
+            let values: Vec<f64> = at_rest.iter().map(|(m, b)| value(m, b)).collect();
+            mean_and_error(&values)
+        };
+        let coefficient = |m: &Measures| m.drape_coefficient;
+        Group {
+            role,
+            face,
+            drapes: at_rest.len(),
+            lost: all.len() - at_rest.len(),
+            rms_m: of(&|_, b| b.rms_m),
+            drape_coefficient: [
+                of(&|m, _| coefficient(m))[0],
+                of(&|_, b| coefficient(&b.measures))[0],
+            ],
+            difference_se: of(&|m, b| coefficient(&b.measures) - coefficient(m))[1],
+            folds: [of(&|m, _| m.folds as f64)[0], of(&|_, b| b.measures.folds as f64)[0]],
+        }
+    }
+}
+
+/// Mean and its standard error, of no values NaN.
+fn mean_and_error(values: &[f64]) -> [f64; 2] {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    [mean, (squares / (count - 1.0) / count).sqrt()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    fn entry(line: usize, fabric: &str, density: Option<f64>) -> Entry {
+        Entry {
+            line,
+            name: format!("{line}.png"),
+            path: PathBuf::from("nowhere.png"),
+            kind: Kind::Silhouette,
+            fabric: fabric.to_owned(),
+            specimen: None,
+            face: None,
+            capture: None,
+            density_kg_m2: density,
+            bench: Some(Bench::Cusick),
+            pixel_m: Some(1e-3),
+            role: Role::Fit,
+            warp_toward: None,
+        }
+    }
+
+    #[test]
+    fn two_densities_of_one_fabric_are_refused_and_an_unknown_one_is_none() {
+        let rows = [entry(2, "a", Some(0.2)), entry(3, "b", Some(0.3)), entry(4, "a", None)];
+        assert!(check_densities(&rows).is_ok());
+        let rows = [entry(2, "a", Some(0.2)), entry(5, "a", Some(0.21))];
+        let said = check_densities(&rows).unwrap_err().to_string();
+        assert!(
+            said.contains("line 5: fabric `a` has 210 g/m^2 here and 200 g/m^2 in line 2"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_used_is_refused_with_the_remedy() {
+        let options = Options::cusick();
+        let why = |change: &dyn Fn(&mut Entry)| {
+            let mut row = entry(7, "a", None);
+            change(&mut row);
+            measured(&row, &options).unwrap_err().why
+        };
+        assert!(why(&|_| ()).contains("nowhere.png"));
+        assert!(why(&|e| e.bench = None).contains("write cusick"));
+        assert!(why(&|e| e.bench = Some(Bench::Square)).contains("standard Cusick"));
+        assert!(why(&|e| e.kind = Kind::Scan).contains("--refine"));
+        assert!(why(&|e| e.warp_toward = Some("up".into())).contains("in degrees"));
+        let only = [entry(7, "a", None)];
+        let said = calibrate(&only, &options, &|_| ()).unwrap_err().to_string();
+        assert!(said.contains("none of the manifest's 1 files"), "{said}");
+        // a quarter anticlockwise on the picture is up, which is -z
+        assert!((bearing("90").unwrap().sin() + 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,78 @@
+//! `calibrate`: fabrics fitted to a manifest's measured drapes.
+
+use anyhow::anyhow;
+
+use super::progress::Working;
+use super::{Failure, Outcome, args};
+use scan2params::calibrate::manifest::{self, ManifestError};
+use scan2params::calibrate::run::{CalibrateError, Options, Told, calibrate};
+use scan2params::fabric::Mixture;
+use scan2params::io::output;
+use scan2params::report::calibration;
+
+pub(crate) fn run(given: &args::Calibrate) -> Outcome {
+    output::check_folder(&given.out).map_err(Failure::of_output)?;
+    let entries = manifest::read(&given.manifest).map_err(|error| match error {
+        ManifestError::Io { .. } => Failure::from(error),
+        other => Failure::usage(other),
+    })?;
+    if given.out.is_dir() {
+        let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
+        let inputs = [inputs, vec![given.manifest.clone()]].concat();
+        let path = given.out.join("calibration.json");
+        output::check_file(&path, &inputs).map_err(Failure::of_output)?;
+    }
+    let mut options = Options::cusick();
+    options.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    options.fit.sim.vertices = given.vertices as usize;
+    if let Some(percent) = given.scale_sigma {
+        options.fit.pose_sigma[3] = 0.01 * percent;
+    }
+    let working = Working::on("reading the manifest's files");
+    let told = calibrate(&entries, &options, &|told| working.now(said(told)));
+    drop(working);
+    let found = told.map_err(|error| match error {
+        CalibrateError::TwoDensities { .. } => Failure::usage(error),
+        other => Failure::from(other),
+    })?;
+    let written = calibration::write(&found, &given.out)?;
+    if given.json {
+        println!("{}", serde_json::to_string_pretty(&calibration::json(&found))?);
+    } else {
+        print!("{}", calibration::table(&found));
+    }
+    eprintln!("wrote {} and {} pictures", written[0].display(), written.len() - 1);
+    for refused in &found.refused {
+        eprintln!(
+            "{}:{}: {}: {}",
+            given.manifest.display(),
+            refused.line,
+            refused.name,
+            refused.why
+        );
+    }
+    let failed = found.fabrics.iter().filter(|fabric| fabric.fitted.is_err()).count();
+    if failed + found.refused.len() > 0 {
+        let files = found.refused.len();
+        return Err(Failure::partial(anyhow!(
+            "{files} files not used, {failed} fabrics not fitted"
+        )));
+    }
+    Ok(())
+}
+
+/// What is being done.
+fn said(told: Told<'_>) -> String {
+    match told {
+        Told::Reading(files) => format!("outlines of {files} files"),
+        Told::Floor(fabric) => format!("fabric {fabric}: outlines against each other"),
+        Told::Fitting(fabric, p) if p.rms_m.is_finite() => {
+            let mm = p.rms_m * 1e3;
+            format!("fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
+        }
+        Told::Fitting(fabric, p) => {
+            format!("fabric {fabric}: {} drapes led by their outlines", p.drapes)
+        }
+        Told::Predicting(fabric, p) => format!("fabric {fabric}: {} drapes foretold", p.drapes),
+    }
+}

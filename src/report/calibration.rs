@@ -1,0 +1,378 @@
+//! What is shown of a calibration: calibration.json, a table, and a picture of each drape.
+
+use std::path::{Path, PathBuf};
+
+use image::{Rgb, RgbImage};
+use serde_json::{Value, json};
+
+use crate::calibrate::fit::{Beside, Fitted};
+use crate::calibrate::floor::{Pairing, Spread};
+use crate::calibrate::manifest::Face;
+use crate::calibrate::run::{Calibration, DrapeBeside, FabricResult, Group, Measured};
+use crate::calibrate::squares::POSE_KEYS;
+use crate::fabric::TABLE_2;
+use crate::io::{self, WriteError};
+use crate::picture::draw;
+
+/// Version of calibration.json.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Writes `calibration.json` and `FABRIC_LINE.png` for each simulated drape into `folder`, which is made if it is
+/// not there. Returns their paths.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
+    std::fs::create_dir_all(folder)
+        .map_err(|source| WriteError { path: folder.to_owned(), source })?;
+    let path = folder.join("calibration.json");
+    let text = json(calibration);
+    io::atomically(&path, |out| {
+        serde_json::to_writer_pretty(&mut *out, &text)?;
+        writeln!(out)
+    })?;
+    let mut written = vec![path];
+    for fabric in &calibration.fabrics {
+        for drape in &fabric.drapes {
+            let Ok(beside) = &drape.beside else { continue };
+            let measured = &fabric.measured[drape.measured];
+            let name = format!("{}_line{}.png", plain(&fabric.name), measured.entry.line);
+            let path = folder.join(name);
+            let picture = picture(measured, beside);
+            io::write_png(&path, [picture.width(), picture.height()], picture.as_raw())?;
+            written.push(path);
+        }
+    }
+    Ok(written)
+}
+
+/// A name that any file system takes.
+fn plain(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
+}
+
+/// calibration.json; lengths in mm, angles in degrees.
+#[must_use]
+pub fn json(calibration: &Calibration) -> Value {
+    let fabrics: serde_json::Map<String, Value> =
+        calibration.fabrics.iter().map(|f| (f.name.clone(), of_fabric(f))).collect();
+    let refused = calibration.refused.iter();
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "version": env!("CARGO_PKG_VERSION"),
+        "fabrics": fabrics,
+        "refused": refused.map(|r| json!({"line": r.line, "file": r.name, "why": r.why})).collect::<Vec<_>>(),
+    })
+}
+
+fn of_fabric(fabric: &FabricResult) -> Value {
+    let density = json!({
+        "value": fabric.believed.density_kg_m2 * 1e3,
+        "unit": "g/m^2",
+        "known": fabric.believed.density_known,
+    });
+    let floor: serde_json::Map<String, Value> =
+        fabric.floor.iter().map(|s| (s.pairing.name().to_owned(), of_spread(s))).collect();
+    let mut text = json!({
+        "density": density,
+        "outlines": fabric.measured.iter().map(of_measured).collect::<Vec<_>>(),
+        "floor": floor,
+        "drapes": fabric.drapes.iter().map(|d| of_drape(fabric, d)).collect::<Vec<_>>(),
+        "groups": fabric.groups().iter().map(of_group).collect::<Vec<_>>(),
+    });
+    match &fabric.fitted {
+        Ok(fitted) => text["fit"] = of_fit(fitted),
+        Err(error) => text["failed"] = json!(error.to_string()),
+    }
+    let floor_mm = fabric.floor.iter().find(|s| s.pairing == Pairing::Captures);
+    let held: Vec<f64> = fabric.held_out_rms_m().iter().map(|m| m * 1e3).collect();
+    if !held.is_empty() {
+        let mean = held.iter().sum::<f64>() / held.len() as f64;
+        text["holdout"] = json!({"before_mm": mean, "drapes": held.len()});
+        if let Some(floor) = floor_mm {
+            text["holdout"]["floor_mm"] = json!(floor.median_m * 1e3);
+        }
+    }
+    text
+}
+
+impl FabricResult {
+    /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
+    fn held_out_rms_m(&self) -> Vec<f64> {
+        let held = |d: &&DrapeBeside| {
+            self.measured[d.measured].entry.role == crate::calibrate::manifest::Role::Holdout
+        };
+        self.drapes
+            .iter()
+            .filter(held)
+            .filter_map(|d| Some(d.beside.as_ref().ok()?.rms_m))
+            .collect()
+    }
+}
+
+fn of_measured(measured: &Measured) -> Value {
+    let (entry, m) = (&measured.entry, &measured.measures);
+    json!({
+        "file": entry.name,
+        "line": entry.line,
+        "specimen": entry.specimen,
+        "face": entry.face.map(Face::name),
+        "capture": entry.capture,
+        "role": entry.role.name(),
+        "drape_coefficient": m.drape_coefficient,
+        "folds": m.folds,
+        "amplitudes_mm": m.amplitudes_m.map(|a| a * 1e3),
+        "mean_radius_mm": m.mean_m * 1e3,
+    })
+}
+
+fn of_spread(spread: &Spread) -> Value {
+    json!({
+        "pairs": spread.pairs,
+        "median_mm": spread.median_m * 1e3,
+        "q10_mm": spread.quantiles_m[0] * 1e3,
+        "q90_mm": spread.quantiles_m[1] * 1e3,
+        "turned_median_mm": spread.turned_median_m * 1e3,
+    })
+}
+
+fn of_fit(fitted: &Fitted) -> Value {
+    let values = fitted.fabric.to_paper_units();
+    let parameters: serde_json::Map<String, Value> = fitted
+        .stiffnesses
+        .iter()
+        .enumerate()
+        .map(|(k, s)| {
+            // from SI to the paper's unit
+            let unit = values[k] / fitted.fabric.in_si()[k];
+            let value = json!({
+                "value": values[k],
+                "unit": TABLE_2[k].unit,
+                "interval90": s.interval90.map(|v| v * unit),
+                "shown": s.shown,
+                "at_limit": s.at_limit,
+            });
+            (s.key.to_owned(), value)
+        })
+        .collect();
+    json!({
+        "parameters": parameters,
+        "misfit": fitted.misfit,
+        "ended": fitted.ended.name(),
+        "simulated_drapes": fitted.simulated,
+    })
+}
+
+fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
+    let measured = &fabric.measured[drape.measured];
+    let (file, role) = (&measured.entry.name, measured.entry.role.name());
+    let beside = match &drape.beside {
+        Ok(beside) => beside,
+        Err(error) => return json!({"file": file, "role": role, "failed": error.to_string()}),
+    };
+    let pose: serde_json::Map<String, Value> = POSE_KEYS
+        .iter()
+        .zip(beside.pose)
+        .map(|(key, value)| match *key {
+            "rotation" => ("rotation_deg".to_owned(), json!(value.to_degrees())),
+            "ln_scale" => ("scale".to_owned(), json!(value.exp())),
+            key => (format!("{key}_mm"), json!(value * 1e3)),
+        })
+        .collect();
+    json!({
+        "file": file,
+        "role": role,
+        "rms_mm": beside.rms_m * 1e3,
+        "drape_coefficient": beside.measures.drape_coefficient,
+        "folds": beside.measures.folds,
+        "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a * 1e3),
+        "pose": pose,
+        "residual_by_bearing_mm": by_bearing(beside).map(|m| m * 1e3),
+    })
+}
+
+/// Sectors of the rim that residuals are given by.
+const SECTORS: usize = 24;
+
+/// Mean distance of the measured outline outside the simulated one in each of 24 sectors from the warp on, towards
+/// the weft \[m\].
+fn by_bearing(beside: &Beside) -> [f64; SECTORS] {
+    let (mut sums, mut counts) = ([0.0; SECTORS], [0.0_f64; SECTORS]);
+    for row in &beside.rows {
+        let turn = row.bearing_rad.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
+        let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+        sums[sector] += row.outwards_m;
+        counts[sector] += 1.0;
+    }
+    std::array::from_fn(|k| sums[k] / counts[k].max(1.0))
+}
+
+fn of_group(group: &Group) -> Value {
+    json!({
+        "role": group.role.name(),
+        "face": group.face.map(Face::name),
+        "drapes": group.drapes,
+        "not_at_rest": group.lost,
+        "rms_mm": group.rms_m[0] * 1e3,
+        "rms_se_mm": finite(group.rms_m[1] * 1e3),
+        "dc_measured": group.drape_coefficient[0],
+        "dc_simulated": group.drape_coefficient[1],
+        "dc_difference_se": finite(group.difference_se),
+        "folds_measured": group.folds[0],
+        "folds_simulated": group.folds[1],
+    })
+}
+
+/// Of one drape there is no standard error.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// The table for people: floor, parameters, groups.
+#[must_use]
+pub fn table(calibration: &Calibration) -> String {
+    let mut text = String::new();
+    for fabric in &calibration.fabrics {
+        text += &fabric_table(fabric);
+    }
+    text
+}
+
+fn fabric_table(fabric: &FabricResult) -> String {
+    let density = fabric.believed.density_kg_m2 * 1e3;
+    let known = if fabric.believed.density_known {
+        ""
+    } else {
+        " (assumed: stiffness over weight is fitted)"
+    };
+    let mut text = format!(
+        "fabric {}: {density:.0} g/m^2{known}, {} outlines\n",
+        fabric.name,
+        fabric.measured.len()
+    );
+    for spread in &fabric.floor {
+        let [low, high] = spread.quantiles_m.map(|m| m * 1e3);
+        text += &format!(
+            "  {:9} {:4} pairs: {:5.2} mm rms (10 to 90 %: {low:.2} to {high:.2}), turned {:5.2}\n",
+            spread.pairing.name(),
+            spread.pairs,
+            spread.median_m * 1e3,
+            spread.turned_median_m * 1e3
+        );
+    }
+    match &fabric.fitted {
+        Ok(fitted) => {
+            let values = fitted.fabric.to_paper_units();
+            for (k, s) in fitted.stiffnesses.iter().enumerate() {
+                let unit = values[k] / fitted.fabric.in_si()[k];
+                let [low, high] = s.interval90.map(|v| v * unit);
+                let at_limit = if s.at_limit { ", at its limit" } else { "" };
+                text += &format!(
+                    "  {:13} {:9.0} {} ({low:.0} to {high:.0}), shown {:.2}{at_limit}\n",
+                    s.key, values[k], TABLE_2[k].unit, s.shown
+                );
+            }
+            text += &format!(
+                "  {} after {} drapes, misfit {:.2}\n",
+                fitted.ended.name(),
+                fitted.simulated,
+                fitted.misfit
+            );
+        }
+        Err(error) => text += &format!("  not fitted: {error}\n"),
+    }
+    for group in fabric.groups() {
+        let face = group.face.map_or("-", Face::name);
+        let lost =
+            if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
+        text += &format!(
+            "  {:7} {face:4} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, drape coefficient {:.1} simulated \
+             {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
+            group.role.name(),
+            group.drapes,
+            group.rms_m[0] * 1e3,
+            group.rms_m[1] * 1e3,
+            group.drape_coefficient[0],
+            group.drape_coefficient[1],
+            group.difference_se,
+            group.folds[0],
+            group.folds[1]
+        );
+    }
+    text
+}
+
+const WHITE: Rgb<u8> = Rgb([255; 3]);
+const INK: Rgb<u8> = Rgb([40; 3]);
+const FAINT: Rgb<u8> = Rgb([215; 3]);
+const MEASURED: Rgb<u8> = Rgb([20, 20, 20]);
+const SIMULATED: Rgb<u8> = Rgb([214, 70, 40]);
+const WARP: Rgb<u8> = Rgb([40, 110, 200]);
+/// Sides of the picture's two halves in pixels.
+const SIDE: u32 = 480;
+/// Pixels a metre of the plan.
+const SCALE: f64 = 1400.0;
+/// Distance that reaches half the height of the residual's chart \[m\].
+const REACH_M: f64 = 15e-3;
+
+/// The outlines of a drape, and how far the measured one lies outside the simulated one around the rim.
+#[must_use]
+pub fn picture(measured: &Measured, beside: &Beside) -> RgbImage {
+    let mut image = RgbImage::from_pixel(2 * SIDE, SIDE + 40, WHITE);
+    let middle = f64::from(SIDE) / 2.0;
+    let at = |[x, z]: [f64; 2]| [x, z].map(|v| (middle + v * SCALE) as f32);
+    let closed = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {
+        points.iter().chain(points.first()).map(|&p| at(p)).collect()
+    };
+    let [px, pz] = [beside.pose[0], beside.pose[1]];
+    let circle: Vec<[f64; 2]> = (0..180)
+        .map(|k| f64::from(2 * k).to_radians())
+        .map(|t| [px + 0.09 * t.cos(), pz + 0.09 * t.sin()])
+        .collect();
+    draw::polyline(&mut image, &closed(&circle), 1.0, FAINT);
+    let (sin, cos) = beside.pose[2].sin_cos();
+    draw::line(&mut image, at([px, pz]), at([px + 0.04 * cos, pz + 0.04 * sin]), WARP);
+    draw::polyline(&mut image, &closed(beside.measured.points_m()), 2.0, MEASURED);
+    draw::polyline(&mut image, &closed(beside.simulated.points_m()), 1.6, SIMULATED);
+    residual_chart(&mut image, beside);
+    let m = &measured.measures;
+    let said = format!(
+        "{} line {}: {:.2} mm rms; drape coefficient {:.1}, simulated {:.1}; folds {}, simulated {}",
+        measured.entry.fabric,
+        measured.entry.line,
+        beside.rms_m * 1e3,
+        m.drape_coefficient,
+        beside.measures.drape_coefficient,
+        m.folds,
+        beside.measures.folds
+    );
+    draw::text(&mut image, 8, SIDE as i32 + 14, &said, INK);
+    draw::text(&mut image, 8, 6, "black: measured, red: simulated, blue: warp", INK);
+    image
+}
+
+/// On the right half: distance over the bearing from the warp.
+fn residual_chart(image: &mut RgbImage, beside: &Beside) {
+    let (left, width) = (SIDE as f32 + 30.0, SIDE as f32 - 60.0);
+    let middle = 0.5 * SIDE as f32;
+    let half = middle - 30.0;
+    for step in -3..=3 {
+        let y = middle - half * step as f32 / 3.0;
+        draw::stroke(image, [left, y], [left + width, y], 1.0, FAINT);
+        let label = format!("{}", step * 5);
+        draw::text(image, left as i32 - 28, y as i32 - 8, &label, INK);
+    }
+    for quarter in 0..=4 {
+        let x = left + width * quarter as f32 / 4.0;
+        draw::stroke(image, [x, middle - half], [x, middle + half], 1.0, FAINT);
+        draw::text(image, x as i32 - 12, SIDE as i32 - 24, &format!("{}", quarter * 90), INK);
+    }
+    let title = "measured outside simulated [mm] by bearing from warp [deg]";
+    draw::text(image, left as i32, 6, title, INK);
+    for row in &beside.rows {
+        let turn = row.bearing_rad.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
+        let x = left + width * turn as f32;
+        let y = middle - half * (row.outwards_m / REACH_M).clamp(-1.0, 1.0) as f32;
+        draw::dot(image, [x, y], 2.0, SIMULATED);
+    }
+}
