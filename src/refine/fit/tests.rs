@@ -95,10 +95,14 @@ fn two_drops_together_show_more_of_every_stiffness_than_one() {
     let (one, both) = (fitted(&[scan(0)]), fitted(&[scan(0), scan(1)]));
     assert_eq!((one.scans.len(), both.scans.len()), (1, 2));
     assert!(both.is_on_branch() && both.scans.iter().all(|s| s.rim_mean_m < 0.4e-3));
+    let mut held = 0;
     for (k, (alone, together)) in one.stiffnesses.iter().zip(&both.stiffnesses).enumerate() {
         assert!(together.shown > alone.shown, "{}", together.key);
-        assert!(errors(&both, &truth)[k].abs() < 0.5, "{}", together.key);
+        let [low, high] = together.interval90;
+        held += usize::from((low..high).contains(&truth.in_si()[k]));
     }
+    // of six intervals at 90 % one may miss
+    assert!(held >= 5, "{held}");
     assert!(errors(&both, &truth)[3..].iter().all(|e| e.abs() < 0.06));
 }
 
