@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::companion::CompanionFault;
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::units::M_PER_MM;
 use crate::estimate::EstimateError;
@@ -65,6 +64,20 @@ pub enum JobError {
     /// A result cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+}
+
+/// Why a scan cannot be refined together with others.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CompanionFault {
+    /// Weft and warp are not known.
+    #[error(
+        "weft and warp are not known, and scans of one fabric are refined together only where they are: \
+         mark the corner, or say where the warp points (--warp-toward)"
+    )]
+    UnknownWarp,
+    /// What the scan alone would give is not to be used.
+    #[error("not to be refined with others: {0}; leave it out or scan it again")]
+    Unusable(String),
 }
 
 /// The kinds of failure that a program can act on.

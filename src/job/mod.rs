@@ -3,17 +3,15 @@
 //! read -> rim -> estimate -> refine, if asked for, with other scans of the same fabric -> re-simulate. In: a path and what the user
 //! knows. Out: an [`Outcome`], which `report` shows.
 
-mod companion;
 mod error;
 pub mod refinement;
 pub mod rim;
 pub mod verdict;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-pub use companion::{Companion, CompanionFault};
-pub use error::{FailureKind, JobError, RimError};
-pub use refinement::Refinement;
+pub use error::{CompanionFault, FailureKind, JobError, RimError};
+pub use refinement::{Companion, Refinement};
 pub use rim::Rim;
 pub use verdict::Verdict;
 
@@ -105,6 +103,35 @@ impl Job {
         self.with_model(estimator, |_| ())
     }
 
+    /// The other scans of the fabric. Weft and warp must be known in all of them: two drops that are
+    /// read turned against each other are of two fabrics. One that cannot be trusted is refused with
+    /// its path, since it would pull the fabric to itself unseen.
+    fn companions(
+        &self,
+        rim: &Rim,
+        estimator: &Estimator,
+        tell: &impl Fn(&str),
+    ) -> Result<Vec<Companion>, JobError> {
+        let fault = |path: &Path, source| JobError::Companion { path: path.to_owned(), source };
+        if !self.with.is_empty() && rim.orientation() != Orientation::Given {
+            return Err(fault(&self.input, CompanionFault::UnknownWarp));
+        }
+        let companion = |path: &PathBuf| {
+            tell(&format!("looking for the rim of {}", path.display()));
+            let rim = rim::of_input(path, &self.read, &self.scan)?;
+            if rim.orientation() != Orientation::Given {
+                return Err(fault(path, CompanionFault::UnknownWarp));
+            }
+            let verdict = verdict::of_rim(&rim, &self.scan);
+            if verdict.level == verdict::Level::DoNotUse {
+                return Err(fault(path, CompanionFault::Unusable(verdict.refusal())));
+            }
+            let network = estimator.estimate(rim.boundary(), self.density_kg_m2, true)?;
+            Ok(Companion { path: path.clone(), rim, network })
+        };
+        self.with.iter().map(companion).collect()
+    }
+
     fn with_model(self, estimator: &Estimator, tell: impl Fn(&str)) -> Result<Outcome, JobError> {
         check_density(self.density_kg_m2)?;
         check_experiment(&self.scan)?;
@@ -114,7 +141,7 @@ impl Job {
         tell("estimating the stiffnesses");
         let network = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
         let refinement = if self.refine {
-            let companions = companion::all(&self, &rim, estimator, &tell)?;
+            let companions = self.companions(&rim, estimator, &tell)?;
             tell("refining on the scan's branch");
             Some(Refinement::of(&rim, companions, self.density_kg_m2, &network, &tell))
         } else {

@@ -3,9 +3,10 @@
 //!
 //! It is where it drapes on the scan's branch. If not, the network's estimate stays, and the verdict says so.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
-use super::{Companion, Rim};
+use super::Rim;
 use crate::base::units::M_PER_MM;
 use crate::estimate::{Candidate, Estimate, EstimateWarning};
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -13,6 +14,18 @@ use crate::refine::{
     FitError, FitOptions, LedBy, Prior, Progress, Refined, Resimulation, Scan, fit,
 };
 use crate::sim::Experiment;
+
+/// Another scan of the fabric, which it is refined on together with the first. A second drop shows the
+/// fabric on another branch and in another place, and tells apart what one drape leaves mixed.
+#[derive(Debug)]
+pub struct Companion {
+    /// The scan.
+    pub path: PathBuf,
+    /// Its rim.
+    pub rim: Rim,
+    /// What the network says of it alone.
+    pub network: Estimate,
+}
 
 /// What refining found.
 #[derive(Debug)]

@@ -272,6 +272,12 @@ pub fn of_job(
     figures.verdict(&Limits::default())
 }
 
+/// The verdict on a rim, from a scan or from a file, before any estimate.
+#[must_use]
+pub fn of_rim(rim: &Rim, options: &ScanOptions) -> Verdict {
+    Figures::of_rim(rim, options).verdict(&Limits::default())
+}
+
 /// The verdict on what was found in a scan, before any estimate: what `inspect` can say.
 #[must_use]
 pub fn of_scan(scanned: &ScannedBoundary, options: &ScanOptions) -> Verdict {
