@@ -26,7 +26,7 @@ use crate::sim::effort::Effort;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::{SimOptions, Stop};
-use crate::sim::rest::{Answer, settle};
+use crate::sim::rest::settle;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
 use crate::sim::setup::Setup;
 
@@ -353,9 +353,8 @@ fn correct(
     let (mut best_j, mut idle) = (f64::INFINITY, 0);
     let mut last_n = f64::INFINITY;
     let mut again = false;
-    let mut answer = Answer::default();
     for _ in 0..CORRECTIONS {
-        let grip_change_n = answer.renew(model, newton, x);
+        let grip_change_n = newton.renew_contact(model, x);
         let done = match again {
             true => newton.correct_again(model, x),
             false => newton.correct(model, x),

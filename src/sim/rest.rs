@@ -130,8 +130,9 @@ pub(super) fn descend(
 /// How friction answers the forces on the plate from one Newton step to the next. Each step takes the
 /// normal forces that the last one led to. Where cloth is drawn tight over the edge, more friction
 /// there means less force in the step after, and the two can go up and down for ever; they meet when
-/// friction goes half of the way.
-pub(super) struct Answer {
+/// friction goes half of the way. In the corrections of a continuation (`follow.rs`) the same was
+/// tried and dropped: from a rest nearby their changes rise at first, and half of the way is too few.
+struct Answer {
     /// Part of the way to the normal forces of the present sheet.
     part: f64,
     last_n: f64,
@@ -145,7 +146,7 @@ impl Default for Answer {
 
 impl Answer {
     /// Renews the contacts. Gives the largest change of a normal force times friction \[N\].
-    pub(super) fn renew(&mut self, model: &mut Model, newton: &mut Newton, x: &[Vector3]) -> f64 {
+    fn renew(&mut self, model: &mut Model, newton: &mut Newton, x: &[Vector3]) -> f64 {
         let change_n = newton.renew_contact_by(model, x, self.part);
         if change_n > NOT_FALLING * self.last_n {
             self.part = HALF;
