@@ -50,6 +50,7 @@ fn every_measured_silhouette_has_the_drape_coefficient_and_the_folds_of_its_inde
     }
     assert_eq!(all.len(), 451);
     let largest = all.iter().map(|o: &(f64, i64)| o.0.abs()).fold(0.0, f64::max);
-    assert!(largest < 2.0, "{largest}");
-    assert!(folds_other * 10 < all.len(), "{folds_other}");
+    // observed: 0.47 points, 6 pictures
+    assert!(largest < 0.6, "{largest}");
+    assert!(folds_other <= 9, "{folds_other}");
 }

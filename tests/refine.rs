@@ -109,6 +109,22 @@ fn scans_are_refined_together_only_where_the_warp_is_known_and_only_if_asked_for
     let (code, said) = run(&["--refine"]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("woven_structured-light.ply: weft and warp are not known"), "{said}");
+    // a result takes no companion's place
+    let folder = tempfile::tempdir().unwrap();
+    let kept = folder.path().join("woven_structured-light.boundary.csv");
+    std::fs::copy(rim, &kept).unwrap();
+    let taken = scan2params(&[
+        scan,
+        "--density=180",
+        "--warp-toward=-x",
+        "--refine",
+        "--out",
+        folder.path().to_str().unwrap(),
+        "--with",
+        kept.to_str().unwrap(),
+    ]);
+    assert!(!taken.status.success(), "{}", String::from_utf8_lossy(&taken.stderr));
+    assert_eq!(std::fs::read(&kept).unwrap(), std::fs::read(rim).unwrap());
     // without --refine there is nothing that other scans would do
     let (code, said) = run(&["--warp-toward=-x"]);
     assert_eq!(code, Some(2), "{said}");

@@ -21,9 +21,9 @@ use super::squares::{
 use super::trial::{Trial, trial_of};
 use crate::base::Outline;
 use crate::base::frame::GRAVITY_M_S2;
-use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
-use crate::refine::Ended;
+use crate::fabric::{Fabric, STIFFNESSES};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
+use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Kept};
 
@@ -47,22 +47,6 @@ pub enum FitError {
     /// No sheet came to rest.
     #[error("no drape led by the outlines came to rest ({0}): they may be of another experiment")]
     NeverAtRest(SensitivityError),
-}
-
-/// One stiffness of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FittedStiffness {
-    /// Name in files.
-    pub key: &'static str,
-    /// Value, SI unit, for the density of [`Believed`].
-    pub value: f64,
-    /// 90 % interval, SI unit: of the least squares' curvature, the misfit counted in; it has not been held
-    /// against known fabrics.
-    pub interval90: [f64; 2],
-    /// Share of the prior's variance that the outlines took away.
-    pub shown: f64,
-    /// Whether the value lies at an end of what was allowed.
-    pub at_limit: bool,
 }
 
 /// A measured outline beside the drape of a fabric on its branch.
@@ -89,8 +73,9 @@ pub struct Beside {
 pub struct Fitted {
     /// The fabric, of the density of [`Believed`].
     pub fabric: Fabric,
-    /// Its stiffnesses, paper's order.
-    pub stiffnesses: [FittedStiffness; STIFFNESSES],
+    /// Its stiffnesses, paper's order, for the density of [`Believed`]. The intervals are of the least squares' curvature,
+    /// the misfit counted in, and have not been held against known fabrics.
+    pub stiffnesses: [RefinedStiffness; STIFFNESSES],
     /// Each outline beside its drape, or why its sheet was left out.
     pub drapes: Vec<Result<Beside, SensitivityError>>,
     /// Root mean square distance of an independent point in standard deviations.
@@ -205,8 +190,7 @@ fn first_fabric(believed: &Believed, drape_coefficient: f64) -> Fabric {
         let [low, high] = believed.ln_limits[k];
         ln[k].clamp(low, high)
     });
-    let [a, b, c, d, e, f] = ln.map(f64::exp);
-    Fabric::from_si([a, b, c, d, e, f, believed.density_kg_m2]).project_bending().0
+    Fabric::from_ln_stiffnesses(&ln, believed.density_kg_m2)
 }
 
 /// Bending length over drape coefficient of standard Cusick drapes: roughly a line, `docs/validation.md`.
@@ -216,10 +200,6 @@ const LENGTHS_M: [f64; 2] = [9e-3, 35e-3];
 /// How often the outlines lead at most, and the fall of the cost for which they do so again.
 const LEADINGS: usize = 3;
 const LED_GAIN: f64 = 1.0;
-/// Quantile of the standard normal beyond which 5 % lie on each side.
-const Z90: f64 = 1.6449;
-/// How near an end of what is allowed a logarithm counts as there.
-const AT_LIMIT: f64 = 1e-3;
 
 /// Drapes on their way.
 struct Drapes<'a> {
@@ -360,17 +340,8 @@ fn fitted(
     let fabric = squares.fabric(&state.ln);
     let stiffnesses = std::array::from_fn(|k| {
         let prior = squares.believed.covariance[(k, k)].sqrt();
-        let sigma = covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt().min(prior));
-        let (value, half) = (state.ln[k].exp(), (Z90 * sigma).exp());
-        FittedStiffness {
-            key: TABLE_2[k].key,
-            value,
-            interval90: [value / half, value * half],
-            shown: 1.0 - (sigma / prior).powi(2),
-            at_limit: squares.believed.ln_limits[k]
-                .iter()
-                .any(|e| (e - state.ln[k]).abs() < AT_LIMIT),
-        }
+        let sigma = covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
+        RefinedStiffness::of(k, state.ln[k], [sigma, prior], squares.believed.ln_limits[k])
     });
     let State { trials, poses, rows, .. } = state;
     let drapes = squares.targets.iter().zip(trials).zip(poses).zip(rows);

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::manifest::Face;
 use crate::base::Outline;
+use crate::numeric::robust;
 
 /// What two outlines of a fabric have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -89,26 +90,18 @@ pub fn spreads(outlines: &[Observed<'_>]) -> Vec<Spread> {
         .collect();
     let of = |pairing: Pairing| {
         let own = || measured.iter().filter(move |(p, ..)| *p == pairing);
-        let mut along: Vec<f64> = own().map(|(_, d, _)| *d).collect();
-        let mut turned: Vec<f64> = own().map(|(.., d)| *d).collect();
-        along.sort_by(f64::total_cmp);
-        turned.sort_by(f64::total_cmp);
-        (!along.is_empty()).then(|| Spread {
+        let along: Vec<f64> = own().map(|(_, d, _)| *d).collect();
+        let turned: Vec<f64> = own().map(|(.., d)| *d).collect();
+        let at = |share: f64| robust::quantile(along.clone(), share);
+        Some(Spread {
             pairing,
             pairs: along.len(),
-            median_m: quantile(&along, 0.5),
-            quantiles_m: [quantile(&along, 0.1), quantile(&along, 0.9)],
-            turned_median_m: quantile(&turned, 0.5),
+            median_m: at(0.5)?,
+            quantiles_m: [at(0.1)?, at(0.9)?],
+            turned_median_m: robust::median(turned)?,
         })
     };
     Pairing::ALL.into_iter().filter_map(of).collect()
-}
-
-/// A quantile of sorted values, linear between them.
-pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let at = share * (sorted.len() - 1) as f64;
-    let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    low + (high - low) * at.fract()
 }
 
 /// Root mean square distance of two outlines at the best translation \[m\].

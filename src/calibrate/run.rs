@@ -16,6 +16,7 @@ use super::measures::{FoldRule, Measures};
 use super::silhouette::{self, SilhouetteLimits};
 use super::squares::{FitOptions, Target};
 use crate::base::Outline;
+use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::{Mixture, MixtureError};
 use crate::sim::Experiment;
 use crate::sim::sensitivity::SensitivityError;
@@ -198,9 +199,9 @@ fn check_densities(entries: &[Entry]) -> Result<(), CalibrateError> {
             return Err(CalibrateError::TwoDensities {
                 fabric: entry.fabric.clone(),
                 line: entry.line,
-                found: density * 1e3,
+                found: density / KG_M2_PER_G_M2,
                 before: before.line,
-                first: before.density_kg_m2.unwrap_or_default() * 1e3,
+                first: before.density_kg_m2.unwrap_or_default() / KG_M2_PER_G_M2,
             });
         }
     }
@@ -317,6 +318,14 @@ pub struct Group {
 }
 
 impl FabricResult {
+    /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
+    #[must_use]
+    pub fn held_out_rms_m(&self) -> Vec<f64> {
+        let held = |d: &&DrapeBeside| self.measured[d.measured].entry.role == Role::Holdout;
+        let at_rest = |d: &DrapeBeside| d.beside.as_ref().ok().map(|beside| beside.rms_m);
+        self.drapes.iter().filter(held).filter_map(at_rest).collect()
+    }
+
     /// The drapes by role and face: fitted first, face up first.
     #[must_use]
     pub fn groups(&self) -> Vec<Group> {

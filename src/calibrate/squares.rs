@@ -11,6 +11,7 @@ use super::believed::Believed;
 use super::trial::Trial;
 use crate::base::Outline;
 use crate::fabric::{Fabric, STIFFNESSES};
+use crate::refine::damping::damped_step;
 use crate::sim::SimOptions;
 use crate::sim::sensitivity::Parameter;
 
@@ -27,16 +28,10 @@ pub const POSE_KEYS: [&str; POSE] =
 pub type Pose = [f64; POSE];
 
 /// What a trial's sheet is asked for, in the order of its moves: stiffnesses, then the specimen's place.
-pub(super) const PARAMETERS: [Parameter; STIFFNESSES + 2] = [
-    Parameter::StretchWeft,
-    Parameter::StretchWarp,
-    Parameter::Shear,
-    Parameter::BendingWeft,
-    Parameter::BendingWarp,
-    Parameter::BendingBias,
-    Parameter::OffsetX,
-    Parameter::OffsetZ,
-];
+pub(super) const PARAMETERS: [Parameter; STIFFNESSES + 2] = {
+    let [a, b, c, d, e, f] = Parameter::STIFFNESSES;
+    [a, b, c, d, e, f, Parameter::OffsetX, Parameter::OffsetZ]
+};
 
 /// How a fabric is fitted to outlines.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -88,8 +83,6 @@ pub struct Target {
     pub outline: Outline,
     /// Bearing of the warp in the picture, from +x towards +z, if it is known \[rad\].
     pub warp_rad: Option<f64>,
-    /// How much the outline counts beside those of other units: the inverse of the number of outlines of its unit.
-    pub counts: f64,
 }
 
 /// Even points of a measured outline.
@@ -103,7 +96,7 @@ impl Target {
     pub fn of(outline: &Outline, warp_rad: Option<f64>) -> Self {
         let [cx, cz] = outline.centroid_m();
         let outline = outline.mapped(|[x, z]| [x - cx, z - cz]);
-        Self { outline, warp_rad, counts: 1.0 }
+        Self { outline, warp_rad }
     }
 
     /// The pose before anything is fitted.
@@ -250,8 +243,7 @@ pub(super) fn rms_m(rows: &[Row]) -> f64 {
 impl Squares<'_> {
     /// The fabric of six logarithms, made one that can be.
     pub fn fabric(&self, ln: &[f64; STIFFNESSES]) -> Fabric {
-        let [a, b, c, d, e, f] = ln.map(f64::exp);
-        Fabric::from_si([a, b, c, d, e, f, self.believed.density_kg_m2]).project_bending().0
+        Fabric::from_ln_stiffnesses(ln, self.believed.density_kg_m2)
     }
 
     /// The least squares around some drapes, the poses at their best from `poses` on.
@@ -341,7 +333,7 @@ impl Squares<'_> {
         let options = self.options;
         let sigma_m = options.outline_m.hypot(options.model_m);
         let step_m = target.outline.length_m() / rows.len() as f64;
-        let counts = target.counts * (step_m / options.alike_m).min(1.0);
+        let counts = (step_m / options.alike_m).min(1.0);
         let mut sums = Sums {
             normal: SMatrix::zeros(),
             right: SVector::zeros(),
@@ -363,20 +355,8 @@ impl Squares<'_> {
     /// Where a damped step leads, and by how much the cost is foretold to fall.
     pub fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
         let whole = &at.normal + &at.priors;
-        let mut damped = whole.clone();
-        for k in 0..STIFFNESSES {
-            damped[(k, k)] *= 1.0 + damping;
-        }
-        let mut step = damped.cholesky()?.solve(&at.right);
-        let largest = step.rows(0, STIFFNESSES).amax();
-        step *= (self.options.longest_step / largest).min(1.0);
-        let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| {
-            let [low, high] = self.believed.ln_limits[k];
-            (at.ln[k] + step[k]).clamp(low, high)
-        });
-        (0..STIFFNESSES).for_each(|k| step[k] = ln[k] - at.ln[k]);
-        let foretold = 2.0 * at.right.dot(&step) - step.dot(&(&whole * &step));
-        Some((ln, foretold))
+        let longest = self.options.longest_step;
+        damped_step((&whole, &at.right), &at.ln, &self.believed.ln_limits, damping, longest)
     }
 }
 

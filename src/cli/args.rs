@@ -68,6 +68,15 @@ impl ScanFlags {
     }
 }
 
+impl Estimate {
+    /// All files that are read: none of them may be written over.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        let more = self.with.iter();
+        let more = more.flat_map(|scan| files_of(scan).unwrap_or_else(|_| vec![scan.clone()]));
+        self.scan.files().into_iter().chain(more).collect()
+    }
+}
+
 /// How scans are read.
 #[derive(Debug, Args)]
 pub(crate) struct ReadFlags {

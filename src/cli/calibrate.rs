@@ -4,6 +4,7 @@ use anyhow::anyhow;
 
 use super::progress::Working;
 use super::{Failure, Outcome, args};
+use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::manifest::{self, ManifestError};
 use scan2params::calibrate::run::{CalibrateError, Options, Told, calibrate};
 use scan2params::fabric::Mixture;
@@ -67,7 +68,7 @@ fn said(told: Told<'_>) -> String {
         Told::Reading(files) => format!("outlines of {files} files"),
         Told::Floor(fabric) => format!("fabric {fabric}: outlines against each other"),
         Told::Fitting(fabric, p) if p.rms_m.is_finite() => {
-            let mm = p.rms_m * 1e3;
+            let mm = p.rms_m / M_PER_MM;
             format!("fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
         }
         Told::Fitting(fabric, p) => {

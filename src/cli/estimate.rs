@@ -17,7 +17,7 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         with: given.with.clone(),
     };
     if let Some(folder) = &given.out {
-        files::check(&job.input, folder, &given.scan.files()).map_err(Failure::of_output)?;
+        files::check(&job.input, folder, &given.files()).map_err(Failure::of_output)?;
     }
     let working = Working::on(format!("estimating {}", job.input.display()));
     let outcome = job.run_telling(|step| working.now(step)).map_err(Failure::of_job)?;

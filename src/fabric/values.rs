@@ -51,6 +51,14 @@ impl Fabric {
         }
     }
 
+    /// Of the logarithms of six stiffnesses in SI, paper's order, made one that can be
+    /// ([`Self::project_bending`]).
+    #[must_use]
+    pub fn from_ln_stiffnesses(ln: &[f64; 6], density_kg_m2: f64) -> Self {
+        let [a, b, c, d, e, f] = ln.map(f64::exp);
+        Self::from_si([a, b, c, d, e, f, density_kg_m2]).project_bending().0
+    }
+
     /// The seven numbers in SI, in the paper's order: S^u, S^v, H \[N/m\], B^u, B^v, B^h
     /// \[N m\], D \[kg/m^2\].
     #[must_use]

@@ -1,5 +1,33 @@
-//! The damping of least squares whose every evaluation is a drape (Marquardt 1963): what follows a step that
-//! lowered the cost, and one that did not.
+//! The steps of least squares whose every evaluation is a drape, and their damping (Marquardt 1963): what follows a step
+//! that lowered the cost, and one that did not.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::fabric::STIFFNESSES;
+
+/// Where a damped step of least squares leads whose first unknowns are the logarithms of the six stiffnesses, from `ln` on
+/// and within their `limits`, and by how much the cost is foretold to fall. `whole` is the normal matrix of data and
+/// priors, `right` its right-hand side; the largest change of a logarithm is `longest`.
+pub(crate) fn damped_step(
+    (whole, right): (&DMatrix<f64>, &DVector<f64>),
+    ln: &[f64; STIFFNESSES],
+    limits: &[[f64; 2]; STIFFNESSES],
+    damping: f64,
+    longest: f64,
+) -> Option<([f64; STIFFNESSES], f64)> {
+    let mut damped = whole.clone();
+    for k in 0..STIFFNESSES {
+        damped[(k, k)] *= 1.0 + damping;
+    }
+    let mut step = damped.cholesky()?.solve(right);
+    let largest = step.rows(0, STIFFNESSES).amax();
+    step *= (longest / largest).min(1.0);
+    let next: [f64; STIFFNESSES] =
+        std::array::from_fn(|k| (ln[k] + step[k]).clamp(limits[k][0], limits[k][1]));
+    (0..STIFFNESSES).for_each(|k| step[k] = next[k] - ln[k]);
+    let foretold = 2.0 * right.dot(&step) - step.dot(&(whole * &step));
+    Some((next, foretold))
+}
 
 /// Damping of the steps to come.
 #[derive(Clone, Copy, Debug)]

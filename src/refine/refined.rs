@@ -49,6 +49,22 @@ pub struct RefinedStiffness {
     pub at_limit: bool,
 }
 
+impl RefinedStiffness {
+    /// Stiffness `k` of the paper's order: its logarithm, the standard deviations of that after and before the drapes, and the
+    /// ends of what was allowed. No interval is wider than what was believed before.
+    pub(crate) fn of(k: usize, ln: f64, [sigma, prior]: [f64; 2], limits: [f64; 2]) -> Self {
+        let (value, sigma) = (ln.exp(), sigma.min(prior));
+        let half = (Z90 * sigma).exp();
+        Self {
+            key: TABLE_2[k].key,
+            value,
+            interval90: [value / half, value * half],
+            shown: 1.0 - (sigma / prior).powi(2),
+            at_limit: limits.iter().any(|end| (end - ln).abs() < AT_LIMIT),
+        }
+    }
+}
+
 /// A scan beside the drape of the fitted fabric.
 #[derive(Clone, Debug)]
 pub struct ScanFit {
@@ -139,17 +155,8 @@ impl Refined {
         let fabric = squares.fabric(&state.ln);
         let stiffnesses = std::array::from_fn(|k| {
             let prior = squares.prior.ln_sigma[k];
-            let sigma = (covariance[(k, k)].sqrt() * squares.options.widen[k]).min(prior);
-            let half = (Z90 * sigma).exp();
-            let value = state.ln[k].exp();
-            let ends = squares.prior.ln_limits[k];
-            RefinedStiffness {
-                key: TABLE_2[k].key,
-                value,
-                interval90: [value / half, value * half],
-                shown: (1.0 - (sigma / prior).powi(2)).clamp(0.0, 1.0),
-                at_limit: ends.iter().any(|end| (end - state.ln[k]).abs() < AT_LIMIT),
-            }
+            let sigma = covariance[(k, k)].sqrt() * squares.options.widen[k];
+            RefinedStiffness::of(k, state.ln[k], [sigma, prior], squares.prior.ln_limits[k])
         });
         let correlation = std::array::from_fn(|a| {
             std::array::from_fn(|b| {

@@ -7,6 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::damping::damped_step;
 use super::data::{DataOptions, Datum};
 use super::prior::Prior;
 use super::trial::{NUISANCES, Trial};
@@ -97,8 +98,7 @@ impl State {
 impl Squares<'_> {
     /// The fabric of six logarithms, made one that can be.
     pub(super) fn fabric(&self, ln: &[f64; STIFFNESSES]) -> Fabric {
-        let [a, b, c, d, e, f] = ln.map(f64::exp);
-        Fabric::from_si([a, b, c, d, e, f, self.density_kg_m2]).project_bending().0
+        Fabric::from_ln_stiffnesses(ln, self.density_kg_m2)
     }
 
     /// The least squares around some drapes, the bench's numbers at their best.
@@ -165,20 +165,8 @@ impl Squares<'_> {
     /// Where a damped step leads, and by how much the cost is foretold to fall.
     pub(super) fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
         let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
-        let mut damped = whole.clone();
-        for k in 0..STIFFNESSES {
-            damped[(k, k)] *= 1.0 + damping;
-        }
-        let mut step = damped.cholesky()?.solve(&at.right);
-        let largest = step.rows(0, STIFFNESSES).amax();
-        step *= (self.options.longest_step / largest).min(1.0);
-        let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| {
-            let [low, high] = self.prior.ln_limits[k];
-            (at.ln[k] + step[k]).clamp(low, high)
-        });
-        (0..STIFFNESSES).for_each(|k| step[k] = ln[k] - at.ln[k]);
-        let foretold = 2.0 * at.right.dot(&step) - step.dot(&(&whole * &step));
-        Some((ln, foretold))
+        let longest = self.options.longest_step;
+        damped_step((&whole, &at.right), &at.ln, &self.prior.ln_limits, damping, longest)
     }
 }
 

@@ -13,19 +13,22 @@ use super::data::{SIDE, place_of};
 pub(super) const NUISANCES: usize = 6;
 
 /// The parameters with a sensitivity of their own: the stiffnesses, then the nuisances but the height.
-const PARAMETERS: [Parameter; STIFFNESSES + NUISANCES - 1] = [
-    Parameter::StretchWeft,
-    Parameter::StretchWarp,
-    Parameter::Shear,
-    Parameter::BendingWeft,
-    Parameter::BendingWarp,
-    Parameter::BendingBias,
-    Parameter::OffsetX,
-    Parameter::OffsetZ,
-    Parameter::Rotation,
-    Parameter::TiltX,
-    Parameter::TiltZ,
-];
+const PARAMETERS: [Parameter; STIFFNESSES + NUISANCES - 1] = {
+    let [a, b, c, d, e, f] = Parameter::STIFFNESSES;
+    [
+        a,
+        b,
+        c,
+        d,
+        e,
+        f,
+        Parameter::OffsetX,
+        Parameter::OffsetZ,
+        Parameter::Rotation,
+        Parameter::TiltX,
+        Parameter::TiltZ,
+    ]
+};
 
 /// A drape on a scan's branch, at the places of [`crate::base::Surface`].
 pub(super) struct Trial {

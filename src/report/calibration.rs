@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
+use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
@@ -67,7 +68,7 @@ pub fn json(calibration: &Calibration) -> Value {
 
 fn of_fabric(fabric: &FabricResult) -> Value {
     let density = json!({
-        "value": fabric.believed.density_kg_m2 * 1e3,
+        "value": fabric.believed.density_kg_m2 / KG_M2_PER_G_M2,
         "unit": "g/m^2",
         "known": fabric.believed.density_known,
     });
@@ -85,29 +86,15 @@ fn of_fabric(fabric: &FabricResult) -> Value {
         Err(error) => text["failed"] = json!(error.to_string()),
     }
     let floor_mm = fabric.floor.iter().find(|s| s.pairing == Pairing::Captures);
-    let held: Vec<f64> = fabric.held_out_rms_m().iter().map(|m| m * 1e3).collect();
+    let held: Vec<f64> = fabric.held_out_rms_m().iter().map(|m| m / M_PER_MM).collect();
     if !held.is_empty() {
         let mean = held.iter().sum::<f64>() / held.len() as f64;
         text["holdout"] = json!({"before_mm": mean, "drapes": held.len()});
         if let Some(floor) = floor_mm {
-            text["holdout"]["floor_mm"] = json!(floor.median_m * 1e3);
+            text["holdout"]["floor_mm"] = json!(floor.median_m / M_PER_MM);
         }
     }
     text
-}
-
-impl FabricResult {
-    /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
-    fn held_out_rms_m(&self) -> Vec<f64> {
-        let held = |d: &&DrapeBeside| {
-            self.measured[d.measured].entry.role == crate::calibrate::manifest::Role::Holdout
-        };
-        self.drapes
-            .iter()
-            .filter(held)
-            .filter_map(|d| Some(d.beside.as_ref().ok()?.rms_m))
-            .collect()
-    }
 }
 
 fn of_measured(measured: &Measured) -> Value {
@@ -121,18 +108,18 @@ fn of_measured(measured: &Measured) -> Value {
         "role": entry.role.name(),
         "drape_coefficient": m.drape_coefficient,
         "folds": m.folds,
-        "amplitudes_mm": m.amplitudes_m.map(|a| a * 1e3),
-        "mean_radius_mm": m.mean_m * 1e3,
+        "amplitudes_mm": m.amplitudes_m.map(|a| a / M_PER_MM),
+        "mean_radius_mm": m.mean_m / M_PER_MM,
     })
 }
 
 fn of_spread(spread: &Spread) -> Value {
     json!({
         "pairs": spread.pairs,
-        "median_mm": spread.median_m * 1e3,
-        "q10_mm": spread.quantiles_m[0] * 1e3,
-        "q90_mm": spread.quantiles_m[1] * 1e3,
-        "turned_median_mm": spread.turned_median_m * 1e3,
+        "median_mm": spread.median_m / M_PER_MM,
+        "q10_mm": spread.quantiles_m[0] / M_PER_MM,
+        "q90_mm": spread.quantiles_m[1] / M_PER_MM,
+        "turned_median_mm": spread.turned_median_m / M_PER_MM,
     })
 }
 
@@ -176,18 +163,18 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
         .map(|(key, value)| match *key {
             "rotation" => ("rotation_deg".to_owned(), json!(value.to_degrees())),
             "ln_scale" => ("scale".to_owned(), json!(value.exp())),
-            key => (format!("{key}_mm"), json!(value * 1e3)),
+            key => (format!("{key}_mm"), json!(value / M_PER_MM)),
         })
         .collect();
     json!({
         "file": file,
         "role": role,
-        "rms_mm": beside.rms_m * 1e3,
+        "rms_mm": beside.rms_m / M_PER_MM,
         "drape_coefficient": beside.measures.drape_coefficient,
         "folds": beside.measures.folds,
-        "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a * 1e3),
+        "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a / M_PER_MM),
         "pose": pose,
-        "residual_by_bearing_mm": by_bearing(beside).map(|m| m * 1e3),
+        "residual_by_bearing_mm": by_bearing(beside).map(|m| m / M_PER_MM),
     })
 }
 
@@ -213,8 +200,8 @@ fn of_group(group: &Group) -> Value {
         "face": group.face.map(Face::name),
         "drapes": group.drapes,
         "not_at_rest": group.lost,
-        "rms_mm": group.rms_m[0] * 1e3,
-        "rms_se_mm": finite(group.rms_m[1] * 1e3),
+        "rms_mm": group.rms_m[0] / M_PER_MM,
+        "rms_se_mm": finite(group.rms_m[1] / M_PER_MM),
         "dc_measured": group.drape_coefficient[0],
         "dc_simulated": group.drape_coefficient[1],
         "dc_difference_se": finite(group.difference_se),
@@ -239,7 +226,7 @@ pub fn table(calibration: &Calibration) -> String {
 }
 
 fn fabric_table(fabric: &FabricResult) -> String {
-    let density = fabric.believed.density_kg_m2 * 1e3;
+    let density = fabric.believed.density_kg_m2 / KG_M2_PER_G_M2;
     let known = if fabric.believed.density_known {
         ""
     } else {
@@ -251,13 +238,13 @@ fn fabric_table(fabric: &FabricResult) -> String {
         fabric.measured.len()
     );
     for spread in &fabric.floor {
-        let [low, high] = spread.quantiles_m.map(|m| m * 1e3);
+        let [low, high] = spread.quantiles_m.map(|m| m / M_PER_MM);
         text += &format!(
             "  {:9} {:4} pairs: {:5.2} mm rms (10 to 90 %: {low:.2} to {high:.2}), turned {:5.2}\n",
             spread.pairing.name(),
             spread.pairs,
-            spread.median_m * 1e3,
-            spread.turned_median_m * 1e3
+            spread.median_m / M_PER_MM,
+            spread.turned_median_m / M_PER_MM
         );
     }
     match &fabric.fitted {
@@ -290,8 +277,8 @@ fn fabric_table(fabric: &FabricResult) -> String {
              {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
             group.role.name(),
             group.drapes,
-            group.rms_m[0] * 1e3,
-            group.rms_m[1] * 1e3,
+            group.rms_m[0] / M_PER_MM,
+            group.rms_m[1] / M_PER_MM,
             group.drape_coefficient[0],
             group.drape_coefficient[1],
             group.difference_se,
@@ -340,7 +327,7 @@ pub fn picture(measured: &Measured, beside: &Beside) -> RgbImage {
         "{} line {}: {:.2} mm rms; drape coefficient {:.1}, simulated {:.1}; folds {}, simulated {}",
         measured.entry.fabric,
         measured.entry.line,
-        beside.rms_m * 1e3,
+        beside.rms_m / M_PER_MM,
         m.drape_coefficient,
         beside.measures.drape_coefficient,
         m.folds,

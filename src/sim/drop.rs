@@ -92,8 +92,9 @@ fn rim_targets(grid: &Grid, rim: &Boundary) -> Vec<Target> {
 /// Each vertex of a disc within a cell of its rim, and where the outline has it: the rim lies below its outline so
 /// deep that the cloth from the plate's edge to it is nearly straight, and the vertex on the way there.
 ///
-/// Dropped: springs in the plan alone, which leave the height free. The true fabric then lost folds in two drapes
-/// of three; with heights it ends 0.1 to 0.5 mm from the drape whose outline led it, in all three.
+/// The true fabric ends 0.1 to 0.5 mm from the drape whose outline led it, in three of three. An earlier start with springs
+/// in the plan alone, which left the height free, and with other places for vertices behind the rim lost folds in two of
+/// them.
 fn outline_targets(grid: &Grid, outline: &Outline, experiment: &Experiment) -> Vec<Target> {
     let even = outline.evenly(OUTLINE_POINTS);
     let [cx, cz] = outline.centroid_m();

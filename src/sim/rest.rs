@@ -131,7 +131,7 @@ pub(super) fn descend(
 /// normal forces that the last one led to. Where cloth is drawn tight over the edge, more friction
 /// there means less force in the step after, and the two can go up and down for ever; they meet when
 /// friction goes half of the way. In the corrections of a continuation (`follow.rs`) the same was
-/// tried and dropped: from a rest nearby their changes rise at first, and half of the way is too few.
+/// tried and dropped: walks of the measured prior became dearer by a third.
 struct Answer {
     /// Part of the way to the normal forces of the present sheet.
     part: f64,

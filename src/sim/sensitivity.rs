@@ -21,7 +21,7 @@
 use std::sync::Arc;
 
 use crate::base::Vector3;
-use crate::fabric::TABLE_2;
+use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::sim::experiment::{CURL_NODES, CurvatureComponent};
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
@@ -133,20 +133,22 @@ impl Parameter {
         Self::Skew,
     ];
 
+    /// The six stiffnesses, paper's order.
+    pub const STIFFNESSES: [Self; STIFFNESSES] = [
+        Self::StretchWeft,
+        Self::StretchWarp,
+        Self::Shear,
+        Self::BendingWeft,
+        Self::BendingWarp,
+        Self::BendingBias,
+    ];
+
     /// The parameter's place among the fabric's seven, in the paper's order (see [`TABLE_2`]);
     /// `None` for a parameter of the experiment.
     #[must_use]
     pub fn of_fabric(self) -> Option<usize> {
-        const SEVEN: [Parameter; 7] = [
-            Parameter::StretchWeft,
-            Parameter::StretchWarp,
-            Parameter::Shear,
-            Parameter::BendingWeft,
-            Parameter::BendingWarp,
-            Parameter::BendingBias,
-            Parameter::Density,
-        ];
-        SEVEN.iter().position(|&parameter| parameter == self)
+        let seven = Self::STIFFNESSES.iter().chain([&Self::Density]);
+        seven.into_iter().position(|&parameter| parameter == self)
     }
 
     /// Name of the parameter, as it stands in tables.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::drapes::drape_coefficient;
+use super::drapes::{drape_coefficient, fabric_of};
 use super::{DataError, Table, text_rows};
 use crate::base::Boundary;
 use crate::base::frame::GRAVITY_M_S2;
@@ -54,13 +54,7 @@ fn mean_sd(values: &[f64]) -> [f64; 2] {
 /// A fabric of even bending of this bending length, with Table 2's mean stretch and shear.
 fn of_bending_length(length_mm: f64) -> Fabric {
     let bending_nm = (length_mm * M_PER_MM).powi(3) * DENSITY_KG_M2 * GRAVITY_M_S2;
-    Fabric {
-        bending_weft_nm: bending_nm,
-        bending_warp_nm: bending_nm,
-        bending_bias_nm: bending_nm,
-        density_kg_m2: DENSITY_KG_M2,
-        ..Fabric::mean_knit()
-    }
+    fabric_of(DENSITY_KG_M2, [bending_nm; 3])
 }
 
 /// Perturbed drops of standard Cusick specimens, `count` for each of five bending lengths.

@@ -195,7 +195,8 @@ pub struct Measured {
     pub drape: Option<[f64; 2]>,
 }
 
-fn fabric_of(density: f64, [weft, warp, bias]: [f64; 3]) -> Fabric {
+/// A fabric of this density \[kg/m^2\] and bending \[N m\], with Table 2's mean stretch and shear.
+pub(super) fn fabric_of(density: f64, [weft, warp, bias]: [f64; 3]) -> Fabric {
     let fabric = Fabric {
         bending_weft_nm: weft,
         bending_warp_nm: warp,

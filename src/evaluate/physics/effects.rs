@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::drapes::{Timed, drape_coefficient, kes_drape, options, timed};
+use super::drapes::{Timed, drape_coefficient, fabric_of, kes_drape, options, timed};
 use super::{DataError, text_rows};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
@@ -28,13 +28,7 @@ const ASYMMETRIES: [f64; 3] = [0.0, 0.3, -0.3];
 pub fn asymmetry(drops: u64, mut tell: impl FnMut(&str)) {
     for length_m in BENDING_LENGTHS_M {
         let rigidity_nm = length_m.powi(3) * DENSITY_KG_M2 * GRAVITY_M_S2;
-        let fabric = Fabric {
-            bending_weft_nm: rigidity_nm,
-            bending_warp_nm: rigidity_nm,
-            bending_bias_nm: rigidity_nm,
-            density_kg_m2: DENSITY_KG_M2,
-            ..Fabric::mean_knit()
-        };
+        let fabric = fabric_of(DENSITY_KG_M2, [rigidity_nm; 3]);
         let mut without = None;
         for a in ASYMMETRIES {
             let asymmetric_bending = AsymmetricBending::uniform(a);

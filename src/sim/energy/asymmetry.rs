@@ -190,7 +190,7 @@ impl AsymmetryEnergy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::energy::difference::{Case, errors, flat_with_noise, grids};
+    use crate::sim::energy::difference::{Case, cylinder, errors, flat_with_noise, grids};
     use crate::sim::experiment::{AsymmetricBending, Curl, Softening};
     use std::sync::Arc;
 
@@ -261,14 +261,7 @@ mod tests {
         let of = |cells: usize| {
             let h = 2.5e-3;
             let grid: Arc<Grid> = Grid::shared(cells + 1, h * cells as f64);
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let x: Vec<_> = (0..grid.vertices())
-                .map(|v| {
-                    let p = grid.flat(v);
-                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-                    Vector3::new(across, (1.0 - (k * along).cos()) / k, (k * along).sin() / k)
-                })
-                .collect();
+            let x = cylinder(&grid, degrees, k);
             AsymmetryEnergy::new(&grid, &fabric(), experiment).unwrap().energy_j(&x) / (h * h)
         };
         // the second difference in the size leaves out border and corners

@@ -39,6 +39,22 @@ pub(super) fn flat_with_noise(grid: &Grid, part: f64) -> Vec<Vector3> {
         .collect()
 }
 
+/// The flat sheet bent to a cylinder of curvature `k` about a line at an angle from the warp.
+pub(super) fn cylinder(grid: &Grid, degrees: f64, k: f64) -> Vec<Vector3> {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let bent = |v: usize| {
+        let p = grid.flat(v);
+        let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
+        let (up, on) = if k == 0.0 {
+            (0.0, along)
+        } else {
+            ((1.0 - (k * along).cos()) / k, (k * along).sin() / k)
+        };
+        Vector3::new(across, up, on)
+    };
+    (0..grid.vertices()).map(bent).collect()
+}
+
 /// The largest errors of gradient and Hessian along five directions: of the work over its size, and
 /// of a vertex's change of force over the largest.
 pub(super) fn errors(case: &Case) -> [f64; 2] {

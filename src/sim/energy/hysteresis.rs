@@ -171,7 +171,7 @@ impl Element {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::energy::difference::{Case, errors, flat_with_noise, grids};
+    use crate::sim::energy::difference::{Case, cylinder, errors, flat_with_noise, grids};
     use crate::sim::experiment::{Curl, Hysteresis};
 
     fn experiment() -> Experiment {
@@ -205,22 +205,6 @@ mod tests {
             // observed floors 7e-10 and 5e-10
             assert!(gradient < 2e-7 && hessian < 3e-6, "{gradient:e} {hessian:e}");
         }
-    }
-
-    /// The sheet bent to a cylinder of curvature `k` about a line at an angle from the warp.
-    fn cylinder(grid: &Grid, degrees: f64, k: f64) -> Vec<Vector3> {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        let bent = |v: usize| {
-            let p = grid.flat(v);
-            let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-            let (up, on) = if k == 0.0 {
-                (0.0, along)
-            } else {
-                ((1.0 - (k * along).cos()) / k, (k * along).sin() / k)
-            };
-            Vector3::new(across, up, on)
-        };
-        (0..grid.vertices()).map(bent).collect()
     }
 
     /// Work per area of friction on a sheet that is bent through these curvatures in small steps,

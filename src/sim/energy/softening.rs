@@ -246,6 +246,7 @@ pub(super) fn combine(
 mod tests {
     use super::*;
     use crate::base::seed;
+    use crate::sim::energy::difference::cylinder;
     use crate::sim::experiment::Softening;
     use rand::RngExt as _;
     use std::sync::Arc;
@@ -313,7 +314,7 @@ mod tests {
 
     #[test]
     fn an_imposed_cylinder_costs_the_measured_law_at_0_45_and_90_degrees() {
-        let (n, h, k) = (41, 0.0025, 20.0);
+        let (n, h, k) = (41, 0.0025, 20.0_f64);
         let grid: Arc<Grid> = Grid::shared(n, h * (n - 1) as f64);
         let softening = energy_of(&grid, SOFTENING, 0.0);
         let folds = energy_of(&grid, Softening::default(), 0.04);
@@ -324,14 +325,7 @@ mod tests {
             (45.0, f.bending_bias_nm, SOFTENING.bias_m),
         ];
         for (degrees, rigidity, soft_m) in cases {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let x: Vec<_> = (0..grid.vertices())
-                .map(|v| {
-                    let p = grid.flat(v);
-                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-                    Vector3::new(across, (1.0 - (k * along).cos()) / k, (k * along).sin() / k)
-                })
-                .collect();
+            let x = cylinder(&grid, degrees, k);
             let cubic = -rigidity * soft_m * k.powi(3) / 3.0 * 0.01;
             let quartic = 0.25 * 0.04 * rigidity * h * h * k.powi(4) * 0.01;
             for (energy, nominal) in [(&softening, cubic), (&folds, quartic)] {
