@@ -1,22 +1,27 @@
-//! The fabric whose drapes, seen from above, lie closest to measured outlines.
+//! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with effects.
 //!
-//! Each outline leads a sheet to its branch ([`DropStart::Outline`]); let go, the sheet comes to rest, and from there it
-//! is led from fabric to fabric. Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all
-//! drapes, and the pose of each, with the prior's Gaussian on the former. Where the steps end, the outlines lead
-//! sheets of the fabric found, and the steps go on as long as that gains.
+//! Each outline leads a sheet to its branch and holds it there by weak springs ([`DropStart::Held`]); at rest on them, the
+//! sheet is led from fabric to fabric. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
+//! effects that are asked for, shared by all drapes, and the pose of each, with the prior's Gaussian on the former. Where
+//! the steps end, the outlines lead sheets of the fabric found, and the steps go on as long as that gains.
 //!
 //! The first fabric is the prior's mean with its bending scaled to the outlines' drape coefficient, so that the sheets are
 //! not led to folds that they cannot hold.
 //!
-//! Where it fails: a sheet that is let go may leave for a neighbouring branch; nothing but the distance that
-//! remains tells. A drape that does not come to rest is left out of the fit, and the result says so.
+//! Why they are held: let go, sheets leave the measured arrangement of folds for nearly regular waves, whatever the outline
+//! ([closing_the_loop.md](../../docs/closing_the_loop.md)), and a comparison over branches says little about a fabric.
+//!
+//! Where it fails: held drapes differ less from their outlines than free ones would, in all but their mean extent, which is
+//! free; the force of the springs ([`Beside::held_share`]) says what that cost. A drape that does not come to rest is left
+//! out of the fit, and the result says so.
 
 use rayon::prelude::*;
 
 use super::believed::Believed;
+use super::effect::{Cloth, Number};
 use super::measures::{FoldRule, Measures};
 use super::squares::{
-    FitOptions, PARAMETERS, Pose, Row, Squares, State, Target, picture_of, rms_m,
+    FitOptions, Pose, Row, Seen, Squares, State, Target, parameters, picture_of, rms_m, scaled,
 };
 use super::trial::{Trial, trial_of};
 use crate::base::Outline;
@@ -24,8 +29,10 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
-use crate::sim::sensitivity::SensitivityError;
-use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Kept};
+use crate::sim::sensitivity::{Parameter, SensitivityError};
+use crate::sim::{
+    Drape, Drop, DropStart, FollowOptions, Follower, Hold, Kept, SimOptions, Stop,
+};
 
 /// How far a fit is; told after every round of drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,18 +73,25 @@ pub struct Beside {
     pub simulated: Outline,
     /// What is counted on the drape's outline, the picture's scale taken out.
     pub measures: Measures,
+    /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
+    /// edge; 0 of a drape that was let go.
+    pub held_share: f64,
 }
 
 /// The fabric found.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The fabric, of the density of [`Believed`].
-    pub fabric: Fabric,
+    /// The fabric, of the density of [`Believed`], and the sizes of the effects that were asked for.
+    pub cloth: Cloth,
     /// Its stiffnesses, paper's order, for the density of [`Believed`]. The intervals are of the least squares' curvature,
     /// the misfit counted in, and have not been held against known fabrics.
     pub stiffnesses: [RefinedStiffness; STIFFNESSES],
+    /// 90 % intervals of the effects' numbers, SI, in the order of [`Cloth::effects`].
+    pub intervals90: Vec<[f64; 2]>,
     /// Each outline beside its drape, or why its sheet was left out.
     pub drapes: Vec<Result<Beside, SensitivityError>>,
+    /// Sum of squared distances in standard deviations, priors' in it.
+    pub cost: f64,
     /// Root mean square distance of an independent point in standard deviations.
     pub misfit: f64,
     /// Why the fit ended.
@@ -86,95 +100,355 @@ pub struct Fitted {
     pub simulated: usize,
 }
 
-/// Fits a fabric to outlines of its drapes.
+/// Outlines with their sheets, and the plain fit to them.
+pub struct Fit<'a> {
+    pub(super) targets: Vec<Target>,
+    /// For each outline given, why its sheet was left out.
+    lost: Vec<Option<SensitivityError>>,
+    pub(super) believed: &'a Believed,
+    pub(super) options: &'a FitOptions,
+    rule: &'a FoldRule,
+    tell: &'a (dyn Fn(Progress) + Sync),
+    followers: Vec<Follower>,
+    /// The sheets of the plain fit.
+    kept: Vec<Kept>,
+    plain: State,
+    ended: Ended,
+    simulated: usize,
+    least_m: f64,
+}
+
+/// Fits a plain fabric to outlines of its drapes, their mean drape coefficient given \[%\].
 ///
 /// # Errors
 /// [`FitError`].
-pub fn fit(
+pub fn fit<'a>(
     targets: &[Target],
-    believed: &Believed,
+    believed: &'a Believed,
     drape_coefficient: f64,
-    options: &FitOptions,
-    rule: &FoldRule,
-    tell: &(dyn Fn(Progress) + Sync),
-) -> Result<Fitted, FitError> {
+    options: &'a FitOptions,
+    rule: &'a FoldRule,
+    tell: &'a (dyn Fn(Progress) + Sync),
+) -> Result<Fit<'a>, FitError> {
     if targets.is_empty() {
         return Err(FitError::Nothing);
     }
-    let mut drapes =
-        Drapes { options, tell, simulated: 0, outlines: targets.len(), least_m: f64::INFINITY };
-    let fabric = first_fabric(believed, drape_coefficient);
-    let led = drapes.led(&fabric, targets);
+    let cloth = Cloth::plain(first_fabric(believed, drape_coefficient));
+    let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
+    let led = lead_all(&cloth, targets, &poses, options);
     let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
     for (target, sheet) in targets.iter().zip(led) {
-        match sheet {
-            Ok(sheet) => {
-                own.push(target.clone());
-                sheets.push(sheet);
-                lost.push(None);
-            }
-            Err(error) => lost.push(Some(error)),
+        lost.push(sheet.as_ref().err().cloned());
+        if let Ok(sheet) = sheet {
+            own.push(target.clone());
+            sheets.push(sheet);
         }
     }
     if let (true, Some(Some(error))) = (sheets.is_empty(), lost.first().cloned()) {
         return Err(FitError::NeverAtRest(error));
     }
-    let squares = Squares { targets: &own, believed, options };
-    let most = options.evaluations * own.len();
-    let mut best = drapes.state(&squares, &fabric, sheets_of(&sheets), first_poses(&own));
-    let mut followers: Vec<Follower> = sheets.into_iter().map(|(follower, _)| follower).collect();
-    let mut ended = drapes.descend(&squares, &mut best, &mut followers, most);
-    for _ in 1..LEADINGS {
-        // the outlines again, with a fabric that is nearer: the branches may be others
-        let fabric = squares.fabric(&best.ln);
-        let again: Result<Vec<_>, _> = drapes.led(&fabric, &own).into_iter().collect();
-        let Ok(sheets) = again else { break };
-        let mut state = drapes.state(&squares, &fabric, sheets_of(&sheets), best.poses.clone());
-        let mut led: Vec<Follower> = sheets.into_iter().map(|(follower, _)| follower).collect();
-        let why = drapes.descend(&squares, &mut state, &mut led, drapes.simulated + most);
-        let gained = best.cost - state.cost;
-        if gained > 0.0 {
-            (best, ended) = (state, why);
-        }
-        if gained < LED_GAIN {
-            break;
-        }
-    }
-    Ok(fitted(&squares, best, lost, (ended, drapes.simulated), rule))
+    let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
+    let squares = Squares { targets: &own, believed, options, numbers: &[] };
+    let poses = own.iter().map(Target::first_pose).collect();
+    let plain = squares.around(&cloth.ln(), trials, poses);
+    let simulated = targets.len();
+    let mut fit = Fit {
+        kept: followers.iter().map(Follower::keep).collect(),
+        targets: own,
+        ended: Ended::Spent,
+        least_m: f64::INFINITY,
+        simulated,
+        followers,
+        lost,
+        plain,
+        believed,
+        options,
+        rule,
+        tell,
+    };
+    fit.run(&cloth.ln());
+    Ok(fit)
 }
 
-/// Drapes of one fabric led by outlines, each beside its own.
+impl Fit<'_> {
+    /// The plain fit, from the first sheets on.
+    fn run(&mut self, first: &[f64; STIFFNESSES]) {
+        let most = self.options.evaluations * self.targets.len();
+        let (state, ended) = self.descend(&[], self.plain.clone(), self.simulated + most);
+        (self.plain, self.ended) = (state, ended);
+        self.kept = self.followers.iter().map(Follower::keep).collect();
+        let mut led_with = first.to_vec();
+        for _ in 1..LEADINGS {
+            // the outlines again, with a fabric that is nearer: the branches may be others
+            let off = self.plain.shared.iter().zip(&led_with).map(|(a, b)| (a - b).abs());
+            if off.skip(STIFFNESSES / 2).fold(0.0, f64::max) < NEAR {
+                break;
+            }
+            led_with.clone_from(&self.plain.shared);
+            let cloth = self.squares(&[]).cloth(&self.plain.shared);
+            let led = lead_all(&cloth, &self.targets, &self.plain.poses, self.options);
+            let again: Result<Vec<_>, _> = led.into_iter().collect();
+            let Ok(sheets) = again else { break };
+            self.simulated += sheets.len();
+            let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
+            let squares = self.squares(&[]);
+            let state = squares.around(&self.plain.shared, trials, self.plain.poses.clone());
+            self.followers = followers;
+            let (state, ended) = self.descend(&[], state, self.simulated + most);
+            let gained = self.plain.cost - state.cost;
+            if gained > 0.0 {
+                (self.plain, self.ended) = (state, ended);
+                self.kept = self.followers.iter().map(Follower::keep).collect();
+            }
+            if gained < LED_GAIN {
+                break;
+            }
+        }
+        self.restore();
+    }
+
+    /// For each outline given, whether its sheet was left out.
+    #[must_use]
+    pub fn lost(&self) -> Vec<bool> {
+        self.lost.iter().map(Option::is_some).collect()
+    }
+
+    /// What was found without effects.
+    #[must_use]
+    pub fn plain(&self) -> Fitted {
+        self.fitted(&[], self.plain.clone(), self.ended)
+    }
+
+    /// The least squares around the plain fit's drapes with more unknowns; `None` where a sheet has no sensitivities to
+    /// them.
+    pub(super) fn state_with(&mut self, numbers: &[&'static Number]) -> Option<State> {
+        self.restore();
+        let asked = parameters(numbers);
+        let trials: Option<Vec<Trial>> =
+            self.followers.par_iter_mut().map(|f| trial_of(f, &asked).ok()).collect();
+        let shared = extended(&self.plain.shared, numbers);
+        Some(self.squares(numbers).around(&shared, trials?, self.plain.poses.clone()))
+    }
+
+    /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.
+    pub fn with(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
+        let state = self.state_with(numbers)?;
+        let most = self.simulated + self.options.evaluations / 2 * self.targets.len();
+        let (state, ended) = self.descend(numbers, state, most);
+        Some(self.fitted(numbers, state, ended))
+    }
+
+    fn squares<'b>(&'b self, numbers: &'b [&'static Number]) -> Squares<'b> {
+        Squares { targets: &self.targets, believed: self.believed, options: self.options, numbers }
+    }
+
+    /// Puts the sheets of the plain fit back.
+    fn restore(&mut self) {
+        self.followers.iter_mut().zip(&self.kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+    }
+
+    /// Steps from a state, to which the followers' sheets belong, as long as they lower the cost.
+    fn descend(
+        &mut self,
+        numbers: &[&'static Number],
+        mut best: State,
+        most: usize,
+    ) -> (State, Ended) {
+        let mut kept: Vec<Kept> = self.followers.iter().map(Follower::keep).collect();
+        let mut damping = Damping::first();
+        // held by the outlines as their poses have them by now
+        if self.options.hold_per_m == 0.0 {
+            // let go: nothing follows a pose
+        } else if let Some(state) = self.moved(numbers, &best.shared, &best.poses) {
+            kept = self.followers.iter().map(Follower::keep).collect();
+            best = state;
+        } else {
+            self.followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+        }
+        loop {
+            if self.simulated >= most {
+                return (best, Ended::Spent);
+            }
+            let step = self.squares(numbers).step(&best, damping.value());
+            let Some((shared, foretold)) = step else { return (best, Ended::Singular) };
+            let changes = shared.iter().zip(&best.shared).map(|(a, b)| (a - b).abs());
+            let moved = changes.fold(0.0, f64::max);
+            if foretold < LEAST_GAIN.max(LEAST_SHARE * best.cost) || moved < LEAST_MOVE {
+                return (best, Ended::Converged);
+            }
+            let state = self.moved(numbers, &shared, &best.poses);
+            match state.filter(|state| state.cost < best.cost) {
+                Some(state) => {
+                    best = state;
+                    kept = self.followers.iter().map(Follower::keep).collect();
+                    damping.lower();
+                }
+                None if !damping.raise() => return (best, Ended::NoBetter),
+                None => {
+                    let sheets = self.followers.iter_mut().zip(&kept);
+                    sheets.for_each(|(sheet, kept)| sheet.return_to(kept));
+                }
+            }
+        }
+    }
+
+    /// The sheets led to another cloth, held by their outlines in some poses, and the least squares around them; `None`
+    /// where one does not come to rest there.
+    fn moved(
+        &mut self,
+        numbers: &[&'static Number],
+        shared: &[f64],
+        poses: &[Pose],
+    ) -> Option<State> {
+        let cloth = self.squares(numbers).cloth(shared);
+        let asked = parameters(numbers);
+        self.simulated += self.followers.len();
+        let (options, targets) = (self.options, &self.targets);
+        let both = self.followers.par_iter_mut().zip(targets).zip(poses);
+        let trials: Option<Vec<Trial>> = both
+            .map(|((sheet, target), pose)| led_on(sheet, &cloth, target, pose, options, &asked).ok())
+            .collect();
+        let state = self.squares(numbers).around(shared, trials?, poses.to_vec());
+        let squared: f64 = state.seen.iter().map(|seen| rms_m(&seen.rows).powi(2)).sum();
+        self.least_m = self.least_m.min((squared / state.seen.len() as f64).sqrt());
+        (self.tell)(Progress {
+            drapes: self.simulated,
+            outlines: self.targets.len(),
+            rms_m: self.least_m,
+        });
+        Some(state)
+    }
+
+    fn fitted(&self, numbers: &[&'static Number], state: State, ended: Ended) -> Fitted {
+        let squares = self.squares(numbers);
+        let misfit = state.misfit();
+        let precision = &state.normal / misfit.max(1.0).powi(2) + &state.priors;
+        let size = precision.nrows();
+        let covariance = precision.cholesky();
+        let covariance =
+            covariance.map(|factor| factor.solve(&nalgebra::DMatrix::identity(size, size)));
+        let sigma_of = |k: usize, prior: f64| covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
+        let stiffnesses = std::array::from_fn(|k| {
+            let prior = squares.believed.covariance[(k, k)].sqrt();
+            let sigmas = [sigma_of(k, prior), prior];
+            RefinedStiffness::of(k, state.shared[k], sigmas, squares.believed.ln_limits[k])
+        });
+        let cloth = squares.cloth(&state.shared);
+        let interval = |(k, (number, value)): (usize, &(&Number, f64))| {
+            let half = Z90 * number.sigma * sigma_of(STIFFNESSES + k, 1.0);
+            [value - half, value + half]
+        };
+        let intervals90 = cloth.effects.iter().enumerate().map(interval).collect();
+        let (cost, simulated) = (state.cost, self.simulated);
+        let State { trials, poses, seen, .. } = state;
+        let drapes = self.targets.iter().zip(trials).zip(poses).zip(seen);
+        let mut drapes = drapes.map(|(((target, trial), pose), seen)| {
+            Beside::of(target, trial, (pose, cloth.ln_scale()), seen, self.options, self.rule)
+        });
+        let drapes = self.lost.iter().filter_map(|lost| match lost {
+            Some(error) => Some(Err(error.clone())),
+            None => drapes.next().map(Ok),
+        });
+        let drapes = drapes.collect();
+        Fitted { cloth, stiffnesses, intervals90, drapes, cost, misfit, ended, simulated }
+    }
+}
+
+/// Shared unknowns with those of some numbers, at nothing, behind them.
+fn extended(shared: &[f64], numbers: &[&'static Number]) -> Vec<f64> {
+    shared.iter().copied().chain(numbers.iter().map(|_| 0.0)).collect()
+}
+
+/// Drapes of one cloth led and held by outlines, each beside its own.
 pub fn predict(
     targets: &[Target],
     believed: &Believed,
-    fabric: &Fabric,
+    cloth: &Cloth,
     options: &FitOptions,
     rule: &FoldRule,
     tell: &(dyn Fn(Progress) + Sync),
 ) -> Vec<Result<Beside, SensitivityError>> {
-    let mut drapes =
-        Drapes { options, tell, simulated: 0, outlines: targets.len(), least_m: f64::INFINITY };
-    let led = drapes.led(fabric, targets);
+    let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
+    let led = lead_all(cloth, targets, &poses, options);
+    tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
+    let numbers: Vec<&'static Number> = cloth.effects.iter().map(|(number, _)| *number).collect();
+    let sizes = cloth.effects.iter().map(|(number, value)| value / number.sigma);
+    let shared: Vec<f64> = cloth.ln().into_iter().chain(sizes).collect();
+    let asked = parameters(&numbers);
     let beside = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
-        let (_, trial) = sheet?;
+        let (mut sheet, mut trial) = sheet?;
         let one = [target.clone()];
-        let squares = Squares { targets: &one, believed, options };
-        let mut state = squares.around(fabric, vec![trial], vec![target.first_pose()]);
-        let (trial, rows) = (state.trials.remove(0), state.rows.remove(0));
-        Ok(Beside::of(target, trial, state.poses[0], rows, options, rule))
+        let squares = Squares { targets: &one, believed, options, numbers: &numbers };
+        let mut pose = target.first_pose();
+        // the springs follow the pose, and the pose the drape
+        for _ in 0..PREDICTIONS {
+            let around = squares.around(&shared, vec![with_moves(&mut sheet, trial, &asked)?], vec![pose]);
+            pose = around.poses[0];
+            trial = led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
+        }
+        let mut state = squares.around(&shared, vec![trial], vec![pose]);
+        let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
+        let pose = (state.poses[0], cloth.ln_scale());
+        Ok(Beside::of(target, trial, pose, seen, options, rule))
     };
-    targets.iter().zip(led).map(beside).collect()
+    targets.par_iter().zip(led).map(beside).collect()
+}
+
+/// A trial that has the moves with all that is asked for: the given one, or the sheet's anew.
+fn with_moves(
+    sheet: &mut Follower,
+    trial: Trial,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    if asked.len() == trial.moves.len() { Ok(trial) } else { trial_of(sheet, asked) }
 }
 
 /// A sheet at rest and what is seen of it.
 type Sheet = (Follower, Trial);
 
-fn sheets_of(sheets: &[Sheet]) -> Vec<Trial> {
-    sheets.iter().map(|(_, trial)| trial.clone()).collect()
+/// Sheets of a cloth led by outlines in some poses, and held.
+fn lead_all(
+    cloth: &Cloth,
+    targets: &[Target],
+    poses: &[Pose],
+    options: &FitOptions,
+) -> Vec<Result<Sheet, SensitivityError>> {
+    let lead = |(target, pose): (&Target, &Pose)| {
+        let outline = target.in_plan(&scaled(pose, cloth.ln_scale()));
+        let start = if options.hold_per_m > 0.0 {
+            DropStart::Held(Box::new(Hold { outline, per_m: options.hold_per_m }))
+        } else {
+            DropStart::Outline(Box::new(outline))
+        };
+        let experiment = cloth.setup(&options.sim.experiment, target.lies(pose)).experiment;
+        let sim = SimOptions { experiment, ..options.sim };
+        let mut follower = Follower::drop(&cloth.fabric, &Drop { start }, &sim);
+        let trial = trial_of(&mut follower, &parameters(&[]))?;
+        Ok((follower, trial))
+    };
+    targets.par_iter().zip(poses).map(lead).collect()
 }
 
-fn first_poses(targets: &[Target]) -> Vec<Pose> {
-    targets.iter().map(Target::first_pose).collect()
+/// A sheet led to another cloth, held by its outline in a pose.
+fn led_on(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    if options.hold_per_m > 0.0 {
+        let outline = target.in_plan(&scaled(pose, cloth.ln_scale()));
+        sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
+    }
+    let to = cloth.setup(&options.sim.experiment, target.lies(pose));
+    let way = sheet.follow(&to, &FollowOptions::default());
+    match way {
+        Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
+        Ok(_) => trial_of(sheet, asked),
+        Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
+    }
 }
 
 /// The prior's mean, its bending scaled to a drape coefficient \[%\].
@@ -198,164 +472,38 @@ const LENGTH_AT_50_M: f64 = 18.6e-3;
 const LENGTH_PER_PERCENT_M: f64 = 0.36e-3;
 const LENGTHS_M: [f64; 2] = [9e-3, 35e-3];
 /// How often the outlines lead at most, and the fall of the cost for which they do so again.
-const LEADINGS: usize = 3;
+const LEADINGS: usize = 2;
 const LED_GAIN: f64 = 1.0;
-
-/// Drapes on their way.
-struct Drapes<'a> {
-    options: &'a FitOptions,
-    tell: &'a (dyn Fn(Progress) + Sync),
-    simulated: usize,
-    outlines: usize,
-    least_m: f64,
-}
-
-impl Drapes<'_> {
-    /// Sheets of a fabric led by the outlines and let go.
-    fn led(&mut self, fabric: &Fabric, targets: &[Target]) -> Vec<Result<Sheet, SensitivityError>> {
-        let options = &self.options.sim;
-        let sheets: Vec<_> = targets
-            .par_iter()
-            .map(|target| {
-                let outline = target.in_plan(&target.first_pose());
-                let drop = Drop { start: DropStart::Outline(Box::new(outline)) };
-                let mut follower = Follower::drop(fabric, &drop, options);
-                let trial = trial_of(&mut follower, &PARAMETERS)?;
-                Ok((follower, trial))
-            })
-            .collect();
-        self.simulated += targets.len();
-        (self.tell)(Progress {
-            drapes: self.simulated,
-            outlines: self.outlines,
-            rms_m: self.least_m,
-        });
-        sheets
-    }
-
-    fn state(
-        &mut self,
-        squares: &Squares<'_>,
-        fabric: &Fabric,
-        trials: Vec<Trial>,
-        poses: Vec<Pose>,
-    ) -> State {
-        let state = squares.around(fabric, trials, poses);
-        let squared: f64 = state.rows.iter().map(|rows| rms_m(rows).powi(2)).sum();
-        self.least_m = self.least_m.min((squared / state.rows.len() as f64).sqrt());
-        (self.tell)(Progress {
-            drapes: self.simulated,
-            outlines: self.outlines,
-            rms_m: self.least_m,
-        });
-        state
-    }
-
-    /// Steps from `best`, to which the sheets of `followers` belong, as long as they lower the cost.
-    fn descend(
-        &mut self,
-        squares: &Squares<'_>,
-        best: &mut State,
-        followers: &mut [Follower],
-        most: usize,
-    ) -> Ended {
-        let mut kept: Vec<Kept> = followers.iter().map(Follower::keep).collect();
-        let mut damping = Damping::first();
-        loop {
-            if self.simulated >= most {
-                return Ended::Spent;
-            }
-            let Some((ln, foretold)) = squares.step(best, damping.value()) else {
-                return Ended::Singular;
-            };
-            let moved = (0..STIFFNESSES).map(|k| (ln[k] - best.ln[k]).abs()).fold(0.0, f64::max);
-            if foretold < LEAST_GAIN || moved < LEAST_MOVE {
-                return Ended::Converged;
-            }
-            let fabric = squares.fabric(&ln);
-            let trials = self.followed(&fabric, followers);
-            let poses = best.poses.clone();
-            let state = trials.map(|trials| self.state(squares, &fabric, trials, poses));
-            match state.filter(|state| state.cost < best.cost) {
-                Some(state) => {
-                    *best = state;
-                    kept = followers.iter().map(Follower::keep).collect();
-                    damping.lower();
-                }
-                None if !damping.raise() => return Ended::NoBetter,
-                None => {
-                    followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
-                }
-            }
-        }
-    }
-
-    /// The sheets led to another fabric; `None` where one does not come to rest there.
-    fn followed(&mut self, fabric: &Fabric, followers: &mut [Follower]) -> Option<Vec<Trial>> {
-        self.simulated += followers.len();
-        let follow = |follower: &mut Follower| {
-            let way = follower.follow_fabric(fabric, &FollowOptions::default()).ok()?;
-            if way.reached < 1.0 {
-                return None;
-            }
-            trial_of(follower, &PARAMETERS).ok()
-        };
-        followers.par_iter_mut().map(follow).collect()
-    }
-}
+/// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
+const NEAR: f64 = 0.2;
+/// Foretold fall of the cost, as a share of it, that is not worth a round of drapes.
+const LEAST_SHARE: f64 = 1e-3;
+/// How often a predicted drape's pose and springs follow each other.
+const PREDICTIONS: usize = 2;
+/// Quantile of the standard normal beyond which 5 % lie on each side.
+const Z90: f64 = 1.6449;
 
 impl Beside {
     fn of(
         target: &Target,
         trial: Trial,
-        pose: Pose,
-        rows: Vec<Row>,
+        (pose, ln_scale): (Pose, f64),
+        seen: Seen,
         options: &FitOptions,
         rule: &FoldRule,
     ) -> Self {
+        let posed = scaled(&pose, ln_scale);
         Self {
-            rms_m: rms_m(&rows),
+            rms_m: rms_m(&seen.rows),
             measured: target.outline.clone(),
-            simulated: trial.outline.mapped(|p| picture_of(p, &pose)),
+            simulated: trial.outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&trial.outline, &options.sim.experiment, rule),
+            held_share: options.hold_per_m * trial.hold.rms_m,
             drape: trial.drape,
             pose,
-            rows,
+            rows: seen.rows,
         }
     }
-}
-
-fn fitted(
-    squares: &Squares<'_>,
-    state: State,
-    lost: Vec<Option<SensitivityError>>,
-    (ended, simulated): (Ended, usize),
-    rule: &FoldRule,
-) -> Fitted {
-    let misfit = state.misfit();
-    let precision = &state.normal / misfit.max(1.0).powi(2) + &state.priors;
-    let size = precision.nrows();
-    let covariance =
-        precision.cholesky().map(|factor| factor.solve(&nalgebra::DMatrix::identity(size, size)));
-    let fabric = squares.fabric(&state.ln);
-    let stiffnesses = std::array::from_fn(|k| {
-        let prior = squares.believed.covariance[(k, k)].sqrt();
-        let sigma = covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
-        RefinedStiffness::of(k, state.ln[k], [sigma, prior], squares.believed.ln_limits[k])
-    });
-    let State { trials, poses, rows, .. } = state;
-    let drapes = squares.targets.iter().zip(trials).zip(poses).zip(rows);
-    let mut drapes = drapes.map(|(((target, trial), pose), rows)| {
-        Beside::of(target, trial, pose, rows, squares.options, rule)
-    });
-    let drapes = lost
-        .into_iter()
-        .filter_map(|lost| match lost {
-            Some(error) => Some(Err(error)),
-            None => drapes.next().map(Ok),
-        })
-        .collect();
-    Fitted { fabric, stiffnesses, drapes, misfit, ended, simulated }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! drape seen from above, `squares` the least squares) -> `run` (all of it for a manifest).
 
 pub mod believed;
+pub mod effect;
 pub mod fit;
 pub mod floor;
 pub mod manifest;
@@ -13,4 +14,5 @@ pub mod measures;
 pub mod run;
 pub mod silhouette;
 pub mod squares;
+pub mod trace;
 pub mod trial;

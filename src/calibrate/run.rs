@@ -9,12 +9,14 @@
 use rayon::prelude::*;
 
 use super::believed::Believed;
-use super::fit::{Beside, FitError, Fitted, Progress, fit, predict};
+use super::effect::{Effect, Number};
+use super::fit::{Beside, Fit, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
 use super::manifest::{Bench, Entry, Face, Kind, Role};
 use super::measures::{FoldRule, Measures};
 use super::silhouette::{self, SilhouetteLimits};
 use super::squares::{FitOptions, Target};
+use super::trace::{Choice, Trace, mean_and_error, trace};
 use crate::base::Outline;
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::{Mixture, MixtureError};
@@ -93,6 +95,61 @@ pub struct FabricResult {
     pub fitted: Result<Fitted, FitError>,
     /// The drapes that were fitted, then those that were predicted.
     pub drapes: Vec<DrapeBeside>,
+    /// What the residual of the plain fit asks for; `None` where too few specimens are marked `fit`.
+    pub trace: Option<Trace>,
+    /// The fit with the effects that were chosen, if any were.
+    pub after: Option<After>,
+    /// What all this amounts to.
+    pub verdict: Verdict,
+}
+
+/// A fabric with effects.
+#[derive(Clone, Debug)]
+pub struct After {
+    /// Its effects, each with those that cannot be told from it.
+    pub effects: Vec<FoundEffect>,
+    /// The fit.
+    pub fitted: Fitted,
+    /// The drapes, in the order of [`FabricResult::drapes`].
+    pub drapes: Vec<DrapeBeside>,
+}
+
+/// An effect that was added.
+#[derive(Clone, Debug)]
+pub struct FoundEffect {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// Its numbers with their values and 90 % intervals, SI.
+    pub numbers: Vec<(&'static Number, f64, [f64; 2])>,
+    /// Names of the effects that these drapes cannot tell from it.
+    pub group: Vec<&'static str>,
+}
+
+/// What was found of a fabric beyond the plain model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// An effect foretells the drapes held out better than the plain model does.
+    Found,
+    /// An effect was chosen, but the drapes held out do not confirm it, or there are none; or too few specimens are marked
+    /// `fit` to choose any.
+    Undecided,
+    /// Something comes back from specimen to specimen that no effect of the list explains.
+    Unexplained,
+    /// Nothing comes back from specimen to specimen.
+    None,
+}
+
+impl Verdict {
+    /// The word in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::Undecided => "undecided",
+            Self::Unexplained => "unexplained",
+            Self::None => "none",
+        }
+    }
 }
 
 /// What was found of a manifest.
@@ -275,25 +332,120 @@ fn fabric(
         (0..measured.len()).filter(own).filter(first_of_unit).collect()
     };
     let (to_fit, held_out) = (of_role(Role::Fit), of_role(Role::Holdout));
-    let targets = |which: &[usize]| -> Vec<Target> {
-        which.iter().map(|&k| Target::of(&measured[k].outline, measured[k].warp_rad)).collect()
+    let target = |&k: &usize| {
+        let turned_over = measured[k].entry.face == Some(Face::Down);
+        Target { turned_over, ..Target::of(&measured[k].outline, measured[k].warp_rad) }
     };
+    let targets = |which: &[usize]| -> Vec<Target> { which.iter().map(target).collect() };
     let count = to_fit.len().max(1) as f64;
     let mean = to_fit.iter().map(|&k| measured[k].measures.drape_coefficient).sum::<f64>() / count;
     let fitting = |progress| tell(Told::Fitting(&name, progress));
-    let rule = &options.folds;
-    let mut fitted = fit(&targets(&to_fit), &believed, mean, &options.fit, rule, &fitting);
-    let mut drapes = Vec::new();
-    if let Ok(found) = &mut fitted {
-        let own = to_fit.iter().zip(std::mem::take(&mut found.drapes));
+    let (rule, fit_options) = (&options.folds, &options.fit);
+    let own = targets(&to_fit);
+    let (fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
+        Ok(mut fit) => {
+            let units = units(&measured, &to_fit, &fit.lost());
+            let trace = trace(&mut fit, &units);
+            let added = trace.as_ref().and_then(|trace| add(&mut fit, trace));
+            (Ok(fit.plain()), trace, added)
+        }
+        Err(error) => (Err(error), None, None),
+    };
+    let predicting = |progress| tell(Told::Predicting(&name, progress));
+    let held = targets(&held_out);
+    let beside = |fitted: &mut Fitted| {
+        let mut drapes = Vec::new();
+        let own = to_fit.iter().zip(std::mem::take(&mut fitted.drapes));
         drapes.extend(own.map(|(&measured, beside)| DrapeBeside { measured, beside }));
-        let predicting = |progress| tell(Told::Predicting(&name, progress));
-        let held = targets(&held_out);
-        let foretold = predict(&held, &believed, &found.fabric, &options.fit, rule, &predicting);
+        let foretold = predict(&held, &believed, &fitted.cloth, fit_options, rule, &predicting);
         let other = held_out.iter().zip(foretold);
         drapes.extend(other.map(|(&measured, beside)| DrapeBeside { measured, beside }));
+        drapes
+    };
+    let mut fitted = fitted;
+    let drapes = fitted.as_mut().map(&beside).unwrap_or_default();
+    let after = added.map(|(effects, mut fitted)| {
+        let drapes = beside(&mut fitted);
+        After { effects, fitted, drapes }
+    });
+    let verdict = Verdict::None;
+    let mut result =
+        FabricResult { name, believed, measured, floor, fitted, drapes, trace, after, verdict };
+    result.verdict = result.judge();
+    Ok(result)
+}
+
+/// The specimen of each drape that was not left out, as a number from 0 on; drapes of an unknown specimen are one each.
+fn units(measured: &[Measured], to_fit: &[usize], lost: &[bool]) -> Vec<usize> {
+    let mut names: Vec<Option<&str>> = Vec::new();
+    let kept = to_fit.iter().zip(lost).filter(|(_, lost)| !**lost);
+    kept.map(|(&k, _)| {
+        let own = measured[k].entry.specimen.as_deref();
+        let known = names.iter().position(|name| name.is_some() && *name == own);
+        known.unwrap_or_else(|| {
+            names.push(own);
+            names.len() - 1
+        })
+    })
+    .collect()
+}
+
+/// Effects with the fit that has them.
+type Added = (Vec<FoundEffect>, Fitted);
+
+/// Adds the effects that a residual asks for: of those that cannot be told apart by their moves, the one whose fit is best.
+fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
+    let mut added: Option<Added> = None;
+    for choice in &trace.chosen {
+        let before: Vec<&'static Effect> =
+            added.iter().flat_map(|(effects, _)| effects.iter().map(|e| e.effect)).collect();
+        let mut tried: Vec<(&'static Effect, Fitted)> = Vec::new();
+        for effect in rivals(choice) {
+            let numbers: Vec<&'static Number> =
+                before.iter().chain([&effect]).flat_map(|e| e.numbers).collect();
+            tried.extend(fit.with(&numbers).map(|fitted| (effect, fitted)));
+        }
+        tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let Some((effect, fitted)) = tried.first().cloned() else { break };
+        let near = fitted.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
+        let other = tried[1..].iter().filter(|(_, f)| f.cost < near);
+        let mut groups: Vec<Vec<&'static str>> =
+            added.map(|(effects, _)| effects.into_iter().map(|e| e.group).collect()).unwrap_or_default();
+        groups.push(other.map(|(e, _)| e.name).collect());
+        let effects = [before, vec![effect]].concat();
+        let mut values = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+        let found = effects.iter().zip(groups).map(|(&effect, group)| {
+            let own = values.by_ref().take(effect.numbers.len());
+            let numbers = own.map(|((number, value), ends)| (*number, *value, *ends)).collect();
+            FoundEffect { effect, numbers, group }
+        });
+        added = Some((found.collect(), fitted));
     }
-    Ok(FabricResult { name, believed, measured, floor, fitted, drapes })
+    added
+}
+
+/// The effects of a choice, best first, as many as are refitted.
+fn rivals(choice: &Choice) -> Vec<&'static Effect> {
+    let mut group = choice.group.clone();
+    group.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
+    let all = std::iter::once(choice.ranked.effect).chain(group.iter().map(|r| r.effect));
+    all.take(RIVALS).collect()
+}
+
+/// Effects of a group that are refitted.
+const RIVALS: usize = 3;
+/// Difference of costs, in units of the misfit, below which two effects are not told apart: the odds are then within 20.
+const TOLD_APART: f64 = 6.0;
+
+/// A drape held out, before and after effects were added.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// Which of [`FabricResult::measured`] it is.
+    pub measured: usize,
+    /// Root mean square distance of the outlines, before and after \[m\].
+    pub rms_m: [f64; 2],
+    /// Drape coefficient less the measured one, before and after \[%\].
+    pub dc_off: [f64; 2],
 }
 
 /// Drapes of one role and face, taken together.
@@ -309,6 +461,8 @@ pub struct Group {
     pub lost: usize,
     /// Mean and standard error of the outline's root mean square distance \[m\].
     pub rms_m: [f64; 2],
+    /// Mean force of the springs that hold a drape, as a share of the weight of the cloth beyond the plate's edge.
+    pub held_share: f64,
     /// Mean drape coefficient, measured and simulated \[%\].
     pub drape_coefficient: [f64; 2],
     /// Standard error of their difference \[%\].
@@ -326,25 +480,61 @@ impl FabricResult {
         self.drapes.iter().filter(held).filter_map(at_rest).collect()
     }
 
+    /// The drapes held out that came to rest before and after effects were added.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<Pair> {
+        let Some(after) = &self.after else { return Vec::new() };
+        let both = self.drapes.iter().zip(&after.drapes);
+        let pair = |(before, after): (&DrapeBeside, &DrapeBeside)| {
+            let measured = &self.measured[before.measured];
+            let (Ok(a), Ok(b)) = (&before.beside, &after.beside) else { return None };
+            let dc = |beside: &Beside| {
+                beside.measures.drape_coefficient - measured.measures.drape_coefficient
+            };
+            let (rms_m, dc_off) = ([a.rms_m, b.rms_m], [dc(a), dc(b)]);
+            let held = measured.entry.role == Role::Holdout;
+            held.then_some(Pair { measured: before.measured, rms_m, dc_off })
+        };
+        both.filter_map(pair).collect()
+    }
+
+    fn judge(&self) -> Verdict {
+        let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
+        if self.after.is_none() {
+            let left = trace.unexplained.is_some();
+            return if left { Verdict::Unexplained } else { Verdict::None };
+        }
+        let better: Vec<f64> =
+            self.pairs().iter().map(|p| p.rms_m[0].powi(2) - p.rms_m[1].powi(2)).collect();
+        let [mean, error] = mean_and_error(&better);
+        if mean > CONFIRMED * error { Verdict::Found } else { Verdict::Undecided }
+    }
+
     /// The drapes by role and face: fitted first, face up first.
     #[must_use]
     pub fn groups(&self) -> Vec<Group> {
+        self.groups_of(&self.drapes)
+    }
+
+    /// The same of other drapes of these measured ones.
+    #[must_use]
+    pub fn groups_of(&self, drapes: &[DrapeBeside]) -> Vec<Group> {
         let key = |drape: &DrapeBeside| {
             let entry = &self.measured[drape.measured].entry;
             (entry.role, entry.face)
         };
-        let mut keys: Vec<_> = self.drapes.iter().map(key).collect();
+        let mut keys: Vec<_> = drapes.iter().map(key).collect();
         keys.sort();
         keys.dedup();
-        keys.into_iter().map(|own| self.group(own, |drape| key(drape) == own)).collect()
+        let of = |own| self.group(own, drapes.iter().filter(|d| key(d) == own).collect());
+        keys.into_iter().map(of).collect()
     }
 
     fn group(
         &self,
         (role, face): (Role, Option<Face>),
-        own: impl Fn(&DrapeBeside) -> bool,
+        all: Vec<&DrapeBeside>,
     ) -> Group {
-        let all: Vec<&DrapeBeside> = self.drapes.iter().filter(|drape| own(drape)).collect();
         let at_rest: Vec<(&Measures, &Beside)> = all
             .iter()
             .filter_map(|d| Some((&self.measured[d.measured].measures, d.beside.as_ref().ok()?)))
@@ -360,6 +550,7 @@ impl FabricResult {
             drapes: at_rest.len(),
             lost: all.len() - at_rest.len(),
             rms_m: of(&|_, b| b.rms_m),
+            held_share: of(&|_, b| b.held_share)[0],
             drape_coefficient: [
                 of(&|m, _| coefficient(m))[0],
                 of(&|_, b| coefficient(&b.measures))[0],
@@ -370,13 +561,8 @@ impl FabricResult {
     }
 }
 
-/// Mean and its standard error, of no values NaN.
-fn mean_and_error(values: &[f64]) -> [f64; 2] {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    [mean, (squares / (count - 1.0) / count).sqrt()]
-}
+/// Standard errors by which the drapes held out must be nearer with an effect than without.
+const CONFIRMED: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {

@@ -4,6 +4,8 @@
 //! [`BEARINGS`] bearings, in the plan of the simulation frame \[m\], and the moves of these points \[m per unit\]. The cloth is the
 //! rim's 244 points and the cells that lie wholly on the specimen.
 //!
+//! Where springs hold the sheet ([`crate::sim::Hold`]), how far they are stretched on the mean is told with its moves.
+//!
 //! A point of the outline that is no rim lies where the sheet turns over, and the outline moves there, across itself,
 //! as the cloth under it does: the sheet's tangent there is vertical.
 //!
@@ -12,7 +14,7 @@
 
 use crate::base::boundary::POINTS;
 use crate::base::{Outline, Vector3};
-use crate::sim::sensitivity::{Parameter, SensitivityError};
+use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
 use crate::sim::{Drape, Follower};
 
 use super::measures::each_bearing;
@@ -27,8 +29,42 @@ pub struct Trial {
     pub drape: Drape,
     /// Its outline, a point for each bearing from 0 on.
     pub outline: Outline,
-    /// Moves of the outline's points in the plan with each parameter asked for \[m per SI unit\].
-    pub moves: Vec<Vec<[f64; 2]>>,
+    /// How it moves with each parameter asked for.
+    pub moves: Vec<Move>,
+    /// The springs that hold it; nothing of a sheet that was let go.
+    pub hold: Held,
+}
+
+/// How a drape's outline moves with a parameter.
+#[derive(Clone, Debug)]
+pub struct Move {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Moves of the outline's points in the plan \[m per SI unit\].
+    pub outline: Vec<[f64; 2]>,
+    /// Change of the mean stretch of the springs \[m per SI unit\].
+    pub stretch_m: f64,
+}
+
+/// How far the springs of a hold are stretched, and how far outwards they pull.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Held {
+    /// Mean stretch, positive where the cloth lies outwards of where they pull \[m\].
+    pub mean_m: f64,
+    /// Root mean square stretch \[m\].
+    pub rms_m: f64,
+    /// How far beyond the outline they pull \[m\].
+    pub pull_m: f64,
+}
+
+impl Trial {
+    /// How it moves with a parameter that was asked for.
+    pub(super) fn with(&self, parameter: Parameter) -> &Move {
+        match self.moves.iter().find(|m| m.parameter == parameter) {
+            Some(found) => found,
+            None => unreachable!("{} was not asked for", parameter.name()),
+        }
+    }
 }
 
 /// The cloth under a point of the outline: on the way from one node to another. Nodes are the rim's points, then the
@@ -50,17 +86,27 @@ pub fn trial_of(
     parameters: &[Parameter],
 ) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.sensitivities(parameters)?;
-    let drape = follower.drape();
+    let (drape, springs) = (follower.drape(), follower.held());
     let sources = sources(&drape);
     let outline = curve(&drape, &sources);
-    let moves = sensitivities
-        .iter()
-        .map(|sensitivity| {
-            let nodes = nodes(&drape, &sensitivity.moves);
-            sources.iter().map(|source| source.at(&nodes)).collect()
-        })
-        .collect();
-    Ok(Trial { drape, outline, moves })
+    let count = springs.len().max(1) as f64;
+    let moved = |sensitivity: &Sensitivity| {
+        let nodes = nodes(&drape, &sensitivity.moves);
+        let along: f64 = springs.iter().map(|s| s.along.dot(&sensitivity.moves[s.vertex])).sum();
+        let pulled = if sensitivity.parameter == Parameter::Pull { 1.0 } else { 0.0 };
+        Move {
+            parameter: sensitivity.parameter,
+            outline: sources.iter().map(|source| source.at(&nodes)).collect(),
+            stretch_m: if springs.is_empty() { 0.0 } else { along / count - pulled },
+        }
+    };
+    let moves = sensitivities.iter().map(moved).collect();
+    let hold = Held {
+        mean_m: springs.iter().map(|s| s.stretch_m).sum::<f64>() / count,
+        rms_m: (springs.iter().map(|s| s.stretch_m.powi(2)).sum::<f64>() / count).sqrt(),
+        pull_m: follower.pull_m(),
+    };
+    Ok(Trial { drape, outline, moves, hold })
 }
 
 /// The outline of a drape seen from above, plan of the simulation frame \[m\].

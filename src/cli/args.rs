@@ -303,9 +303,20 @@ pub(crate) struct Calibrate {
     /// Standard deviation of a picture's scale beside mm_per_pixel [%]; taken as exact if not given
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) scale_sigma: Option<f64>,
+    /// How strongly drapes are held across their outlines: share of the hanging cloth's weight for each millimetre [%]; 0
+    /// lets them go
+    #[arg(long, value_name = "PERCENT", value_parser = hold)]
+    pub(crate) hold: Option<f64>,
     /// Print calibration.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A share of a weight for each millimetre, of which a few per cent hold any fold.
+fn hold(text: &str) -> Result<f64, String> {
+    let percent: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    let fits = (0.0..=100.0).contains(&percent);
+    if fits { Ok(percent) } else { Err(format!("{percent} is outside 0 to 100 %")) }
 }
 
 /// A share in per cent of which a quarter is already absurd.

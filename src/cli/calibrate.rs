@@ -29,6 +29,9 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     if let Some(percent) = given.scale_sigma {
         options.fit.pose_sigma[3] = 0.01 * percent;
     }
+    if let Some(percent) = given.hold {
+        options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
+    }
     let working = Working::on("reading the manifest's files");
     let told = calibrate(&entries, &options, &|told| working.now(said(told)));
     drop(working);

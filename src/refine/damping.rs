@@ -3,28 +3,30 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fabric::STIFFNESSES;
-
-/// Where a damped step of least squares leads whose first unknowns are the logarithms of the six stiffnesses, from `ln` on
-/// and within their `limits`, and by how much the cost is foretold to fall. `whole` is the normal matrix of data and
-/// priors, `right` its right-hand side; the largest change of a logarithm is `longest`.
+/// Where a damped step of least squares leads from `at`, the first of its unknowns (the others follow them and have no
+/// limits), within their `limits`, and by how much the cost is foretold to fall. `whole` is the normal matrix of data and
+/// priors, `right` its right-hand side; the largest change of one of the first unknowns is `longest`.
 pub(crate) fn damped_step(
     (whole, right): (&DMatrix<f64>, &DVector<f64>),
-    ln: &[f64; STIFFNESSES],
-    limits: &[[f64; 2]; STIFFNESSES],
+    at: &[f64],
+    limits: &[[f64; 2]],
     damping: f64,
     longest: f64,
-) -> Option<([f64; STIFFNESSES], f64)> {
+) -> Option<(Vec<f64>, f64)> {
     let mut damped = whole.clone();
-    for k in 0..STIFFNESSES {
+    for k in 0..at.len() {
         damped[(k, k)] *= 1.0 + damping;
     }
     let mut step = damped.cholesky()?.solve(right);
-    let largest = step.rows(0, STIFFNESSES).amax();
+    let largest = step.rows(0, at.len()).amax();
     step *= (longest / largest).min(1.0);
-    let next: [f64; STIFFNESSES] =
-        std::array::from_fn(|k| (ln[k] + step[k]).clamp(limits[k][0], limits[k][1]));
-    (0..STIFFNESSES).for_each(|k| step[k] = next[k] - ln[k]);
+    let next: Vec<f64> = at
+        .iter()
+        .zip(limits)
+        .enumerate()
+        .map(|(k, (value, [low, high]))| (value + step[k]).clamp(*low, *high))
+        .collect();
+    (0..at.len()).for_each(|k| step[k] = next[k] - at[k]);
     let foretold = 2.0 * right.dot(&step) - step.dot(&(whole * &step));
     Some((next, foretold))
 }

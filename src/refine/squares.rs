@@ -166,7 +166,10 @@ impl Squares<'_> {
     pub(super) fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
         let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
         let longest = self.options.longest_step;
-        damped_step((&whole, &at.right), &at.ln, &self.prior.ln_limits, damping, longest)
+        let limits = &self.prior.ln_limits;
+        let (next, foretold) =
+            damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
+        Some((std::array::from_fn(|k| next[k]), foretold))
     }
 }
 

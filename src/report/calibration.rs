@@ -9,8 +9,12 @@ use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
-use crate::calibrate::run::{Calibration, DrapeBeside, FabricResult, Group, Measured};
+use crate::calibrate::effect::Number;
+use crate::calibrate::run::{
+    Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair,
+};
 use crate::calibrate::squares::POSE_KEYS;
+use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
 use crate::io::{self, WriteError};
 use crate::picture::draw;
@@ -85,16 +89,87 @@ fn of_fabric(fabric: &FabricResult) -> Value {
         Ok(fitted) => text["fit"] = of_fit(fitted),
         Err(error) => text["failed"] = json!(error.to_string()),
     }
-    let floor_mm = fabric.floor.iter().find(|s| s.pairing == Pairing::Captures);
-    let held: Vec<f64> = fabric.held_out_rms_m().iter().map(|m| m / M_PER_MM).collect();
-    if !held.is_empty() {
-        let mean = held.iter().sum::<f64>() / held.len() as f64;
-        text["holdout"] = json!({"before_mm": mean, "drapes": held.len()});
-        if let Some(floor) = floor_mm {
-            text["holdout"]["floor_mm"] = json!(floor.median_m / M_PER_MM);
-        }
+    text["verdict"] = json!(fabric.verdict.name());
+    let found = fabric.after.iter().flat_map(|after| &after.effects);
+    text["effects"] = found.flat_map(of_effect).collect();
+    text["trace"] = fabric.trace.as_ref().map_or(Value::Null, of_trace);
+    text["holdout"] = of_holdout(fabric);
+    if let Some(after) = &fabric.after {
+        text["after"] = json!({
+            "fit": of_fit(&after.fitted),
+            "drapes": after.drapes.iter().map(|d| of_drape(fabric, d)).collect::<Vec<_>>(),
+            "groups": fabric.groups_of(&after.drapes).iter().map(of_group).collect::<Vec<_>>(),
+        });
     }
     text
+}
+
+/// One entry for each number of an effect.
+fn of_effect(found: &FoundEffect) -> Vec<Value> {
+    let of = |(number, value, ends): &(&Number, f64, [f64; 2])| {
+        let (unit, size) = number.unit;
+        json!({
+            "name": found.effect.name,
+            "part": number.key,
+            "value": value / size,
+            "unit": unit,
+            "interval90": ends.map(|end| end / size),
+            "group": found.group,
+        })
+    };
+    found.numbers.iter().map(of).collect()
+}
+
+fn of_trace(trace: &Trace) -> Value {
+    let of = |ranked: &Ranked| {
+        json!({"name": ranked.effect.name, "gain": ranked.gain[0], "se": ranked.gain[1], "sure": ranked.sure})
+    };
+    let chosen = |choice: &Choice| {
+        let mut text = of(&choice.ranked);
+        text["group"] = choice.group.iter().map(of).collect();
+        text
+    };
+    json!({
+        "specimens": trace.units,
+        "held_out_cost": trace.plain,
+        "alone": trace.alone.iter().map(of).collect::<Vec<_>>(),
+        "chosen": trace.chosen.iter().map(chosen).collect::<Vec<_>>(),
+        "unexplained": trace.unexplained.as_ref().map(of),
+    })
+}
+
+/// The drapes held out: before, and after effects were added; lengths in mm, drape coefficients in %.
+fn of_holdout(fabric: &FabricResult) -> Value {
+    let before: Vec<f64> = fabric.held_out_rms_m().iter().map(|m| m / M_PER_MM).collect();
+    if before.is_empty() {
+        return Value::Null;
+    }
+    let mut text = json!({"before_mm": mean(&before), "drapes": before.len()});
+    if let Some(floor) = fabric.floor.iter().find(|s| s.pairing == Pairing::Captures) {
+        text["floor_mm"] = json!(floor.median_m / M_PER_MM);
+    }
+    let pairs = fabric.pairs();
+    if !pairs.is_empty() {
+        let of = |value: &dyn Fn(&Pair) -> f64| pairs.iter().map(value).collect::<Vec<f64>>();
+        let fall = of(&|p| (p.rms_m[0] - p.rms_m[1]) / M_PER_MM);
+        text["pairs"] = json!(pairs.len());
+        text["before_mm"] = json!(mean(&of(&|p| p.rms_m[0] / M_PER_MM)));
+        text["after_mm"] = json!(mean(&of(&|p| p.rms_m[1] / M_PER_MM)));
+        text["se_mm"] = json!(finite(standard_error(&fall)));
+        text["dc_before"] = json!(mean(&of(&|p| p.dc_off[0].abs())));
+        text["dc_after"] = json!(mean(&of(&|p| p.dc_off[1].abs())));
+    }
+    text
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard error of a mean.
+fn standard_error(values: &[f64]) -> f64 {
+    let (count, mean) = (values.len() as f64, mean(values));
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt()
 }
 
 fn of_measured(measured: &Measured) -> Value {
@@ -124,14 +199,14 @@ fn of_spread(spread: &Spread) -> Value {
 }
 
 fn of_fit(fitted: &Fitted) -> Value {
-    let values = fitted.fabric.to_paper_units();
+    let values = fitted.cloth.fabric.to_paper_units();
     let parameters: serde_json::Map<String, Value> = fitted
         .stiffnesses
         .iter()
         .enumerate()
         .map(|(k, s)| {
             // from SI to the paper's unit
-            let unit = values[k] / fitted.fabric.in_si()[k];
+            let unit = values[k] / fitted.cloth.fabric.in_si()[k];
             let value = json!({
                 "value": values[k],
                 "unit": TABLE_2[k].unit,
@@ -170,6 +245,7 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
         "file": file,
         "role": role,
         "rms_mm": beside.rms_m / M_PER_MM,
+        "held_share": beside.held_share,
         "drape_coefficient": beside.measures.drape_coefficient,
         "folds": beside.measures.folds,
         "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a / M_PER_MM),
@@ -202,6 +278,7 @@ fn of_group(group: &Group) -> Value {
         "not_at_rest": group.lost,
         "rms_mm": group.rms_m[0] / M_PER_MM,
         "rms_se_mm": finite(group.rms_m[1] / M_PER_MM),
+        "held_share": group.held_share,
         "dc_measured": group.drape_coefficient[0],
         "dc_simulated": group.drape_coefficient[1],
         "dc_difference_se": finite(group.difference_se),
@@ -249,9 +326,9 @@ fn fabric_table(fabric: &FabricResult) -> String {
     }
     match &fabric.fitted {
         Ok(fitted) => {
-            let values = fitted.fabric.to_paper_units();
+            let values = fitted.cloth.fabric.to_paper_units();
             for (k, s) in fitted.stiffnesses.iter().enumerate() {
-                let unit = values[k] / fitted.fabric.in_si()[k];
+                let unit = values[k] / fitted.cloth.fabric.in_si()[k];
                 let [low, high] = s.interval90.map(|v| v * unit);
                 let at_limit = if s.at_limit { ", at its limit" } else { "" };
                 text += &format!(
@@ -268,17 +345,25 @@ fn fabric_table(fabric: &FabricResult) -> String {
         }
         Err(error) => text += &format!("  not fitted: {error}\n"),
     }
-    for group in fabric.groups() {
+    text += &groups_table(&fabric.groups());
+    text += &effects_table(fabric);
+    text
+}
+
+fn groups_table(groups: &[Group]) -> String {
+    let mut text = String::new();
+    for group in groups {
         let face = group.face.map_or("-", Face::name);
         let lost =
             if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
         text += &format!(
-            "  {:7} {face:4} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, drape coefficient {:.1} simulated \
-             {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
+            "  {:7} {face:4} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, held by {:.1} % of the weight, drape \
+             coefficient {:.1} simulated {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
             group.role.name(),
             group.drapes,
             group.rms_m[0] / M_PER_MM,
             group.rms_m[1] / M_PER_MM,
+            100.0 * group.held_share,
             group.drape_coefficient[0],
             group.drape_coefficient[1],
             group.difference_se,
@@ -287,6 +372,48 @@ fn fabric_table(fabric: &FabricResult) -> String {
         );
     }
     text
+}
+
+/// What the residual asks for, what was added, and what that gained.
+fn effects_table(fabric: &FabricResult) -> String {
+    let mut text = String::new();
+    if let Some(trace) = &fabric.trace {
+        text += &format!(
+            "  held out in turn, {} specimens, cost {:.0} each; its logarithm falls with\n",
+            trace.units, trace.plain
+        );
+        for ranked in &trace.alone {
+            let [gain, error] = ranked.gain;
+            let name = ranked.effect.name;
+            text += &format!("    {name:18} {gain:7.3} +- {error:.3}, size {:.1} errors\n", ranked.sure);
+        }
+        if let Some(ranked) = &trace.unexplained {
+            let [gain, error] = ranked.gain;
+            let name = ranked.effect.name;
+            text += &format!("  {name} foretells what is left: {gain:.3} +- {error:.3}\n");
+        }
+    }
+    if let Some(after) = &fabric.after {
+        for found in &after.effects {
+            for (number, value, [low, high]) in &found.numbers {
+                let (unit, size) = number.unit;
+                text += &format!(
+                    "  {} {}: {:.3} {unit} ({:.3} to {:.3})\n",
+                    found.effect.name,
+                    number.key,
+                    value / size,
+                    low / size,
+                    high / size
+                );
+            }
+            if !found.group.is_empty() {
+                text += &format!("    not told apart from {}\n", found.group.join(", "));
+            }
+        }
+        text += "  with that\n";
+        text += &groups_table(&fabric.groups_of(&after.drapes));
+    }
+    text + &format!("  verdict: {}\n", fabric.verdict.name())
 }
 
 const WHITE: Rgb<u8> = Rgb([255; 3]);

@@ -12,7 +12,7 @@ use crate::base::{Boundary, Outline, Surface, Vector3, seed};
 use crate::fabric::Fabric;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
-use crate::sim::model::{Guide, Target};
+use crate::sim::guide::{Guide, Target};
 use crate::sim::options::SimOptions;
 
 /// The state from which the flat specimen falls.
@@ -32,10 +32,27 @@ pub enum DropStart {
     /// the height, for which the cloth beyond the plate's edge is taken as nearly straight. The specimen must lie
     /// on the plate's centre without rotation.
     Outline(Box<Outline>),
+    /// As [`Self::Outline`], but weak springs go on holding the rim across the outline: the sheet comes to rest on the
+    /// outline's branch also where it would leave that if it were let go.
+    Held(Box<Hold>),
     /// The sheet is laid where this surface of the specimen lies (simulation frame) and comes to
     /// rest without a fall: it ends in the equilibrium next to the surface. A surface with an error
     /// (a scan's) is first held by springs over all of it, which are released in stages.
     Surface(Box<Surface>),
+}
+
+/// Weak springs that hold a disc's rim across an outline.
+///
+/// They act in the plan alone, across the outline, and not on the mean: [`crate::sim::Follower::hold`] sets how far
+/// outwards they pull, all alike, and where that is such that they pull nowhere on the whole, the drape's mean
+/// extent is the cloth's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hold {
+    /// The outline seen from above, plan of the simulation frame \[m\].
+    pub outline: Outline,
+    /// Force of all springs, each stretched by a distance, over that distance and the weight of the cloth beyond the
+    /// plate's edge \[1/m\]: 10 for a hundredth of that weight for each millimetre.
+    pub per_m: f64,
 }
 
 /// How a specimen is dropped onto the plate.
@@ -65,11 +82,38 @@ pub(super) fn guide(
 ) -> Option<Guide> {
     let targets = match start {
         DropStart::Guided(rim) => rim_targets(grid, rim),
-        DropStart::Outline(outline) => outline_targets(grid, outline, experiment),
+        DropStart::Outline(outline) => led(outline_targets(grid, outline, experiment)),
+        DropStart::Held(hold) => led(outline_targets(grid, &hold.outline, experiment)),
         DropStart::Canonical | DropStart::Perturbed(_) | DropStart::Surface(_) => return None,
     };
     let weight = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
-    Some(Guide { targets, stiffness_n_m: weight / SPRING_SAG_M })
+    Some(Guide { targets, stiffness_n_m: weight / SPRING_SAG_M, outwards_m: 0.0 })
+}
+
+/// Springs to the same places that act along all directions: a sheet is led in height too.
+fn led(targets: Vec<Target>) -> Vec<Target> {
+    targets.into_iter().map(|target| Target { along: None, ..target }).collect()
+}
+
+/// The springs of a hold.
+pub(super) fn holding(
+    hold: &Hold,
+    grid: &Grid,
+    fabric: &Fabric,
+    experiment: &Experiment,
+) -> Guide {
+    let mut targets = outline_targets(grid, &hold.outline, experiment);
+    let share = 1.0 / targets.len().max(1) as f64;
+    targets.iter_mut().for_each(|target| target.weight = share);
+    let weight_n = hanging_n(fabric, experiment);
+    Guide { targets, stiffness_n_m: hold.per_m * weight_n, outwards_m: 0.0 }
+}
+
+/// Weight of a disc beyond the plate's edge \[N\].
+fn hanging_n(fabric: &Fabric, experiment: &Experiment) -> f64 {
+    let radius_m = 0.5 * experiment.specimen.weft_m;
+    let area_m2 = std::f64::consts::PI * (radius_m.powi(2) - experiment.plate.radius_m.powi(2));
+    fabric.density_kg_m2 * GRAVITY_M_S2 * area_m2
 }
 
 /// Each vertex of the border and where the rim has it.
@@ -86,11 +130,13 @@ fn rim_targets(grid: &Grid, rim: &Boundary) -> Vec<Target> {
         (points[index] + (next - points[index]) * along.fract()).coords
     };
     let vertices = border.iter().enumerate();
-    vertices.map(|(k, &vertex)| Target { vertex, position_m: target(k), weight: 1.0 }).collect()
+    let spring =
+        |(k, &vertex)| Target { vertex, position_m: target(k), along: None, weight: 1.0 };
+    vertices.map(spring).collect()
 }
 
-/// Each vertex of a disc within a cell of its rim, and where the outline has it: the rim lies below its outline so
-/// deep that the cloth from the plate's edge to it is nearly straight, and the vertex on the way there.
+/// Each vertex of a disc within a cell of its rim, where the outline has it, and the direction across the outline: the
+/// rim lies below its outline so deep that the cloth from the plate's edge to it is nearly straight, and the vertex on the way there.
 ///
 /// The true fabric ends 0.1 to 0.5 mm from the drape whose outline led it, in three of three. An earlier start with springs
 /// in the plan alone, which left the height free, and with other places for vertices behind the rim lost folds in two of
@@ -123,7 +169,10 @@ fn outline_targets(grid: &Grid, outline: &Outline, experiment: &Experiment) -> V
         let rim = Vector3::new(x, -drop, z);
         let edge = Vector3::new(angle.cos(), 0.0, angle.sin()) * plate_m;
         let share = (flat.norm() - plate_m) / (radius_m - plate_m);
-        Target { vertex, position_m: edge + (rim - edge) * share, weight: 1.0 }
+        // across the outline, outwards: it runs from the warp towards the weft
+        let (dx, dz) = (b[0] - a[0], b[1] - a[1]);
+        let along = Some(Vector3::new(dz, 0.0, -dx) / dx.hypot(dz));
+        Target { vertex, position_m: edge + (rim - edge) * share, along, weight: 1.0 }
     };
     (0..grid.vertices()).filter(near).map(target).collect()
 }
@@ -161,6 +210,7 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
         DropStart::Canonical
         | DropStart::Guided(_)
         | DropStart::Outline(_)
+        | DropStart::Held(_)
         | DropStart::Surface(_) => {
             waves.extend([
                 Wave { height_m: 0.2e-3, along_x: 1.3, along_z: 2.1, phase: 0.4 },

@@ -21,8 +21,9 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::base::{Boundary, Vector3};
 use crate::fabric::Fabric;
 use crate::sim::drape::{Drape, Rested, count_nodes, fallen, rest};
-use crate::sim::drop::Drop;
+use crate::sim::drop::{Drop, Hold, holding};
 use crate::sim::effort::Effort;
+use crate::sim::guide::Target;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::{SimOptions, Stop};
@@ -45,6 +46,17 @@ pub struct Kept {
     stop: Stop,
     residual_n: f64,
     setup: Setup,
+}
+
+/// A spring that holds the sheet across an outline ([`Hold`]).
+#[derive(Clone, Copy, Debug)]
+pub struct Held {
+    /// Its vertex.
+    pub vertex: usize,
+    /// The unit vector along which it acts.
+    pub along: Vector3,
+    /// How far it is stretched, positive outwards \[m\].
+    pub stretch_m: f64,
 }
 
 /// How a way is followed.
@@ -163,6 +175,33 @@ impl Follower {
     #[must_use]
     pub fn boundary(&self) -> Boundary {
         self.rested.model.grid.boundary(&self.rested.x)
+    }
+
+    /// The springs that hold the sheet; none where it was let go.
+    #[must_use]
+    pub fn held(&self) -> Vec<Held> {
+        let Rested { model, x, .. } = &self.rested;
+        let spring = |target: &Target| {
+            let along = target.along?;
+            let stretch_m = along.dot(&(x[target.vertex] - target.position_m)) - model.guide.outwards_m;
+            Some(Held { vertex: target.vertex, along, stretch_m })
+        };
+        model.guide.targets.iter().filter_map(spring).collect()
+    }
+
+    /// How far beyond its outline the hold pulls \[m\].
+    #[must_use]
+    pub fn pull_m(&self) -> f64 {
+        self.rested.model.guide.outwards_m
+    }
+
+    /// Holds the sheet across another outline, `outwards_m` beyond it; it has not moved yet: [`Self::follow`] leads it
+    /// to rest.
+    pub fn hold(&mut self, hold: &Hold, outwards_m: f64) {
+        let model = &mut self.rested.model;
+        let Setup { fabric, experiment } = &self.setup;
+        model.guide = holding(hold, &model.grid, fabric, experiment);
+        model.guide.outwards_m = outwards_m;
     }
 
     /// How far the sheet moves with each of `parameters`; see [`crate::sim::sensitivity`].

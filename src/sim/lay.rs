@@ -19,7 +19,8 @@ use crate::base::{Surface, SurfacePoint, Vector3};
 use crate::fabric::Fabric;
 use crate::sim::experiment::Specimen;
 use crate::sim::grid::Grid;
-use crate::sim::model::{Guide, Model, Target};
+use crate::sim::guide::{Guide, Target};
+use crate::sim::model::Model;
 use crate::sim::self_contact::intersecting;
 
 /// A sheet on the grid.
@@ -44,12 +45,12 @@ pub(super) fn lay(surface: &Surface, specimen: &Specimen, fabric: &Fabric, model
         let place = &places[vertex];
         let known = 1.0 / (1.0 + (place.sigma_m / HALF_WEIGHT_SIGMA_M).powi(2));
         let weight = if smoothed[vertex] { SMOOTHED_WEIGHT * known } else { known };
-        Target { vertex, position_m: place.position_m.coords, weight }
+        Target { vertex, position_m: place.position_m.coords, along: None, weight }
     };
     let springs = || {
         let cloth = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0);
         let cell_n = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
-        Guide { targets: cloth.map(target).collect(), stiffness_n_m: cell_n / SAG_M }
+        Guide { targets: cloth.map(target).collect(), stiffness_n_m: cell_n / SAG_M, outwards_m: 0.0 }
     };
     let springs = (!exact).then(springs);
     Laid { x, springs }

@@ -11,6 +11,7 @@ pub mod energy;
 pub mod experiment;
 pub mod follow;
 pub mod grid;
+pub mod guide;
 pub mod hessian_form;
 mod lay;
 pub mod model;
@@ -29,9 +30,9 @@ pub use drape::{
     Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities,
     rim_harmonics_m,
 };
-pub use drop::{Drop, DropStart};
+pub use drop::{Drop, DropStart, Hold};
 pub use experiment::{Experiment, MeshWarning};
-pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, Kept, OnEvent};
+pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, Held, Kept, OnEvent};
 pub use hessian_form::HessianForm;
 pub use numerics::{Grading, Numerics};
 pub use options::{OptionsError, OptionsFault, SimOptions, Stop};

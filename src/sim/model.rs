@@ -21,30 +21,10 @@ use crate::sim::energy::plate::PlateContact;
 use crate::sim::energy::softening::SofteningEnergy;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::{CELL_PAIRS, Grid};
+use crate::sim::guide::Guide;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::numerics::Numerics;
 use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
-
-/// The place that a spring pulls a vertex to.
-#[derive(Clone, Copy, Debug)]
-pub struct Target {
-    /// The vertex.
-    pub vertex: usize,
-    /// The place, simulation frame \[m\].
-    pub position_m: Vector3,
-    /// Share of the springs' stiffness that this one has.
-    pub weight: f64,
-}
-
-/// Springs that pull some vertices to places in space, to lead the sheet to a
-/// branch; released before the equilibrium is sought.
-#[derive(Clone, Debug, Default)]
-pub struct Guide {
-    /// Where each spring pulls.
-    pub targets: Vec<Target>,
-    /// Stiffness of a spring of weight 1 \[N/m\].
-    pub stiffness_n_m: f64,
-}
 
 /// A block of the Hessian outside the grid's pattern.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +60,7 @@ pub struct Model {
     pub self_contact: SelfContact,
     /// Friction inside the cloth against bending, with its state; none where that is off.
     pub hysteresis: Option<HysteresisEnergy>,
-    /// Springs that lead the sheet to a branch; none by default.
+    /// Springs that lead the sheet to a branch, or hold it there; none by default.
     pub guide: Guide,
     /// The vertices that stay where they are: those in a clamp, and those outside a disc.
     pub held: Vec<usize>,
@@ -134,7 +114,7 @@ impl Model {
     }
 
     /// The model of another fabric, experiment or cut on the same cells, with the contacts and the
-    /// bending that this one remembers: the sheet has not moved.
+    /// bending that this one remembers and the springs that hold it: the sheet has not moved.
     #[must_use]
     pub fn changed(&self, grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Self {
         let ratio = grid.cell_area_m2() / self.grid.cell_area_m2();
@@ -149,6 +129,8 @@ impl Model {
         if let (Some(new), Some(old)) = (&mut changed.hysteresis, &self.hysteresis) {
             new.take_anchors(old);
         }
+        changed.guide.clone_from(&self.guide);
+        changed.guide.stiffness_n_m *= fabric.density_kg_m2 / self.density_kg_m2;
         changed
     }
 
@@ -219,13 +201,11 @@ impl Model {
     /// Total energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        let square = |t: &Target| t.weight * (x[t.vertex] - t.position_m).norm_squared();
-        let guide: f64 = self.guide.targets.iter().map(square).sum();
         self.plate.energy_j(&self.grid, x)
             + self.body_energy_j(x)
             + self.self_contact.energy_j(x)
             + self.hysteresis.as_ref().map_or(0.0, |hysteresis| hysteresis.energy_j(x))
-            + 0.5 * self.guide.stiffness_n_m * guide
+            + self.guide.energy_j(x)
     }
 
     /// Largest fraction of the step `dx` from `x` on which the sheet passes neither through
@@ -265,10 +245,7 @@ impl Model {
         }
         self.plate.add_gradient(&self.grid, x, gradient);
         self.self_contact.add_gradient(x, gradient);
-        for target in &self.guide.targets {
-            let v = target.vertex;
-            gradient[v] += (x[v] - target.position_m) * (target.weight * self.guide.stiffness_n_m);
-        }
+        self.guide.add_gradient(x, gradient);
         for &v in &self.held {
             gradient[v] = Vector3::zeros();
         }
@@ -354,10 +331,7 @@ impl Model {
             hysteresis.add_hessian(pattern, x, form, values);
         }
         self.plate.add_hessian(&grid, x, form, values);
-        for target in &self.guide.targets {
-            let stiffness_n_m = target.weight * self.guide.stiffness_n_m;
-            pattern.add_diagonal(values, target.vertex, &(Matrix3::identity() * stiffness_n_m));
-        }
+        self.guide.add_hessian(pattern, values);
         for &v in &self.held {
             pattern.add_diagonal(values, v, &(Matrix3::identity() * HELD_N_M));
         }

@@ -2,7 +2,8 @@
 
 use crate::base::Vector3;
 use crate::sim::hessian_form::HessianForm;
-use crate::sim::model::{Guide, Model};
+use crate::sim::guide::Guide;
+use crate::sim::model::Model;
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Inertia, Memory, Newton};
 use crate::sim::options::{SimOptions, Stop};

@@ -96,10 +96,12 @@ pub enum Parameter {
     Weft,
     /// Skew of the specimen \[rad\].
     Skew,
+    /// How far beyond an outline the springs of a [`crate::sim::Hold`] pull \[m\].
+    Pull,
 }
 
 impl Parameter {
-    /// All parameters but the single nodes of the natural curvature's field.
+    /// All parameters but the single nodes of the natural curvature's field and the pull of a hold.
     pub const ALL: [Self; 30] = [
         Self::StretchWeft,
         Self::StretchWarp,
@@ -179,6 +181,7 @@ impl Parameter {
             Self::Warp => "specimen_warp",
             Self::Weft => "specimen_weft",
             Self::Skew => "specimen_skew",
+            Self::Pull => "pull",
             fabric => fabric.of_fabric().map_or("", |k| TABLE_2[k].key),
         };
         name.to_owned()
@@ -259,8 +262,9 @@ pub enum SensitivityError {
 
 impl Setup {
     /// The same with `change` added to `parameter`. The specimen's place and rotation change
-    /// nothing here: they act through friction's anchors.
-    fn with(mut self, parameter: Parameter, change: f64) -> Self {
+    /// nothing here: they act through friction's anchors, as a hold's pull does through its springs.
+    #[must_use]
+    pub fn with(mut self, parameter: Parameter, change: f64) -> Self {
         let (f, e) = (&mut self.fabric, &mut self.experiment);
         let number = match parameter {
             Parameter::StretchWeft => &mut f.stretch_weft_n_m,
@@ -295,7 +299,9 @@ impl Setup {
             Parameter::Warp => &mut e.specimen.warp_m,
             Parameter::Weft => &mut e.specimen.weft_m,
             Parameter::Skew => &mut e.specimen.skew_rad,
-            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation => return self,
+            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation | Parameter::Pull => {
+                return self;
+            }
         };
         *number += change;
         self
@@ -322,6 +328,7 @@ impl Setup {
             Parameter::Rotation => changed
                 .plate
                 .move_anchors(|p| Vector3::new(p.x * cos + p.z * sin, p.y, p.z * cos - p.x * sin)),
+            Parameter::Pull => changed.guide.outwards_m += change,
             _ => {}
         }
         changed

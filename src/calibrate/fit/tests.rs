@@ -8,7 +8,7 @@ use crate::sim::{Experiment, SimOptions};
 
 /// A drape seen from above, as a picture of 256 x 256 pixels with 4 x 4 samples each.
 fn picture(outline: &Outline, pixel_m: f64) -> image::GrayImage {
-    let pose = [128.3 * pixel_m, 126.1 * pixel_m, 0.0, 0.0, 0.0, 0.0];
+    let pose = [128.3 * pixel_m, 126.1 * pixel_m, 0.0, 0.0, 0.0, 0.0, 0.0];
     let seen = outline.mapped(|p| picture_of(p, &pose));
     image::GrayImage::from_fn(256, 256, |x, y| {
         let inside = |k: u32| {
@@ -59,9 +59,9 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
     let targets: Vec<Target> = drapes.iter().map(|(target, _)| target.clone()).collect();
     let believed = Believed::of(&Mixture::measured(), Some(truth.density_kg_m2)).unwrap();
     let dc = 0.5 * (drapes[0].1.drape_coefficient + drapes[1].1.drape_coefficient);
-    let fitted = fit(&targets[..2], &believed, dc, &options, &rule, &|_| ()).unwrap();
+    let fitted = fit(&targets[..2], &believed, dc, &options, &rule, &|_| ()).unwrap().plain();
     let rms: Vec<f64> = fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect();
-    let foretold = predict(&targets[2..], &believed, &fitted.fabric, &options, &rule, &|_| ());
+    let foretold = predict(&targets[2..], &believed, &fitted.cloth, &options, &rule, &|_| ());
     let third = foretold[0].as_ref().unwrap();
     let off: Vec<f64> =
         (0..STIFFNESSES).map(|k| (fitted.stiffnesses[k].value / truth.in_si()[k]).ln()).collect();
@@ -91,18 +91,18 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
 fn the_outline_moves_as_its_sensitivities_say() {
     let (fabric, options) = (truth(), options());
     let mut follower = Follower::drop(&fabric, &Drop::canonical(), &options.sim);
-    let before = trial_of(&mut follower, &PARAMETERS).unwrap();
+    let before = trial_of(&mut follower, &parameters(&[])).unwrap();
     // one per cent more bending along the warp
     let share = 0.01;
     let mut si = fabric.in_si();
     let added = si[4] * share;
     si[4] += added;
     follower.follow_fabric(&Fabric::from_si(si), &FollowOptions::default()).unwrap();
-    let after = trial_of(&mut follower, &PARAMETERS).unwrap();
+    let after = trial_of(&mut follower, &parameters(&[])).unwrap();
     let (mut squared, mut off) = (0.0, 0.0);
     for (k, point) in before.outline.points_m().iter().enumerate() {
         let foot = before.outline.foot(*point);
-        let move_ = before.moves[4][k];
+        let move_ = before.moves[4].outline[k];
         let moved = [0, 1].map(|c| point[c] + move_[c] * added);
         let foretold = foot.normal[0] * move_[0] * added + foot.normal[1] * move_[1] * added;
         // where the moved point lies from the outline that came of it

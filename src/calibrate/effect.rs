@@ -1,0 +1,335 @@
+//! The effects that a calibration looks for: numbers beyond six stiffnesses and a density, of the cloth or of the bench.
+//!
+//! In: nothing but what the simulator can do ([`Parameter`]). Out: for each effect its numbers, how large they may be
+//! expected to be, and the setup of a drape in which they are so large. What changes its sign when the specimen is
+//! turned over, and what stays with the bench, is said here and nowhere else.
+//!
+//! Not looked for: crease and creep (their place or time is not in a picture), skew (a disc has none), hysteresis (what it
+//! does to an outline depends on the way that the cloth came, which the picture does not show).
+
+use crate::fabric::{Fabric, STIFFNESSES};
+use crate::sim::experiment::CurvatureComponent;
+use crate::sim::sensitivity::Parameter;
+use crate::sim::{Experiment, Setup};
+
+/// What a number changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Acts {
+    /// The sheet, all of these alike; the same with either face up.
+    Sheet(&'static [Parameter]),
+    /// The sheet, with the other sign where the specimen is turned over.
+    Face(Parameter),
+    /// How far the plate falls towards a side of the picture: 0 for right, 1 for down.
+    Tilt(usize),
+    /// The picture's scale.
+    Scale,
+    /// The outline itself: a harmonic of its distance from the axis, which no physics stands behind.
+    Outline(Harmonic),
+}
+
+/// A harmonic of the outline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Harmonic {
+    /// Its order.
+    pub order: u8,
+    /// Whether it is the sine.
+    pub sine: bool,
+    /// What it stays with.
+    pub stays: Stays,
+}
+
+/// What a pattern of the outline stays with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stays {
+    /// The cloth's directions, either face up.
+    Cloth,
+    /// The cloth's directions, with the other sign where it is turned over.
+    Face,
+    /// The picture's directions.
+    Bench,
+}
+
+/// A number of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Number {
+    /// Its name in files.
+    pub key: &'static str,
+    /// What it changes.
+    pub acts: Acts,
+    /// How large it may be expected to be: standard deviation, SI.
+    pub sigma: f64,
+    /// Least and largest value that is tried, SI.
+    pub limits: [f64; 2],
+    /// Unit in files, and its size in SI.
+    pub unit: (&'static str, f64),
+}
+
+/// An effect: numbers that come together.
+#[derive(Debug, PartialEq)]
+pub struct Effect {
+    /// Its name in files.
+    pub name: &'static str,
+    /// Its numbers.
+    pub numbers: &'static [Number],
+}
+
+const PER_M: (&str, f64) = ("1/m", 1.0);
+const MM: (&str, f64) = ("mm", 1e-3);
+const DEGREE: (&str, f64) = ("deg", 0.017_453_292_519_943_295);
+const NONE: (&str, f64) = ("", 1.0);
+
+const fn face(key: &'static str, parameter: Parameter, sigma: f64, most: f64) -> Number {
+    let unit = match parameter {
+        Parameter::AsymmetryWeft | Parameter::AsymmetryWarp => NONE,
+        _ => PER_M,
+    };
+    Number { key, acts: Acts::Face(parameter), sigma, limits: [-most, most], unit }
+}
+
+const fn sheet(
+    key: &'static str,
+    parameters: &'static [Parameter],
+    sigma: f64,
+    limits: [f64; 2],
+    unit: (&'static str, f64),
+) -> Number {
+    Number { key, acts: Acts::Sheet(parameters), sigma, limits, unit }
+}
+
+/// The effects that are looked for. Sizes: natural curvature of a knit's or a wound fabric 10 /m; asymmetry such that one face
+/// is half as stiff again; an edge that rolls 100 /m; softening as measured by Feng et al. 2022 (half of the stiffness lost at
+/// 199 /m); what a bench is made and read to.
+pub const EFFECTS: [Effect; 9] = [
+    Effect {
+        name: "natural_curvature",
+        numbers: &[
+            face("weft", Parameter::Curl(CurvatureComponent::Weft), 10.0, 40.0),
+            face("warp", Parameter::Curl(CurvatureComponent::Warp), 10.0, 40.0),
+        ],
+    },
+    Effect { name: "edge_curl", numbers: &[face("curvature", Parameter::EdgeCurl, 100.0, 400.0)] },
+    Effect {
+        name: "asymmetric_bending",
+        numbers: &[
+            face("weft", Parameter::AsymmetryWeft, 0.3, 0.8),
+            face("warp", Parameter::AsymmetryWarp, 0.3, 0.8),
+        ],
+    },
+    Effect {
+        name: "softening",
+        numbers: &[
+            sheet("weft", &[Parameter::SofteningWeft], 1.3e-3, [0.0, 5e-3], MM),
+            sheet("warp", &[Parameter::SofteningWarp], 1.3e-3, [0.0, 5e-3], MM),
+            sheet("bias", &[Parameter::SofteningBias], 1.3e-3, [0.0, 5e-3], MM),
+        ],
+    },
+    Effect {
+        name: "friction",
+        numbers: &[sheet("change", &[Parameter::Friction], 0.2, [-0.25, 0.7], NONE)],
+    },
+    Effect {
+        name: "plate_radius",
+        numbers: &[sheet("change", &[Parameter::PlateRadius], 1.5e-3, [-5e-3, 5e-3], MM)],
+    },
+    Effect {
+        name: "specimen_size",
+        numbers: &[sheet(
+            "change",
+            &[Parameter::Warp, Parameter::Weft],
+            2e-3,
+            [-8e-3, 8e-3],
+            MM,
+        )],
+    },
+    Effect {
+        name: "tilt",
+        numbers: &[
+            Number {
+                key: "falls_right",
+                acts: Acts::Tilt(0),
+                sigma: 0.0175,
+                limits: [-0.07, 0.07],
+                unit: DEGREE,
+            },
+            Number {
+                key: "falls_down",
+                acts: Acts::Tilt(1),
+                sigma: 0.0175,
+                limits: [-0.07, 0.07],
+                unit: DEGREE,
+            },
+        ],
+    },
+    Effect {
+        name: "scale",
+        numbers: &[Number {
+            key: "ln",
+            acts: Acts::Scale,
+            sigma: 0.02,
+            limits: [-0.06, 0.06],
+            unit: ("%", 0.01),
+        }],
+    },
+];
+
+const fn harmonic(order: u8, sine: bool, stays: Stays) -> Number {
+    Number {
+        key: "harmonic",
+        acts: Acts::Outline(Harmonic { order, sine, stays }),
+        sigma: 3e-3,
+        limits: [-0.03, 0.03],
+        unit: MM,
+    }
+}
+
+/// Patterns of the outline that come back from specimen to specimen, whatever makes them: what these explain and no effect
+/// does is unexplained.
+pub const PATTERNS: [Effect; 3] = [
+    Effect {
+        name: "pattern_of_cloth",
+        numbers: &[
+            harmonic(0, false, Stays::Cloth),
+            harmonic(2, false, Stays::Cloth),
+            harmonic(2, true, Stays::Cloth),
+            harmonic(4, false, Stays::Cloth),
+            harmonic(4, true, Stays::Cloth),
+        ],
+    },
+    Effect {
+        name: "pattern_of_face",
+        numbers: &[
+            harmonic(0, false, Stays::Face),
+            harmonic(2, false, Stays::Face),
+            harmonic(2, true, Stays::Face),
+            harmonic(4, false, Stays::Face),
+            harmonic(4, true, Stays::Face),
+        ],
+    },
+    Effect {
+        name: "pattern_of_bench",
+        numbers: &[
+            harmonic(1, false, Stays::Bench),
+            harmonic(1, true, Stays::Bench),
+            harmonic(2, false, Stays::Bench),
+            harmonic(2, true, Stays::Bench),
+        ],
+    },
+];
+
+impl Number {
+    /// The simulator's parameters that it needs the moves of.
+    #[must_use]
+    pub fn parameters(&'static self) -> &'static [Parameter] {
+        const TILT: [Parameter; 2] = [Parameter::TiltX, Parameter::TiltZ];
+        match &self.acts {
+            Acts::Sheet(parameters) => parameters,
+            Acts::Face(parameter) => std::slice::from_ref(parameter),
+            Acts::Tilt(_) => &TILT,
+            Acts::Scale | Acts::Outline(_) => &[],
+        }
+    }
+}
+
+/// How a specimen lies: +1 with the face up or unknown, -1 turned over; bearing of the warp in the picture, from +x
+/// towards +z \[rad\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lies {
+    /// The sign of what a face has.
+    pub face: f64,
+    /// The bearing.
+    pub bearing_rad: f64,
+}
+
+/// How much of each of a tilt's two parameters a tilt towards a side of the picture is.
+#[must_use]
+pub fn tilt_parts(side: usize, bearing_rad: f64) -> [f64; 2] {
+    let (sin, cos) = bearing_rad.sin_cos();
+    if side == 0 { [cos, -sin] } else { [sin, cos] }
+}
+
+/// A fabric with the sizes of some effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloth {
+    /// The fabric.
+    pub fabric: Fabric,
+    /// Numbers of effects and their values, SI.
+    pub effects: Vec<(&'static Number, f64)>,
+}
+
+impl Cloth {
+    /// A fabric without effects.
+    #[must_use]
+    pub fn plain(fabric: Fabric) -> Self {
+        Self { fabric, effects: Vec::new() }
+    }
+
+    /// The logarithms of the six stiffnesses \[SI\].
+    #[must_use]
+    pub fn ln(&self) -> [f64; STIFFNESSES] {
+        let [ln @ .., _] = self.fabric.in_si().map(f64::ln);
+        ln
+    }
+
+    /// What a drape of it is of, on the bench `base`.
+    #[must_use]
+    pub fn setup(&self, base: &Experiment, lies: Lies) -> Setup {
+        let mut setup = Setup { fabric: self.fabric, experiment: *base };
+        for (number, value) in &self.effects {
+            match &number.acts {
+                Acts::Sheet(parameters) => {
+                    setup = parameters.iter().fold(setup, |setup, &p| setup.with(p, *value));
+                }
+                Acts::Face(parameter) => setup = setup.with(*parameter, lies.face * value),
+                Acts::Tilt(side) => {
+                    let [x, z] = tilt_parts(*side, lies.bearing_rad);
+                    setup = setup.with(Parameter::TiltX, x * value);
+                    setup = setup.with(Parameter::TiltZ, z * value);
+                }
+                Acts::Scale | Acts::Outline(_) => {}
+            }
+        }
+        setup
+    }
+
+    /// The logarithm of the picture's scale over the one given.
+    #[must_use]
+    pub fn ln_scale(&self) -> f64 {
+        let of = |(number, value): &(&Number, f64)| match number.acts {
+            Acts::Scale => *value,
+            _ => 0.0,
+        };
+        self.effects.iter().map(of).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(name: &str) -> &'static [Number] {
+        EFFECTS.iter().find(|effect| effect.name == name).unwrap().numbers
+    }
+
+    #[test]
+    fn turned_over_a_cloth_curls_the_other_way_and_the_bench_stays() {
+        let effects = vec![
+            (&numbers("natural_curvature")[0], 8.0),
+            (&numbers("asymmetric_bending")[1], 0.2),
+            (&numbers("specimen_size")[0], 1e-3),
+            (&numbers("tilt")[1], 0.01),
+        ];
+        let cloth = Cloth { fabric: Fabric::mean_knit(), effects };
+        let base = Experiment::standard_cusick();
+        let of = |face, bearing_rad| cloth.setup(&base, Lies { face, bearing_rad }).experiment;
+        let (up, down) = (of(1.0, 0.0), of(-1.0, 0.0));
+        assert_eq!(up.curl.nodes[2][3], [8.0, 0.0, 0.0]);
+        assert_eq!(down.curl.nodes[2][3], [-8.0, 0.0, 0.0]);
+        assert_eq!(down.asymmetric_bending, up.asymmetric_bending.face_down());
+        assert_eq!((up.specimen.warp_m, down.specimen.weft_m), (0.301, 0.301));
+        // with the warp down in the picture, what falls down falls along the warp
+        assert_eq!(up.tilt.down_x_rad, 0.0);
+        let turned = of(1.0, std::f64::consts::FRAC_PI_2).tilt;
+        assert!((turned.down_x_rad - 0.01).abs() < 1e-12 && turned.down_z_rad.abs() < 1e-12);
+        assert_eq!(cloth.ln_scale(), 0.0);
+    }
+}

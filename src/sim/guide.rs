@@ -1,0 +1,67 @@
+//! Springs that lead a sheet to a branch, or hold it there.
+//!
+//! `E = k/2 sum w |x - p|^2`, or `k/2 sum w (n . (x - p) - o)^2` for a spring that acts along a unit vector n alone, with
+//! one distance o by which all of these pull outwards  \[J\].
+
+use nalgebra::Matrix3;
+
+use crate::base::Vector3;
+use crate::numeric::sparse::BlockPattern;
+
+/// The place that a spring pulls a vertex to.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// The vertex.
+    pub vertex: usize,
+    /// The place, simulation frame \[m\].
+    pub position_m: Vector3,
+    /// The unit vector along which alone the spring acts; `None` for one that acts along all.
+    pub along: Option<Vector3>,
+    /// Share of the springs' stiffness that this one has.
+    pub weight: f64,
+}
+
+/// Springs that pull some vertices to places in space.
+#[derive(Clone, Debug, Default)]
+pub struct Guide {
+    /// Where each spring pulls.
+    pub targets: Vec<Target>,
+    /// Stiffness of a spring of weight 1 \[N/m\].
+    pub stiffness_n_m: f64,
+    /// How far beyond their places the springs with one direction pull along it \[m\].
+    pub outwards_m: f64,
+}
+
+impl Guide {
+    /// From where a spring pulls to where its vertex is \[m\].
+    fn gap(&self, target: &Target, x: &[Vector3]) -> Vector3 {
+        let off = x[target.vertex] - target.position_m;
+        match target.along {
+            Some(along) => along * (along.dot(&off) - self.outwards_m),
+            None => off,
+        }
+    }
+
+    /// Energy at the positions `x` \[J\].
+    #[must_use]
+    pub fn energy_j(&self, x: &[Vector3]) -> f64 {
+        let square = |t: &Target| t.weight * self.gap(t, x).norm_squared();
+        0.5 * self.stiffness_n_m * self.targets.iter().map(square).sum::<f64>()
+    }
+
+    /// Adds the gradient at the positions `x` \[N\].
+    pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
+        for target in &self.targets {
+            gradient[target.vertex] += self.gap(target, x) * (target.weight * self.stiffness_n_m);
+        }
+    }
+
+    /// Adds the Hessian \[N/m\].
+    pub fn add_hessian(&self, pattern: &BlockPattern, values: &mut [f64]) {
+        for target in &self.targets {
+            let stiffness_n_m = target.weight * self.stiffness_n_m;
+            let shape = target.along.map_or_else(Matrix3::identity, |n| n * n.transpose());
+            pattern.add_diagonal(values, target.vertex, &(shape * stiffness_n_m));
+        }
+    }
+}
