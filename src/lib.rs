@@ -64,7 +64,7 @@
 //! | `dataset` | [`dataset`] | parquet | 147 |
 //! | `picture` | [`picture`] | image, plotters, a font | 147 |
 //! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`] | | 208 |
-//! | `evaluate` | `report`, `dataset`, and [`evaluate`] | | 216 |
+//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 216 |
 //! | `cli` | all of it, and the program | clap | 236 |
 //!
 //! # Layers
@@ -74,7 +74,7 @@
 //! (`tests/layering.rs` holds that):
 //!
 //! `base < geom, numeric < picture < io < fabric < sim < scan < sensor < dataset < estimate <
-//! refine < calibrate < job < report < batch < evaluate < cli`
+//! refine < calibrate < job < report < batch < sealed < evaluate < cli`
 //!
 //! # Units
 //!
@@ -108,6 +108,8 @@ pub mod refine;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod scan;
+#[cfg(feature = "evaluate")]
+pub mod sealed;
 pub mod sensor;
 pub mod sim;
 

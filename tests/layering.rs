@@ -30,6 +30,7 @@ const ORDER: &[&[&str]] = &[
     &["job"],
     &["report"],
     &["batch"],
+    &["sealed"],
     &["evaluate"],
     &["cli"],
 ];
@@ -221,6 +222,14 @@ fn the_crate_as_a_whole_and_unknown_layers_are_caught() {
     assert_eq!(caught("src/io/mod.rs", "use super::*;"), ["*"]);
     assert_eq!(caught("src/io/ply.rs", "use crate::{self, base};"), ["*"]);
     assert_eq!(caught("src/io/ply.rs", "use crate::elsewhere::X;"), ["elsewhere"]);
+}
+
+#[test]
+fn what_calibrates_may_not_know_of_sealed_cases() {
+    for text in ["use crate::sealed::Case;", "fn f() { let _ = crate::sealed::read(x); }"] {
+        assert_eq!(caught("src/calibrate/run.rs", text), ["sealed"], "{text}");
+        assert!(caught("src/evaluate/calibrate.rs", text).is_empty(), "{text}");
+    }
 }
 
 #[test]

@@ -580,6 +580,9 @@ pub(crate) enum Evaluate {
     Start(Start),
     /// Scanned drapes of known fabrics, estimated and refined: rims, errors, intervals, time.
     Refine(Refine),
+    /// Sealed cases: drapes of known fabrics with effects that are drawn by seed and that `calibrate` is not
+    /// told of, seen as silhouettes and calibrated. What was named, false alarms, errors held out.
+    Calibrate(SealedCases),
     /// How far the rim of one drape moves with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
@@ -693,6 +696,37 @@ pub(crate) struct Refine {
     #[arg(long, value_name = "DRAPES")]
     pub(crate) evaluations: Option<usize>,
     /// Folder that keeps the true drapes from run to run; on fine cells they take up to minutes
+    #[arg(long, value_name = "DIR")]
+    pub(crate) keep: Option<PathBuf>,
+    /// Print the sums as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `evaluate calibrate`.
+#[derive(Debug, Args)]
+pub(crate) struct SealedCases {
+    /// Sealed cases, of ten four with one effect, three with none, two with one that is on no list, one
+    /// with two
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, effects, drops and pictures
+    #[arg(long, default_value_t = 7)]
+    pub(crate) seed: u64,
+    /// Vertices a side of the true drapes, finer than any that the fit uses
+    #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
+    pub(crate) truth_vertices: u64,
+    /// Vertices a side of the fit's drapes
+    #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=201))]
+    pub(crate) vertices: u32,
+    /// What the calibration believes of fabrics; the cases' are of `measured` or of `knit-2020`
+    #[arg(long, default_value = "union")]
+    pub(crate) prior: String,
+    /// Folder that keeps the cases from run to run, a folder each with pictures, manifest.csv and
+    /// sealed.json; on fine cells a drape takes up to minutes
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,
     /// Print the sums as one line of JSON as well, the last

@@ -25,6 +25,7 @@ mod noise;
 mod profile;
 mod render;
 mod scene;
+pub mod silhouette;
 mod views;
 
 pub use camera::{Camera, CameraPose, Ring, default_ring};

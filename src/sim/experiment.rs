@@ -7,8 +7,10 @@
 //! those without it, bit for bit (`tests/physics_bits.rs`).
 
 mod bending;
+mod uneven;
 
 pub use bending::{AsymmetricBending, Hysteresis, Softening};
+pub use uneven::{Draught, Hem, Seam, StiffnessGradient, Uneven};
 
 use crate::base::Vector3;
 use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
@@ -39,6 +41,9 @@ pub struct Experiment {
     /// Friction inside the cloth against bending; zero for bending that is elastic.
     #[serde(skip_serializing_if = "Hysteresis::is_off")]
     pub hysteresis: Hysteresis,
+    /// What makes one part of the drape unlike another; nothing for even cloth in still air. No fit knows of it.
+    #[serde(skip_serializing_if = "Uneven::is_off")]
+    pub uneven: Uneven,
     /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
     /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
     /// differences make tight folds too soft. With 0.04 cantilever strips keep to 2 % from two
@@ -96,6 +101,20 @@ impl Specimen {
         let x = flat.x * cos + flat.z * sin + self.offset_m[0];
         let z = flat.z * cos - flat.x * sin + self.offset_m[1];
         Vector3::new(x, flat.y, z)
+    }
+
+    /// Distance of the specimen's last point from its centre along a bearing on the flat specimen, from the warp towards
+    /// the weft \[m\].
+    #[must_use]
+    pub fn reach_m(&self, toward_rad: f64) -> f64 {
+        let (sin, cos) = toward_rad.sin_cos();
+        match self.outline {
+            Outline::Disc => 0.5 * self.weft_m,
+            Outline::Rectangle => {
+                let along_weft = cos * self.skew_rad.tan() + sin;
+                0.5 * (self.warp_m * cos.abs() + self.weft_m * along_weft.abs())
+            }
+        }
     }
 
     /// Flat (x, z), from the specimen's centre, of the point that [`Self::place`] lays on the plate's
@@ -221,6 +240,27 @@ impl Curl {
             && self.line.curvature_per_m == 0.0
     }
 
+    /// That of the same cloth turned over about its warp: curvatures change their sign, places on the cloth are mirrored
+    /// along the weft. A twist does both and stays what it is.
+    #[must_use]
+    pub fn face_down(&self) -> Self {
+        let node = |i: usize, j: usize| {
+            let [weft, warp, twist] = self.nodes[i][CURL_NODES - 1 - j];
+            [-weft, -warp, twist]
+        };
+        let (edge, line) = (self.edge, self.line);
+        Self {
+            nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))),
+            edge: EdgeCurl { curvature_per_m: -edge.curvature_per_m, ..edge },
+            line: LineCurl {
+                curvature_per_m: -line.curvature_per_m,
+                angle_rad: -line.angle_rad,
+                offset_m: -line.offset_m,
+                width_m: line.width_m,
+            },
+        }
+    }
+
     /// The curvature of the nodes' field \[1/m\], without that of edges and line, at a place given
     /// as fractions of the specimen's sides along the warp and along the weft, 0 to 1 each.
     #[must_use]
@@ -331,6 +371,20 @@ impl Experiment {
         }
     }
 
+    /// The same with the specimen turned over about its warp: what belongs to the cloth changes its sign or its side, what
+    /// belongs to the plate and to the room stays.
+    #[must_use]
+    pub fn face_down(&self) -> Self {
+        Self {
+            // 0 - x: no skew stays a zero without a sign
+            specimen: Specimen { skew_rad: 0.0 - self.specimen.skew_rad, ..self.specimen },
+            curl: self.curl.face_down(),
+            asymmetric_bending: self.asymmetric_bending.face_down(),
+            uneven: self.uneven.face_down(),
+            ..*self
+        }
+    }
+
     /// Checks that the experiment can be simulated.
     ///
     /// # Errors
@@ -375,9 +429,23 @@ impl Experiment {
             Limit::of("curl.line_angle", degrees(line.angle_rad), -360.0, 360.0, "deg"),
             Limit::of("curl.line_offset", line.offset_m * 1e3, -500.0, 500.0, "mm"),
         ];
+        let Uneven { hem, seam, gradient, draught } = &self.uneven;
+        let uneven = [
+            Limit::of("uneven.hem", hem.added_kg_m2 * 1e3, 0.0, 5000.0, "g/m^2"),
+            Limit::of("uneven.hem_width", hem.width_m * 1e3, 0.5, 1000.0, "mm"),
+            Limit::of("uneven.hem_toward", degrees(hem.toward_rad), -360.0, 360.0, "deg"),
+            Limit::of("uneven.seam", seam.added, 0.0, 100.0, ""),
+            Limit::of("uneven.seam_width", seam.width_m * 1e3, 0.5, 100.0, "mm"),
+            Limit::of("uneven.seam_toward", degrees(seam.toward_rad), -360.0, 360.0, "deg"),
+            Limit::of("uneven.seam_offset", seam.offset_m * 1e3, -500.0, 500.0, "mm"),
+            Limit::of("uneven.gradient", gradient.ln_factor, -2.0, 2.0, ""),
+            Limit::of("uneven.gradient_toward", degrees(gradient.toward_rad), -360.0, 360.0, "deg"),
+            Limit::of("uneven.draught", draught.pressure_pa, 0.0, 20.0, "Pa"),
+            Limit::of("uneven.draught_toward", degrees(draught.toward_rad), -360.0, 360.0, "deg"),
+        ];
         let curls = self.curl.nodes.iter().flatten().flatten();
         let curls = curls.map(|&k| Limit::of("curl", k, -500.0, 500.0, "1/m"));
-        let limits = rows.into_iter().chain(sided).chain(bands).chain(curls);
+        let limits = rows.into_iter().chain(sided).chain(bands).chain(uneven).chain(curls);
         let mut faults: Vec<_> = limits.filter_map(|limit| limit.fault()).collect();
         if s.outline == Outline::Disc && (s.warp_m != s.weft_m || s.skew_rad != 0.0) {
             let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);
@@ -461,6 +529,8 @@ mod tests {
         bad.curl.line.curvature_per_m = f64::NAN;
         bad.asymmetric_bending.warp = -0.9;
         bad.hysteresis = Hysteresis { weft_n: -1e-4, warp_n: 0.0, slip_per_m: 0.0 };
+        bad.uneven.draught.pressure_pa = -1.0;
+        bad.uneven.seam.width_m = 0.0;
         let error = bad.check().unwrap_err();
         let keys = [
             "specimen.warp",
@@ -473,6 +543,8 @@ mod tests {
             "asymmetric_bending.warp",
             "hysteresis.weft",
             "hysteresis.slip",
+            "uneven.seam_width",
+            "uneven.draught",
         ];
         assert_eq!(error.faults.len(), keys.len(), "{error}");
         for key in keys {

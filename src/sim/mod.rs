@@ -25,6 +25,7 @@ pub mod self_contact;
 pub mod sensitivity;
 pub mod setup;
 pub mod strip;
+mod uneven;
 
 pub use drape::{
     Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities,

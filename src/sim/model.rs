@@ -25,6 +25,7 @@ use crate::sim::guide::Guide;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::numerics::Numerics;
 use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
+use crate::sim::uneven::{add_hem, bending_factor, draught_n};
 
 /// A block of the Hessian outside the grid's pattern.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +67,8 @@ pub struct Model {
     pub held: Vec<usize>,
     /// The unit vector against gravity; it is not y if the plate is tilted.
     pub up: Vector3,
+    /// The load of a draught on each vertex \[N\]; empty in still air.
+    draught_n: Vec<Vector3>,
     numerics: Numerics,
     density_kg_m2: f64,
     membrane: Vec<Membrane>,
@@ -143,9 +146,10 @@ impl Model {
         self_contact: SelfContact,
     ) -> Self {
         let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m * grid.frame.area();
-        let mass_kg = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
+        let mut mass_kg: Vec<f64> = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
+        add_hem(grid, experiment, &mut mass_kg);
         let rigidity = PlateRigidity::new(fabric);
-        let bending = Bending::new(grid, &rigidity);
+        let bending = Bending::scaled(grid, &rigidity, |v| bending_factor(grid, experiment, v));
         let pattern = grid.analysis.pattern();
         let mut constant = vec![0.0; pattern.nonzeros()];
         bending.add_hessian(pattern, &mut constant);
@@ -156,6 +160,7 @@ impl Model {
             guide: Guide::default(),
             held: grid.outside(),
             up: experiment.tilt.up(),
+            draught_n: draught_n(grid, experiment),
             numerics,
             density_kg_m2: fabric.density_kg_m2,
             membrane: Membrane::of_cells(grid, fabric, numerics.twist_hold),
@@ -183,7 +188,7 @@ impl Model {
     }
 
     /// Elastic and gravitational energy at the positions `x` \[J\], zero for the flat sheet at
-    /// y = 0.
+    /// y = 0; less the work of a draught from the origin on.
     #[must_use]
     pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
         let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction).zip(&self.membrane);
@@ -195,7 +200,8 @@ impl Model {
         let effects = self.curl.as_ref().map_or(0.0, |curl| curl.energy_j(x))
             + self.softening.as_ref().map_or(0.0, |softening| softening.energy_j(x))
             + self.asymmetry.as_ref().map_or(0.0, |asymmetry| asymmetry.energy_j(x));
-        membrane + self.bending.energy_j(x) + weight + effects
+        let blown: f64 = self.draught_n.iter().zip(x).map(|(load, p)| load.dot(p)).sum();
+        membrane + self.bending.energy_j(x) + weight + effects - blown
     }
 
     /// Total energy at the positions `x` \[J\].
@@ -242,6 +248,9 @@ impl Model {
         }
         for (g, m) in gradient.iter_mut().zip(&self.mass_kg) {
             *g += self.up * (m * GRAVITY_M_S2);
+        }
+        for (g, load) in gradient.iter_mut().zip(&self.draught_n) {
+            *g -= load;
         }
         self.plate.add_gradient(&self.grid, x, gradient);
         self.self_contact.add_gradient(x, gradient);

@@ -87,6 +87,7 @@ fn experiment_between(from: &Experiment, to: &Experiment, t: f64) -> Experiment 
             warp_n: at(hysteresis.warp_n, to.hysteresis.warp_n),
             slip_per_m: at(slip_per_m, to.hysteresis.slip_per_m),
         },
+        uneven: from.uneven.between(&to.uneven, t),
         fold_correction: at(from.fold_correction, to.fold_correction),
     }
 }

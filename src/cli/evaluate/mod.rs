@@ -1,5 +1,6 @@
 //! `evaluate`: the tables of docs/validation.md.
 
+mod calibrate;
 mod follow;
 mod refine;
 mod scan;
@@ -62,6 +63,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Verdict(given) => verdict::run(given),
         args::Evaluate::Start(given) => start::run(given),
         args::Evaluate::Refine(given) => refine::run(given),
+        args::Evaluate::Calibrate(given) => calibrate::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }

@@ -142,6 +142,12 @@ impl Bending {
     /// Assembles the bending matrix of a grid.
     #[must_use]
     pub fn new(grid: &Grid, rigidity: &PlateRigidity) -> Self {
+        Self::scaled(grid, rigidity, |_| 1.0)
+    }
+
+    /// The same with `factor` times the rigidity at each vertex, and times the mean of its corners in a cell.
+    #[must_use]
+    pub fn scaled(grid: &Grid, rigidity: &PlateRigidity, factor: impl Fn(usize) -> f64) -> Self {
         let mut sums = std::collections::BTreeMap::<(usize, usize), f64>::new();
         let mut add = |a: &[(usize, f64)], b: &[(usize, f64)], weight: f64| {
             for &(p, u) in a {
@@ -158,7 +164,7 @@ impl Bending {
         let unit = grid.spacing_m.powi(-2) * grid.frame.area();
         let around = grid.cells_around();
         for vertex in 0..grid.vertices() {
-            let share = grid.share(vertex);
+            let share = grid.share(vertex) * factor(vertex);
             let (along_i, along_j) = (grid.second(vertex, n), grid.second(vertex, 1));
             if let Some(j) = &along_j {
                 add(j, j, rigidity.jj * unit * share);
@@ -178,7 +184,8 @@ impl Bending {
         }
         for (cell, fraction) in grid.volume_fraction.iter().enumerate() {
             let twist = twist_of(grid, cell);
-            add(&twist, &twist, rigidity.ij * unit * (fraction * grid.cell_size(cell)));
+            let mean = 0.25 * grid.cells[cell].map(|v| factor(v as usize)).iter().sum::<f64>();
+            add(&twist, &twist, rigidity.ij * unit * (fraction * grid.cell_size(cell) * mean));
         }
         let mut bending = Self { diagonal: vec![0.0; grid.vertices()], pairs: Vec::new() };
         for ((row, column), value) in sums {

@@ -1,0 +1,388 @@
+//! Calibration held against sealed cases, for `evaluate calibrate`.
+//!
+//! In: a seed, which cases, how they are made and calibrated. Out: one [`Scored`] a case: its truth, what the calibration
+//! [`Said`], and the held-out error of the truth: the true fabric in the true experiment, led by the same outlines on
+//! the calibration's own cells, which no answer can be blamed for. [`Summary`] has the figures that are promised.
+//!
+//! A case's folder is made, its manifest calibrated, and the truth looked at last.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::base::units::M_PER_MM;
+use crate::calibrate::fit::predict;
+use crate::calibrate::floor::Pairing;
+use crate::calibrate::manifest::{Face, ManifestError, Role, read as read_manifest};
+use crate::calibrate::run::{CalibrateError, FabricResult, Options, Told, calibrate};
+use crate::calibrate::squares::Target;
+use crate::numeric::robust::median;
+use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
+
+/// What a calibration said of a fabric.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Said {
+    /// `found`, `undecided`, `unexplained` or `none`.
+    pub verdict: String,
+    /// Names of the effects found.
+    pub effects: Vec<String>,
+    /// Names of those that the drapes do not tell from the ones found.
+    pub group: Vec<String>,
+    /// Mean distance of the held-out outlines without any effect \[mm\]; NaN, in files null, where none came to rest.
+    pub before_mm: f64,
+    /// The same with the effects found \[mm\].
+    pub after_mm: f64,
+    /// Median distance of two pictures of one drape \[mm\]; NaN without such.
+    pub floor_mm: f64,
+}
+
+/// What a fabric's result says; the one place that knows how.
+#[must_use]
+pub fn said_of(result: &FabricResult) -> Said {
+    let held_mm = mean(&result.held_out_rms_m()) / M_PER_MM;
+    let captures = result.floor.iter().find(|spread| spread.pairing == Pairing::Captures);
+    Said {
+        // the plain fit looks for no effects
+        verdict: "none".to_owned(),
+        effects: Vec::new(),
+        group: Vec::new(),
+        before_mm: held_mm,
+        after_mm: held_mm,
+        floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// A sealed case beside what was said of it.
+#[derive(Clone, Debug)]
+pub struct Scored {
+    /// The truth.
+    pub sealed: Sealed,
+    /// What was said, or why nothing was.
+    pub said: Result<Said, String>,
+    /// Mean distance of the held-out outlines from the drapes of the truth, led by them \[mm\]; NaN where none came to rest.
+    pub truth_mm: f64,
+}
+
+/// Why a case is not scored.
+#[derive(Debug, thiserror::Error)]
+pub enum SeriesError {
+    /// It cannot be drawn.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// It cannot be made.
+    #[error(transparent)]
+    Make(#[from] MakeError),
+    /// Its manifest cannot be read.
+    #[error(transparent)]
+    Manifest(#[from] ManifestError),
+    /// Its manifest cannot be calibrated.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+}
+
+/// Sealed cases, each made, calibrated and scored.
+pub struct Series {
+    /// Seed of the cases.
+    pub seed: u64,
+    /// Which of them.
+    pub cases: std::ops::Range<u64>,
+    /// How they are made.
+    pub make: MakeOptions,
+    /// How they are calibrated.
+    pub calibrate: Options,
+    /// Where each has a folder of its own; cases that are there already are not made again.
+    pub folder: PathBuf,
+}
+
+impl Series {
+    /// Runs the cases one after another, each on all cores; `tell` hears of each as it ends. A case whose drapes never come
+    /// to rest is an error; a fabric that is not fitted is scored as such.
+    ///
+    /// # Errors
+    /// The first case that cannot be made or calibrated.
+    pub fn run(&self, mut tell: impl FnMut(&Scored)) -> Result<Vec<Scored>, SeriesError> {
+        let mut all = Vec::new();
+        for index in self.cases.clone() {
+            let scored = self.scored(index)?;
+            tell(&scored);
+            all.push(scored);
+        }
+        Ok(all)
+    }
+
+    fn scored(&self, index: u64) -> Result<Scored, SeriesError> {
+        let case = Case::drawn(self.seed, index)?;
+        let folder = self.folder.join(format!("{}-{index}", self.seed));
+        let sealed = make(&case, &folder, &self.make)?;
+        let entries = read_manifest(Sealed::manifest(&folder))?;
+        let found = calibrate(&entries, &self.calibrate, &|_: Told<'_>| ())?;
+        let unanswered = |why: &dyn std::fmt::Display| Err(why.to_string());
+        let (said, truth_mm) = match found.fabrics.first() {
+            Some(result) => {
+                let said = match &result.fitted {
+                    Ok(_) => Ok(said_of(result)),
+                    Err(error) => unanswered(error),
+                };
+                (said, self.truth_mm(&case, result))
+            }
+            None => (unanswered(&"no picture could be used"), f64::NAN),
+        };
+        Ok(Scored { sealed, said, truth_mm })
+    }
+
+    /// The held-out error of the truth.
+    fn truth_mm(&self, case: &Case, result: &FabricResult) -> f64 {
+        let held = result.drapes.iter().map(|drape| &result.measured[drape.measured]);
+        let held: Vec<_> = held.filter(|measured| measured.entry.role == Role::Holdout).collect();
+        let smaller = 1.0 / (1.0 + case.scale_by());
+        let mut rms_m = Vec::new();
+        for face in [Face::Up, Face::Down] {
+            let of_face = held.iter().filter(|measured| measured.entry.face == Some(face));
+            let targets: Vec<Target> = of_face
+                .map(|measured| {
+                    let outline = measured.outline.mapped(|p| p.map(|v| v * smaller));
+                    Target::of(&outline, measured.warp_rad)
+                })
+                .collect();
+            let mut fit = self.calibrate.fit;
+            fit.sim.experiment = case.experiment(face);
+            let (believed, rule) = (&result.believed, &self.calibrate.folds);
+            let drapes = predict(&targets, believed, &case.fabric, &fit, rule, &|_| ());
+            rms_m.extend(drapes.into_iter().flatten().map(|beside| beside.rms_m));
+        }
+        mean(&rms_m) / M_PER_MM
+    }
+}
+
+/// How many floors the effects of a case must move an outline by for it to count as one that can be seen.
+pub const LEAST_FLOORS: f64 = 3.0;
+
+impl Scored {
+    /// Names of the columns of [`Self::row`].
+    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, verdict, effects, group, right, before_mm, after_mm, \
+         floor_mm, truth_mm, failure";
+
+    /// How far the effects move an outline on its branch \[mm\], if that is known.
+    #[must_use]
+    pub fn size_mm(&self) -> Option<f64> {
+        self.sealed.size_m().map(|size_m| size_m / M_PER_MM)
+    }
+
+    /// Whether the effects move an outline by more than [`LEAST_FLOORS`]; where nothing was said, by any known distance.
+    #[must_use]
+    pub fn is_large(&self) -> bool {
+        let floor_mm = self.said.as_ref().map_or(0.0, |said| said.floor_mm);
+        self.size_mm().is_some_and(|size_mm| size_mm > LEAST_FLOORS * floor_mm)
+    }
+
+    /// Whether what was said is right. Of cases with effects on the list: each is named or within the group, and nothing
+    /// else is named. Of one with none: `none`. Of one that is on no list: `unexplained`.
+    #[must_use]
+    pub fn is_right(&self) -> bool {
+        let Ok(said) = &self.said else { return false };
+        match self.sealed.kind {
+            Kind::None => said.verdict == "none",
+            Kind::Unlisted => said.verdict == "unexplained",
+            Kind::One | Kind::Two => {
+                let true_names: Vec<&str> = self.sealed.effects.iter().map(|e| e.name()).collect();
+                let said_of =
+                    |name: &str| said.effects.iter().chain(&said.group).any(|s| s == name);
+                let in_group = |name: &String| said.group.contains(name);
+                let wrong = |name: &String| !true_names.contains(&name.as_str()) && !in_group(name);
+                !said.effects.is_empty()
+                    && true_names.iter().all(|name| said_of(name))
+                    && !said.effects.iter().any(wrong)
+            }
+        }
+    }
+
+    /// The case as a row of a table.
+    #[must_use]
+    pub fn row(&self) -> String {
+        let Sealed { index, kind, effects, drapes, .. } = &self.sealed;
+        let truth: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
+        let size = self.size_mm().map_or(String::new(), |size| format!("{size:.2}"));
+        let begun =
+            format!("{index}, {}, {}, {}, {size}", kind.name(), truth.join(" "), drapes.len());
+        let right = if self.is_right() { "yes" } else { "no" };
+        match &self.said {
+            Ok(said) => format!(
+                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, ",
+                said.verdict,
+                said.effects.join(" "),
+                said.group.join(" "),
+                said.before_mm,
+                said.after_mm,
+                said.floor_mm,
+                self.truth_mm
+            ),
+            Err(why) => {
+                let why = why.replace(", ", "; ");
+                format!("{begun}, , , , {right}, , , , {:.2}, {why}", self.truth_mm)
+            }
+        }
+    }
+}
+
+/// The figures of some cases; none where no case counts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Cases.
+    pub cases: usize,
+    /// Those of which nothing was said.
+    pub failed: usize,
+    /// Cases with one effect.
+    pub one: usize,
+    /// Those of them whose effect moves outlines by more than [`LEAST_FLOORS`].
+    pub large: usize,
+    /// Share of the large ones that are right.
+    pub named: Option<f64>,
+    /// Share of the cases with two effects that are right.
+    pub both_named: Option<f64>,
+    /// Cases without effects.
+    pub none: usize,
+    /// Share of these of which something else was said than that there is none.
+    pub false_alarms: Option<f64>,
+    /// Cases with an effect that is on no list.
+    pub unlisted: usize,
+    /// Share of these that were called unexplained.
+    pub unexplained: Option<f64>,
+    /// Median, over the large ones, of the held-out error after over that before.
+    pub after_over_before: Option<f64>,
+    /// Median, over the same, of the held-out error after over the floor.
+    pub after_over_floor: Option<f64>,
+    /// Median, over the same, of the held-out error after over that of the truth.
+    pub after_over_truth: Option<f64>,
+}
+
+impl Summary {
+    /// Of some cases.
+    #[must_use]
+    pub fn of(cases: &[Scored]) -> Self {
+        let of_kind = |kind: Kind| -> Vec<&Scored> {
+            cases.iter().filter(|case| case.sealed.kind == kind).collect()
+        };
+        let right = |cases: &[&Scored]| {
+            let right = cases.iter().filter(|case| case.is_right()).count();
+            (!cases.is_empty()).then(|| right as f64 / cases.len() as f64)
+        };
+        let (one, none) = (of_kind(Kind::One), of_kind(Kind::None));
+        let unlisted = of_kind(Kind::Unlisted);
+        let large: Vec<&Scored> = one.iter().copied().filter(|case| case.is_large()).collect();
+        let ratio = |over: &dyn Fn(&Said, &Scored) -> f64| {
+            let ratios = large.iter().filter_map(|case| {
+                let said = case.said.as_ref().ok()?;
+                Some(said.after_mm / over(said, case)).filter(|ratio| ratio.is_finite())
+            });
+            median(ratios.collect())
+        };
+        Self {
+            cases: cases.len(),
+            failed: cases.iter().filter(|case| case.said.is_err()).count(),
+            one: one.len(),
+            large: large.len(),
+            named: right(&large),
+            both_named: right(&of_kind(Kind::Two)),
+            none: none.len(),
+            false_alarms: right(&none).map(|right| 1.0 - right),
+            unlisted: unlisted.len(),
+            unexplained: right(&unlisted),
+            after_over_before: ratio(&|said, _| said.before_mm),
+            after_over_floor: ratio(&|said, _| said.floor_mm),
+            after_over_truth: ratio(&|_, case| case.truth_mm),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sealed::{Effect, SealedDrape};
+
+    fn scored(kind: Kind, effects: Vec<Effect>, size_m: Option<f64>, said: Said) -> Scored {
+        let drape = SealedDrape {
+            specimen: 1,
+            face: "up".to_owned(),
+            role: "fit".to_owned(),
+            drop_seed: 1,
+            folds: 7,
+            size_m,
+        };
+        let sealed = Sealed {
+            schema: String::new(),
+            seed: 1,
+            index: 0,
+            kind,
+            prior: "measured".to_owned(),
+            fabric_si: [1.0; 7],
+            effects,
+            vertices: 41,
+            drapes: vec![drape],
+        };
+        Scored { sealed, said: Ok(said), truth_mm: 0.5 }
+    }
+
+    fn said(verdict: &str, effects: &[&str], group: &[&str], after_mm: f64) -> Said {
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        Said {
+            verdict: verdict.to_owned(),
+            effects: names(effects),
+            group: names(group),
+            before_mm: 5.0,
+            after_mm,
+            floor_mm: 1.0,
+        }
+    }
+
+    #[test]
+    fn what_is_right_depends_on_what_is_true() {
+        let friction = Effect::Friction { coefficient: 0.6 };
+        let tilt = Effect::Tilt { down_x_rad: 0.02, down_z_rad: 0.0 };
+        let right = |kind, effects: &[Effect], said| {
+            scored(kind, effects.to_vec(), Some(4e-3), said).is_right()
+        };
+        let one = |said| right(Kind::One, &[friction], said);
+        assert!(one(said("found", &["friction"], &[], 1.0)));
+        assert!(one(said("undecided", &["plate_radius"], &["plate_radius", "friction"], 1.0)));
+        assert!(!one(said("found", &["plate_radius"], &[], 1.0)));
+        assert!(!one(said("found", &["friction", "tilt"], &[], 1.0)));
+        assert!(!one(said("unexplained", &[], &[], 1.0)));
+        assert!(!one(said("none", &[], &[], 1.0)));
+        let two = |said| right(Kind::Two, &[friction, tilt], said);
+        assert!(two(said("found", &["tilt", "friction"], &[], 1.0)));
+        assert!(!two(said("found", &["tilt"], &[], 1.0)));
+        assert!(right(Kind::None, &[], said("none", &[], &[], 5.0)));
+        assert!(!right(Kind::None, &[], said("found", &["tilt"], &[], 5.0)));
+        assert!(right(Kind::Unlisted, &[friction], said("unexplained", &[], &[], 5.0)));
+        assert!(!right(Kind::Unlisted, &[friction], said("none", &[], &[], 5.0)));
+    }
+
+    #[test]
+    fn a_summary_counts_only_what_can_be_seen() {
+        let friction = || vec![Effect::Friction { coefficient: 0.6 }];
+        let cases = [
+            scored(Kind::One, friction(), Some(4e-3), said("found", &["friction"], &[], 1.0)),
+            scored(Kind::One, friction(), Some(5e-3), said("none", &[], &[], 5.0)),
+            scored(Kind::One, friction(), Some(6e-3), said("found", &["friction"], &[], 2.0)),
+            // smaller than three floors, and of no known size
+            scored(Kind::One, friction(), Some(2e-3), said("none", &[], &[], 5.0)),
+            scored(Kind::One, friction(), None, said("none", &[], &[], 5.0)),
+            scored(Kind::None, Vec::new(), None, said("found", &["tilt"], &[], 5.0)),
+            scored(Kind::None, Vec::new(), None, said("none", &[], &[], 5.0)),
+        ];
+        let summary = Summary::of(&cases);
+        assert_eq!((summary.cases, summary.one, summary.large, summary.none), (7, 5, 3, 2));
+        assert_eq!((summary.named, summary.false_alarms), (Some(2.0 / 3.0), Some(0.5)));
+        assert_eq!((summary.unexplained, summary.both_named), (None, None));
+        assert_eq!((summary.after_over_floor, summary.after_over_truth), (Some(2.0), Some(4.0)));
+        assert!((summary.after_over_before.unwrap() - 0.4).abs() < 1e-12);
+        for case in &cases {
+            let columns = Scored::COLUMNS.split(", ").count();
+            assert_eq!(case.row().split(", ").count(), columns, "{}", case.row());
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! What makes one part of a drape unlike another: a hem, a seam, a stiffness that rises to one side, a draught.
+//!
+//! In: nothing but numbers (SI). Out: what `sim/uneven.rs` makes masses, bending and loads of; their limits stand in
+//! `Experiment::check`. Nothing fits these numbers: they stand for what a model of a drape does not know of, and sealed
+//! cases are drawn with them (`src/sealed`). All are off by default.
+
+use serde::{Deserialize, Serialize};
+
+/// What makes one part of a drape unlike another. Bearings are those on the flat specimen, from the warp (x) towards the
+/// weft (z) \[rad\]; that of the draught is one of the room, from +x towards +z of the simulation frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Uneven {
+    /// A heavier border on one side.
+    pub hem: Hem,
+    /// A stiffer line across the cloth.
+    pub seam: Seam,
+    /// Bending that is stiffer on one side than on the other.
+    pub gradient: StiffnessGradient,
+    /// Air that presses from one side.
+    pub draught: Draught,
+}
+
+/// Cloth that is heavier on one side: the part of the specimen beyond a straight line across the bearing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hem {
+    /// What the border weighs more than the cloth \[kg/m^2\].
+    pub added_kg_m2: f64,
+    /// Distance of the line from the specimen's last point at that bearing \[m\].
+    pub width_m: f64,
+    /// Bearing of the side \[rad\].
+    pub toward_rad: f64,
+}
+
+impl Default for Hem {
+    fn default() -> Self {
+        Self { added_kg_m2: 0.0, width_m: 10e-3, toward_rad: 0.0 }
+    }
+}
+
+/// A straight line along which the cloth bends less easily, both along and across it: the bending stiffness is full on
+/// the line, and falls linearly to the cloth's own over a width on both sides.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Seam {
+    /// Bending stiffness on the line over the cloth's own, less 1.
+    pub added: f64,
+    /// Distance from the line at which nothing is added any more \[m\]; a cell or more.
+    pub width_m: f64,
+    /// Bearing of the line's normal \[rad\].
+    pub toward_rad: f64,
+    /// Distance of the line from the specimen's centre, towards that bearing \[m\].
+    pub offset_m: f64,
+}
+
+impl Default for Seam {
+    fn default() -> Self {
+        Self { added: 0.0, width_m: 5e-3, toward_rad: 0.0, offset_m: 0.0 }
+    }
+}
+
+/// Bending whose logarithm rises evenly from one side of the specimen to the other and is the cloth's own in the middle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StiffnessGradient {
+    /// Logarithm of the factor at the specimen's last point at the bearing; the opposite side has its inverse.
+    pub ln_factor: f64,
+    /// Bearing of the stiffer side \[rad\].
+    pub toward_rad: f64,
+}
+
+/// Air that presses with one horizontal force per area on the half of the overhang that it meets first. The force is
+/// that of the flat specimen and does not change as the cloth falls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Draught {
+    /// Force per area of cloth \[Pa\].
+    pub pressure_pa: f64,
+    /// Bearing that the air blows towards, in the room \[rad\].
+    pub toward_rad: f64,
+}
+
+impl Uneven {
+    /// Whether the drape is even.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        self.hem.added_kg_m2 == 0.0
+            && self.seam.added == 0.0
+            && self.gradient.ln_factor == 0.0
+            && self.draught.pressure_pa == 0.0
+    }
+
+    /// That of the same cloth turned over about its warp: what lies on the cloth is mirrored, the draught stays.
+    #[must_use]
+    pub fn face_down(&self) -> Self {
+        let (hem, seam, gradient) = (self.hem, self.seam, self.gradient);
+        Self {
+            hem: Hem { toward_rad: -hem.toward_rad, ..hem },
+            seam: Seam { toward_rad: -seam.toward_rad, ..seam },
+            gradient: StiffnessGradient { toward_rad: -gradient.toward_rad, ..gradient },
+            draught: self.draught,
+        }
+    }
+
+    /// The numbers a fraction `t` of the way to those of `other`. What is off has a place of no meaning: that of the
+    /// other.
+    #[must_use]
+    pub fn between(&self, other: &Self, t: f64) -> Self {
+        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
+        let place = |size: f64, a: f64, b: f64| if size == 0.0 { b } else { a };
+        let (h, s, g, d) = (self.hem, self.seam, self.gradient, self.draught);
+        let (i, u, k, e) = (other.hem, other.seam, other.gradient, other.draught);
+        // and where the other is off, one's own
+        let toward = |[size, to]: [f64; 2], [a, b]: [f64; 2]| match to == 0.0 {
+            true => a,
+            false => at(place(size, a, b), b),
+        };
+        let (hem, seam) = ([h.added_kg_m2, i.added_kg_m2], [s.added, u.added]);
+        let gradient = [g.ln_factor, k.ln_factor];
+        let draught = [d.pressure_pa, e.pressure_pa];
+        Self {
+            hem: Hem {
+                added_kg_m2: at(hem[0], hem[1]),
+                width_m: toward(hem, [h.width_m, i.width_m]),
+                toward_rad: toward(hem, [h.toward_rad, i.toward_rad]),
+            },
+            seam: Seam {
+                added: at(seam[0], seam[1]),
+                width_m: toward(seam, [s.width_m, u.width_m]),
+                toward_rad: toward(seam, [s.toward_rad, u.toward_rad]),
+                offset_m: toward(seam, [s.offset_m, u.offset_m]),
+            },
+            gradient: StiffnessGradient {
+                ln_factor: at(gradient[0], gradient[1]),
+                toward_rad: toward(gradient, [g.toward_rad, k.toward_rad]),
+            },
+            draught: Draught {
+                pressure_pa: at(draught[0], draught[1]),
+                toward_rad: toward(draught, [d.toward_rad, e.toward_rad]),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halfway_to_none_has_half_the_size_at_its_own_place() {
+        let hem = Hem { added_kg_m2: 0.2, width_m: 20e-3, toward_rad: 1.0 };
+        let draught = Draught { pressure_pa: 0.4, toward_rad: -2.0 };
+        let uneven = Uneven { hem, draught, ..Uneven::default() };
+        for half in
+            [uneven.between(&Uneven::default(), 0.5), Uneven::default().between(&uneven, 0.5)]
+        {
+            assert_eq!(half.hem, Hem { added_kg_m2: 0.1, ..hem });
+            assert_eq!(half.draught, Draught { pressure_pa: 0.2, ..draught });
+            assert!(half.seam == Seam::default() && !half.is_off());
+        }
+        assert!(Uneven::default().is_off());
+    }
+
+    #[test]
+    fn twice_turned_over_is_as_before() {
+        let seam = Seam { added: 4.0, width_m: 6e-3, toward_rad: 0.7, offset_m: 30e-3 };
+        let uneven = Uneven { seam, ..Uneven::default() };
+        assert_eq!(uneven.face_down().face_down(), uneven);
+        assert_eq!(uneven.face_down().seam.toward_rad, -0.7);
+    }
+}
