@@ -129,7 +129,7 @@ pub const EFFECTS: [Effect; 9] = [
     },
     Effect {
         name: "plate_radius",
-        numbers: &[sheet("change", &[Parameter::PlateRadius], 1.5e-3, [-5e-3, 5e-3], MM)],
+        numbers: &[sheet("change", &[Parameter::PlateRadius], 1.5e-3, [-4e-3, 4e-3], MM)],
     },
     Effect {
         name: "specimen_size",

@@ -393,7 +393,8 @@ fn units(measured: &[Measured], to_fit: &[usize], lost: &[bool]) -> Vec<usize> {
 /// Effects with the fit that has them.
 type Added = (Vec<FoundEffect>, Fitted);
 
-/// Adds the effects that a residual asks for: of those that cannot be told apart by their moves, the one whose fit is best.
+/// Adds the effects that a residual asks for: of those that cannot be told apart by their moves, the one whose fit is best,
+/// if that fit is sure of its sign and has not run to an end of what is tried.
 fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
     let mut added: Option<Added> = None;
     for choice in &trace.chosen {
@@ -407,6 +408,9 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
         }
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let Some((effect, fitted)) = tried.first().cloned() else { break };
+        if !is_something(effect, &fitted) {
+            continue;
+        }
         let near = fitted.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
         let other = tried[1..].iter().filter(|(_, f)| f.cost < near);
         let mut groups: Vec<Vec<&'static str>> =
@@ -422,6 +426,16 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
         added = Some((found.collect(), fitted));
     }
     added
+}
+
+/// Whether a fit has an effect of some size, within what is tried.
+fn is_something(effect: &Effect, fitted: &Fitted) -> bool {
+    let own = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+    let own: Vec<_> = own.filter(|((number, _), _)| effect.numbers.contains(number)).collect();
+    let at_limit = own.iter().any(|((number, value), _)| {
+        number.limits.iter().any(|end| *end != 0.0 && (value - end).abs() < 1e-6 * number.sigma)
+    });
+    !at_limit && own.iter().any(|(_, [low, high])| low * high > 0.0)
 }
 
 /// The effects of a choice, best first, as many as are refitted.

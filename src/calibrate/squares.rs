@@ -90,7 +90,8 @@ impl Default for FitOptions {
             // pull is what it must be
             pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3],
             unknown_bearing: 0.5,
-            hold_per_m: 10.0,
+            // a twentieth of the weight for each mm; with a hundredth sheets still leave for other folds
+            hold_per_m: 50.0,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::base::units::M_PER_MM;
+use crate::calibrate::effect::Cloth;
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Face, ManifestError, Role, read as read_manifest};
@@ -39,15 +40,21 @@ pub struct Said {
 /// What a fabric's result says; the one place that knows how.
 #[must_use]
 pub fn said_of(result: &FabricResult) -> Said {
-    let held_mm = mean(&result.held_out_rms_m()) / M_PER_MM;
+    let pairs = result.pairs();
+    let of = |which: usize| -> f64 {
+        mean(&pairs.iter().map(|pair| pair.rms_m[which]).collect::<Vec<_>>()) / M_PER_MM
+    };
+    let plain_mm = mean(&result.held_out_rms_m()) / M_PER_MM;
+    let [before_mm, after_mm] =
+        if pairs.is_empty() { [plain_mm, plain_mm] } else { [of(0), of(1)] };
     let captures = result.floor.iter().find(|spread| spread.pairing == Pairing::Captures);
+    let found = || result.after.iter().flat_map(|after| &after.effects);
     Said {
-        // the plain fit looks for no effects
-        verdict: "none".to_owned(),
-        effects: Vec::new(),
-        group: Vec::new(),
-        before_mm: held_mm,
-        after_mm: held_mm,
+        verdict: result.verdict.name().to_owned(),
+        effects: found().map(|found| found.effect.name.to_owned()).collect(),
+        group: found().flat_map(|found| &found.group).map(|&name| name.to_owned()).collect(),
+        before_mm,
+        after_mm,
         floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
     }
 }
@@ -151,7 +158,7 @@ impl Series {
             let mut fit = self.calibrate.fit;
             fit.sim.experiment = case.experiment(face);
             let (believed, rule) = (&result.believed, &self.calibrate.folds);
-            let drapes = predict(&targets, believed, &case.fabric, &fit, rule, &|_| ());
+            let drapes = predict(&targets, believed, &Cloth::plain(case.fabric), &fit, rule, &|_| ());
             rms_m.extend(drapes.into_iter().flatten().map(|beside| beside.rms_m));
         }
         mean(&rms_m) / M_PER_MM

@@ -127,3 +127,68 @@ fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
         assert!(off_mm < 0.8, "{seed}: {off_mm}");
     }
 }
+
+#[test]
+fn a_held_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
+    let (truth, options) = (truth(), options());
+    let drop = Drop { start: DropStart::Perturbed(2) };
+    let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
+    let target = Target::of(&outline, Some(0.0));
+    // a fabric half as stiff, on the true one's branch
+    let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| truth.in_si()[k].ln() - 0.7);
+    let soft = Fabric::from_ln_stiffnesses(&ln, truth.density_kg_m2);
+    let cloth = Cloth::plain(soft);
+    let led = lead_all(&cloth, std::slice::from_ref(&target), &[target.first_pose()], &options);
+    let (mut sheet, before) = led.into_iter().next().unwrap().unwrap();
+    let hold = Hold { outline: target.in_plan(&target.first_pose()), per_m: options.hold_per_m };
+    let pull_m = 0.5e-3;
+    sheet.hold(&hold, pull_m);
+    let way = sheet.follow_fabric(&soft, &FollowOptions::default()).unwrap();
+    assert!(way.reached >= 1.0);
+    let after = trial_of(&mut sheet, &parameters(&[])).unwrap();
+    let move_ = before.with(Parameter::Pull);
+    let foretold = before.hold.mean_m + pull_m * move_.stretch_m;
+    let (moved, off) = (after.hold.mean_m - before.hold.mean_m, after.hold.mean_m - foretold);
+    // pulled outwards, it follows by a part of the pull
+    let followed = after.hold.mean_m + pull_m - before.hold.mean_m;
+    let said = format!("{before:?} {:?}, moved {moved}, off {off}", after.hold);
+    let said = &said[said.len() - 200..];
+    assert!(followed > 0.1 * pull_m && followed < 0.95 * pull_m, "{followed} {said}");
+    assert!(off.abs() < 0.1 * moved.abs(), "{said}");
+}
+
+/// A fit's trace over specimens of one cloth, each seen with either face up.
+fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2]) {
+    let mut options = options();
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 25);
+    let rule = FoldRule::default();
+    let mut targets = Vec::new();
+    for seed in 0..8 {
+        let turned_over = seed % 2 == 1;
+        let mut sim = options.sim;
+        let bending = crate::sim::experiment::AsymmetricBending::uniform(asymmetry);
+        sim.experiment.asymmetric_bending =
+            if turned_over { bending.face_down() } else { bending };
+        let drop = Drop { start: DropStart::Perturbed(seed) };
+        let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
+        targets.push(Target { turned_over, ..Target::of(&outline, Some(0.0)) });
+    }
+    let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
+    let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
+    let units: Vec<usize> = (0..8).map(|k| k / 2).collect();
+    let trace = crate::calibrate::trace::trace(&mut fit, &units).unwrap();
+    let of = |name: &str| trace.alone.iter().find(|r| r.effect.name == name).unwrap().gain;
+    println!("{asymmetry}: {:?} {:?}", trace.chosen, trace.alone);
+    let group = trace.chosen.iter().take(1).flat_map(|c| {
+        std::iter::once(c.ranked.effect.name).chain(c.group.iter().map(|r| r.effect.name))
+    });
+    (group.collect(), of("asymmetric_bending"))
+}
+
+#[test]
+fn a_cloth_stiffer_towards_one_face_is_told_from_one_that_is_not() {
+    let (chosen, gain) = traced(0.4);
+    assert!(chosen.contains(&"asymmetric_bending"), "{chosen:?} {gain:?}");
+    let (chosen, gain) = traced(0.0);
+    assert!(!chosen.contains(&"asymmetric_bending"), "{chosen:?} {gain:?}");
+}

@@ -98,6 +98,8 @@ impl Case {
             Parameter::Skew => experiment.specimen.skew_rad += by,
             // the cloth is carried with its grips, which the models below see to
             Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation => {}
+            // nothing holds it
+            Parameter::Pull => {}
         }
         self
     }
