@@ -233,8 +233,32 @@ impl Fit<'_> {
     /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.
     pub fn with(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
         let state = self.state_with(numbers)?;
-        let most = self.simulated + self.options.evaluations / 2 * self.targets.len();
+        let most = self.simulated + self.options.evaluations * self.targets.len();
         let (state, ended) = self.descend(numbers, state, most);
+        Some(self.fitted(numbers, state, ended))
+    }
+
+    /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on; `None` where
+    /// one does not come to rest.
+    pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
+        let sizes = from.cloth.effects.iter().map(|(number, value)| value / number.sigma);
+        let shared: Vec<f64> = from.cloth.ln().into_iter().chain(sizes).collect();
+        let poses = self.plain.poses.clone();
+        let led = lead_all(&from.cloth, &self.targets, &poses, self.options);
+        self.simulated += self.targets.len();
+        let sheets: Option<Vec<Sheet>> = led.into_iter().map(Result::ok).collect();
+        let asked = parameters(numbers);
+        let (mut followers, trials): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
+        let trials: Option<Vec<Trial>> = followers
+            .iter_mut()
+            .zip(trials)
+            .map(|(sheet, trial)| with_moves(sheet, trial, &asked).ok())
+            .collect();
+        let state = self.squares(numbers).around(&shared, trials?, poses);
+        let before = std::mem::replace(&mut self.followers, followers);
+        let most = self.simulated + self.options.evaluations * self.targets.len();
+        let (state, ended) = self.descend(numbers, state, most);
+        self.followers = before;
         Some(self.fitted(numbers, state, ended))
     }
 

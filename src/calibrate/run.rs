@@ -400,18 +400,23 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
     for choice in &trace.chosen {
         let before: Vec<&'static Effect> =
             added.iter().flat_map(|(effects, _)| effects.iter().map(|e| e.effect)).collect();
+        let numbers = |effect: &'static Effect| -> Vec<&'static Number> {
+            before.iter().copied().chain([effect]).flat_map(|e| e.numbers).collect()
+        };
         let mut tried: Vec<(&'static Effect, Fitted)> = Vec::new();
         for effect in rivals(choice) {
-            let numbers: Vec<&'static Number> =
-                before.iter().chain([&effect]).flat_map(|e| e.numbers).collect();
-            tried.extend(fit.with(&numbers).map(|fitted| (effect, fitted)));
+            tried.extend(fit.with(&numbers(effect)).map(|fitted| (effect, fitted)));
         }
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let Some((effect, fitted)) = tried.first().cloned() else { break };
+        let Some((effect, mut fitted)) = tried.first().cloned() else { break };
+        let again = fit.led_again(&numbers(effect), &fitted);
+        if let Some(again) = again.filter(|again| again.cost < fitted.cost) {
+            fitted = again;
+        }
         if !is_something(effect, &fitted) {
             continue;
         }
-        let near = fitted.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
+        let near = tried[0].1.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
         let other = tried[1..].iter().filter(|(_, f)| f.cost < near);
         let mut groups: Vec<Vec<&'static str>> =
             added.map(|(effects, _)| effects.into_iter().map(|e| e.group).collect()).unwrap_or_default();

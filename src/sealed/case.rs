@@ -109,7 +109,7 @@ impl Case {
         let kind = KINDS[(index % KINDS.len() as u64) as usize];
         let cloth = Cloth { density_kg_m2: fabric.density_kg_m2 };
         let effects = effects(kind, turn_of(seed, index), &cloth, &mut draw);
-        let specimens = draw.random_range(3..=6);
+        let specimens = draw.random_range(5..=6);
         Ok(Self { seed, index, kind, prior: prior.name().to_owned(), fabric, effects, specimens })
     }
 
@@ -193,7 +193,7 @@ mod tests {
         let priors: BTreeSet<&str> = cases.iter().map(|case| case.prior.as_str()).collect();
         assert_eq!(priors.len(), 2);
         for case in &cases {
-            assert!((3..=6).contains(&case.specimens));
+            assert!((5..=6).contains(&case.specimens));
             let counts = match case.kind {
                 Kind::None => 0,
                 Kind::One | Kind::Unlisted => 1,
