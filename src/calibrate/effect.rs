@@ -133,13 +133,7 @@ pub const EFFECTS: [Effect; 9] = [
     },
     Effect {
         name: "specimen_size",
-        numbers: &[sheet(
-            "change",
-            &[Parameter::Warp, Parameter::Weft],
-            2e-3,
-            [-8e-3, 8e-3],
-            MM,
-        )],
+        numbers: &[sheet("change", &[Parameter::Warp, Parameter::Weft], 2e-3, [-8e-3, 8e-3], MM)],
     },
     Effect {
         name: "tilt",

@@ -30,9 +30,7 @@ use crate::fabric::{Fabric, STIFFNESSES};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::{Parameter, SensitivityError};
-use crate::sim::{
-    Drape, Drop, DropStart, FollowOptions, Follower, Hold, Kept, SimOptions, Stop,
-};
+use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Hold, Kept, SimOptions, Stop};
 
 /// How far a fit is; told after every round of drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +69,7 @@ pub struct Beside {
     pub measured: Outline,
     /// The drape's outline there \[m\].
     pub simulated: Outline,
-    /// What is counted on the drape's outline, the picture's scale taken out.
+    /// What is counted on the drape's outline at the picture's scale, as on the measured one.
     pub measures: Measures,
     /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
     /// edge; 0 of a drape that was let go.
@@ -283,7 +281,7 @@ impl Fit<'_> {
         // held by the outlines as their poses have them by now
         if self.options.hold_per_m == 0.0 {
             // let go: nothing follows a pose
-        } else if let Some(state) = self.moved(numbers, &best.shared, &best.poses) {
+        } else if let Some(state) = self.moved(numbers, &best.shared, &best) {
             kept = self.followers.iter().map(Follower::keep).collect();
             best = state;
         } else {
@@ -300,7 +298,7 @@ impl Fit<'_> {
             if foretold < LEAST_GAIN.max(LEAST_SHARE * best.cost) || moved < LEAST_MOVE {
                 return (best, Ended::Converged);
             }
-            let state = self.moved(numbers, &shared, &best.poses);
+            let state = self.moved(numbers, &shared, &best);
             match state.filter(|state| state.cost < best.cost) {
                 Some(state) => {
                     best = state;
@@ -316,23 +314,30 @@ impl Fit<'_> {
         }
     }
 
-    /// The sheets led to another cloth, held by their outlines in some poses, and the least squares around them; `None`
-    /// where one does not come to rest there.
+    /// The sheets led to another cloth, held by their outlines in the poses of the state before, and the least squares around
+    /// them; `None` where one does not come to rest there. A sheet that lost its fold on the way is led by its outline again.
     fn moved(
         &mut self,
         numbers: &[&'static Number],
         shared: &[f64],
-        poses: &[Pose],
+        before: &State,
     ) -> Option<State> {
         let cloth = self.squares(numbers).cloth(shared);
         let asked = parameters(numbers);
         self.simulated += self.followers.len();
-        let (options, targets) = (self.options, &self.targets);
+        let (options, targets, poses) = (self.options, &self.targets, &before.poses);
         let both = self.followers.par_iter_mut().zip(targets).zip(poses);
         let trials: Option<Vec<Trial>> = both
-            .map(|((sheet, target), pose)| led_on(sheet, &cloth, target, pose, options, &asked).ok())
+            .map(|((sheet, target), pose)| {
+                led_on(sheet, &cloth, target, pose, options, &asked).ok()
+            })
             .collect();
-        let state = self.squares(numbers).around(shared, trials?, poses.to_vec());
+        let mut state = self.squares(numbers).around(shared, trials?, poses.clone());
+        let lost = |k: &usize| state.sums[*k].cost > LOST[0] * before.sums[*k].cost + LOST[1];
+        let lost: Vec<usize> = (0..self.targets.len()).filter(lost).collect();
+        if !lost.is_empty() {
+            state = self.recovered(numbers, (shared, &cloth), state, &lost);
+        }
         let squared: f64 = state.seen.iter().map(|seen| rms_m(&seen.rows).powi(2)).sum();
         self.least_m = self.least_m.min((squared / state.seen.len() as f64).sqrt());
         (self.tell)(Progress {
@@ -343,6 +348,39 @@ impl Fit<'_> {
         Some(state)
     }
 
+    /// The same state with some sheets led by their outlines again, where that brings them nearer.
+    fn recovered(
+        &mut self,
+        numbers: &[&'static Number],
+        (shared, cloth): (&[f64], &Cloth),
+        state: State,
+        lost: &[usize],
+    ) -> State {
+        let targets: Vec<Target> = lost.iter().map(|&k| self.targets[k].clone()).collect();
+        let poses: Vec<Pose> = lost.iter().map(|&k| state.poses[k]).collect();
+        self.simulated += lost.len();
+        let led = lead_all(cloth, &targets, &poses, self.options);
+        let asked = parameters(numbers);
+        let again = led.into_par_iter().zip(&targets).zip(&poses).map(|((sheet, target), pose)| {
+            let (mut sheet, _) = sheet.ok()?;
+            let trial = led_on(&mut sheet, cloth, target, pose, self.options, &asked).ok()?;
+            Some((sheet, trial))
+        });
+        let again: Vec<Option<Sheet>> = again.collect();
+        let mut trials = state.trials.clone();
+        for (&k, sheet) in lost.iter().zip(again) {
+            let Some((sheet, trial)) = sheet else { continue };
+            let one = [self.targets[k].clone()];
+            let squares = Squares { targets: &one, ..self.squares(numbers) };
+            let alone = squares.around(shared, vec![trial.clone()], vec![state.poses[k]]);
+            if alone.sums[0].cost < state.sums[k].cost {
+                self.followers[k] = sheet;
+                trials[k] = trial;
+            }
+        }
+        self.squares(numbers).around(shared, trials, state.poses)
+    }
+
     fn fitted(&self, numbers: &[&'static Number], state: State, ended: Ended) -> Fitted {
         let squares = self.squares(numbers);
         let misfit = state.misfit();
@@ -351,7 +389,8 @@ impl Fit<'_> {
         let covariance = precision.cholesky();
         let covariance =
             covariance.map(|factor| factor.solve(&nalgebra::DMatrix::identity(size, size)));
-        let sigma_of = |k: usize, prior: f64| covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
+        let sigma_of =
+            |k: usize, prior: f64| covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
         let stiffnesses = std::array::from_fn(|k| {
             let prior = squares.believed.covariance[(k, k)].sqrt();
             let sigmas = [sigma_of(k, prior), prior];
@@ -406,7 +445,8 @@ pub fn predict(
         let mut pose = target.first_pose();
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
-            let around = squares.around(&shared, vec![with_moves(&mut sheet, trial, &asked)?], vec![pose]);
+            let around =
+                squares.around(&shared, vec![with_moves(&mut sheet, trial, &asked)?], vec![pose]);
             pose = around.poses[0];
             trial = led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
         }
@@ -502,6 +542,8 @@ const LED_GAIN: f64 = 1.0;
 const NEAR: f64 = 0.2;
 /// Foretold fall of the cost, as a share of it, that is not worth a round of drapes.
 const LEAST_SHARE: f64 = 1e-3;
+/// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off its fold.
+const LOST: [f64; 2] = [1.2, 15.0];
 /// How often a predicted drape's pose and springs follow each other.
 const PREDICTIONS: usize = 2;
 /// Quantile of the standard normal beyond which 5 % lie on each side.
@@ -517,11 +559,13 @@ impl Beside {
         rule: &FoldRule,
     ) -> Self {
         let posed = scaled(&pose, ln_scale);
+        let larger = posed[3].exp();
+        let as_seen = trial.outline.mapped(|p| p.map(|v| v * larger));
         Self {
             rms_m: rms_m(&seen.rows),
             measured: target.outline.clone(),
             simulated: trial.outline.mapped(|p| picture_of(p, &posed)),
-            measures: Measures::of(&trial.outline, &options.sim.experiment, rule),
+            measures: Measures::of(&as_seen, &options.sim.experiment, rule),
             held_share: options.hold_per_m * trial.hold.rms_m,
             drape: trial.drape,
             pose,

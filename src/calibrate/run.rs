@@ -418,8 +418,9 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
         }
         let near = tried[0].1.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
         let other = tried[1..].iter().filter(|(_, f)| f.cost < near);
-        let mut groups: Vec<Vec<&'static str>> =
-            added.map(|(effects, _)| effects.into_iter().map(|e| e.group).collect()).unwrap_or_default();
+        let mut groups: Vec<Vec<&'static str>> = added
+            .map(|(effects, _)| effects.into_iter().map(|e| e.group).collect())
+            .unwrap_or_default();
         groups.push(other.map(|(e, _)| e.name).collect());
         let effects = [before, vec![effect]].concat();
         let mut values = fitted.cloth.effects.iter().zip(&fitted.intervals90);
@@ -549,11 +550,7 @@ impl FabricResult {
         keys.into_iter().map(of).collect()
     }
 
-    fn group(
-        &self,
-        (role, face): (Role, Option<Face>),
-        all: Vec<&DrapeBeside>,
-    ) -> Group {
+    fn group(&self, (role, face): (Role, Option<Face>), all: Vec<&DrapeBeside>) -> Group {
         let at_rest: Vec<(&Measures, &Beside)> = all
             .iter()
             .filter_map(|d| Some((&self.measured[d.measured].measures, d.beside.as_ref().ok()?)))

@@ -90,8 +90,8 @@ impl Default for FitOptions {
             // pull is what it must be
             pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3],
             unknown_bearing: 0.5,
-            // a twentieth of the weight for each mm; with a hundredth sheets still leave for other folds
-            hold_per_m: 50.0,
+            // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
+            hold_per_m: 150.0,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,
@@ -382,7 +382,8 @@ impl Squares<'_> {
         let cloth = self.cloth(shared);
         let of = Unknowns { cloth: &cloth, numbers: self.numbers };
         // what the projection of the fabric made of the logarithms
-        let shared: Vec<f64> = cloth.ln().into_iter().chain(shared[STIFFNESSES..].to_vec()).collect();
+        let shared: Vec<f64> =
+            cloth.ln().into_iter().chain(shared[STIFFNESSES..].to_vec()).collect();
         let common = self.shared();
         let size = common + POSE * self.targets.len();
         let (mut normal, mut priors) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));

@@ -139,11 +139,16 @@ impl Quadratic {
 
     /// The same with a factor of its own on the three bending stiffnesses, at its best.
     fn of_specimen(mut self) -> Self {
-        let stiffer = DVector::from_fn(self.b.len(), |k, _| {
-            if (3..STIFFNESSES).contains(&k) { 1.0 } else { 0.0 }
-        });
+        let stiffer =
+            DVector::from_fn(
+                self.b.len(),
+                |k, _| {
+                    if (3..STIFFNESSES).contains(&k) { 1.0 } else { 0.0 }
+                },
+            );
         let bent = &self.a * &stiffer;
-        let (pulled, whole) = (stiffer.dot(&self.b), stiffer.dot(&bent) + SPECIMENS_DIFFER.powi(-2));
+        let (pulled, whole) =
+            (stiffer.dot(&self.b), stiffer.dot(&bent) + SPECIMENS_DIFFER.powi(-2));
         self.a.ger(-1.0 / whole, &bent, &bent, 1.0);
         self.b.axpy(-pulled / whole, &bent, 1.0);
         self.c -= pulled * pulled / whole;
@@ -183,9 +188,7 @@ impl Linear {
         let ranked = self.ranked(with, &EFFECTS, best);
         let sure = ranked.iter().filter(|ranked| self.is_sure(ranked));
         let first = *sure.max_by(|a, b| a.gain[0].total_cmp(&b.gain[0]))?;
-        let of = |effect: &'static Effect| {
-            Some(self.held_out(&[with, &[effect]].concat())?.costs)
-        };
+        let of = |effect: &'static Effect| Some(self.held_out(&[with, &[effect]].concat())?.costs);
         let own = of(first.effect)?;
         let as_good = |other: &&Ranked| {
             let Some(costs) = of(other.effect) else { return false };
@@ -203,12 +206,7 @@ impl Linear {
     }
 
     /// What each of some effects foretells beside those of `with`, whose held-out costs are `best`.
-    fn ranked(
-        &self,
-        with: &[&'static Effect],
-        of: &'static [Effect],
-        best: &[f64],
-    ) -> Vec<Ranked> {
+    fn ranked(&self, with: &[&'static Effect], of: &'static [Effect], best: &[f64]) -> Vec<Ranked> {
         let other = of.iter().filter(|effect| !with.contains(effect));
         let ranked = |effect: &'static Effect| {
             let of = [with, &[effect]].concat();

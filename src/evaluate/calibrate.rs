@@ -158,7 +158,8 @@ impl Series {
             let mut fit = self.calibrate.fit;
             fit.sim.experiment = case.experiment(face);
             let (believed, rule) = (&result.believed, &self.calibrate.folds);
-            let drapes = predict(&targets, believed, &Cloth::plain(case.fabric), &fit, rule, &|_| ());
+            let drapes =
+                predict(&targets, believed, &Cloth::plain(case.fabric), &fit, rule, &|_| ());
             rms_m.extend(drapes.into_iter().flatten().map(|beside| beside.rms_m));
         }
         mean(&rms_m) / M_PER_MM

@@ -167,8 +167,7 @@ impl Squares<'_> {
         let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
         let longest = self.options.longest_step;
         let limits = &self.prior.ln_limits;
-        let (next, foretold) =
-            damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
+        let (next, foretold) = damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
         Some((std::array::from_fn(|k| next[k]), foretold))
     }
 }

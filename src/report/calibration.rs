@@ -6,10 +6,10 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use crate::calibrate::effect::Number;
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
-use crate::calibrate::effect::Number;
 use crate::calibrate::run::{
     Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair,
 };
@@ -121,9 +121,7 @@ fn of_effect(found: &FoundEffect) -> Vec<Value> {
 }
 
 fn of_trace(trace: &Trace) -> Value {
-    let of = |ranked: &Ranked| {
-        json!({"name": ranked.effect.name, "gain": ranked.gain[0], "se": ranked.gain[1], "sure": ranked.sure})
-    };
+    let of = |ranked: &Ranked| json!({"name": ranked.effect.name, "gain": ranked.gain[0], "se": ranked.gain[1], "sure": ranked.sure});
     let chosen = |choice: &Choice| {
         let mut text = of(&choice.ranked);
         text["group"] = choice.group.iter().map(of).collect();
@@ -385,7 +383,10 @@ fn effects_table(fabric: &FabricResult) -> String {
         for ranked in &trace.alone {
             let [gain, error] = ranked.gain;
             let name = ranked.effect.name;
-            text += &format!("    {name:18} {gain:7.3} +- {error:.3}, size {:.1} errors\n", ranked.sure);
+            text += &format!(
+                "    {name:18} {gain:7.3} +- {error:.3}, size {:.1} errors\n",
+                ranked.sure
+            );
         }
         if let Some(ranked) = &trace.unexplained {
             let [gain, error] = ranked.gain;

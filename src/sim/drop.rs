@@ -96,12 +96,7 @@ fn led(targets: Vec<Target>) -> Vec<Target> {
 }
 
 /// The springs of a hold.
-pub(super) fn holding(
-    hold: &Hold,
-    grid: &Grid,
-    fabric: &Fabric,
-    experiment: &Experiment,
-) -> Guide {
+pub(super) fn holding(hold: &Hold, grid: &Grid, fabric: &Fabric, experiment: &Experiment) -> Guide {
     let mut targets = outline_targets(grid, &hold.outline, experiment);
     let share = 1.0 / targets.len().max(1) as f64;
     targets.iter_mut().for_each(|target| target.weight = share);
@@ -130,8 +125,7 @@ fn rim_targets(grid: &Grid, rim: &Boundary) -> Vec<Target> {
         (points[index] + (next - points[index]) * along.fract()).coords
     };
     let vertices = border.iter().enumerate();
-    let spring =
-        |(k, &vertex)| Target { vertex, position_m: target(k), along: None, weight: 1.0 };
+    let spring = |(k, &vertex)| Target { vertex, position_m: target(k), along: None, weight: 1.0 };
     vertices.map(spring).collect()
 }
 

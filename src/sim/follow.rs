@@ -183,7 +183,8 @@ impl Follower {
         let Rested { model, x, .. } = &self.rested;
         let spring = |target: &Target| {
             let along = target.along?;
-            let stretch_m = along.dot(&(x[target.vertex] - target.position_m)) - model.guide.outwards_m;
+            let stretch_m =
+                along.dot(&(x[target.vertex] - target.position_m)) - model.guide.outwards_m;
             Some(Held { vertex: target.vertex, along, stretch_m })
         };
         model.guide.targets.iter().filter_map(spring).collect()

@@ -50,7 +50,11 @@ pub(super) fn lay(surface: &Surface, specimen: &Specimen, fabric: &Fabric, model
     let springs = || {
         let cloth = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0);
         let cell_n = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
-        Guide { targets: cloth.map(target).collect(), stiffness_n_m: cell_n / SAG_M, outwards_m: 0.0 }
+        Guide {
+            targets: cloth.map(target).collect(),
+            stiffness_n_m: cell_n / SAG_M,
+            outwards_m: 0.0,
+        }
     };
     let springs = (!exact).then(springs);
     Laid { x, springs }

@@ -1,8 +1,8 @@
 //! The search for equilibrium: quasi-Newton descents and Newton steps in turn.
 
 use crate::base::Vector3;
-use crate::sim::hessian_form::HessianForm;
 use crate::sim::guide::Guide;
+use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::Model;
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Inertia, Memory, Newton};

@@ -167,8 +167,7 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2]) {
         let turned_over = seed % 2 == 1;
         let mut sim = options.sim;
         let bending = crate::sim::experiment::AsymmetricBending::uniform(asymmetry);
-        sim.experiment.asymmetric_bending =
-            if turned_over { bending.face_down() } else { bending };
+        sim.experiment.asymmetric_bending = if turned_over { bending.face_down() } else { bending };
         let drop = Drop { start: DropStart::Perturbed(seed) };
         let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
         targets.push(Target { turned_over, ..Target::of(&outline, Some(0.0)) });
