@@ -130,8 +130,8 @@ pub struct FoundEffect {
 pub enum Verdict {
     /// An effect foretells the drapes held out better than the plain model does.
     Found,
-    /// An effect was chosen, but the drapes held out do not confirm it, or there are none; or too few specimens are marked
-    /// `fit` to choose any.
+    /// An effect was chosen, but its fit is not sure of it or runs to an end of what is tried, or the drapes held out do not
+    /// confirm it, or there are none; or too few specimens are marked `fit` to choose any.
     Undecided,
     /// Something comes back from specimen to specimen that no effect of the list explains.
     Unexplained,
@@ -407,14 +407,13 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
         for effect in rivals(choice) {
             tried.extend(fit.with(&numbers(effect)).map(|fitted| (effect, fitted)));
         }
+        tried.retain(|(effect, fitted)| is_something(effect, fitted));
         tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let Some((effect, mut fitted)) = tried.first().cloned() else { break };
+        let Some((effect, mut fitted)) = tried.first().cloned() else { continue };
         let again = fit.led_again(&numbers(effect), &fitted);
-        if let Some(again) = again.filter(|again| again.cost < fitted.cost) {
+        let better = |again: &Fitted| again.cost < fitted.cost && is_something(effect, again);
+        if let Some(again) = again.filter(better) {
             fitted = again;
-        }
-        if !is_something(effect, &fitted) {
-            continue;
         }
         let near = tried[0].1.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
         let other = tried[1..].iter().filter(|(_, f)| f.cost < near);
@@ -521,8 +520,11 @@ impl FabricResult {
     fn judge(&self) -> Verdict {
         let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
         if self.after.is_none() {
-            let left = trace.unexplained.is_some();
-            return if left { Verdict::Unexplained } else { Verdict::None };
+            return match (&trace.unexplained, trace.chosen.is_empty()) {
+                (Some(_), _) => Verdict::Unexplained,
+                (None, true) => Verdict::None,
+                (None, false) => Verdict::Undecided,
+            };
         }
         let better: Vec<f64> =
             self.pairs().iter().map(|p| p.rms_m[0].powi(2) - p.rms_m[1].powi(2)).collect();

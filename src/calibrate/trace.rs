@@ -106,6 +106,9 @@ pub fn trace(fit: &mut Fit<'_>, units: &[usize]) -> Option<Trace> {
     (count >= FEWEST_UNITS).then(|| linear.trace()).flatten()
 }
 
+/// Cost of an independent point that is as near as drapes are known at all: half of the standard deviation, as pictures of
+/// one drape differ. What lies below that is no residual.
+const KNOWN: f64 = 0.25;
 /// Standard deviation of the logarithm by which the bending of specimens of one cloth differs: the 3 to 4 points by which
 /// drape coefficients of one face scatter over the specimens of the measured fabrics.
 const SPECIMENS_DIFFER: f64 = 0.15;
@@ -127,7 +130,7 @@ impl Quadratic {
         let solved = pose.solve(&coupled);
         let a = sums.normal.view((0, 0), (common, common)) - coupled.tr_mul(&solved);
         let b = sums.right.rows(0, common) - solved.tr_mul(&own);
-        let c = sums.cost - own.dot(&pose.solve(&own));
+        let c = sums.cost - own.dot(&pose.solve(&own)) + KNOWN * sums.independent;
         Some(Self { a, b, c })
     }
 
