@@ -404,7 +404,7 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
             before.iter().copied().chain([effect]).flat_map(|e| e.numbers).collect()
         };
         let mut tried: Vec<(&'static Effect, Fitted)> = Vec::new();
-        for effect in rivals(choice) {
+        for effect in rivals(choice).into_iter().filter(|effect| !before.contains(effect)) {
             tried.extend(fit.with(&numbers(effect)).map(|fitted| (effect, fitted)));
         }
         tried.retain(|(effect, fitted)| is_something(effect, fitted));

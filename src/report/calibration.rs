@@ -22,8 +22,8 @@ use crate::picture::draw;
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Writes `calibration.json` and `FABRIC_LINE.png` for each simulated drape into `folder`, which is made if it is
-/// not there. Returns their paths.
+/// Writes `calibration.json` and `FABRIC_lineN.png` for each simulated drape into `folder`, which is made if it is not there,
+/// and `FABRIC_lineN_after.png` where effects were added. Returns their paths.
 ///
 /// # Errors
 /// When the system refuses.
@@ -38,10 +38,12 @@ pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, W
     })?;
     let mut written = vec![path];
     for fabric in &calibration.fabrics {
-        for drape in &fabric.drapes {
+        let after = fabric.after.iter().flat_map(|after| &after.drapes);
+        let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
+        for (drape, which) in both {
             let Ok(beside) = &drape.beside else { continue };
             let measured = &fabric.measured[drape.measured];
-            let name = format!("{}_line{}.png", plain(&fabric.name), measured.entry.line);
+            let name = format!("{}_line{}{which}.png", plain(&fabric.name), measured.entry.line);
             let path = folder.join(name);
             let picture = picture(measured, beside);
             io::write_png(&path, [picture.width(), picture.height()], picture.as_raw())?;

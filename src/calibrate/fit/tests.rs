@@ -73,8 +73,9 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
         fitted.ended.name(),
         fitted.misfit
     );
-    // observed: 0.12 and 0.10 mm, the third 0.21 mm, the logarithms of bending off by 0.01 at most, of stretch and
-    // shear by 0.09
+    println!("{said}");
+    // observed: 0.14 and 0.12 mm, the third 0.19 mm, the logarithms of bending off by 0.05 at most, of stretch and
+    // shear by 0.27
     assert!(rms.iter().all(|&mm| mm < 0.4), "{said}");
     assert!(third.rms_m < 0.6e-3, "{said}");
     assert!(
