@@ -71,7 +71,7 @@ const LEAST_GAIN: f64 = 0.05;
 const STUDENT: [f64; 12] =
     [63.66, 9.92, 5.84, 4.60, 4.03, 3.71, 3.50, 3.36, 3.25, 3.17, 3.11, 3.05];
 const STUDENT_BEYOND: f64 = 2.8;
-/// The same for five per cent: beyond that one effect foretells less than another.
+/// Standard errors beyond which one effect foretells less than another.
 const TOLD_APART: f64 = 2.0;
 
 /// Numbers of all effects and patterns.

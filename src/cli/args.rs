@@ -303,8 +303,8 @@ pub(crate) struct Calibrate {
     /// Standard deviation of a picture's scale beside mm_per_pixel [%]; taken as exact if not given
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) scale_sigma: Option<f64>,
-    /// How strongly drapes are held across their outlines: share of the hanging cloth's weight for each millimetre [%]; 0
-    /// lets them go
+    /// How strongly drapes are held across their outlines: share of the hanging cloth's weight for each millimetre [%], 15 if
+    /// not given; 0 lets them go
     #[arg(long, value_name = "PERCENT", value_parser = hold)]
     pub(crate) hold: Option<f64>,
     /// Print calibration.json instead of the table
