@@ -27,7 +27,7 @@ for heavy in anyhow clap parquet ort ort-tract tract-core image plotters; do
     fi
 done
 
-for feature in "" calibrate estimate dataset picture report evaluate cli; do
+for feature in "" calibrate estimate dataset picture report kit evaluate cli; do
     name=${feature:-none}
     count=$(crates "$feature" | wc -l)
     row="| \`$name\` |"

@@ -58,14 +58,15 @@
 //!
 //! | feature | what it adds | heavy crates | crates |
 //! |---|---|---|---|
-//! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`] | | 136 |
+//! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`], [`exchange`] | | 136 |
 //! | `estimate` | [`estimate`], [`job`] | ort, tract | 195 |
 //! | `calibrate` | [`calibrate`] | image | 142 |
 //! | `dataset` | [`dataset`] | parquet | 147 |
 //! | `picture` | [`picture`] | image, plotters, a font | 147 |
-//! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`] | | 208 |
-//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 216 |
-//! | `cli` | all of it, and the program | clap | 236 |
+//! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`], [`combine`] | statrs | 218 |
+//! | `kit` | `report`, and [`kit`] | pdf-writer, pulldown-cmark | 222 |
+//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 226 |
+//! | `cli` | all of it, and the program | clap | 255 |
 //!
 //! # Layers
 //!
@@ -73,8 +74,8 @@
 //! from layers before its own, and no files import each other in a circle
 //! (`tests/layering.rs` holds that):
 //!
-//! `base < geom, numeric < picture < io < fabric < sim < scan < sensor < dataset < estimate <
-//! refine < calibrate < job < report < batch < sealed < evaluate < cli`
+//! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset < estimate <
+//! refine < calibrate < job < report < exchange < batch < combine < kit < sealed < evaluate < cli`
 //!
 //! # Units
 //!
@@ -90,17 +91,23 @@ pub mod base;
 pub mod batch;
 #[cfg(feature = "calibrate")]
 pub mod calibrate;
+#[cfg(feature = "report")]
+pub mod combine;
 #[cfg(feature = "dataset")]
 pub mod dataset;
 #[cfg(feature = "estimate")]
 pub mod estimate;
 #[cfg(feature = "evaluate")]
 pub mod evaluate;
+pub mod exchange;
 pub mod fabric;
 pub mod geom;
+pub mod intake;
 pub mod io;
 #[cfg(feature = "estimate")]
 pub mod job;
+#[cfg(feature = "kit")]
+pub mod kit;
 pub mod numeric;
 #[cfg(feature = "picture")]
 pub mod picture;

@@ -7,8 +7,8 @@ use peak_alloc::PeakAlloc;
 use promises::hold;
 use scan_support::Drape;
 use scan2params::geom::Mesh;
+use scan2params::intake::rim::of_scan;
 use scan2params::io::{ReadOptions, write_ply};
-use scan2params::job::rim::of_scan;
 use scan2params::scan::{ScanOptions, WarpToward};
 use scan2params::sensor::{Scene, even};
 

@@ -8,9 +8,9 @@ use super::error::BatchError;
 use super::options::{BatchOptions, SCANS};
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::check_density;
+use crate::intake::rim::parse_warp_toward;
 use crate::io::density_csv::{self, DensityRow};
 use crate::io::{VIEWS_FILE, is_views_folder};
-use crate::job::rim::parse_warp_toward;
 use crate::scan::WarpToward;
 
 /// One scan of a batch.

@@ -2,7 +2,7 @@
 //!
 //! In: a folder, densities, one set of options. Out: one [`Row`] per scan, its
 //! refusal or failure included, in the order of the scans' paths; in the folder of
-//! results `results.csv`, `results.jsonl`, `journal.jsonl`, and below `files` what
+//! results `results.csv`, `results.jsonl`, `journal.jsonl`, `report.html`, and below `files` what
 //! `estimate --out` writes of each scan.
 //!
 //! Each finished scan is a line of the journal, so that a run
@@ -20,6 +20,7 @@ mod error;
 mod inputs;
 mod journal;
 mod options;
+mod page;
 mod row;
 mod table;
 
@@ -30,17 +31,20 @@ use std::time::Instant;
 
 pub use error::BatchError;
 pub use inputs::{Input, inputs};
-pub use options::BatchOptions;
+pub use options::{BatchOptions, SCANS};
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
 
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::estimate::Estimator;
 use crate::fabric::sha256_hex;
+use crate::intake::IntakeError;
 use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
 use crate::job::verdict::Limits;
 use crate::job::{Job, JobError};
 use crate::refine::{FitOptions, LedBy};
+use crate::report::page::options::Extra;
+use crate::report::page::provenance;
 use crate::report::{files, json};
 use crate::scan::ScanOptions;
 use crate::sim::NUMERICS_VERSION;
@@ -79,6 +83,8 @@ pub struct Summary {
     pub torn_bytes: usize,
     /// The files of the whole batch.
     pub written: [PathBuf; 2],
+    /// Its page, if one was asked for.
+    pub page: Option<PathBuf>,
 }
 
 /// Estimates every scan of a folder.
@@ -134,14 +140,16 @@ pub fn run(
     }
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let written = write(out, &rows)?;
+    let page = options.pages.then(|| page::write(out, &options.folder, &rows)).transpose()?;
     let (unreadable_lines, torn_bytes) = (held.unreadable_lines, held.torn_bytes);
-    Ok(Summary { rows, kept, unreadable_lines, torn_bytes, written })
+    Ok(Summary { rows, kept, unreadable_lines, torn_bytes, written, page })
 }
 
 /// Whether the results can be written, and the table of densities is none of them.
 fn check_results(options: &BatchOptions) -> Result<(), OutputError> {
     let inputs: Vec<PathBuf> = options.density_csv.iter().cloned().collect();
-    let mut names = RESULTS.into_iter().chain([JOURNAL]);
+    let page = options.pages.then_some(page::NAME);
+    let mut names = RESULTS.into_iter().chain([JOURNAL]).chain(page);
     names.try_for_each(|name| output::check_file(&options.out.join(name), &inputs))
 }
 
@@ -263,6 +271,7 @@ impl Batch<'_> {
 
     fn estimate(&self, input: &Input, density_kg_m2: f64) -> Result<Row, JobError> {
         let job = Job {
+            experiment: crate::sim::Experiment::default(),
             input: input.path.clone(),
             density_kg_m2,
             read: self.options.read.clone(),
@@ -277,6 +286,13 @@ impl Batch<'_> {
             None => (self.files(), input.file.as_str()),
         };
         files::write_as(&outcome, &folder, name)?;
+        if self.options.pages {
+            // the view that turns is as large as a scan: not in each of many
+            let inputs = provenance::files_of(&input.path).map_err(IntakeError::from)?;
+            let extra = Extra { inputs, ..Extra::default() };
+            files::write_page(&outcome, &folder, name, &extra)?;
+            files::write_thumbnail(&outcome, &folder, name)?;
+        }
         let row = Row::new(&input.file, Status::Ok);
         Ok(Row { result: Some(json::params(&outcome)), ..row }.judged(self.options.strict))
     }

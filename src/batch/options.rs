@@ -8,7 +8,7 @@ use crate::scan::ScanOptions;
 /// Files that are scans by their name alone, besides folders of views. Tables
 /// (`.csv`, `.txt`), images and lists of views are taken only if the density table
 /// names them: folders are full of others.
-pub(super) const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
+pub const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
 
 /// What to do, and where.
 #[derive(Clone, Debug)]
@@ -33,4 +33,6 @@ pub struct BatchOptions {
     pub strict: bool,
     /// Scans at once; 0 for one per core.
     pub threads: usize,
+    /// Whether pages are written: of the whole, and of each scan that has an estimate.
+    pub pages: bool,
 }

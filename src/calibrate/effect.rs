@@ -7,6 +7,7 @@
 //! Not looked for: crease and creep (their place or time is not in a picture), skew (a disc has none), hysteresis (what it
 //! does to an outline depends on the way that the cloth came, which the picture does not show).
 
+use super::manifest::Face;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::experiment::CurvatureComponent;
 use crate::sim::sensitivity::Parameter;
@@ -23,6 +24,8 @@ pub enum Acts {
     Tilt(usize),
     /// The picture's scale.
     Scale,
+    /// One over the height above the plate's face from which a picture is taken: what hangs lower looks smaller.
+    Perspective,
     /// The outline itself: a harmonic of its distance from the axis, which no physics stands behind.
     Outline(Harmonic),
 }
@@ -98,8 +101,9 @@ const fn sheet(
 
 /// The effects that are looked for. Sizes: natural curvature of a knit's or a wound fabric 10 /m; asymmetry such that one face
 /// is half as stiff again; an edge that rolls 100 /m; softening as measured by Feng et al. 2022 (half of the stiffness lost at
-/// 199 /m); what a bench is made and read to.
-pub const EFFECTS: [Effect; 9] = [
+/// 199 /m); what a bench is made and read to; a camera a metre above the
+/// plate.
+pub const EFFECTS: [Effect; 10] = [
     Effect {
         name: "natural_curvature",
         numbers: &[
@@ -164,6 +168,16 @@ pub const EFFECTS: [Effect; 9] = [
             unit: ("%", 0.01),
         }],
     },
+    Effect {
+        name: "perspective",
+        numbers: &[Number {
+            key: "per_camera_height",
+            acts: Acts::Perspective,
+            sigma: 1.0,
+            limits: [0.0, 3.0],
+            unit: PER_M,
+        }],
+    },
 ];
 
 const fn harmonic(order: u8, sine: bool, stays: Stays) -> Number {
@@ -210,6 +224,20 @@ pub const PATTERNS: [Effect; 3] = [
     },
 ];
 
+impl Effect {
+    /// The effect of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        EFFECTS.iter().find(|effect| effect.name == name)
+    }
+
+    /// The effect or pattern that a number is one of.
+    #[must_use]
+    pub fn of(number: &Number) -> Option<&'static Self> {
+        EFFECTS.iter().chain(&PATTERNS).find(|effect| effect.numbers.contains(number))
+    }
+}
+
 impl Number {
     /// The simulator's parameters that it needs the moves of.
     #[must_use]
@@ -219,7 +247,7 @@ impl Number {
             Acts::Sheet(parameters) => parameters,
             Acts::Face(parameter) => std::slice::from_ref(parameter),
             Acts::Tilt(_) => &TILT,
-            Acts::Scale | Acts::Outline(_) => &[],
+            Acts::Scale | Acts::Perspective | Acts::Outline(_) => &[],
         }
     }
 }
@@ -239,6 +267,15 @@ pub struct Lies {
 pub fn tilt_parts(side: usize, bearing_rad: f64) -> [f64; 2] {
     let (sin, cos) = bearing_rad.sin_cos();
     if side == 0 { [cos, -sin] } else { [sin, cos] }
+}
+
+/// How drapes are seen in pictures from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The logarithm of the picture's scale, on the plate's face, over the one given.
+    pub ln_scale: f64,
+    /// One over the camera's height above the plate's face \[1/m\]; 0 where it looks from afar.
+    pub per_height: f64,
 }
 
 /// A fabric with the sizes of some effects.
@@ -264,6 +301,16 @@ impl Cloth {
         ln
     }
 
+    /// The experiment of a drape of it with one side up, the warp along +x, on the bench `base`.
+    #[must_use]
+    pub fn experiment(&self, base: &Experiment, face: Face) -> Experiment {
+        let face = match face {
+            Face::Up => 1.0,
+            Face::Down => -1.0,
+        };
+        self.setup(base, Lies { face, bearing_rad: 0.0 }).experiment
+    }
+
     /// What a drape of it is of, on the bench `base`.
     #[must_use]
     pub fn setup(&self, base: &Experiment, lies: Lies) -> Setup {
@@ -279,20 +326,20 @@ impl Cloth {
                     setup = setup.with(Parameter::TiltX, x * value);
                     setup = setup.with(Parameter::TiltZ, z * value);
                 }
-                Acts::Scale | Acts::Outline(_) => {}
+                Acts::Scale | Acts::Perspective | Acts::Outline(_) => {}
             }
         }
         setup
     }
 
-    /// The logarithm of the picture's scale over the one given.
+    /// How its drapes are seen in pictures.
     #[must_use]
-    pub fn ln_scale(&self) -> f64 {
-        let of = |(number, value): &(&Number, f64)| match number.acts {
-            Acts::Scale => *value,
-            _ => 0.0,
+    pub fn view(&self) -> View {
+        let of = |acts: Acts| {
+            let own = self.effects.iter().filter(|(number, _)| number.acts == acts);
+            own.map(|(_, value)| value).sum::<f64>()
         };
-        self.effects.iter().map(of).sum()
+        View { ln_scale: of(Acts::Scale), per_height: of(Acts::Perspective) }
     }
 }
 
@@ -324,6 +371,6 @@ mod tests {
         assert_eq!(up.tilt.down_x_rad, 0.0);
         let turned = of(1.0, std::f64::consts::FRAC_PI_2).tilt;
         assert!((turned.down_x_rad - 0.01).abs() < 1e-12 && turned.down_z_rad.abs() < 1e-12);
-        assert_eq!(cloth.ln_scale(), 0.0);
+        assert_eq!(cloth.view(), View { ln_scale: 0.0, per_height: 0.0 });
     }
 }

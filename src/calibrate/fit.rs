@@ -1,7 +1,7 @@
 //! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with effects.
 //!
 //! Each outline leads a sheet to its branch and holds it there by weak springs ([`DropStart::Held`]); at rest on them, the
-//! sheet is led from fabric to fabric. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
+//! sheet is led from fabric to fabric. A scanned sheet is laid where it was scanned, a given rim leads one, and nothing holds either. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
 //! effects that are asked for, shared by all drapes, and the pose of each, with the prior's Gaussian on the former. Where
 //! the steps end, the outlines lead sheets of the fabric found, and the steps go on as long as that gains.
 //!
@@ -18,11 +18,13 @@
 use rayon::prelude::*;
 
 use super::believed::Believed;
-use super::effect::{Cloth, Number};
+use super::effect::{Cloth, Number, View};
 use super::measures::{FoldRule, Measures};
-use super::squares::{
-    FitOptions, Pose, Row, Seen, Squares, State, Target, parameters, picture_of, rms_m, scaled,
-};
+use super::options::FitOptions;
+use super::pose::{Pose, picture_of, scaled};
+use super::seen::{Row, Seen};
+use super::squares::{Squares, State, parameters, rms_m};
+use super::target::{Rim, Target};
 use super::trial::{Trial, trial_of};
 use crate::base::Outline;
 use crate::base::frame::GRAVITY_M_S2;
@@ -86,6 +88,8 @@ pub struct Fitted {
     pub stiffnesses: [RefinedStiffness; STIFFNESSES],
     /// 90 % intervals of the effects' numbers, SI, in the order of [`Cloth::effects`].
     pub intervals90: Vec<[f64; 2]>,
+    /// Whether each of these numbers is at an end of what is tried, but for an end at nothing.
+    pub at_limit: Vec<bool>,
     /// Each outline beside its drape, or why its sheet was left out.
     pub drapes: Vec<Result<Beside, SensitivityError>>,
     /// Sum of squared distances in standard deviations, priors' in it.
@@ -100,13 +104,15 @@ pub struct Fitted {
 
 /// Outlines with their sheets, and the plain fit to them.
 pub struct Fit<'a> {
-    pub(super) targets: Vec<Target>,
+    targets: Vec<Target>,
     /// For each outline given, why its sheet was left out.
     lost: Vec<Option<SensitivityError>>,
-    pub(super) believed: &'a Believed,
-    pub(super) options: &'a FitOptions,
+    believed: &'a Believed,
+    options: &'a FitOptions,
     rule: &'a FoldRule,
     tell: &'a (dyn Fn(Progress) + Sync),
+    /// The numbers that the plain fit has beside the stiffnesses ([`FitOptions::declared`]).
+    declared: Vec<&'static Number>,
     followers: Vec<Follower>,
     /// The sheets of the plain fit.
     kept: Vec<Kept>,
@@ -131,9 +137,12 @@ pub fn fit<'a>(
     if targets.is_empty() {
         return Err(FitError::Nothing);
     }
-    let cloth = Cloth::plain(first_fabric(believed, drape_coefficient));
+    let declared = options.declared();
+    let first = first_fabric(targets, believed, drape_coefficient, options);
+    let effects = declared.iter().map(|&number| (number, 0.0)).collect();
+    let cloth = Cloth { effects, ..Cloth::plain(first) };
     let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-    let led = lead_all(&cloth, targets, &poses, options);
+    let led = lead_all(&cloth, targets, &poses, options, &parameters(&declared));
     let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
     for (target, sheet) in targets.iter().zip(led) {
         lost.push(sheet.as_ref().err().cloned());
@@ -146,9 +155,10 @@ pub fn fit<'a>(
         return Err(FitError::NeverAtRest(error));
     }
     let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
-    let squares = Squares { targets: &own, believed, options, numbers: &[] };
+    let squares = Squares { targets: &own, believed, options, numbers: &declared };
     let poses = own.iter().map(Target::first_pose).collect();
-    let plain = squares.around(&cloth.ln(), trials, poses);
+    let first = shared_of(&cloth);
+    let plain = squares.around(&first, trials, poses);
     let simulated = targets.len();
     let mut fit = Fit {
         kept: followers.iter().map(Follower::keep).collect(),
@@ -156,6 +166,7 @@ pub fn fit<'a>(
         ended: Ended::Spent,
         least_m: f64::INFINITY,
         simulated,
+        declared,
         followers,
         lost,
         plain,
@@ -164,35 +175,28 @@ pub fn fit<'a>(
         rule,
         tell,
     };
-    fit.run(&cloth.ln());
+    fit.run(&first);
     Ok(fit)
 }
 
 impl Fit<'_> {
     /// The plain fit, from the first sheets on.
-    fn run(&mut self, first: &[f64; STIFFNESSES]) {
+    fn run(&mut self, first: &[f64]) {
         let most = self.options.evaluations * self.targets.len();
-        let (state, ended) = self.descend(&[], self.plain.clone(), self.simulated + most);
+        let declared = self.declared.clone();
+        let (state, ended) = self.descend(&declared, self.plain.clone(), self.simulated + most);
         (self.plain, self.ended) = (state, ended);
         self.kept = self.followers.iter().map(Follower::keep).collect();
         let mut led_with = first.to_vec();
         for _ in 1..LEADINGS {
             // the outlines again, with a fabric that is nearer: the branches may be others
             let off = self.plain.shared.iter().zip(&led_with).map(|(a, b)| (a - b).abs());
-            if off.skip(STIFFNESSES / 2).fold(0.0, f64::max) < NEAR {
+            if off.take(STIFFNESSES).skip(STIFFNESSES / 2).fold(0.0, f64::max) < NEAR {
                 break;
             }
             led_with.clone_from(&self.plain.shared);
-            let cloth = self.squares(&[]).cloth(&self.plain.shared);
-            let led = lead_all(&cloth, &self.targets, &self.plain.poses, self.options);
-            let again: Result<Vec<_>, _> = led.into_iter().collect();
-            let Ok(sheets) = again else { break };
-            self.simulated += sheets.len();
-            let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
-            let squares = self.squares(&[]);
-            let state = squares.around(&self.plain.shared, trials, self.plain.poses.clone());
-            self.followers = followers;
-            let (state, ended) = self.descend(&[], state, self.simulated + most);
+            let Some(state) = self.led(&declared, &led_with) else { break };
+            let (state, ended) = self.descend(&declared, state, self.simulated + most);
             let gained = self.plain.cost - state.cost;
             if gained > 0.0 {
                 (self.plain, self.ended) = (state, ended);
@@ -211,10 +215,16 @@ impl Fit<'_> {
         self.lost.iter().map(Option::is_some).collect()
     }
 
+    /// The numbers of effects that are declared to be known no better: a part of every fit, and no effects.
+    #[must_use]
+    pub fn declared(&self) -> &[&'static Number] {
+        &self.declared
+    }
+
     /// What was found without effects.
     #[must_use]
     pub fn plain(&self) -> Fitted {
-        self.fitted(&[], self.plain.clone(), self.ended)
+        self.fitted(&self.declared, self.plain.clone(), self.ended)
     }
 
     /// The least squares around the plain fit's drapes with more unknowns; `None` where a sheet has no sensitivities to
@@ -224,7 +234,7 @@ impl Fit<'_> {
         let asked = parameters(numbers);
         let trials: Option<Vec<Trial>> =
             self.followers.par_iter_mut().map(|f| trial_of(f, &asked).ok()).collect();
-        let shared = extended(&self.plain.shared, numbers);
+        let shared = extended(&self.plain.shared, &self.declared, numbers);
         Some(self.squares(numbers).around(&shared, trials?, self.plain.poses.clone()))
     }
 
@@ -239,34 +249,37 @@ impl Fit<'_> {
     /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on; `None` where
     /// one does not come to rest.
     pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
-        let sizes = from.cloth.effects.iter().map(|(number, value)| value / number.sigma);
-        let shared: Vec<f64> = from.cloth.ln().into_iter().chain(sizes).collect();
-        let poses = self.plain.poses.clone();
-        let led = lead_all(&from.cloth, &self.targets, &poses, self.options);
-        self.simulated += self.targets.len();
-        let sheets: Option<Vec<Sheet>> = led.into_iter().map(Result::ok).collect();
-        let asked = parameters(numbers);
-        let (mut followers, trials): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
-        let trials: Option<Vec<Trial>> = followers
-            .iter_mut()
-            .zip(trials)
-            .map(|(sheet, trial)| with_moves(sheet, trial, &asked).ok())
-            .collect();
-        let state = self.squares(numbers).around(&shared, trials?, poses);
-        let before = std::mem::replace(&mut self.followers, followers);
+        let state = self.led(numbers, &shared_of(&from.cloth))?;
         let most = self.simulated + self.options.evaluations * self.targets.len();
         let (state, ended) = self.descend(numbers, state, most);
-        self.followers = before;
         Some(self.fitted(numbers, state, ended))
     }
 
-    fn squares<'b>(&'b self, numbers: &'b [&'static Number]) -> Squares<'b> {
+    /// Sheets of a cloth led by the outlines anew, in the plain fit's poses, and the least squares around them; `None`, and
+    /// the sheets as they were, where one does not come to rest.
+    fn led(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<State> {
+        let cloth = self.squares(numbers).cloth(shared);
+        let poses = self.plain.poses.clone();
+        let asked = parameters(numbers);
+        self.simulated += self.targets.len();
+        let led = lead_all(&cloth, &self.targets, &poses, self.options, &asked);
+        let sheets: Option<Vec<Sheet>> = led.into_iter().map(Result::ok).collect();
+        let (followers, trials): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
+        self.followers = followers;
+        Some(self.squares(numbers).around(shared, trials, poses))
+    }
+
+    pub(super) fn squares<'b>(&'b self, numbers: &'b [&'static Number]) -> Squares<'b> {
         Squares { targets: &self.targets, believed: self.believed, options: self.options, numbers }
     }
 
     /// Puts the sheets of the plain fit back.
     fn restore(&mut self) {
         self.followers.iter_mut().zip(&self.kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+    }
+
+    fn return_to(&mut self, kept: &[Kept]) {
+        self.followers.iter_mut().zip(kept).for_each(|(sheet, kept)| sheet.return_to(kept));
     }
 
     /// Steps from a state, to which the followers' sheets belong, as long as they lower the cost.
@@ -278,14 +291,15 @@ impl Fit<'_> {
     ) -> (State, Ended) {
         let mut kept: Vec<Kept> = self.followers.iter().map(Follower::keep).collect();
         let mut damping = Damping::first();
-        // held by the outlines as their poses have them by now
-        if self.options.hold_per_m == 0.0 {
-            // let go: nothing follows a pose
-        } else if let Some(state) = self.moved(numbers, &best.shared, &best) {
-            kept = self.followers.iter().map(Follower::keep).collect();
-            best = state;
-        } else {
-            self.followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+        if self.options.hold_per_m > 0.0 {
+            // held by the outlines as their poses have them by now
+            match self.moved(numbers, &best.shared, &best) {
+                Some(state) => {
+                    kept = self.followers.iter().map(Follower::keep).collect();
+                    best = state;
+                }
+                None => self.return_to(&kept),
+            }
         }
         loop {
             if self.simulated >= most {
@@ -306,10 +320,7 @@ impl Fit<'_> {
                     damping.lower();
                 }
                 None if !damping.raise() => return (best, Ended::NoBetter),
-                None => {
-                    let sheets = self.followers.iter_mut().zip(&kept);
-                    sheets.for_each(|(sheet, kept)| sheet.return_to(kept));
-                }
+                None => self.return_to(&kept),
             }
         }
     }
@@ -359,8 +370,8 @@ impl Fit<'_> {
         let targets: Vec<Target> = lost.iter().map(|&k| self.targets[k].clone()).collect();
         let poses: Vec<Pose> = lost.iter().map(|&k| state.poses[k]).collect();
         self.simulated += lost.len();
-        let led = lead_all(cloth, &targets, &poses, self.options);
         let asked = parameters(numbers);
+        let led = lead_all(cloth, &targets, &poses, self.options, &asked);
         let again = led.into_par_iter().zip(&targets).zip(&poses).map(|((sheet, target), pose)| {
             let (mut sheet, _) = sheet.ok()?;
             let trial = led_on(&mut sheet, cloth, target, pose, self.options, &asked).ok()?;
@@ -402,24 +413,39 @@ impl Fit<'_> {
             [value - half, value + half]
         };
         let intervals90 = cloth.effects.iter().enumerate().map(interval).collect();
+        let is_at_limit = |(number, value): &(&Number, f64)| {
+            let ends = self.options.limits_of(number).map(|end| end * number.sigma);
+            ends.into_iter().any(|end| end != 0.0 && (value - end).abs() < 1e-6 * number.sigma)
+        };
+        let at_limit = cloth.effects.iter().map(is_at_limit).collect();
         let (cost, simulated) = (state.cost, self.simulated);
         let State { trials, poses, seen, .. } = state;
         let drapes = self.targets.iter().zip(trials).zip(poses).zip(seen);
         let mut drapes = drapes.map(|(((target, trial), pose), seen)| {
-            Beside::of(target, trial, (pose, cloth.ln_scale()), seen, self.options, self.rule)
+            Beside::of(target, trial, (pose, cloth.view()), seen, self.options, self.rule)
         });
         let drapes = self.lost.iter().filter_map(|lost| match lost {
             Some(error) => Some(Err(error.clone())),
             None => drapes.next().map(Ok),
         });
         let drapes = drapes.collect();
-        Fitted { cloth, stiffnesses, intervals90, drapes, cost, misfit, ended, simulated }
+        Fitted { cloth, stiffnesses, intervals90, at_limit, drapes, cost, misfit, ended, simulated }
     }
 }
 
-/// Shared unknowns with those of some numbers, at nothing, behind them.
-fn extended(shared: &[f64], numbers: &[&'static Number]) -> Vec<f64> {
-    shared.iter().copied().chain(numbers.iter().map(|_| 0.0)).collect()
+/// The shared unknowns of a cloth.
+fn shared_of(cloth: &Cloth) -> Vec<f64> {
+    let sizes = cloth.effects.iter().map(|(number, value)| value / number.sigma);
+    cloth.ln().into_iter().chain(sizes).collect()
+}
+
+/// Shared unknowns with some numbers, those at nothing that were not among them.
+fn extended(shared: &[f64], had: &[&'static Number], numbers: &[&'static Number]) -> Vec<f64> {
+    let (ln, sizes) = shared.split_at(STIFFNESSES);
+    let size = |number: &&'static Number| {
+        had.iter().position(|own| own == number).map_or(0.0, |at| sizes[at])
+    };
+    ln.iter().copied().chain(numbers.iter().map(size)).collect()
 }
 
 /// Drapes of one cloth led and held by outlines, each beside its own.
@@ -432,12 +458,10 @@ pub fn predict(
     tell: &(dyn Fn(Progress) + Sync),
 ) -> Vec<Result<Beside, SensitivityError>> {
     let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-    let led = lead_all(cloth, targets, &poses, options);
-    tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
     let numbers: Vec<&'static Number> = cloth.effects.iter().map(|(number, _)| *number).collect();
-    let sizes = cloth.effects.iter().map(|(number, value)| value / number.sigma);
-    let shared: Vec<f64> = cloth.ln().into_iter().chain(sizes).collect();
-    let asked = parameters(&numbers);
+    let (shared, asked) = (shared_of(cloth), parameters(&numbers));
+    let led = lead_all(cloth, targets, &poses, options, &asked);
+    tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
     let beside = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
         let (mut sheet, mut trial) = sheet?;
         let one = [target.clone()];
@@ -445,26 +469,15 @@ pub fn predict(
         let mut pose = target.first_pose();
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
-            let around =
-                squares.around(&shared, vec![with_moves(&mut sheet, trial, &asked)?], vec![pose]);
-            pose = around.poses[0];
+            pose = squares.around(&shared, vec![trial], vec![pose]).poses[0];
             trial = led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
         }
         let mut state = squares.around(&shared, vec![trial], vec![pose]);
         let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
-        let pose = (state.poses[0], cloth.ln_scale());
+        let pose = (state.poses[0], cloth.view());
         Ok(Beside::of(target, trial, pose, seen, options, rule))
     };
     targets.par_iter().zip(led).map(beside).collect()
-}
-
-/// A trial that has the moves with all that is asked for: the given one, or the sheet's anew.
-fn with_moves(
-    sheet: &mut Follower,
-    trial: Trial,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    if asked.len() == trial.moves.len() { Ok(trial) } else { trial_of(sheet, asked) }
 }
 
 /// A sheet at rest and what is seen of it.
@@ -476,21 +489,31 @@ fn lead_all(
     targets: &[Target],
     poses: &[Pose],
     options: &FitOptions,
+    asked: &[Parameter],
 ) -> Vec<Result<Sheet, SensitivityError>> {
     let lead = |(target, pose): (&Target, &Pose)| {
-        let outline = target.in_plan(&scaled(pose, cloth.ln_scale()));
-        let start = if options.hold_per_m > 0.0 {
-            DropStart::Held(Box::new(Hold { outline, per_m: options.hold_per_m }))
-        } else {
-            DropStart::Outline(Box::new(outline))
-        };
-        let experiment = cloth.setup(&options.sim.experiment, target.lies(pose)).experiment;
+        let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
         let sim = SimOptions { experiment, ..options.sim };
-        let mut follower = Follower::drop(&cloth.fabric, &Drop { start }, &sim);
-        let trial = trial_of(&mut follower, &parameters(&[]))?;
+        let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
+        let mut follower = Follower::drop(&cloth.fabric, &drop, &sim);
+        let trial = trial_of(&mut follower, asked)?;
         Ok((follower, trial))
     };
     targets.par_iter().zip(poses).map(lead).collect()
+}
+
+/// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
+/// holding it.
+fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
+    let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view.per_height);
+    match target.rim.as_deref() {
+        Some(Rim { sheet: Some(sheet), .. }) => DropStart::Surface(Box::new(sheet.clone())),
+        Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
+        None if options.hold_per_m > 0.0 => {
+            DropStart::Held(Box::new(Hold { outline: in_plan(), per_m: options.hold_per_m }))
+        }
+        None => DropStart::Outline(Box::new(in_plan())),
+    }
 }
 
 /// A sheet led to another cloth, held by its outline in a pose.
@@ -502,11 +525,12 @@ fn led_on(
     options: &FitOptions,
     asked: &[Parameter],
 ) -> Result<Trial, SensitivityError> {
-    if options.hold_per_m > 0.0 {
-        let outline = target.in_plan(&scaled(pose, cloth.ln_scale()));
+    if options.hold_per_m > 0.0 && target.rim.is_none() {
+        let view = cloth.view();
+        let outline = target.in_plan(&scaled(pose, view.ln_scale), view.per_height);
         sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
     }
-    let to = cloth.setup(&options.sim.experiment, target.lies(pose));
+    let to = cloth.setup(&target.bench, target.lies(pose));
     let way = sheet.follow(&to, &FollowOptions::default());
     match way {
         Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
@@ -515,12 +539,38 @@ fn led_on(
     }
 }
 
-/// The prior's mean, its bending scaled to a drape coefficient \[%\].
-fn first_fabric(believed: &Believed, drape_coefficient: f64) -> Fabric {
+/// The fabric to begin with: by the drape coefficient of the discs \[%\], or, where rims were scanned, of some bending lengths
+/// the one whose drape lies closest to the first rim.
+fn first_fabric(
+    targets: &[Target],
+    believed: &Believed,
+    drape_coefficient: f64,
+    options: &FitOptions,
+) -> Fabric {
+    let Some(target) = targets.iter().find(|target| target.rim.is_some()) else {
+        let [shortest, longest] = LENGTHS_M;
+        let length_m = LENGTH_AT_50_M + LENGTH_PER_PERCENT_M * (drape_coefficient - 50.0);
+        return bending(believed, length_m.clamp(shortest, longest));
+    };
+    let one = std::slice::from_ref(target);
+    let tried = RIM_LENGTHS_M.into_par_iter().filter_map(|length_m| {
+        let cloth = Cloth::plain(bending(believed, length_m));
+        let led = lead_all(&cloth, one, &[target.first_pose()], options, &parameters(&[]));
+        let (_, trial) = led.into_iter().next()?.ok()?;
+        let squares = Squares { targets: one, believed, options, numbers: &[] };
+        let state = squares.around(&cloth.ln(), vec![trial], vec![target.first_pose()]);
+        Some((state.data_cost, cloth.fabric))
+    });
+    let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or_else(|| bending(believed, LENGTH_AT_50_M), |(_, fabric)| fabric)
+}
+
+/// Bending lengths that are tried with a scanned rim.
+const RIM_LENGTHS_M: [f64; 5] = [6e-3, 9e-3, 13e-3, 18e-3, 26e-3];
+
+/// The prior's mean, its bending scaled to a bending length.
+fn bending(believed: &Believed, length_m: f64) -> Fabric {
     let mut ln = believed.ln_mean;
-    let [shortest, longest] = LENGTHS_M;
-    let length_m = (LENGTH_AT_50_M + LENGTH_PER_PERCENT_M * (drape_coefficient - 50.0))
-        .clamp(shortest, longest);
     let wanted = (believed.density_kg_m2 * GRAVITY_M_S2 * length_m.powi(3)).ln();
     let shift = wanted - (ln[3] + ln[4] + ln[5]) / 3.0;
     (3..STIFFNESSES).for_each(|k| ln[k] += shift);
@@ -553,20 +603,28 @@ impl Beside {
     fn of(
         target: &Target,
         trial: Trial,
-        (pose, ln_scale): (Pose, f64),
+        (pose, view): (Pose, View),
         seen: Seen,
         options: &FitOptions,
         rule: &FoldRule,
     ) -> Self {
-        let posed = scaled(&pose, ln_scale);
+        let posed = scaled(&pose, view.ln_scale);
         let larger = posed[3].exp();
-        let as_seen = trial.outline.mapped(|p| p.map(|v| v * larger));
+        let outline = match target.rim {
+            Some(_) => trial.outline.clone(),
+            None => trial.seen_from_above(view.per_height),
+        };
+        let as_seen = outline.mapped(|p| p.map(|v| v * larger));
         Self {
             rms_m: rms_m(&seen.rows),
             measured: target.outline.clone(),
-            simulated: trial.outline.mapped(|p| picture_of(p, &posed)),
-            measures: Measures::of(&as_seen, &options.sim.experiment, rule),
-            held_share: options.hold_per_m * trial.hold.rms_m,
+            simulated: outline.mapped(|p| picture_of(p, &posed)),
+            measures: Measures::of(&as_seen, &target.bench, rule),
+            held_share: if target.rim.is_some() {
+                0.0
+            } else {
+                options.hold_per_m * trial.hold.rms_m
+            },
             drape: trial.drape,
             pose,
             rows: seen.rows,

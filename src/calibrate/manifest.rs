@@ -26,6 +26,18 @@ pub enum Kind {
     Boundary,
 }
 
+impl Kind {
+    /// The word in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Silhouette => "silhouette",
+            Self::Scan => "scan",
+            Self::Boundary => "boundary",
+        }
+    }
+}
+
 /// Which side of the cloth is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Face {

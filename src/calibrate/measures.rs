@@ -6,6 +6,7 @@
 
 use crate::base::Outline;
 use crate::sim::Experiment;
+use crate::sim::experiment::{Outline as Cut, Specimen};
 
 /// Bearings at which the distance is taken: one a degree.
 pub const BEARINGS: usize = 360;
@@ -59,12 +60,17 @@ impl Measures {
     }
 }
 
-/// The drape coefficient \[%\] of a drape of a disc that covers `area_m2` from above.
+/// The drape coefficient \[%\] of a drape that covers `area_m2` from above: of a disc, or of a square by the same formula.
 #[must_use]
 pub fn drape_coefficient(area_m2: f64, experiment: &Experiment) -> f64 {
     let disc = |radius: f64| std::f64::consts::PI * radius * radius;
     let plate = disc(experiment.plate.radius_m);
-    100.0 * (area_m2 - plate) / (disc(0.5 * experiment.specimen.weft_m) - plate)
+    let Specimen { outline, warp_m, weft_m, .. } = experiment.specimen;
+    let specimen = match outline {
+        Cut::Disc => disc(0.5 * weft_m),
+        Cut::Rectangle => warp_m * weft_m,
+    };
+    100.0 * (area_m2 - plate) / (specimen - plate)
 }
 
 /// Farthest distance of the outline from `centre` at each of [`BEARINGS`] bearings, from +x towards +z \[m\]; 0 where a

@@ -3,17 +3,23 @@
 //! Flow: `manifest` (what was measured of which fabric) -> `silhouette` (a picture to an outline) -> `measures`
 //! (drape coefficient, folds, amplitudes; the same for simulated drapes) -> `floor` (captures against captures, faces,
 //! specimens) -> `fit` (the fabric shared by all drapes, each held on its own branch; `believed` before it, `trial` a
-//! drape seen from above, `squares` the least squares) -> `trace` (which effects of `effect` the residual asks for; they are
-//! added by a fit again) -> `run` (all of it for a manifest).
+//! drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
+//! the least squares, `options` how well all this is known) -> `trace` (which effects of `effect` the residual asks for; they are
+//! added by a fit again) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
 
 pub mod believed;
+pub mod cloth_file;
 pub mod effect;
 pub mod fit;
 pub mod floor;
 pub mod manifest;
 pub mod measures;
+pub mod options;
+pub mod pose;
 pub mod run;
+pub mod seen;
 pub mod silhouette;
-pub mod squares;
+mod squares;
+pub mod target;
 pub mod trace;
 pub mod trial;

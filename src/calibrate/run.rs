@@ -14,12 +14,19 @@ use super::fit::{Beside, Fit, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
 use super::manifest::{Bench, Entry, Face, Kind, Role};
 use super::measures::{FoldRule, Measures};
+use super::options::FitOptions;
 use super::silhouette::{self, SilhouetteLimits};
-use super::squares::{FitOptions, Target};
-use super::trace::{Choice, Trace, mean_and_error, trace};
+use super::target::{Rim, Target};
+use super::trace::{Choice, Trace, trace};
 use crate::base::Outline;
+use crate::base::boundary::Orientation;
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::fabric::{Mixture, MixtureError};
+use crate::intake;
+use crate::intake::rim::parse_warp_toward;
+use crate::io::{ReadOptions, boundary_csv};
+use crate::numeric::moments::{mean, mean_and_error};
+use crate::scan::ScanOptions;
 use crate::sim::Experiment;
 use crate::sim::sensitivity::SensitivityError;
 
@@ -36,14 +43,11 @@ pub struct Options {
     pub prior: Mixture,
 }
 
-impl Options {
-    /// The standard Cusick drape, and the prior of measured bending and density.
-    #[must_use]
-    pub fn cusick() -> Self {
-        let mut fit = FitOptions::default();
-        fit.sim.experiment = Experiment::standard_cusick();
+impl Default for Options {
+    /// With the prior of measured bending and density.
+    fn default() -> Self {
         let (limits, folds) = (SilhouetteLimits::default(), FoldRule::default());
-        Self { fit, limits, folds, prior: Mixture::measured() }
+        Self { fit: FitOptions::default(), limits, folds, prior: Mixture::measured() }
     }
 }
 
@@ -58,17 +62,31 @@ pub struct Refused {
     pub why: String,
 }
 
-/// A measured outline.
+/// A measured drape.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Its row of the manifest.
     pub entry: Entry,
-    /// The outline, from the picture's upper left corner \[m\].
+    /// The outline, from the picture's upper left corner, or in the scan's frame \[m\].
     pub outline: Outline,
+    /// The rim, where it was scanned or given.
+    pub rim: Option<Rim>,
+    /// Specimen and plate.
+    pub bench: Experiment,
     /// What is counted on it.
     pub measures: Measures,
-    /// Bearing of the warp in the picture, from +x towards +z, if it is known \[rad\].
+    /// Bearing of the warp in the picture or in the scan's frame, from +x towards +z, if it is known \[rad\].
     pub warp_rad: Option<f64>,
+}
+
+impl Measured {
+    /// What a sheet is fitted to.
+    fn target(&self) -> Target {
+        let plain = || Target::of(&self.outline, self.warp_rad, &self.bench);
+        let of_rim = self.rim.clone().and_then(|rim| Target::of_rim(rim, &self.bench));
+        let turned_over = self.entry.face == Some(Face::Down);
+        Target { turned_over, ..of_rim.unwrap_or_else(plain) }
+    }
 }
 
 /// A measured drape beside its simulated one.
@@ -265,38 +283,82 @@ fn check_densities(entries: &[Entry]) -> Result<(), CalibrateError> {
     Ok(())
 }
 
-/// The outline of a file.
+/// The drape of a file.
 fn measured(entry: &Entry, options: &Options) -> Result<Measured, Refused> {
-    let refused = |why: String| Refused { line: entry.line, name: entry.name.clone(), why };
-    let pixel_m = match (entry.kind, entry.pixel_m, entry.bench) {
-        (Kind::Silhouette, Some(pixel_m), Some(Bench::Cusick)) => pixel_m,
-        (Kind::Silhouette, _, None) => {
-            return Err(refused("experiment is empty; write cusick if it is one".to_owned()));
+    let of_file = match (entry.kind, entry.pixel_m, entry.bench) {
+        (Kind::Silhouette, Some(pixel_m), Some(Bench::Cusick)) => {
+            of_picture(entry, pixel_m, options)
         }
+        (Kind::Silhouette, _, None) => Err("experiment is empty; write cusick if it is one".into()),
         (Kind::Silhouette, ..) => {
-            return Err(refused(
-                "only silhouettes of the standard Cusick drape are fitted".to_owned(),
-            ));
+            Err("only silhouettes of the standard Cusick drape are fitted".into())
         }
-        (Kind::Scan | Kind::Boundary, ..) => {
-            let why =
-                "only silhouettes are fitted so far; `estimate --refine` fits a scan or a rim";
-            return Err(refused(why.to_owned()));
-        }
+        (Kind::Scan | Kind::Boundary, _, Some(Bench::Cusick)) => Err(
+            "a rim is found on squares alone; write kind silhouette for a picture of a disc from straight above"
+                .into(),
+        ),
+        (Kind::Scan | Kind::Boundary, ..) => of_scan(entry, options),
     };
+    of_file.map_err(|why| Refused { line: entry.line, name: entry.name.clone(), why })
+}
+
+/// The outline in a picture from straight above.
+fn of_picture(entry: &Entry, pixel_m: f64, options: &Options) -> Result<Measured, String> {
     let warp_rad = match &entry.warp_toward {
         Some(text) => Some(bearing(text).ok_or_else(|| {
-            refused(format!(
+            format!(
                 "warp_toward `{text}`: write the bearing in the picture in degrees, anticlockwise from the right"
-            ))
+            )
         })?),
         None => None,
     };
-    let picture = silhouette::read(&entry.path).map_err(|error| refused(error.to_string()))?;
+    let picture = silhouette::read(&entry.path).map_err(|error| error.to_string())?;
     let found = silhouette::outline_of(&picture, pixel_m, &options.limits);
-    let outline = found.map_err(|error| refused(error.to_string()))?.outline;
-    let measures = Measures::of(&outline, &options.fit.sim.experiment, &options.folds);
-    Ok(Measured { entry: entry.clone(), outline, measures, warp_rad })
+    let outline = found.map_err(|error| error.to_string())?.outline;
+    let bench = Experiment::standard_cusick();
+    let measures = Measures::of(&outline, &bench, &options.folds);
+    Ok(Measured { entry: entry.clone(), outline, rim: None, bench, measures, warp_rad })
+}
+
+/// The rim of a scan, or of a boundary CSV.
+fn of_scan(entry: &Entry, options: &Options) -> Result<Measured, String> {
+    let is_boundary = boundary_csv::is_one(&entry.path);
+    if is_boundary != (entry.kind == Kind::Boundary) && entry.path.exists() {
+        let right = if is_boundary {
+            "holds a rim; write kind boundary"
+        } else {
+            "holds no rim; write kind scan"
+        };
+        return Err(right.into());
+    }
+    let mut scan = ScanOptions::default();
+    if let Some(text) = &entry.warp_toward {
+        let said = |error: &dyn std::fmt::Display| {
+            format!("warp_toward `{text}`: {error}, or mark:COLOUR")
+        };
+        match text.strip_prefix("mark:") {
+            Some(colour) => scan.mark = Some(colour.parse().map_err(|error| said(&error))?),
+            None => scan.warp_toward = Some(parse_warp_toward(text).map_err(|error| said(&error))?),
+        }
+    }
+    let read = intake::rim::of_input(&entry.path, &ReadOptions::default(), &scan)
+        .map_err(|error| error.to_string())?;
+    if read.orientation() == Orientation::Ambiguous {
+        return Err("weft and warp are not known; write in warp_toward where the warp points (+x, a bearing in degrees) or mark:COLOUR".into());
+    }
+    let rim = Rim { boundary: read.boundary().clone(), sheet: read.sheet().cloned() };
+    let outline =
+        rim.from_above().ok_or("seen from above, the rim does not go around the plate's axis")?;
+    let bench = Experiment::default();
+    let measures = Measures::of(&outline, &bench, &options.folds);
+    Ok(Measured {
+        entry: entry.clone(),
+        outline,
+        rim: Some(rim),
+        bench,
+        measures,
+        warp_rad: Some(0.0),
+    })
 }
 
 /// Degrees anticlockwise from the right as a bearing from +x towards +z, which a picture has downwards.
@@ -332,21 +394,18 @@ fn fabric(
         (0..measured.len()).filter(own).filter(first_of_unit).collect()
     };
     let (to_fit, held_out) = (of_role(Role::Fit), of_role(Role::Holdout));
-    let target = |&k: &usize| {
-        let turned_over = measured[k].entry.face == Some(Face::Down);
-        Target { turned_over, ..Target::of(&measured[k].outline, measured[k].warp_rad) }
-    };
-    let targets = |which: &[usize]| -> Vec<Target> { which.iter().map(target).collect() };
+    let targets =
+        |which: &[usize]| -> Vec<Target> { which.iter().map(|&k| measured[k].target()).collect() };
     let count = to_fit.len().max(1) as f64;
     let mean = to_fit.iter().map(|&k| measured[k].measures.drape_coefficient).sum::<f64>() / count;
     let fitting = |progress| tell(Told::Fitting(&name, progress));
     let (rule, fit_options) = (&options.folds, &options.fit);
     let own = targets(&to_fit);
-    let (fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
+    let (mut fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
         Ok(mut fit) => {
             let units = units(&measured, &to_fit, &fit.lost());
             let trace = trace(&mut fit, &units);
-            let added = trace.as_ref().and_then(|trace| add(&mut fit, trace));
+            let added = trace.as_ref().and_then(|trace| add(&mut fit, trace, &units));
             (Ok(fit.plain()), trace, added)
         }
         Err(error) => (Err(error), None, None),
@@ -362,7 +421,6 @@ fn fabric(
         drapes.extend(other.map(|(&measured, beside)| DrapeBeside { measured, beside }));
         drapes
     };
-    let mut fitted = fitted;
     let drapes = fitted.as_mut().map(&beside).unwrap_or_default();
     let after = added.map(|(effects, mut fitted)| {
         let drapes = beside(&mut fitted);
@@ -395,13 +453,15 @@ type Added = (Vec<FoundEffect>, Fitted);
 
 /// Adds the effects that a residual asks for: of those that cannot be told apart by their moves, the one whose fit is best,
 /// if that fit is sure of its sign and has not run to an end of what is tried.
-fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
+fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize]) -> Option<Added> {
     let mut added: Option<Added> = None;
+    let declared = fit.declared().to_vec();
     for choice in &trace.chosen {
         let before: Vec<&'static Effect> =
             added.iter().flat_map(|(effects, _)| effects.iter().map(|e| e.effect)).collect();
         let numbers = |effect: &'static Effect| -> Vec<&'static Number> {
-            before.iter().copied().chain([effect]).flat_map(|e| e.numbers).collect()
+            let effects = before.iter().copied().chain([effect]).flat_map(|e| e.numbers);
+            declared.iter().copied().chain(effects).collect()
         };
         let mut tried: Vec<(&'static Effect, Fitted)> = Vec::new();
         for effect in rivals(choice).into_iter().filter(|effect| !before.contains(effect)) {
@@ -415,14 +475,20 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
         if let Some(again) = again.filter(better) {
             fitted = again;
         }
-        let near = tried[0].1.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
-        let other = tried[1..].iter().filter(|(_, f)| f.cost < near);
+        let best = &tried[0].1;
+        let near = best.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
+        let as_near = |f: &Fitted| f.cost < near || !is_nearer(best, f, units);
+        let other = tried[1..].iter().filter(|(_, f)| as_near(f));
         let mut groups: Vec<Vec<&'static str>> = added
             .map(|(effects, _)| effects.into_iter().map(|e| e.group).collect())
             .unwrap_or_default();
         groups.push(other.map(|(e, _)| e.name).collect());
         let effects = [before, vec![effect]].concat();
-        let mut values = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+        // what is there as well is no alternative
+        let beside = |name: &&str| effects.iter().all(|effect| effect.name != *name);
+        groups.iter_mut().for_each(|group| group.retain(beside));
+        let all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+        let mut values = all.skip(declared.len());
         let found = effects.iter().zip(groups).map(|(&effect, group)| {
             let own = values.by_ref().take(effect.numbers.len());
             let numbers = own.map(|((number, value), ends)| (*number, *value, *ends)).collect();
@@ -435,12 +501,26 @@ fn add(fit: &mut Fit<'_>, trace: &Trace) -> Option<Added> {
 
 /// Whether a fit has an effect of some size, within what is tried.
 fn is_something(effect: &Effect, fitted: &Fitted) -> bool {
-    let own = fitted.cloth.effects.iter().zip(&fitted.intervals90);
-    let own: Vec<_> = own.filter(|((number, _), _)| effect.numbers.contains(number)).collect();
-    let at_limit = own.iter().any(|((number, value), _)| {
-        number.limits.iter().any(|end| *end != 0.0 && (value - end).abs() < 1e-6 * number.sigma)
-    });
-    !at_limit && own.iter().any(|(_, [low, high])| low * high > 0.0)
+    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90).zip(&fitted.at_limit);
+    let own: Vec<_> = all.filter(|(((number, _), _), _)| effect.numbers.contains(number)).collect();
+    let inside = own.iter().all(|(_, at_limit)| !**at_limit);
+    inside && own.iter().any(|((_, [low, high]), _)| low * high > 0.0)
+}
+
+/// Whether the drapes of one fit lie nearer to what was measured than those of another, on the mean over the specimens.
+fn is_nearer(one: &Fitted, other: &Fitted, units: &[usize]) -> bool {
+    let squared = |fitted: &Fitted| -> Vec<f64> {
+        fitted.drapes.iter().flatten().map(|beside| beside.rms_m.powi(2)).collect()
+    };
+    let farther: Vec<f64> =
+        squared(other).iter().zip(squared(one)).map(|(other, one)| other - one).collect();
+    let count = units.iter().max().map_or(0, |most| most + 1);
+    let of_unit = |unit: usize| {
+        let own = farther.iter().zip(units).filter(|(_, own)| **own == unit);
+        mean(&own.map(|(value, _)| *value).collect::<Vec<_>>())
+    };
+    let [mean, error] = mean_and_error(&(0..count).map(of_unit).collect::<Vec<_>>());
+    mean > CONFIRMED * error
 }
 
 /// The effects of a choice, best first, as many as are refitted.
@@ -619,7 +699,7 @@ mod tests {
 
     #[test]
     fn a_file_that_cannot_be_used_is_refused_with_the_remedy() {
-        let options = Options::cusick();
+        let options = Options::default();
         let why = |change: &dyn Fn(&mut Entry)| {
             let mut row = entry(7, "a", None);
             change(&mut row);
@@ -628,7 +708,10 @@ mod tests {
         assert!(why(&|_| ()).contains("nowhere.png"));
         assert!(why(&|e| e.bench = None).contains("write cusick"));
         assert!(why(&|e| e.bench = Some(Bench::Square)).contains("standard Cusick"));
-        assert!(why(&|e| e.kind = Kind::Scan).contains("--refine"));
+        assert!(why(&|e| e.kind = Kind::Scan).contains("silhouette"));
+        assert!(
+            why(&|e| (e.kind, e.bench) = (Kind::Scan, Some(Bench::Square))).contains("nowhere.png")
+        );
         assert!(why(&|e| e.warp_toward = Some("up".into())).contains("in degrees"));
         let only = [entry(7, "a", None)];
         let said = calibrate(&only, &options, &|_| ()).unwrap_err().to_string();

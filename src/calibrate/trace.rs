@@ -9,8 +9,8 @@
 //! two things. What it foretells: the unknowns that all drapes share are fitted to the drapes of all specimens but one, and
 //! the cost of that one's drapes is taken; likewise of each specimen in turn. And how sure it is: by how many of its
 //! standard errors its size is from nothing, these from the sizes that come out without each specimen (the jackknife). An
-//! effect is chosen where the held-out cost falls and its size is sure at a level of 0.5 % (Student's t, one side: nine
-//! effects are asked). Specimens differ, and what two or three of them have in common by chance is no effect: so that the
+//! effect is chosen where the held-out cost falls and its size is sure at a level of 1 % (Student's t, one side: of the nine
+//! effects that are asked some five are told apart). Specimens differ, and what two or three of them have in common by chance is no effect: so that the
 //! independent unit is the specimen, not the drape and not the point.
 //!
 //! Patterns of the outline without any physics ([`PATTERNS`]) are asked the same, after the effects: where they foretell
@@ -23,8 +23,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::effect::{EFFECTS, Effect, Number, PATTERNS};
 use super::fit::Fit;
-use super::squares::{POSE, Sums};
+use super::pose::POSE;
+use super::squares::Sums;
 use crate::fabric::STIFFNESSES;
+use crate::numeric::moments::{mean, mean_and_error};
 
 /// How well an effect foretells the drapes of specimens that it was not fitted to.
 #[derive(Clone, Copy, Debug)]
@@ -67,10 +69,10 @@ pub const FEWEST_UNITS: usize = 3;
 const MOST: usize = 2;
 /// Least fall of the logarithm of the held-out cost.
 const LEAST_GAIN: f64 = 0.05;
-/// Student's t beyond which one half per cent lies, for 1, 2, ... degrees of freedom, and for more.
+/// Student's t beyond which one per cent lies, for 1, 2, ... degrees of freedom, and for more.
 const STUDENT: [f64; 12] =
-    [63.66, 9.92, 5.84, 4.60, 4.03, 3.71, 3.50, 3.36, 3.25, 3.17, 3.11, 3.05];
-const STUDENT_BEYOND: f64 = 2.8;
+    [31.82, 6.96, 4.54, 3.75, 3.36, 3.143, 3.00, 2.90, 2.82, 2.76, 2.72, 2.68];
+const STUDENT_BEYOND: f64 = 2.5;
 /// Standard errors beyond which one effect foretells less than another.
 const TOLD_APART: f64 = 2.0;
 
@@ -85,13 +87,7 @@ pub fn all_numbers() -> Vec<&'static Number> {
 pub fn trace(fit: &mut Fit<'_>, units: &[usize]) -> Option<Trace> {
     let numbers = all_numbers();
     let state = fit.state_with(&numbers)?;
-    let squares = super::squares::Squares {
-        targets: &fit.targets,
-        believed: fit.believed,
-        options: fit.options,
-        numbers: &numbers,
-    };
-    let (precision, pull, _) = squares.prior(&state.shared);
+    let (precision, pull, _) = fit.squares(&numbers).prior(&state.shared);
     let drapes: Option<Vec<Quadratic>> = state.sums.iter().map(Quadratic::of).collect();
     let count = units.iter().max().map_or(0, |most| most + 1);
     let mut specimens: Vec<Option<Quadratic>> = (0..count).map(|_| None).collect();
@@ -102,7 +98,10 @@ pub fn trace(fit: &mut Fit<'_>, units: &[usize]) -> Option<Trace> {
         }
     }
     let specimens = specimens.into_iter().flatten().map(Quadratic::of_specimen).collect();
-    let linear = Linear { specimens, precision, pull };
+    let declared = fit.declared();
+    let is_declared = |effect: &&Effect| effect.numbers.iter().any(|n| declared.contains(&n));
+    let declared = EFFECTS.iter().filter(is_declared).collect();
+    let linear = Linear { specimens, precision, pull, declared };
     (count >= FEWEST_UNITS).then(|| linear.trace()).flatten()
 }
 
@@ -163,27 +162,35 @@ struct Linear {
     specimens: Vec<Quadratic>,
     precision: DMatrix<f64>,
     pull: DVector<f64>,
+    /// What the plain model has.
+    declared: Vec<&'static Effect>,
 }
 
 impl Linear {
     fn trace(&self) -> Option<Trace> {
-        let plain = self.held_out(&[])?.costs;
-        let mut alone: Vec<Ranked> = self.ranked(&[], &EFFECTS, &plain);
+        let plain = self.held_out(&self.declared)?.costs;
+        let mut alone: Vec<Ranked> = self.ranked(&self.declared, &EFFECTS, &plain);
         alone.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
         let mut chosen: Vec<Choice> = Vec::new();
         let mut best = plain.clone();
         while chosen.len() < MOST {
-            let with: Vec<&Effect> = chosen.iter().map(|c| c.ranked.effect).collect();
+            let with = self.with(&chosen);
             let Some(choice) = self.choice(&with, &best) else { break };
             best = self.held_out(&[with, vec![choice.ranked.effect]].concat())?.costs;
             chosen.push(choice);
         }
-        let with: Vec<&Effect> = chosen.iter().map(|c| c.ranked.effect).collect();
+        let with = self.with(&chosen);
         let left = self.ranked(&with, &PATTERNS, &best);
         let sure = left.into_iter().filter(|ranked| self.is_sure(ranked));
         let unexplained = sure.max_by(|a, b| a.gain[0].total_cmp(&b.gain[0]));
         let plain = mean(&plain);
         Some(Trace { units: self.specimens.len(), plain, alone, chosen, unexplained })
+    }
+
+    /// What the plain model has, and the effects chosen.
+    fn with(&self, chosen: &[Choice]) -> Vec<&'static Effect> {
+        let chosen = chosen.iter().map(|choice| choice.ranked.effect);
+        self.declared.iter().copied().chain(chosen).collect()
     }
 
     /// The effect that foretells most beside those chosen, and those that foretell no less; `None` where none is sure to.
@@ -288,15 +295,4 @@ fn picked(matrix: &DMatrix<f64>, of: &[usize]) -> DMatrix<f64> {
 /// Falls of the logarithms of costs.
 fn falls(from: &[f64], to: &[f64]) -> Vec<f64> {
     from.iter().zip(to).map(|(a, b)| (a / b).ln()).collect()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Mean and its standard error.
-pub(super) fn mean_and_error(values: &[f64]) -> [f64; 2] {
-    let (count, mean) = (values.len() as f64, mean(values));
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    [mean, (squares / (count - 1.0) / count).sqrt()]
 }

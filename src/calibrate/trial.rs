@@ -1,8 +1,8 @@
-//! One fabric's drape as it is seen from above, and how its outline moves with everything that is asked for.
+//! One fabric's drape as it is seen, from above and at its rim, and how it moves with everything that is asked for.
 //!
 //! In: a sheet at rest. Out: its outline about the plate's axis, the farthest point of cloth at each of
 //! [`BEARINGS`] bearings, in the plan of the simulation frame \[m\], and the moves of these points \[m per unit\]. The cloth is the
-//! rim's 244 points and the cells that lie wholly on the specimen.
+//! rim's 244 points and the cells that lie wholly on the specimen. Likewise the rim's points themselves, in space.
 //!
 //! Where springs hold the sheet ([`crate::sim::Hold`]), how far they are stretched on the mean is told with its moves.
 //!
@@ -29,6 +29,10 @@ pub struct Trial {
     pub drape: Drape,
     /// Its outline, a point for each bearing from 0 on.
     pub outline: Outline,
+    /// Heights of the outline's points \[m\].
+    pub heights_m: Vec<f64>,
+    /// Its rim's points \[m\].
+    pub rim: Vec<Vector3>,
     /// How it moves with each parameter asked for.
     pub moves: Vec<Move>,
     /// The springs that hold it; nothing of a sheet that was let go.
@@ -42,6 +46,8 @@ pub struct Move {
     pub parameter: Parameter,
     /// Moves of the outline's points in the plan \[m per SI unit\].
     pub outline: Vec<[f64; 2]>,
+    /// Moves of the rim's points \[m per SI unit\].
+    pub rim: Vec<Vector3>,
     /// Change of the mean stretch of the springs \[m per SI unit\].
     pub stretch_m: f64,
 }
@@ -58,6 +64,12 @@ pub struct Held {
 }
 
 impl Trial {
+    /// Its outline as a camera above the plate's axis sees it, on the plate's face.
+    #[must_use]
+    pub fn seen_from_above(&self, per_height: f64) -> Outline {
+        nearer(&self.outline, &self.heights_m, per_height)
+    }
+
     /// How it moves with a parameter that was asked for.
     pub(super) fn with(&self, parameter: Parameter) -> &Move {
         match self.moves.iter().find(|m| m.parameter == parameter) {
@@ -97,6 +109,7 @@ pub fn trial_of(
         Move {
             parameter: sensitivity.parameter,
             outline: sources.iter().map(|source| source.at(&nodes)).collect(),
+            rim: rim(&drape, &sensitivity.moves),
             stretch_m: if springs.is_empty() { 0.0 } else { along / count - pulled },
         }
     };
@@ -106,13 +119,39 @@ pub fn trial_of(
         rms_m: (springs.iter().map(|s| s.stretch_m.powi(2)).sum::<f64>() / count).sqrt(),
         pull_m: follower.pull_m(),
     };
-    Ok(Trial { drape, outline, moves, hold })
+    let rim = rim(&drape, &drape.positions_m);
+    let heights_m = heights_m(&drape, &sources);
+    Ok(Trial { drape, outline, heights_m, rim, moves, hold })
 }
 
-/// The outline of a drape seen from above, plan of the simulation frame \[m\].
+/// The outline of a drape seen from far above, plan of the simulation frame \[m\].
 #[must_use]
 pub fn outline_of(drape: &Drape) -> Outline {
     curve(drape, &sources(drape))
+}
+
+/// The same as a camera above the plate's axis sees it, on the plate's face; one over its height \[1/m\].
+#[must_use]
+pub fn outline_seen(drape: &Drape, per_height: f64) -> Outline {
+    let sources = sources(drape);
+    nearer(&curve(drape, &sources), &heights_m(drape, &sources), per_height)
+}
+
+/// An outline whose points lie at some heights, as it is seen from a height.
+fn nearer(outline: &Outline, heights_m: &[f64], per_height: f64) -> Outline {
+    let points = outline.points_m().iter().zip(heights_m);
+    let seen = points.map(|(p, y)| p.map(|v| v / (1.0 - per_height * y))).collect();
+    Outline::new(seen).unwrap_or_else(|_| outline.clone())
+}
+
+fn heights_m(drape: &Drape, sources: &[Source]) -> Vec<f64> {
+    let rim = drape.boundary.positions_m().map(|p| p.y);
+    let nodes: Vec<f64> = rim.chain(drape.positions_m.iter().map(|p| p.y)).collect();
+    let at = |source: &Source| {
+        let (a, b) = (nodes[source.from], nodes[source.to]);
+        a + (b - a) * source.part
+    };
+    sources.iter().map(at).collect()
 }
 
 fn curve(drape: &Drape, sources: &[Source]) -> Outline {
@@ -123,11 +162,18 @@ fn curve(drape: &Drape, sources: &[Source]) -> Outline {
     }
 }
 
+/// A field on the vertices at the rim's points.
+fn rim(drape: &Drape, field: &[Vector3]) -> Vec<Vector3> {
+    drape.grid.boundary(field).positions_m().map(|p| p.coords).collect()
+}
+
 /// A field on the vertices in the plan, at the rim's points and at the vertices.
 fn nodes(drape: &Drape, field: &[Vector3]) -> Vec<[f64; 2]> {
-    let rim = drape.grid.boundary(field);
-    let rim = rim.positions_m().map(|p| [p.x, p.z]).collect::<Vec<_>>();
-    rim.into_iter().chain(field.iter().map(|p| [p.x, p.z])).collect()
+    rim(drape, field)
+        .into_iter()
+        .map(|p| [p.x, p.z])
+        .chain(field.iter().map(|p| [p.x, p.z]))
+        .collect()
 }
 
 impl Source {

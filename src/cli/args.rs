@@ -8,21 +8,45 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::Failure;
 use super::experiment::ExperimentFlags;
+use super::version;
 use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::units::M_PER_MM;
+use scan2params::calibrate::manifest::Face;
 use scan2params::dataset::augment::{Form, Unit};
+use scan2params::exchange::Target;
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR};
-use scan2params::io::{DepthSource, Intrinsics, ReadOptions, files_of, intrinsics};
-use scan2params::job::rim::parse_warp_toward;
+use scan2params::intake::rim::parse_warp_toward;
+use scan2params::io::{DepthSource, Format, Intrinsics, ReadOptions, files_of, intrinsics};
 use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
 /// simulator reproduces it.
 #[derive(Debug, Parser)]
-#[command(name = "scan2params", version, about, max_term_width = 100)]
+#[command(name = "scan2params", version, long_version = version::long(), about, max_term_width = 100)]
 pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) talk: Talk,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// How much is said on stderr.
+#[derive(Debug, Args)]
+pub(crate) struct Talk {
+    /// Say nothing on stderr but warnings and errors
+    #[arg(long, short, global = true, display_order = 101, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Say on stderr what is done and when, also where it is no terminal
+    #[arg(long, short, global = true, display_order = 102)]
+    pub(crate) verbose: bool,
+}
+
+/// How many threads are used.
+#[derive(Debug, Args)]
+pub(crate) struct ThreadFlags {
+    /// Threads at most; 0: one per core. No result depends on it; one drape is computed on one
+    #[arg(long, global = true, display_order = 100, value_name = "N", default_value = "0", value_parser = threads)]
+    pub(crate) threads: usize,
 }
 
 #[derive(Debug, Subcommand)]
@@ -39,27 +63,152 @@ pub(crate) enum Command {
     Calibrate(Calibrate),
     /// Scan drapes with a virtual depth camera.
     Augment(Augment),
+    /// Combine repeated drapes of one fabric: mean, scatter, intervals, folds, drapes that lie apart.
+    Combine(Combine),
+    /// Write what is needed to make the experiment: templates, stand, protocol.
+    Kit(Kit),
     /// Measure what this program promises, and print the tables.
-    #[command(subcommand)]
-    Evaluate(Evaluate),
+    Evaluate(EvaluateGiven),
     /// Drape one fabric and write the sheet as OBJ.
     Simulate(Box<Simulate>),
     /// Fill a folder with simulated drapes of fabrics drawn from a prior.
     Generate(Generate),
+    /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON, CSV.
+    Export(Export),
+    /// Convert a stiffness or a density to another unit, or a params.json to all of them.
+    Convert(Convert),
+    /// Print what completes the commands and flags of this program in a shell.
+    Completions(Completions),
+    /// Print the manual, or write a page for each command.
+    Man(Man),
+}
+
+impl Command {
+    /// How many threads are wanted, of those that compute.
+    pub(crate) fn threads(&self) -> usize {
+        let given = match self {
+            Self::Estimate(given) => &given.threads,
+            Self::Inspect(given) => &given.threads,
+            Self::Boundary(given) => &given.threads,
+            Self::Batch(given) => &given.threads,
+            Self::Calibrate(given) => &given.threads,
+            Self::Augment(given) => &given.threads,
+            Self::Evaluate(given) => &given.threads,
+            Self::Simulate(given) => &given.threads,
+            Self::Generate(given) => &given.threads,
+            Self::Combine(_)
+            | Self::Kit(_)
+            | Self::Export(_)
+            | Self::Convert(_)
+            | Self::Completions(_)
+            | Self::Man(_) => return 0,
+        };
+        given.threads
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Combine {
+    /// Results of drapes of one fabric as `estimate --out` and `batch` write them, or folders of them
+    #[arg(required = true, value_name = "PARAMS.json|FOLDER")]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The combination as JSON, which `simulate --params` reads
+    #[arg(long, short, value_name = "FILE.json")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Kit {
+    /// Folder for the files
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// The experiment: `square` for scans, `cusick` for silhouettes that `calibrate` takes
+    #[arg(long, value_enum, default_value = "square")]
+    pub(crate) bench: KitBench,
+    /// Colour of the mark on the specimen, as `estimate --mark` takes it
+    #[arg(long, value_name = "COLOUR", default_value = "red", value_parser = mark_name)]
+    pub(crate) mark: (String, MarkColor),
+}
+
+/// The colour of a mark with its name.
+fn mark_name(text: &str) -> Result<(String, MarkColor), String> {
+    text.parse()
+        .map(|color| (text.to_owned(), color))
+        .map_err(|error: <MarkColor as std::str::FromStr>::Err| error.to_string())
+}
+
+/// [`scan2params::kit::Kind`] as a flag.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum KitBench {
+    Square,
+    Cusick,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Man {
+    /// Folder for a page of each command, in place of printing the first
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// `evaluate`.
+#[derive(Debug, Args)]
+pub(crate) struct EvaluateGiven {
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
+    #[command(subcommand)]
+    pub(crate) what: Evaluate,
+}
+
+/// Which face of a specimen is up.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Side {
+    Up,
+    Down,
+}
+
+impl From<Side> for Face {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Up => Self::Up,
+            Side::Down => Self::Down,
+        }
+    }
 }
 
 /// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
     /// The scan: PLY, OBJ, PCD, STL, GLB, XYZ, 16-bit depth PNG, views.json or its folder;
-    /// `estimate` also takes a rim that `boundary` wrote
+    /// `estimate` also takes a rim that `boundary` wrote; `-` with --format: the standard input
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
+    /// Format of INPUT, whatever its name: ply, obj, pcd, stl, glb, xyz or png
+    #[arg(long, value_name = "NAME", value_parser = format)]
+    pub(crate) format: Option<Format>,
     #[command(flatten)]
     pub(crate) read: ReadFlags,
 }
 
 impl ScanFlags {
+    /// What the flags say of the file.
+    pub(crate) fn read_options(&self) -> Result<ReadOptions, Failure> {
+        if self.input.as_os_str() == "-" && self.format.is_none() {
+            let why = "`-` is the standard input, which does not say its format: give it, as in `- --format ply`";
+            return Err(Failure::usage(anyhow!(why)));
+        }
+        Ok(ReadOptions { format: self.format, ..self.read.read()? })
+    }
+
     /// The files that are read: no result may be one of them.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         // A list of views that cannot be read is an error when it is read.
@@ -73,6 +222,7 @@ impl Estimate {
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let more = self.with.iter();
         let more = more.flat_map(|scan| files_of(scan).unwrap_or_else(|_| vec![scan.clone()]));
+        let more = more.chain(self.effects.clone()).chain(self.lab.clone());
         self.scan.files().into_iter().chain(more).collect()
     }
 }
@@ -152,6 +302,7 @@ impl ReadFlags {
                 None => positive("depth-scale", self.depth_scale)?,
             },
             max_jump_m: max_jump_m.map(|mm| mm * M_PER_MM),
+            format: None,
         })
     }
 
@@ -166,6 +317,12 @@ impl ReadFlags {
             ..experiment
         })
     }
+}
+
+/// A format that bytes can be in: a set of views is files.
+fn format(text: &str) -> Result<Format, String> {
+    let format = Format::named(text).filter(|format| *format != Format::Views);
+    format.ok_or_else(|| "give ply, obj, pcd, stl, glb, xyz or png".into())
 }
 
 fn depth_source(text: &str) -> Result<DepthSource, String> {
@@ -201,10 +358,12 @@ fn unit(text: &str) -> Result<LengthUnit, String> {
 pub(crate) struct Estimate {
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
     /// Areal density of the fabric [g/m^2], 1 to 2000
     #[arg(long, value_name = "G_PER_M2")]
     pub(crate) density: f64,
-    /// Folder for params.json, boundary.csv and boundary.png; the estimate is then
+    /// Folder for params.json, boundary.csv, boundary.png and report.html; the estimate is then
     /// draped again and held against the scan
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -222,15 +381,34 @@ pub(crate) struct Estimate {
     /// known in each, by its mark or by --warp-toward, which then holds for all
     #[arg(long, value_name = "SCAN", requires = "refine", num_args = 1..)]
     pub(crate) with: Vec<PathBuf>,
+    /// Effects that the cloth is known to have beyond the seven parameters, from a params.json that `calibrate` wrote: the
+    /// simulator drapes it with them. The network knows nothing of them
+    #[arg(long, value_name = "FABRIC.params.json")]
+    pub(crate) effects: Option<PathBuf>,
+    /// Which face of that cloth is up
+    #[arg(long, value_enum, default_value_t = Side::Up, requires = "effects")]
+    pub(crate) face: Side,
     /// Exit with code 4 where the verdict is `do not use`; results are written all the same
     #[arg(long)]
     pub(crate) strict: bool,
+    /// No report.html in --out
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    /// The laboratory's fields for report.html: specimen_id, composition, construction, thickness, face, warp_marked,
+    /// conditioning, scanner, operator, date, remarks; blank lines for what is not given
+    #[arg(long, value_name = "FILE.toml|json", requires = "out", conflicts_with = "no_report")]
+    pub(crate) lab: Option<PathBuf>,
+    /// Simulate the standard Cusick test of the estimated fabric for report.html
+    #[arg(long, requires = "out", conflicts_with = "no_report")]
+    pub(crate) cusick: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
     /// Picture of what was found: from above, from the side, flattened
     #[arg(long, short, value_name = "FILE.png")]
     pub(crate) out: Option<PathBuf>,
@@ -243,6 +421,8 @@ pub(crate) struct Inspect {
 pub(crate) struct Boundary {
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
     /// The rim: index, side, x, y, z, sigma [mm], observed
     #[arg(long, short, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,
@@ -270,15 +450,17 @@ pub(crate) struct Batch {
     /// Refine each estimate on its scan
     #[arg(long)]
     pub(crate) refine: bool,
-    /// Scans at once; 0: one per core
-    #[arg(long, default_value = "0", value_parser = threads)]
-    pub(crate) threads: usize,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
     /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate
     #[arg(long)]
     pub(crate) strict: bool,
     /// Print JSON lines instead of CSV
     #[arg(long)]
     pub(crate) json: bool,
+    /// No report.html of the batch and of its scans
+    #[arg(long)]
+    pub(crate) no_report: bool,
     /// Print what would be done, and do nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
@@ -286,12 +468,12 @@ pub(crate) struct Batch {
 
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// Table with a row per file: file, kind (silhouette), fabric, specimen, face (up, down), capture,
-    /// density_g_m2, experiment (cusick), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
-    /// picture in degrees, anticlockwise from the right); what is empty is unknown
+    /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face (up, down), capture,
+    /// density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
+    /// picture in degrees, anticlockwise from the right; of a scan as --warp-toward, or mark:COLOUR); what is empty is unknown
     #[arg(value_name = "MANIFEST.csv")]
     pub(crate) manifest: PathBuf,
-    /// Folder for calibration.json and a picture of each drape
+    /// Folder for calibration.json, report.html and a picture of each drape
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// What is believed of fabrics: `measured`, `knit-2020` or `union`
@@ -300,7 +482,8 @@ pub(crate) struct Calibrate {
     /// Vertices on a side of the drapes
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=201))]
     pub(crate) vertices: u32,
-    /// Standard deviation of a picture's scale beside mm_per_pixel [%]; taken as exact if not given
+    /// Standard deviation of the pictures' scale beside mm_per_pixel, one scale for all pictures of a fabric [%]; taken as
+    /// exact if not given, and then looked for as an effect
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) scale_sigma: Option<f64>,
     /// How strongly drapes are held across their outlines: share of the hanging cloth's weight for each millimetre [%], 15 if
@@ -310,6 +493,11 @@ pub(crate) struct Calibrate {
     /// Print calibration.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
+    /// No report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
 }
 
 /// A share of a weight for each millimetre, of which a few per cent hold any fold.
@@ -358,6 +546,8 @@ pub(crate) struct Augment {
     /// Variants of each drape
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: u64,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
 }
 
 /// [`Form`] as a flag.
@@ -801,6 +991,9 @@ pub(crate) struct Simulate {
     pub(crate) fabric: FabricFlags,
     #[command(flatten)]
     pub(crate) experiment: ExperimentFlags,
+    /// Which face of the cloth is up, where `--params` has effects that a face has: those of `calibrate`
+    #[arg(long, value_enum, default_value_t = Side::Up, requires = "params")]
+    pub(crate) face: Side,
     /// Seed of a perturbed drop; without it the canonical drop
     #[arg(long)]
     pub(crate) seed: Option<u64>,
@@ -815,10 +1008,8 @@ pub(crate) struct Simulate {
     /// Numerics: 4, which the network was trained on, or the earlier 3
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
     pub(crate) numerics: u32,
-    /// Threads, as other commands take them; one drape is computed on one, and more do
-    /// not make it faster
-    #[arg(long, default_value = "1", value_parser = threads)]
-    pub(crate) threads: usize,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
     /// The sheet as OBJ, mm, simulation frame
     #[arg(long, short, value_name = "DRAPE.obj")]
     pub(crate) out: PathBuf,
@@ -857,9 +1048,8 @@ pub(crate) struct Generate {
         value_parser = clap::value_parser!(u64).range(1..)
     )]
     pub(crate) walk: Option<u64>,
-    /// Drapes at once; 0: one per core
-    #[arg(long, default_value = "0", value_parser = threads)]
-    pub(crate) threads: usize,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
 }
 
 impl FabricFlags {
@@ -875,4 +1065,78 @@ impl FabricFlags {
             self.density?,
         ]))
     }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Export {
+    /// The fabric, as `estimate` wrote it: params.json
+    #[arg(value_name = "PARAMS.json")]
+    pub(crate) params: PathBuf,
+    /// What it is written for
+    #[arg(long, value_name = "TARGET", value_parser = target)]
+    pub(crate) to: Target,
+    /// The file: .jfab for clo, .py for blender, .xml for mujoco, .u3m (and FILE.fab.json beside it) for
+    /// u3m, .usda for usd, .json for newton, arcsim and json, .csv for csv
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Name of the material there; that of PARAMS.json if not given
+    #[arg(long)]
+    pub(crate) name: Option<String>,
+    /// Length of the edges of the cloth's mesh there [mm]: blender needs it, newton for its solver VBD; the
+    /// specimen of mujoco and usd is made with it, 10 if not given
+    #[arg(long, value_name = "MM")]
+    pub(crate) edge_mm: Option<f64>,
+    /// Triangles of the cloth's mesh in newton and arcsim: irregular, or square cells along the yarns with all
+    /// diagonals one way
+    #[arg(long, value_enum, default_value_t = MeshKind::Irregular)]
+    pub(crate) mesh: MeshKind,
+    /// Thickness of the fabric [mm], which no drape shows, for clo, u3m and usd
+    #[arg(long, value_name = "MM")]
+    pub(crate) thickness_mm: Option<f64>,
+    /// Friction of the fabric, which no drape shows, for clo, blender, mujoco, u3m and usd
+    #[arg(long, value_name = "COEFFICIENT")]
+    pub(crate) friction: Option<f64>,
+    /// Exchange weft and warp, for clo, whose order is second-hand
+    #[arg(long)]
+    pub(crate) swap_warp_weft: bool,
+    /// Export a result whose verdict is `do not use` as well
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Triangles of a mesh elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum MeshKind {
+    /// Without a common direction.
+    Irregular,
+    /// Square cells along the yarns, all diagonals one way.
+    Grid,
+}
+
+fn target(text: &str) -> Result<Target, String> {
+    let names = Target::ALL.map(Target::name).join(", ");
+    let named = Target::ALL.into_iter().find(|target| target.name() == text);
+    named.ok_or_else(|| format!("give one of {names}"))
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Convert {
+    /// A number, or a params.json, which is printed in the units of the paper, in SI, in those of textile
+    /// laboratories and in CLO's
+    #[arg(value_name = "VALUE|PARAMS.json", allow_negative_numbers = true)]
+    pub(crate) what: String,
+    /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear), clo-slider.
+    /// Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm (bending length, with
+    /// --density). Density: "g/m^2", "kg/m^2", "g/mm^2", "mg/cm^2", "oz/yd^2"
+    #[arg(value_name = "UNIT", requires = "to")]
+    pub(crate) unit: Option<String>,
+    /// The unit to convert to
+    #[arg(long, value_name = "UNIT", requires = "unit")]
+    pub(crate) to: Option<String>,
+    /// Areal density, for bending lengths [g/m^2]
+    #[arg(long, value_name = "G_PER_M2")]
+    pub(crate) density: Option<f64>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }

@@ -59,7 +59,7 @@ fn is_ply(path: &Path) -> bool {
 fn report(made: &Made) {
     match &made.outcome {
         Ok(path) => println!("{}", path.display()),
-        Err(error) => eprintln!("{}: {error}", made.name),
+        Err(error) => warning!("{}: {error}", made.name),
     }
 }
 

@@ -21,7 +21,8 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         resimulate: given.resimulate,
         refine: given.refine,
         strict: given.strict,
-        threads: given.threads,
+        threads: given.threads.threads,
+        pages: !given.no_report,
     };
     check_experiment(&options.scan).map_err(Failure::of_job)?;
     let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
@@ -67,7 +68,7 @@ fn conclude(summary: &Summary) -> Outcome {
         eprintln!("the journal ended in a torn line ({} bytes), cut off", summary.torn_bytes);
     }
     if summary.unreadable_lines > 0 {
-        eprintln!("warning: {} damaged lines of the journal passed over", summary.unreadable_lines);
+        warning!("warning: {} damaged lines of the journal passed over", summary.unreadable_lines);
     }
     let [table, lines] = &summary.written;
     eprintln!(
@@ -77,6 +78,9 @@ fn conclude(summary: &Summary) -> Outcome {
         table.display(),
         lines.display()
     );
+    if let Some(page) = &summary.page {
+        eprintln!("wrote {}", page.display());
+    }
     let levels = Level::ALL.map(|level| {
         let count = summary.rows.iter().filter(|row| row.verdict() == Some(level.name())).count();
         format!("{count} {}", level.words())
@@ -89,10 +93,10 @@ fn conclude(summary: &Summary) -> Outcome {
     }
     for row in &failed {
         match (&row.reason, row.verdict()) {
-            (Some(reason), _) => eprintln!("{} ({}): {reason}", row.file, row.status.name()),
+            (Some(reason), _) => warning!("{} ({}): {reason}", row.file, row.status.name()),
             (None, level) => {
                 let level = level.unwrap_or_default();
-                eprintln!("{} ({level}): {}", row.file, row.grounds().join(", "));
+                warning!("{} ({level}): {}", row.file, row.grounds().join(", "));
             }
         }
     }

@@ -1,15 +1,19 @@
 //! `calibrate`: fabrics fitted to a manifest's measured drapes.
 
+use std::path::PathBuf;
+
 use anyhow::anyhow;
 
 use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::manifest::{self, ManifestError};
-use scan2params::calibrate::run::{CalibrateError, Options, Told, calibrate};
+use scan2params::calibrate::run::{CalibrateError, Calibration, Options, Told, calibrate};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::calibration;
+use scan2params::report::page::calibration::Source;
+use scan2params::report::page::provenance;
 
 pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     output::check_folder(&given.out).map_err(Failure::of_output)?;
@@ -20,14 +24,16 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     if given.out.is_dir() {
         let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
         let inputs = [inputs, vec![given.manifest.clone()]].concat();
-        let path = given.out.join("calibration.json");
-        output::check_file(&path, &inputs).map_err(Failure::of_output)?;
+        for name in ["calibration.json", calibration::PAGE] {
+            let path = given.out.join(name);
+            output::check_file(&path, &inputs).map_err(Failure::of_output)?;
+        }
     }
-    let mut options = Options::cusick();
-    options.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let mut options = Options { prior, ..Options::default() };
     options.fit.sim.vertices = given.vertices as usize;
     if let Some(percent) = given.scale_sigma {
-        options.fit.pose_sigma[3] = 0.01 * percent;
+        options.fit.scale_sigma = 0.01 * percent;
     }
     if let Some(percent) = given.hold {
         options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
@@ -40,14 +46,18 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         other => Failure::from(other),
     })?;
     let written = calibration::write(&found, &given.out)?;
+    let page = (!given.no_report).then(|| write_page(given, &options, &found)).transpose()?;
     if given.json {
         println!("{}", serde_json::to_string_pretty(&calibration::json(&found))?);
     } else {
         print!("{}", calibration::table(&found));
     }
-    eprintln!("wrote {} and {} pictures", written[0].display(), written.len() - 1);
+    eprintln!("wrote {} and {} files beside it", written[0].display(), written.len() - 1);
+    if let Some(page) = page {
+        eprintln!("wrote {}", page.display());
+    }
     for refused in &found.refused {
-        eprintln!(
+        warning!(
             "{}:{}: {}: {}",
             given.manifest.display(),
             refused.line,
@@ -63,6 +73,17 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         )));
     }
     Ok(())
+}
+
+/// Writes the page, with the manifest's hash and all settings of the fit.
+fn write_page(
+    given: &args::Calibrate,
+    options: &Options,
+    found: &Calibration,
+) -> Result<PathBuf, Failure> {
+    let manifest = provenance::files_of(&given.manifest)?;
+    let settings = serde_json::json!({ "prior": given.prior, "fit": options.fit });
+    Ok(calibration::write_page(found, &Source { manifest, settings }, &given.out)?)
 }
 
 /// What is being done.

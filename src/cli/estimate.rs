@@ -3,24 +3,50 @@
 use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
+use scan2params::calibrate::cloth_file;
+use scan2params::calibrate::effect::Cloth;
+use scan2params::fabric::Fabric;
 use scan2params::job::Job;
+use scan2params::report::cusick::StandardCusick;
+use scan2params::report::page::lab::{self, Lab, LabError};
+use scan2params::report::page::options::Extra;
+use scan2params::report::page::provenance;
 use scan2params::report::{files, json, table};
+use scan2params::sim::Experiment;
+
+/// The standard experiment, with the effects of the fabric's file.
+fn experiment(given: &args::Estimate) -> Result<Experiment, Failure> {
+    let standard = Experiment::default();
+    let Some(path) = &given.effects else { return Ok(standard) };
+    let effects = cloth_file::read_effects(path).map_err(Failure::usage)?;
+    // no fabric is asked of it here: that is what is looked for
+    let cloth = Cloth { effects, ..Cloth::plain(Fabric::mean_knit()) };
+    let experiment = cloth.experiment(&standard, given.face.into());
+    experiment.check().map_err(Failure::usage)?;
+    Ok(experiment)
+}
 
 pub(crate) fn run(given: &args::Estimate) -> Outcome {
     let job = Job {
         input: given.scan.input.clone(),
         density_kg_m2: given.density * KG_M2_PER_G_M2,
-        read: given.scan.read.read()?,
+        read: given.scan.read_options()?,
         scan: given.scan.read.options()?,
         resimulate: given.resimulate || given.out.is_some(),
         refine: given.refine,
         with: given.with.clone(),
+        experiment: experiment(given)?,
     };
     if let Some(folder) = &given.out {
         files::check(&job.input, folder, &given.files()).map_err(Failure::of_output)?;
     }
+    let lab = read_lab(given)?;
     let working = Working::on(format!("estimating {}", job.input.display()));
     let outcome = job.run_telling(|step| working.now(step)).map_err(Failure::of_job)?;
+    let cusick = given.cusick.then(|| {
+        working.now("simulating the standard Cusick test");
+        StandardCusick::of(&outcome.estimate.fabric)
+    });
     drop(working);
     if given.json {
         println!("{}", serde_json::to_string_pretty(&json::params(&outcome))?);
@@ -31,6 +57,26 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         for path in files::write(&outcome, folder).map_err(Failure::of_job)? {
             eprintln!("wrote {}", path.display());
         }
+        if !given.no_report {
+            let mut inputs = provenance::files_of(&given.scan.input)?;
+            for other in &given.with {
+                inputs.extend(provenance::files_of(other)?);
+            }
+            let extra = Extra { lab, inputs, cusick, turning_view: true };
+            let stem = files::stem(&given.scan.input);
+            let path = files::write_page(&outcome, folder, &stem, &extra)?;
+            eprintln!("wrote {}", path.display());
+        }
     }
     Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
+}
+
+/// The laboratory's fields, if a file has them.
+fn read_lab(given: &args::Estimate) -> Result<Lab, Failure> {
+    let read = given.lab.as_ref().map(|path| lab::read(path)).transpose();
+    let lab = read.map_err(|error| match error {
+        LabError::Io { .. } => Failure::from(error),
+        LabError::Form { .. } => Failure::usage(error),
+    })?;
+    Ok(lab.unwrap_or_default())
 }

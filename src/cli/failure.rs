@@ -38,7 +38,8 @@ impl Failure {
     }
 
     /// The exit code that a job's error stands for.
-    pub(crate) fn of_job(error: JobError) -> Self {
+    pub(crate) fn of_job(error: impl Into<JobError>) -> Self {
+        let error = error.into();
         Self::of_kind(error.kind(), error)
     }
 

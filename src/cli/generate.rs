@@ -19,7 +19,7 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
     options.seed = given.seed;
     options.shard = given.shard;
     options.drops_per_fabric = given.drops_per_fabric;
-    options.threads = given.threads;
+    options.threads = given.threads.threads;
     options.walks = given.walk.map(|rows| Walks { rows, ..Walks::default() });
     options.simulator = serde_json::to_value(simulator)?;
     let start = Instant::now();
@@ -41,7 +41,7 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
         summary.files_kept
     );
     for (stop, count) in &summary.not_at_rest {
-        eprintln!("not at rest: {count} ({stop})");
+        warning!("not at rest: {count} ({stop})");
     }
     Ok(())
 }

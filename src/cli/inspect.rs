@@ -4,8 +4,9 @@ use anyhow::anyhow;
 
 use super::progress::Working;
 use super::{Failure, Outcome, args};
+use scan2params::intake::{IntakeError, rim};
 use scan2params::io::{ReadNotes, boundary_csv, output};
-use scan2params::job::{JobError, rim, verdict};
+use scan2params::job::verdict;
 use scan2params::report::{files, inspection, json, table, verdict as words};
 use scan2params::scan::{ScanOptions, ScannedBoundary};
 
@@ -38,8 +39,8 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
 }
 
 /// Shows what was found in a scan that gives no rim, and hands the failure on.
-fn refused(error: JobError, given: &args::Inspect) -> Result<Failure, Failure> {
-    if let JobError::Refused { source, found, .. } = &error {
+fn refused(error: IntakeError, given: &args::Inspect) -> Result<Failure, Failure> {
+    if let IntakeError::Refused { source, found, .. } = &error {
         for line in inspection::figures(found) {
             eprintln!("found: {line}");
         }
@@ -63,14 +64,14 @@ pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
 }
 
 /// The rim of a scan, or why there is none; a file that holds a rim already is no scan.
-type Found = Result<(ScannedBoundary, ReadNotes), JobError>;
+type Found = Result<(ScannedBoundary, ReadNotes), IntakeError>;
 
 fn rim_of(scan: &args::ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
     let path = &scan.input;
-    if boundary_csv::is_one(path) {
+    if scan.format.is_none() && boundary_csv::is_one(path) {
         let why = "holds a rim already; `estimate` takes it as it is";
         return Err(Failure::usage(anyhow!("{}: {why}", path.display())));
     }
     let _working = Working::on(format!("looking for the rim in {}", path.display()));
-    Ok(rim::of_scan(path, &scan.read.read()?, options))
+    Ok(rim::of_scan(path, &scan.read_options()?, options))
 }

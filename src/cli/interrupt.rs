@@ -18,7 +18,7 @@ pub(super) fn watch() {
         abandon_unfinished();
         // A terminal has shown `^C` at the end of a line.
         let line_break = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        eprintln!("{line_break}scan2params: interrupted");
+        warning!("{line_break}scan2params: interrupted");
         std::process::exit(INTERRUPTED);
     });
 }

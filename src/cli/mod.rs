@@ -11,16 +11,21 @@ mod args;
 mod augment;
 mod batch;
 mod calibrate;
+mod combine;
 mod estimate;
 mod evaluate;
 mod experiment;
+mod export;
 mod failure;
 mod generate;
 mod inspect;
 mod interrupt;
+mod kit;
 mod progress;
+mod shell;
 mod simulate;
 mod verb;
+mod version;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -37,6 +42,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(parsed) => parsed,
         Err(error) => return print::of_clap(&error),
     };
+    print::talk(parsed.talk.quiet, parsed.talk.verbose);
+    if let Err(failure) = use_threads(parsed.command.threads()) {
+        return ended(Err(failure));
+    }
+    if print::is_verbose() {
+        let threads = rayon::current_num_threads();
+        eprintln!("{} on {threads} threads", version::long().replace('\n', ", "));
+    }
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),
         args::Command::Inspect(given) => inspect::inspect(&given),
@@ -44,15 +57,34 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Batch(given) => batch::run(&given),
         args::Command::Calibrate(given) => calibrate::run(&given),
         args::Command::Augment(given) => augment::run(&given),
-        args::Command::Evaluate(given) => evaluate::run(&given),
+        args::Command::Combine(given) => combine::run(&given),
+        args::Command::Kit(given) => kit::run(&given),
+        args::Command::Evaluate(given) => evaluate::run(&given.what),
         args::Command::Simulate(given) => simulate::run(&given),
         args::Command::Generate(given) => generate::run(&given),
+        args::Command::Export(given) => export::export(&given),
+        args::Command::Convert(given) => export::convert(&given),
+        args::Command::Completions(given) => shell::completions(&given),
+        args::Command::Man(given) => shell::man(&given),
     };
+    ended(outcome)
+}
+
+/// Limits what runs on rayon's pool, which all computing does; 0 leaves one thread per core.
+fn use_threads(threads: usize) -> Outcome {
+    if threads > 0 {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    }
+    Ok(())
+}
+
+/// The exit code of what a verb ended with, and its message.
+fn ended(outcome: Outcome) -> ExitCode {
     let code = match outcome {
         Ok(()) => 0,
         Err(failure) if failure.is_end_of_pipe() => 0,
         Err(failure) => {
-            eprintln!("scan2params: {}", message(&failure.error));
+            warning!("scan2params: {}", message(&failure.error));
             failure.code
         }
     };

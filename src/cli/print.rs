@@ -12,7 +12,7 @@ use std::fmt;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 macro_rules! print {
     ($($text:tt)*) => { $crate::cli::print::to_stdout(format_args!($($text)*)) };
@@ -27,6 +27,13 @@ macro_rules! println {
 
 macro_rules! eprint {
     ($($text:tt)*) => { $crate::cli::print::to_stderr(format_args!($($text)*)) };
+}
+
+/// What is said on stderr whatever `--quiet` says: warnings and errors.
+macro_rules! warning {
+    ($($text:tt)*) => {
+        $crate::cli::print::always(format_args!("{}\n", format_args!($($text)*)))
+    };
 }
 
 macro_rules! eprintln {
@@ -51,7 +58,30 @@ pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
     }
 }
 
+/// How much is said on stderr: 0 warnings and errors, 1 what has become of the work, 2 its steps too.
+static TALK: AtomicU8 = AtomicU8::new(1);
+
+/// Takes `--quiet` and `--verbose`, of which one at most is given.
+pub(super) fn talk(quiet: bool, verbose: bool) {
+    let level = if quiet { 0 } else { 1 + u8::from(verbose) };
+    TALK.store(level, Ordering::Relaxed);
+}
+
+pub(super) fn is_quiet() -> bool {
+    TALK.load(Ordering::Relaxed) == 0
+}
+
+pub(super) fn is_verbose() -> bool {
+    TALK.load(Ordering::Relaxed) == 2
+}
+
 pub(super) fn to_stderr(text: fmt::Arguments<'_>) {
+    if !is_quiet() {
+        always(text);
+    }
+}
+
+pub(super) fn always(text: fmt::Arguments<'_>) {
     let _ = io::stderr().lock().write_fmt(text);
 }
 
@@ -75,9 +105,7 @@ pub(super) fn finish(code: u8) -> u8 {
     }
     match FAULT.get() {
         Some(error) if !reader_has_gone(error) => {
-            eprintln!(
-                "scan2params: stdout cannot be written ({error}); check the disk or the pipe"
-            );
+            warning!("scan2params: stdout cannot be written ({error}); check the disk or the pipe");
             if code == 0 { 1 } else { code }
         }
         _ => code,

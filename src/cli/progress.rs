@@ -1,10 +1,13 @@
 //! One line on stderr, if it is a terminal, that says what is being done and for how
-//! long; it is gone when the work is done. Elsewhere nothing is printed. There is
-//! nothing coloured in it, so that NO_COLOR changes nothing.
+//! long; it is gone when the work is done. Elsewhere nothing is printed, unless `--verbose` asks
+//! for a line for each step; with `--quiet` nothing is. There is nothing coloured in it, so that
+//! NO_COLOR changes nothing.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::print;
 
 /// Between two pictures of the line.
 const TICK: Duration = Duration::from_millis(120);
@@ -12,23 +15,30 @@ const TICK: Duration = Duration::from_millis(120);
 /// A line that lives as long as the work.
 pub(super) struct Working {
     line: ProgressBar,
+    since: Instant,
 }
 
 impl Working {
     /// Shows the line: `doing` is what is being done.
     pub(super) fn on(doing: impl Into<String>) -> Self {
-        let line = ProgressBar::new_spinner();
+        let silent = print::is_quiet() || print::is_verbose();
+        let line = if silent { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
             line.set_style(style);
         }
-        line.set_message(doing.into());
         line.enable_steady_tick(TICK);
-        Self { line }
+        let working = Self { line, since: Instant::now() };
+        working.now(doing);
+        working
     }
 
     /// What is being done from now on.
     pub(super) fn now(&self, doing: impl Into<String>) {
-        self.line.set_message(doing.into());
+        let doing = doing.into();
+        if print::is_verbose() && doing != self.line.message() {
+            eprintln!("{:8.2} s  {doing}", self.since.elapsed().as_secs_f64());
+        }
+        self.line.set_message(doing);
     }
 
     /// Prints without the line in between.

@@ -4,9 +4,9 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::boundary::Orientation;
 use scan2params::base::clock::thread_cpu_s;
+use scan2params::calibrate::cloth_file;
+use scan2params::calibrate::effect::Cloth;
 use scan2params::dataset::sheet_file::read_sheet;
-use scan2params::fabric::Fabric;
-use scan2params::fabric::params;
 use scan2params::io::{OutputError, boundary_csv, output};
 use scan2params::sim::{
     Drape, Drop, DropStart, Numerics, SimOptions, Stop, drape, rim_harmonics_m,
@@ -14,16 +14,19 @@ use scan2params::sim::{
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
     check_outputs(given).map_err(Failure::of_output)?;
-    let fabric = fabric(&given.fabric)?;
+    let cloth = cloth(&given.fabric)?;
+    let fabric = cloth.fabric;
     let warnings = fabric.check().map_err(Failure::usage)?;
     for warning in warnings {
-        eprintln!("warning: {warning}");
+        warning!("warning: {warning}");
     }
     let (fabric, projected) = fabric.project_bending();
     if let Some(warning) = projected {
-        eprintln!("warning: {warning}");
+        warning!("warning: {warning}");
     }
     let experiment = given.experiment.experiment().map_err(Failure::usage)?;
+    let experiment = cloth.experiment(&experiment, given.face.into());
+    experiment.check().map_err(Failure::usage)?;
     let start = match &given.start {
         Some(path) => {
             let specimen = &experiment.specimen;
@@ -35,10 +38,10 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
     let vertices = given.vertices as usize;
     let numerics = numerics(given.numerics);
     let options = SimOptions { vertices, experiment, numerics, ..SimOptions::default() };
-    if given.threads > 1 {
+    if given.threads.threads > 1 {
         eprintln!(
             "note: one drape is computed on one thread; --threads {} changes nothing",
-            given.threads
+            given.threads.threads
         );
     }
     let working = Working::on("simulating the drape");
@@ -51,10 +54,10 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
         boundary_csv::write_oriented(path, &drape.boundary, Orientation::Given)?;
     }
     for warning in &drape.warnings {
-        eprintln!("warning: {warning}");
+        warning!("warning: {warning}");
     }
     if drape.stop != Stop::AtRest {
-        eprintln!("warning: the drape is not at rest ({})", drape.stop.name());
+        warning!("warning: the drape is not at rest ({})", drape.stop.name());
     }
     report(given, &drape, cpu_s)
 }
@@ -126,10 +129,11 @@ fn check_outputs(given: &args::Simulate) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// The fabric of the flags, over that of the params file.
-fn fabric(flags: &args::FabricFlags) -> Result<Fabric, Failure> {
+/// The fabric of the flags, over that of the params file, with the effects that the file has.
+fn cloth(flags: &args::FabricFlags) -> Result<Cloth, Failure> {
     if let Some(fabric) = flags.fabric() {
-        return Ok(fabric);
+        let effects = flags.params.as_deref().map(cloth_file::read_effects).transpose()?;
+        return Ok(Cloth { fabric, effects: effects.unwrap_or_default() });
     }
     let Some(path) = &flags.params else {
         return Err(Failure::usage(anyhow::anyhow!("give all seven parameters, or --params FILE")));
@@ -143,5 +147,5 @@ fn fabric(flags: &args::FabricFlags) -> Result<Fabric, Failure> {
         flags.bending_bias,
         flags.density,
     ];
-    Ok(params::fabric(path, given)?)
+    Ok(cloth_file::read(path, given)?)
 }

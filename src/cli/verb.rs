@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 10] = [
+const VERBS: [&str; 16] = [
     "estimate",
     "inspect",
     "boundary",
@@ -20,8 +20,17 @@ const VERBS: [&str; 10] = [
     "augment",
     "evaluate",
     "calibrate",
+    "combine",
+    "kit",
+    "completions",
+    "man",
+    "export",
+    "convert",
     "help",
 ];
+
+/// Flags that may stand before a verb.
+const BEFORE: [&str; 4] = ["-q", "--quiet", "-v", "--verbose"];
 
 /// Puts the verb `estimate` in front of an input file given without a verb.
 ///
@@ -32,7 +41,9 @@ pub(crate) fn with_default_verb(
 ) -> Result<Vec<OsString>, clap::Error> {
     let mut arguments: Vec<_> = arguments.into_iter().collect();
     let info = ["-h", "--help", "-V", "--version"];
-    let Some(first) = arguments.get(1) else {
+    let is_before = |word: &OsString| BEFORE.iter().any(|flag| word.as_os_str() == *flag);
+    let at = 1 + arguments.iter().skip(1).take_while(|word| is_before(word)).count();
+    let Some(first) = arguments.get(at) else {
         return Ok(arguments);
     };
     if VERBS.iter().chain(&info).any(|known| first.as_os_str() == *known) {
@@ -43,7 +54,7 @@ pub(crate) fn with_default_verb(
         let fault = format!("no file and no command `{word}`; did you mean `{verb}`?");
         return Err(Arguments::command().error(ErrorKind::InvalidSubcommand, fault));
     }
-    arguments.insert(1, "estimate".into());
+    arguments.insert(at, "estimate".into());
     Ok(arguments)
 }
 
@@ -83,6 +94,8 @@ mod tests {
         assert_eq!(given(&["s", "simulate"])[1], "simulate");
         assert_eq!(given(&["s", "--help"]), ["s", "--help"]);
         assert_eq!(given(&["s"]), ["s"]);
+        assert_eq!(given(&["s", "-q", "a.ply", "--density", "1"])[..3], ["s", "-q", "estimate"]);
+        assert_eq!(given(&["s", "--verbose", "inspect", "a.ply"])[2], "inspect");
         // Words that may name a scan, and one that is near no verb.
         for word in
             ["estimates.ply", "batch.ply", "./estimat", "scans/simulat", "--densty", "drape7"]

@@ -35,6 +35,18 @@ const PINNED: f64 = 0.01;
 const SHIPPED_ONNX: &[u8] = include_bytes!("model/snn.onnx");
 const SHIPPED_JSON: &str = include_str!("model/snn.json");
 
+/// Name of the shipped model and the SHA-256 of its file, without loading it.
+#[must_use]
+pub fn shipped_model() -> [String; 2] {
+    #[derive(serde::Deserialize)]
+    struct Names {
+        id: String,
+        onnx_sha256: String,
+    }
+    let names = serde_json::from_str(SHIPPED_JSON);
+    names.map_or_else(|_| Default::default(), |names: Names| [names.id, names.onnx_sha256])
+}
+
 /// What a boundary and a density say of the fabric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {

@@ -11,12 +11,13 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::base::units::M_PER_MM;
-use crate::calibrate::effect::Cloth;
+use crate::calibrate::effect::{Cloth, Effect};
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Face, ManifestError, Role, read as read_manifest};
 use crate::calibrate::run::{CalibrateError, FabricResult, Options, Told, calibrate};
-use crate::calibrate::squares::Target;
+use crate::calibrate::target::Target;
+use crate::numeric::moments::mean;
 use crate::numeric::robust::median;
 use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
 
@@ -57,10 +58,6 @@ pub fn said_of(result: &FabricResult) -> Said {
         after_mm,
         floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
     }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// A sealed case beside what was said of it.
@@ -146,20 +143,22 @@ impl Series {
         let held = result.drapes.iter().map(|drape| &result.measured[drape.measured]);
         let held: Vec<_> = held.filter(|measured| measured.entry.role == Role::Holdout).collect();
         let smaller = 1.0 / (1.0 + case.scale_by());
+        let camera = Effect::named("perspective").into_iter().flat_map(|effect| effect.numbers);
+        let effects: Vec<_> = camera.map(|number| (number, case.per_height())).collect();
         let mut rms_m = Vec::new();
         for face in [Face::Up, Face::Down] {
+            let bench = case.experiment(face);
             let of_face = held.iter().filter(|measured| measured.entry.face == Some(face));
             let targets: Vec<Target> = of_face
                 .map(|measured| {
                     let outline = measured.outline.mapped(|p| p.map(|v| v * smaller));
-                    Target::of(&outline, measured.warp_rad)
+                    Target::of(&outline, measured.warp_rad, &bench)
                 })
                 .collect();
-            let mut fit = self.calibrate.fit;
-            fit.sim.experiment = case.experiment(face);
+            let fit = self.calibrate.fit;
             let (believed, rule) = (&result.believed, &self.calibrate.folds);
-            let drapes =
-                predict(&targets, believed, &Cloth::plain(case.fabric), &fit, rule, &|_| ());
+            let cloth = Cloth { effects: effects.clone(), ..Cloth::plain(case.fabric) };
+            let drapes = predict(&targets, believed, &cloth, &fit, rule, &|_| ());
             rms_m.extend(drapes.into_iter().flatten().map(|beside| beside.rms_m));
         }
         mean(&rms_m) / M_PER_MM

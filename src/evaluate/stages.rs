@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::base::clock::{Stage, Stages};
+use crate::intake::{IntakeError, rim};
 use crate::io::ReadOptions;
-use crate::job::{JobError, rim};
 use crate::scan::{ScanOptions, ScannedBoundary};
 
 /// Reads a scan and finds its rim; the stages in order, the first is `read`.
@@ -15,7 +15,7 @@ pub fn of_scan(
     path: &Path,
     read: &ReadOptions,
     options: &ScanOptions,
-) -> Result<(ScannedBoundary, Vec<Stage>), JobError> {
+) -> Result<(ScannedBoundary, Vec<Stage>), IntakeError> {
     let mut stages = Stages::start();
     let (scanned, _) = rim::of_scan_in_stages(path, read, options, &mut stages)?;
     Ok((scanned, stages.noted().to_vec()))

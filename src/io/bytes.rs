@@ -1,5 +1,6 @@
 //! The bytes of a file.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use super::error::{At, Fault};
@@ -14,4 +15,11 @@ pub(super) fn is_regular(path: &Path) -> Result<(), At> {
 pub(super) fn regular_file(path: &Path) -> Result<Vec<u8>, At> {
     is_regular(path)?;
     std::fs::read(path).map_err(At::opening)
+}
+
+/// All bytes of the standard input.
+pub(super) fn standard_input() -> Result<Vec<u8>, At> {
+    let mut bytes = Vec::new();
+    std::io::stdin().lock().read_to_end(&mut bytes).map_err(At::opening)?;
+    Ok(bytes)
 }

@@ -82,7 +82,9 @@ pub enum Fault {
         what: &'static str,
     },
     /// The content is of another format than the extension says.
-    #[error("the content is that of a {content} file; rename it to end in {content}")]
+    #[error(
+        "the content is that of a {content} file; rename it to end in {content}, or say --format"
+    )]
     Misnamed {
         /// The extension that the content asks for.
         content: &'static str,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::assemble::{ReadNotes, finish};
-use super::bytes::{is_regular, regular_file};
+use super::bytes::{is_regular, regular_file, standard_input};
 use super::error::{At, Fault, shown};
 use super::format::{Format, foreign_content};
 use super::options::ReadOptions;
@@ -13,11 +13,30 @@ use crate::geom::Cloud;
 /// Reads a file that is one scan or one view, in the format that its extension names.
 pub(super) fn read_file(path: &Path, options: &ReadOptions) -> Result<(Cloud, ReadNotes), At> {
     let Some(named) = Format::of_extension(path) else {
+        if is_standard_input(path) {
+            let fault = "the standard input does not say its format; give it with --format, as in `- --format ply`";
+            return Err(Fault::Layout(fault.to_owned()).anywhere());
+        }
         // A missing file is that, whatever its name.
         is_regular(path)?;
         return Err(unsupported(path).anywhere());
     };
     read_bytes(&regular_file(path)?, named, options)
+}
+
+/// Reads a file, or for `-` the standard input, as the format that the caller names.
+pub(super) fn read_as(
+    path: &Path,
+    format: Format,
+    options: &ReadOptions,
+) -> Result<(Cloud, ReadNotes), At> {
+    let bytes = if is_standard_input(path) { standard_input() } else { regular_file(path) };
+    read_bytes(&bytes?, format, options)
+}
+
+/// Whether a path stands for the standard input: no file without an ending can be read.
+pub(super) fn is_standard_input(path: &Path) -> bool {
+    path == Path::new("-")
 }
 
 /// What is wrong with a file of this name.

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+
 /// The formats that [`super::read_scan`] reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Format {
     /// Polygon file format: ascii, binary of both byte orders.
     Ply,
@@ -29,8 +32,13 @@ pub const SUPPORTED: &str =
 
 impl Format {
     pub(super) fn of_extension(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        Some(match extension.as_str() {
+        Self::named(path.extension()?.to_str()?)
+    }
+
+    /// The format of files whose names end so: `ply`, `XYZ`.
+    #[must_use]
+    pub fn named(extension: &str) -> Option<Self> {
+        Some(match extension.to_ascii_lowercase().as_str() {
             "ply" => Self::Ply,
             "obj" => Self::Obj,
             "pcd" => Self::Pcd,

@@ -60,12 +60,12 @@ pub use sensors::DepthSource;
 pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
 #[cfg(feature = "picture")]
 pub use write::write_png;
-pub use write::{write_depth_png, write_obj, write_ply};
+pub use write::{stl_bytes, write_depth_png, write_obj, write_ply};
 
 use crate::geom::Cloud;
 use bytes::regular_file;
 use error::At;
-use file::{read_bytes, read_file, unsupported};
+use file::{read_as, read_bytes, read_file, unsupported};
 
 /// Reads a scan: its points, their colours and triangles if the file has them,
 /// in the file's unit and axes. Depth images and views: in metres.
@@ -77,7 +77,8 @@ pub fn read_scan(path: impl AsRef<Path>) -> Result<(Cloud, ReadNotes), ReadError
     read_scan_with(path, &ReadOptions::default())
 }
 
-/// [`read_scan`] of a file that may be a depth image.
+/// [`read_scan`] of a file that may be a depth image, or that does not say its format; the path `-` with a format is the
+/// standard input.
 ///
 /// # Errors
 /// As [`read_scan`], and when a depth image's camera is not known.
@@ -86,6 +87,9 @@ pub fn read_scan_with(
     options: &ReadOptions,
 ) -> Result<(Cloud, ReadNotes), ReadError> {
     let path = path.as_ref();
+    if let Some(format) = options.format {
+        return read_as(path, format, options).map_err(|at| at.in_file(path));
+    }
     match views::list(path) {
         Some(list) => views::read(&list?, options),
         None => read_file(path, options).map_err(|at| at.in_file(path)),

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::format::Format;
 use super::intrinsics::Intrinsics;
 
-/// What a depth image does not say itself.
+/// What a file does not say itself.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReadOptions {
     /// The camera of depth images that no `views.json` says.
@@ -15,11 +16,14 @@ pub struct ReadOptions {
     /// within this depth \[m\]: flying pixels between cloth and background. `None`
     /// keeps all.
     pub max_jump_m: Option<f64>,
+    /// The file's format, whatever its name; then the path `-` is the standard input. `None`: as its name ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<Format>,
 }
 
 impl Default for ReadOptions {
     /// Millimetres, as most depth cameras write.
     fn default() -> Self {
-        Self { intrinsics: None, depth_scale: 1000.0, max_jump_m: None }
+        Self { intrinsics: None, depth_scale: 1000.0, max_jump_m: None, format: None }
     }
 }

@@ -302,6 +302,7 @@ pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<(Cloud, ReadNo
             intrinsics: view.intrinsics.or(options.intrinsics),
             depth_scale: view.depth_scale.unwrap_or(options.depth_scale),
             max_jump_m: options.max_jump_m,
+            format: None,
         };
         let (mut seen, its) = read_file(&view.file, &own).map_err(|at| at.in_file(&view.file))?;
         let scale = if its.format == Format::DepthPng { 1.0 } else { view.unit_m };

@@ -107,6 +107,28 @@ fn of_png(error: EncodingError) -> io::Error {
     }
 }
 
+/// A mesh as binary STL in millimetres: 80 bytes of header, the count, and 50 bytes for each triangle with its
+/// normal.
+#[must_use]
+pub fn stl_bytes(mesh: &Mesh) -> Vec<u8> {
+    const HEADER: &[u8; 80] =
+        b"scan2params; millimetres; binary STL                                            ";
+    let mut out = HEADER.to_vec();
+    let count = u32::try_from(mesh.triangles.len()).unwrap_or(u32::MAX);
+    out.extend(count.to_le_bytes());
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize]);
+        let normal = (b - a).cross(&(c - a));
+        let normal = normal.try_normalize(0.0).unwrap_or_default();
+        let corners = [a, b, c].map(|corner| corner.coords / M_PER_MM);
+        for vector in [normal].into_iter().chain(corners) {
+            out.extend(vector.iter().flat_map(|v| (*v as f32).to_le_bytes()));
+        }
+        out.extend([0; 2]);
+    }
+    out
+}
+
 /// Writes a mesh as OBJ in millimetres, to a nanometre, vertices in order.
 ///
 /// # Errors

@@ -5,23 +5,22 @@
 
 mod error;
 pub mod refinement;
-pub mod rim;
 pub mod verdict;
 
 use std::path::{Path, PathBuf};
 
-pub use error::{CompanionFault, FailureKind, JobError, RimError};
+pub use error::{CompanionFault, FailureKind, JobError};
 pub use refinement::{Companion, Refinement};
-pub use rim::Rim;
 pub use verdict::Verdict;
 
 use crate::base::units::M_PER_MM;
 use crate::estimate::{Estimate, Estimator};
 use crate::fabric::check_density;
+use crate::intake::{Rim, rim};
 use crate::io::ReadOptions;
 use crate::refine::{Resimulation, resimulate};
 use crate::scan::{Orientation, ScanOptions};
-use crate::sim::SimOptions;
+use crate::sim::{Experiment, SimOptions};
 
 /// What to do with one scan.
 #[derive(Clone, Debug)]
@@ -42,6 +41,9 @@ pub struct Job {
     /// Other scans of the same fabric, or rims of it, which it is refined on together with `input`;
     /// read and scanned in the same way. Without `refine` they are not looked at.
     pub with: Vec<PathBuf>,
+    /// What is draped where the simulator is asked: the standard experiment, with what the cloth is known to have beyond
+    /// the seven parameters.
+    pub experiment: Experiment,
 }
 
 /// Everything found about one scan.
@@ -116,9 +118,11 @@ impl Job {
         if !self.with.is_empty() && rim.orientation() != Orientation::Given {
             return Err(fault(&self.input, CompanionFault::UnknownWarp));
         }
+        // The format is said of the first alone.
+        let read = ReadOptions { format: None, ..self.read.clone() };
         let companion = |path: &PathBuf| {
             tell(&format!("looking for the rim of {}", path.display()));
-            let rim = rim::of_input(path, &self.read, &self.scan)?;
+            let rim = rim::of_input(path, &read, &self.scan)?;
             if rim.orientation() != Orientation::Given {
                 return Err(fault(path, CompanionFault::UnknownWarp));
             }
@@ -143,7 +147,8 @@ impl Job {
         let refinement = if self.refine {
             let companions = self.companions(&rim, estimator, &tell)?;
             tell("refining on the scan's branch");
-            Some(Refinement::of(&rim, companions, self.density_kg_m2, &network, &tell))
+            let known = (self.density_kg_m2, &self.experiment);
+            Some(Refinement::of(&rim, companions, known, &network, &tell))
         } else {
             None
         };
@@ -153,7 +158,7 @@ impl Job {
             Some(refined) => Some(refined.drape(&rim)),
             None => self.resimulate.then(|| {
                 tell("draping the estimate again");
-                let options = SimOptions::default();
+                let options = SimOptions { experiment: self.experiment, ..SimOptions::default() };
                 resimulate(rim.boundary(), rim.sheet(), &estimate.fabric, &options)
             }),
         };

@@ -48,13 +48,13 @@ impl Refinement {
     pub(super) fn of(
         rim: &Rim,
         companions: Vec<Companion>,
-        density_kg_m2: f64,
+        (density_kg_m2, experiment): (f64, &Experiment),
         network: &Estimate,
         tell: &impl Fn(&str),
     ) -> Self {
         let start = Instant::now();
         let rims = std::iter::once(rim).chain(companions.iter().map(|other| &other.rim));
-        let experiment = Experiment::default();
+        let experiment = *experiment;
         let scans: Vec<Scan<'_>> =
             rims.map(|rim| Scan { rim: rim.boundary(), sheet: rim.sheet(), experiment }).collect();
         let networks = std::iter::once(network).chain(companions.iter().map(|c| &c.network));

@@ -4,6 +4,7 @@
 pub mod banded;
 pub mod bspline;
 pub mod min_cut;
+pub mod moments;
 pub mod robust;
 pub mod sparse;
 pub mod spline_system;

@@ -6,24 +6,30 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::calibrate::effect::Number;
+use crate::calibrate::cloth_file;
+use crate::calibrate::effect::{Effect, Number};
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
+use crate::calibrate::pose::POSE_KEYS;
 use crate::calibrate::run::{
     Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair,
 };
-use crate::calibrate::squares::POSE_KEYS;
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
 use crate::io::{self, WriteError};
+use crate::numeric::moments::{mean, mean_and_error};
 use crate::picture::draw;
+use crate::report::page;
+use crate::report::page::calibration::Source;
 
+/// Name of the page.
+pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Writes `calibration.json` and `FABRIC_lineN.png` for each simulated drape into `folder`, which is made if it is not there,
-/// and `FABRIC_lineN_after.png` where effects were added. Returns their paths.
+/// Writes `calibration.json`, `FABRIC.params.json` (the fabric with the effects that were added), `FABRIC_lineN.png` for each
+/// simulated drape, and `FABRIC_lineN_after.png` where effects were added, into `folder`, which is made if it is not there. Returns their paths.
 ///
 /// # Errors
 /// When the system refuses.
@@ -38,6 +44,16 @@ pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, W
     })?;
     let mut written = vec![path];
     for fabric in &calibration.fabrics {
+        let found = fabric.after.as_ref().map(|after| &after.fitted);
+        if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
+            let path = folder.join(format!("{}.params.json", plain(&fabric.name)));
+            let text = cloth_file::text(fitted, fabric.believed.density_known);
+            io::atomically(&path, |out| {
+                serde_json::to_writer_pretty(&mut *out, &text)?;
+                writeln!(out)
+            })?;
+            written.push(path);
+        }
         let after = fabric.after.iter().flat_map(|after| &after.drapes);
         let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
         for (drape, which) in both {
@@ -51,6 +67,21 @@ pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, W
         }
     }
     Ok(written)
+}
+
+/// Writes `report.html`, the page of a calibration, into `folder`, which is there. Returns its path.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_page(
+    calibration: &Calibration,
+    source: &Source,
+    folder: &Path,
+) -> Result<PathBuf, WriteError> {
+    let path = folder.join(PAGE);
+    let page = page::calibration::page(calibration, source);
+    io::atomically(&path, |out| out.write_all(page.as_bytes()))?;
+    Ok(path)
 }
 
 /// A name that any file system takes.
@@ -109,13 +140,13 @@ fn of_fabric(fabric: &FabricResult) -> Value {
 /// One entry for each number of an effect.
 fn of_effect(found: &FoundEffect) -> Vec<Value> {
     let of = |(number, value, ends): &(&Number, f64, [f64; 2])| {
-        let (unit, size) = number.unit;
+        let of = Shown::of(number, *value, *ends);
         json!({
-            "name": found.effect.name,
-            "part": number.key,
-            "value": value / size,
-            "unit": unit,
-            "interval90": ends.map(|end| end / size),
+            "name": of.name,
+            "part": of.part,
+            "value": of.value,
+            "unit": of.unit,
+            "interval90": of.interval90,
             "group": found.group,
         })
     };
@@ -155,27 +186,18 @@ fn of_holdout(fabric: &FabricResult) -> Value {
         text["pairs"] = json!(pairs.len());
         text["before_mm"] = json!(mean(&of(&|p| p.rms_m[0] / M_PER_MM)));
         text["after_mm"] = json!(mean(&of(&|p| p.rms_m[1] / M_PER_MM)));
-        text["se_mm"] = json!(finite(standard_error(&fall)));
+        text["se_mm"] = json!(finite(mean_and_error(&fall)[1]));
         text["dc_before"] = json!(mean(&of(&|p| p.dc_off[0].abs())));
         text["dc_after"] = json!(mean(&of(&|p| p.dc_off[1].abs())));
     }
     text
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Standard error of a mean.
-fn standard_error(values: &[f64]) -> f64 {
-    let (count, mean) = (values.len() as f64, mean(values));
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt()
-}
-
 fn of_measured(measured: &Measured) -> Value {
     let (entry, m) = (&measured.entry, &measured.measures);
     json!({
         "file": entry.name,
+        "kind": entry.kind.name(),
         "line": entry.line,
         "specimen": entry.specimen,
         "face": entry.face.map(Face::name),
@@ -219,10 +241,48 @@ fn of_fit(fitted: &Fitted) -> Value {
         .collect();
     json!({
         "parameters": parameters,
+        "effects": numbers_of(fitted).iter().map(|of| json!({
+            "name": of.name, "part": of.part, "value": of.value, "unit": of.unit, "interval90": of.interval90, "at_limit": of.at_limit,
+        })).collect::<Vec<_>>(),
         "misfit": fitted.misfit,
         "ended": fitted.ended.name(),
         "simulated_drapes": fitted.simulated,
     })
+}
+
+/// A number of an effect, in the unit of files.
+struct Shown {
+    name: &'static str,
+    part: &'static str,
+    value: f64,
+    unit: &'static str,
+    interval90: [f64; 2],
+    at_limit: bool,
+}
+
+impl Shown {
+    fn of(number: &Number, value: f64, interval90: [f64; 2]) -> Self {
+        let (unit, size) = number.unit;
+        let name = Effect::of(number).map_or("", |effect| effect.name);
+        let interval90 = interval90.map(|end| end / size);
+        Self { name, part: number.key, value: value / size, unit, interval90, at_limit: false }
+    }
+
+    fn line(&self) -> String {
+        let Self { name, part, value, unit, interval90: [low, high], at_limit } = self;
+        let limit = if *at_limit { ", at the end of what is tried" } else { "" };
+        format!("  {name} {part}: {value:.3} {unit} ({low:.3} to {high:.3}){limit}\n")
+    }
+}
+
+/// The numbers of a fit beside its stiffnesses: declared ones and those of the effects added.
+fn numbers_of(fitted: &Fitted) -> Vec<Shown> {
+    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90).zip(&fitted.at_limit);
+    all.map(|(((number, value), ends), at_limit)| {
+        let shown = Shown::of(number, *value, *ends);
+        Shown { at_limit: *at_limit, ..shown }
+    })
+    .collect()
 }
 
 fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
@@ -238,6 +298,7 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
         .map(|(key, value)| match *key {
             "rotation" => ("rotation_deg".to_owned(), json!(value.to_degrees())),
             "ln_scale" => ("scale".to_owned(), json!(value.exp())),
+            "lean_x" | "lean_z" => (format!("{key}_deg"), json!(value.to_degrees())),
             key => (format!("{key}_mm"), json!(value / M_PER_MM)),
         })
         .collect();
@@ -336,6 +397,7 @@ fn fabric_table(fabric: &FabricResult) -> String {
                     s.key, values[k], TABLE_2[k].unit, s.shown
                 );
             }
+            numbers_of(fitted).iter().for_each(|number| text += &number.line());
             text += &format!(
                 "  {} after {} drapes, misfit {:.2}\n",
                 fitted.ended.name(),
@@ -398,19 +460,16 @@ fn effects_table(fabric: &FabricResult) -> String {
     }
     if let Some(after) = &fabric.after {
         for found in &after.effects {
-            for (number, value, [low, high]) in &found.numbers {
-                let (unit, size) = number.unit;
-                text += &format!(
-                    "  {} {}: {:.3} {unit} ({:.3} to {:.3})\n",
-                    found.effect.name,
-                    number.key,
-                    value / size,
-                    low / size,
-                    high / size
-                );
+            for (number, value, ends) in &found.numbers {
+                text += &Shown::of(number, *value, *ends).line();
             }
             if !found.group.is_empty() {
                 text += &format!("    not told apart from {}\n", found.group.join(", "));
+            }
+        }
+        for number in numbers_of(&after.fitted) {
+            if fabric.fitted.iter().flat_map(numbers_of).any(|own| own.name == number.name) {
+                text += &number.line();
             }
         }
         text += "  with that\n";
@@ -442,9 +501,10 @@ pub fn picture(measured: &Measured, beside: &Beside) -> RgbImage {
         points.iter().chain(points.first()).map(|&p| at(p)).collect()
     };
     let [px, pz] = [beside.pose[0], beside.pose[1]];
+    let radius_m = measured.bench.plate.radius_m;
     let circle: Vec<[f64; 2]> = (0..180)
         .map(|k| f64::from(2 * k).to_radians())
-        .map(|t| [px + 0.09 * t.cos(), pz + 0.09 * t.sin()])
+        .map(|t| [px + radius_m * t.cos(), pz + radius_m * t.sin()])
         .collect();
     draw::polyline(&mut image, &closed(&circle), 1.0, FAINT);
     let (sin, cos) = beside.pose[2].sin_cos();

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 
+use super::page::options::Extra;
+use super::page::{overlay as page_overlay, scan as page_scan};
 use super::{json, overlay};
 use crate::io::{self, OutputError, WriteError, output};
 use crate::job::{JobError, Outcome};
@@ -17,6 +19,32 @@ pub fn write(outcome: &Outcome, folder: &Path) -> Result<Vec<PathBuf>, JobError>
     write_as(outcome, folder, &stem(&outcome.job.input))
 }
 
+/// Writes `<stem>.report.html`, the page of a scan, into `folder`, which is there. Returns its path.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_page(
+    outcome: &Outcome,
+    folder: &Path,
+    stem: &str,
+    extra: &Extra,
+) -> Result<PathBuf, WriteError> {
+    let path = folder.join(format!("{stem}.{PAGE}"));
+    let page = page_scan::page(outcome, extra);
+    io::atomically(&path, |out| out.write_all(page.as_bytes()))?;
+    Ok(path)
+}
+
+/// Writes `<stem>.overlay.svg`, a small drawing of both rims, into `folder`, which is there.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_thumbnail(outcome: &Outcome, folder: &Path, stem: &str) -> Result<(), WriteError> {
+    let path = folder.join(format!("{stem}.overlay.svg"));
+    let drawing = page_overlay::thumbnail(outcome);
+    io::atomically(&path, |out| out.write_all(drawing.as_bytes()))
+}
+
 /// Whether the files of the result of `input` can be written into `folder` without any
 /// of `inputs` being lost.
 ///
@@ -25,15 +53,24 @@ pub fn write(outcome: &Outcome, folder: &Path) -> Result<Vec<PathBuf>, JobError>
 pub fn check(input: &Path, folder: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
     output::check_folder(folder)?;
     if folder.is_dir() {
-        for path in paths(folder, &stem(input)) {
+        let stem = stem(input);
+        let page = folder.join(format!("{stem}.{PAGE}"));
+        for path in paths(folder, &stem).into_iter().chain([page]) {
             output::check_file(&path, inputs)?;
         }
     }
     Ok(())
 }
 
-/// The name of an input without its ending.
-fn stem(input: &Path) -> String {
+/// Ending of a page's name.
+const PAGE: &str = "report.html";
+
+/// The name of an input without its ending; `stdin` for the standard input.
+#[must_use]
+pub fn stem(input: &Path) -> String {
+    if input == Path::new("-") {
+        return "stdin".to_owned();
+    }
     input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 

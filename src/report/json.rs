@@ -8,7 +8,7 @@ use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::job::{Outcome, Refinement};
 use crate::refine::ScanFit;
 use crate::scan::ScannedBoundary;
-use crate::sim::NUMERICS_VERSION;
+use crate::sim::{Experiment, NUMERICS_VERSION, rim_nodes};
 
 /// Version of the layout of params.json.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -62,6 +62,7 @@ pub fn params(outcome: &Outcome) -> Value {
         "scan_options": outcome.job.scan,
         "version": env!("CARGO_PKG_VERSION"),
         "seed": outcome.job.scan.seed,
+        "experiment": (outcome.job.experiment != Experiment::default()).then_some(outcome.job.experiment),
         "note": "simulation parameters, not measured mechanical properties",
     })
 }
@@ -141,6 +142,7 @@ fn boundary(outcome: &Outcome) -> Value {
     let mean_sigma = points.iter().map(|p| p.sigma_m).sum::<f64>() / points.len() as f64;
     let mut value = json!({
         "points": points.len(),
+        "folds": rim_nodes(outcome.rim.boundary()),
         "observed_fraction": outcome.rim.observed_fraction(),
         "mean_sigma_mm": mean_sigma / M_PER_MM,
     });

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use super::verdict;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
+use crate::intake::Rim;
 use crate::io::ReadNotes;
-use crate::job::{Outcome, Refinement, Rim};
+use crate::job::{Outcome, Refinement};
 use crate::scan::{Orientation, ScannedBoundary};
 
 /// The whole result as text.

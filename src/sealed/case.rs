@@ -129,6 +129,12 @@ impl Case {
     pub fn scale_by(&self) -> f64 {
         self.effects.iter().map(Effect::scale_by).sum()
     }
+
+    /// One over the camera's height above the plate's face \[1/m\]; 0 for one that looks from afar.
+    #[must_use]
+    pub fn per_height(&self) -> f64 {
+        self.effects.iter().map(Effect::per_height).sum()
+    }
 }
 
 /// A fabric of the prior that folds on the standard plate.

@@ -70,6 +70,11 @@ pub enum Effect {
         /// By this share.
         by: f64,
     },
+    /// The camera stands no higher than this above the plate's face, and sees what hangs deeper smaller.
+    Perspective {
+        /// Its height \[m\].
+        height_m: f64,
+    },
     /// A heavier border on one side; on no list.
     Hem(Hem),
     /// A stiff line; on no list.
@@ -81,7 +86,7 @@ pub enum Effect {
 }
 
 /// The effects that a calibration may name.
-pub const LISTED: [&str; 9] = [
+pub const LISTED: [&str; 10] = [
     "natural_curvature",
     "asymmetric_bending",
     "edge_curl",
@@ -91,6 +96,7 @@ pub const LISTED: [&str; 9] = [
     "specimen_size",
     "tilt",
     "scale",
+    "perspective",
 ];
 
 /// Those that it has no name for.
@@ -151,7 +157,8 @@ impl Effect {
                 let (sin, cos) = bearing(rng).sin_cos();
                 Self::Tilt { down_x_rad: slope * cos, down_z_rad: slope * sin }
             }
-            _ => Self::Scale { by: signed(rng, [0.01, 0.03]) },
+            8 => Self::Scale { by: signed(rng, [0.01, 0.03]) },
+            _ => Self::Perspective { height_m: rng.random_range(0.5..1.5) },
         }
     }
 
@@ -195,6 +202,7 @@ impl Effect {
             Self::SpecimenSize { .. } => LISTED[6],
             Self::Tilt { .. } => LISTED[7],
             Self::Scale { .. } => LISTED[8],
+            Self::Perspective { .. } => LISTED[9],
             Self::Hem(_) => UNLISTED[0],
             Self::Seam(_) => UNLISTED[1],
             Self::StiffnessGradient(_) => UNLISTED[2],
@@ -225,7 +233,7 @@ impl Effect {
                 e.specimen.weft_m += by_m;
             }
             Self::Tilt { down_x_rad, down_z_rad } => e.tilt = Tilt { down_x_rad, down_z_rad },
-            Self::Scale { .. } => {}
+            Self::Scale { .. } | Self::Perspective { .. } => {}
             Self::Hem(hem) => e.uneven.hem = hem,
             Self::Seam(seam) => e.uneven.seam = seam,
             Self::StiffnessGradient(gradient) => e.uneven.gradient = gradient,
@@ -238,12 +246,27 @@ impl Effect {
     pub fn scale_by(&self) -> f64 {
         if let Self::Scale { by } = self { *by } else { 0.0 }
     }
+
+    /// One over the camera's height \[1/m\]; 0 for one that looks from afar.
+    #[must_use]
+    pub fn per_height(&self) -> f64 {
+        if let Self::Perspective { height_m } = self { 1.0 / height_m } else { 0.0 }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::base::seed::rng;
+
+    #[test]
+    fn the_effects_that_are_listed_are_those_that_a_calibration_looks_for() {
+        let mut names = crate::calibrate::effect::EFFECTS.map(|effect| effect.name);
+        let mut listed = LISTED;
+        names.sort_unstable();
+        listed.sort_unstable();
+        assert_eq!(names, listed);
+    }
 
     #[test]
     fn every_effect_has_its_name_and_changes_a_sound_experiment() {
@@ -262,7 +285,8 @@ mod tests {
                 assert_eq!(experiment.check(), Ok(()), "{round} {effect:?}");
                 assert_eq!(experiment.face_down().check(), Ok(()), "{round} {effect:?}");
                 let changed = experiment != Experiment::standard_cusick();
-                assert!(changed != (effect.scale_by() != 0.0), "{effect:?}");
+                let of_picture = effect.scale_by() != 0.0 || effect.per_height() != 0.0;
+                assert!(changed != of_picture, "{effect:?}");
                 let text = serde_json::to_string(&effect).unwrap();
                 assert!(text.contains(name), "{text}");
                 assert_eq!(serde_json::from_str::<Effect>(&text).unwrap(), effect);

@@ -20,7 +20,7 @@ use crate::base::seed::rng;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::floor::distance_m;
 use crate::calibrate::manifest::{Face, Role};
-use crate::calibrate::trial::outline_of;
+use crate::calibrate::trial::outline_seen;
 use crate::fabric::Fabric;
 use crate::io::{WriteError, atomically, write_png};
 use crate::sensor::silhouette::{SilhouetteCamera, SilhouetteErrors, silhouette};
@@ -311,6 +311,7 @@ impl Unit {
             pixel_m: options.pixel_m / (1.0 + case.scale_by()),
             axis_px: [0, 1].map(|c| middle[c] + off[c] + moved[c]),
             rotation_rad: laid.random_range(-OFF_BEARING_RAD..OFF_BEARING_RAD),
+            per_height: case.per_height(),
             errors: SilhouetteErrors::usual(),
         }
     }
@@ -324,7 +325,7 @@ fn size_m(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<f64> {
     let plain = Setup { fabric: case.fabric, experiment: Experiment::standard_cusick() };
     let seen = |drape: &Drape, part: f64| {
         let scale = 1.0 + part * case.scale_by();
-        outline_of(drape).mapped(|p| p.map(|v| v * scale))
+        outline_seen(drape, part * case.per_height()).mapped(|p| p.map(|v| v * scale))
     };
     let (here, whole) = (follower.keep(), seen(drape, 1.0));
     TAKEN_AWAY.into_iter().find_map(|part| {
@@ -404,7 +405,7 @@ mod tests {
             let drop = Drop { start: DropStart::Perturbed(drape.drop_seed) };
             let experiment = case.experiment(unit.face);
             let sim = SimOptions { vertices: 41, experiment, ..SimOptions::default() };
-            let truth = outline_of(&crate::sim::drape(&case.fabric, &drop, &sim));
+            let truth = outline_seen(&crate::sim::drape(&case.fabric, &drop, &sim), 0.0);
             let larger = truth.mapped(|p| p.map(|v| 1.02 * v));
             let picture = grey(&entry.path).unwrap();
             let limits = SilhouetteLimits::default();

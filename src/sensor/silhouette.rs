@@ -5,12 +5,12 @@
 //! by the threshold that cut the figure out, then blurred, and every pixel has noise of its own.
 //!
 //! The cloth is what triangles and the polygon of the rim cover, so that hidden folds and a rim that hangs back need no
-//! care. Parallel rays: a real camera sees what hangs deeper a little smaller.
+//! care. A camera at a height sees what hangs deeper a little smaller.
 
 use rand::RngExt as _;
 use rand_distr::StandardNormal;
 
-use crate::base::{Boundary, seed};
+use crate::base::{Boundary, Point3, seed};
 use crate::geom::Mesh;
 
 /// A camera that looks straight down: columns of its picture run along +x turned by the rotation, rows along +z.
@@ -24,6 +24,8 @@ pub struct SilhouetteCamera {
     pub axis_px: [f64; 2],
     /// Bearing of the simulation frame's +x in the picture, from its right downwards \[rad\].
     pub rotation_rad: f64,
+    /// One over its height above the plate's face, over whose axis it stands \[1/m\]; 0 for parallel rays.
+    pub per_height: f64,
     /// What is wrong with the picture.
     pub errors: SilhouetteErrors,
 }
@@ -87,11 +89,11 @@ pub fn silhouette(
 ) -> GreyPicture {
     let mut rng = seed::rng(noise_seed, "silhouette", 0);
     let mut samples = Samples::new(camera);
-    let seen: Vec<[f64; 2]> = sheet.vertices.iter().map(|p| camera.sample_of(p.x, p.z)).collect();
+    let seen: Vec<[f64; 2]> = sheet.vertices.iter().map(|p| camera.sample_of(p)).collect();
     for triangle in &sheet.triangles {
         samples.cover_triangle(triangle.map(|v| seen[v as usize]));
     }
-    let rim: Vec<[f64; 2]> = rim.positions_m().map(|p| camera.sample_of(p.x, p.z)).collect();
+    let rim: Vec<[f64; 2]> = rim.positions_m().map(|p| camera.sample_of(p)).collect();
     samples.cover_polygon(&rim);
     let errors = &camera.errors;
     let shifts = Shifts::new(camera, &mut rng);
@@ -108,8 +110,11 @@ pub fn silhouette(
 }
 
 impl SilhouetteCamera {
-    /// Where a place of the plan is seen, in samples from the upper left corner.
-    fn sample_of(&self, x_m: f64, z_m: f64) -> [f64; 2] {
+    /// Where a place is seen, in samples from the upper left corner.
+    fn sample_of(&self, place: impl std::borrow::Borrow<Point3>) -> [f64; 2] {
+        let place = place.borrow();
+        let nearer = 1.0 - self.per_height * place.y;
+        let (x_m, z_m) = (place.x / nearer, place.z / nearer);
         let (sin, cos) = self.rotation_rad.sin_cos();
         let scale = SAMPLES as f64;
         let turned = [x_m * cos - z_m * sin, x_m * sin + z_m * cos];
@@ -249,7 +254,6 @@ fn blurred(mut values: Vec<f64>, size: [usize; 2], sigma_px: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Point3;
     use crate::base::boundary::POINTS;
 
     fn camera(errors: SilhouetteErrors) -> SilhouetteCamera {
@@ -258,6 +262,7 @@ mod tests {
             pixel_m: 1e-3,
             axis_px: [101.3, 88.7],
             rotation_rad: 0.2,
+            per_height: 0.0,
             errors,
         }
     }
@@ -300,7 +305,7 @@ mod tests {
         let (mesh, _) = cloth();
         let camera = camera(SilhouetteErrors::none());
         let mut samples = Samples::new(&camera);
-        let seen: Vec<_> = mesh.vertices.iter().map(|p| camera.sample_of(p.x, p.z)).collect();
+        let seen: Vec<_> = mesh.vertices.iter().map(|p| camera.sample_of(p)).collect();
         for triangle in &mesh.triangles {
             samples.cover_triangle(triangle.map(|v| seen[v as usize]));
         }

@@ -325,9 +325,15 @@ fn lift_clear(model: &Model, grid: &Grid, x: &mut [Vector3]) {
     }
 }
 
-/// Folds of a rim: maxima of its distance from the axis, after smoothing over 45 mm.
+/// Number of folds of a rim.
 #[must_use]
 pub fn count_nodes(rim: &Boundary) -> usize {
+    nodes_at(rim).len()
+}
+
+/// Folds of a rim, each by the point that it lies at: maxima of the distance from the axis, after smoothing over 45 mm.
+#[must_use]
+pub fn nodes_at(rim: &Boundary) -> Vec<usize> {
     let rho: Vec<f64> = rim.positions_m().map(|p| p.x.hypot(p.z)).collect();
     let n = rho.len();
     let smooth: Vec<f64> =
@@ -338,7 +344,7 @@ pub fn count_nodes(rim: &Boundary) -> usize {
                 .all(|k| smooth[i] > smooth[(i + k) % n] && smooth[i] >= smooth[(i + n - k) % n]);
             window && smooth[i] > smooth.iter().copied().fold(f64::INFINITY, f64::min) + 1e-3
         })
-        .count()
+        .collect()
 }
 
 /// Amplitudes of the harmonics 1 to 16 of a rim's distance from the plate's axis, taken over the

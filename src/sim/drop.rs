@@ -157,10 +157,7 @@ fn outline_targets(grid: &Grid, outline: &Outline, experiment: &Experiment) -> V
         let first = whole.rem_euclid(count) as usize;
         let (a, b) = (even[first], even[(first + 1) % OUTLINE_POINTS]);
         let [x, z] = [0, 1].map(|c| a[c] + (b[c] - a[c]) * part);
-        let out = (x.hypot(z) - plate_m).max(0.0);
-        let chord = CHORD * (radius_m - plate_m);
-        let drop = (chord * chord - out * out).max(0.0).sqrt();
-        let rim = Vector3::new(x, -drop, z);
+        let rim = Vector3::new(x, -rim_depth_m(experiment, x.hypot(z)), z);
         let edge = Vector3::new(angle.cos(), 0.0, angle.sin()) * plate_m;
         let share = (flat.norm() - plate_m) / (radius_m - plate_m);
         // across the outline, outwards: it runs from the warp towards the weft
@@ -169,6 +166,16 @@ fn outline_targets(grid: &Grid, outline: &Outline, experiment: &Experiment) -> V
         Target { vertex, position_m: edge + (rim - edge) * share, along, weight: 1.0 }
     };
     (0..grid.vertices()).filter(near).map(target).collect()
+}
+
+/// How deep a disc's rim hangs below the plate's face where it lies so far from the axis \[m\]: the cloth from the plate's edge
+/// to it is nearly straight.
+#[must_use]
+pub fn rim_depth_m(experiment: &Experiment, distance_m: f64) -> f64 {
+    let plate_m = experiment.plate.radius_m;
+    let out = (distance_m - plate_m).max(0.0);
+    let chord = CHORD * (0.5 * experiment.specimen.weft_m - plate_m);
+    (chord * chord - out * out).max(0.0).sqrt()
 }
 
 /// Distance of a disc's rim from the plate's edge, as a part of the cloth between them: observed on three drapes

@@ -29,7 +29,7 @@ mod uneven;
 
 pub use drape::{
     Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities,
-    rim_harmonics_m,
+    nodes_at as rim_nodes_at, rim_harmonics_m,
 };
 pub use drop::{Drop, DropStart, Hold};
 pub use experiment::{Experiment, MeshWarning};

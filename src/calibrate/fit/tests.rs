@@ -1,6 +1,9 @@
 //! Outlines of simulated drapes of a known fabric, drawn as pictures and read again.
 
 use super::*;
+use crate::base::Surface;
+use crate::calibrate::effect::Effect;
+use crate::calibrate::pose::POSE;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
 use crate::calibrate::trial::outline_of;
 use crate::fabric::Mixture;
@@ -8,7 +11,8 @@ use crate::sim::{Experiment, SimOptions};
 
 /// A drape seen from above, as a picture of 256 x 256 pixels with 4 x 4 samples each.
 fn picture(outline: &Outline, pixel_m: f64) -> image::GrayImage {
-    let pose = [128.3 * pixel_m, 126.1 * pixel_m, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut pose = [0.0; POSE];
+    (pose[0], pose[1]) = (128.3 * pixel_m, 126.1 * pixel_m);
     let seen = outline.mapped(|p| picture_of(p, &pose));
     image::GrayImage::from_fn(256, 256, |x, y| {
         let inside = |k: u32| {
@@ -53,7 +57,7 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
         // one counter on both: the picture costs a tenth of a point
         assert!((own.drape_coefficient - read.drape_coefficient).abs() < 0.15);
         assert_eq!(own.folds, read.folds);
-        (Target::of(&found.outline, Some(0.0)), read)
+        (Target::of(&found.outline, Some(0.0), &bench), read)
     };
     let drapes: Vec<_> = [1, 2, 3].into_iter().map(seen).collect();
     let targets: Vec<Target> = drapes.iter().map(|(target, _)| target.clone()).collect();
@@ -134,14 +138,21 @@ fn a_held_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     let (truth, options) = (truth(), options());
     let drop = Drop { start: DropStart::Perturbed(2) };
     let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
-    let target = Target::of(&outline, Some(0.0));
+    let target = Target::of(&outline, Some(0.0), &options.sim.experiment);
     // a fabric half as stiff, on the true one's branch
     let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| truth.in_si()[k].ln() - 0.7);
     let soft = Fabric::from_ln_stiffnesses(&ln, truth.density_kg_m2);
     let cloth = Cloth::plain(soft);
-    let led = lead_all(&cloth, std::slice::from_ref(&target), &[target.first_pose()], &options);
+    let led = lead_all(
+        &cloth,
+        std::slice::from_ref(&target),
+        &[target.first_pose()],
+        &options,
+        &parameters(&[]),
+    );
     let (mut sheet, before) = led.into_iter().next().unwrap().unwrap();
-    let hold = Hold { outline: target.in_plan(&target.first_pose()), per_m: options.hold_per_m };
+    let hold =
+        Hold { outline: target.in_plan(&target.first_pose(), 0.0), per_m: options.hold_per_m };
     let pull_m = 0.5e-3;
     sheet.hold(&hold, pull_m);
     let way = sheet.follow_fabric(&soft, &FollowOptions::default()).unwrap();
@@ -171,7 +182,10 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2]) {
         sim.experiment.asymmetric_bending = if turned_over { bending.face_down() } else { bending };
         let drop = Drop { start: DropStart::Perturbed(seed) };
         let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
-        targets.push(Target { turned_over, ..Target::of(&outline, Some(0.0)) });
+        targets.push(Target {
+            turned_over,
+            ..Target::of(&outline, Some(0.0), &options.sim.experiment)
+        });
     }
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
@@ -190,4 +204,89 @@ fn a_cloth_stiffer_towards_one_face_is_told_from_one_that_is_not() {
     assert!(chosen.contains(&"asymmetric_bending"), "{chosen:?} {gain:?}");
     let (chosen, gain) = traced(0.0);
     assert!(chosen.is_empty(), "{chosen:?} {gain:?}");
+}
+
+/// The rim and the sheet of a drape of the square specimen.
+fn scanned(fabric: &Fabric, seed: u64, sim: &SimOptions) -> (Rim, Experiment) {
+    let drop = Drop { start: DropStart::Perturbed(seed) };
+    let drape = crate::sim::drape(fabric, &drop, sim);
+    let even = drape.grid.evenly(Surface::SIDE);
+    let places = even.prolong(&drape.grid, &drape.positions_m, 1.0);
+    let sheet = Surface::exact(places.into_iter().map(crate::base::Point3::from)).unwrap();
+    (Rim { boundary: drape.boundary, sheet: Some(sheet) }, sim.experiment)
+}
+
+#[test]
+fn a_fabric_and_what_its_faces_differ_by_are_found_from_rims() {
+    let (fabric, mut options) = (truth(), options());
+    (options.sim.vertices, options.sim.fall_vertices) = (41, 31);
+    options.sim.experiment = Experiment::default();
+    let curvature = 8.0;
+    let targets: Vec<Target> = (0..4)
+        .map(|seed| {
+            let turned_over = seed % 2 == 1;
+            let mut sim = options.sim;
+            let of_face = if turned_over { -curvature } else { curvature };
+            sim.experiment.curl = crate::sim::experiment::Curl::uniform([of_face, of_face, 0.0]);
+            let (rim, _) = scanned(&fabric, seed, &sim);
+            let target = Target::of_rim(rim, &options.sim.experiment).unwrap();
+            Target { turned_over, ..target }
+        })
+        .collect();
+    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let mut fit = fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap();
+    let plain = fit.plain();
+    let numbers: Vec<_> = Effect::named("natural_curvature").unwrap().numbers.iter().collect();
+    let with = fit.with(&numbers).unwrap();
+    let rms = |fitted: &Fitted| -> Vec<f64> {
+        fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect()
+    };
+    let found: Vec<f64> = with.cloth.effects.iter().map(|(_, value)| *value).collect();
+    let off: Vec<f64> =
+        (0..STIFFNESSES).map(|k| (with.stiffnesses[k].value / fabric.in_si()[k]).ln()).collect();
+    let said = format!(
+        "rms {:.2?} -> {:.2?} mm, {found:.2?} /m, ln off {off:.2?}",
+        rms(&plain),
+        rms(&with)
+    );
+    println!("{said}");
+    let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
+    assert!(mean(rms(&with)) < 0.5 * mean(rms(&plain)), "{said}");
+    assert!(found.iter().all(|value| (value / curvature - 1.0).abs() < 0.25), "{said}");
+}
+
+#[test]
+fn the_height_of_the_camera_is_found_from_outlines() {
+    let (fabric, options) = (truth(), options());
+    let per_height = 1.0 / 0.8;
+    let targets: Vec<Target> = (0..3)
+        .map(|seed| {
+            let drop = Drop { start: DropStart::Perturbed(seed) };
+            let drape = crate::sim::drape(&fabric, &drop, &options.sim);
+            let seen = crate::calibrate::trial::outline_seen(&drape, per_height);
+            Target::of(&seen, Some(0.0), &options.sim.experiment)
+        })
+        .collect();
+    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let mut fit = fit(&targets, &believed, 60.0, &options, &rule, &|_| ()).unwrap();
+    let plain = fit.plain();
+    let numbers: Vec<_> = Effect::named("perspective").unwrap().numbers.iter().collect();
+    let with = fit.with(&numbers).unwrap();
+    let rms = |fitted: &Fitted| -> Vec<f64> {
+        fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect()
+    };
+    let found = with.cloth.effects[0].1;
+    let off: Vec<f64> =
+        (0..STIFFNESSES).map(|k| (with.stiffnesses[k].value / fabric.in_si()[k]).ln()).collect();
+    let said = format!(
+        "rms {:.2?} -> {:.2?} mm, {found:.2} /m, ln off {off:.2?}",
+        rms(&plain),
+        rms(&with)
+    );
+    println!("{said}");
+    let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
+    assert!(mean(rms(&with)) < 0.5 * mean(rms(&plain)), "{said}");
+    assert!((found / per_height - 1.0).abs() < 0.25, "{said}");
 }

@@ -13,8 +13,8 @@ use scan2params::sealed::MakeOptions;
 
 pub(super) fn run(given: &args::SealedCases) -> Outcome {
     let folder = Folder::of(given.keep.as_deref())?;
-    let mut calibrate = Options::cusick();
-    calibrate.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let mut calibrate = Options { prior, ..Options::default() };
     calibrate.fit.sim.vertices = given.vertices as usize;
     let series = Series {
         seed: given.seed,

@@ -166,7 +166,7 @@ fn compare_walks(walked: &Path, fallen: &Path) -> Outcome {
 }
 
 fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {
-    let (read, options) = (scan.read.read()?, scan.read.options()?);
+    let (read, options) = (scan.read_options()?, scan.read.options()?);
     let mut best: Option<Vec<Stage>> = None;
     let cost = |stages: &[Stage]| stages.iter().map(|s| s.cpu_s.unwrap_or(s.wall_s)).sum::<f64>();
     for _ in 0..repeat {

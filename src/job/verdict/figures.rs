@@ -2,14 +2,15 @@
 
 use std::cmp::Ordering::Equal;
 
-use super::super::rim::GivenWarp;
-use super::super::{Refinement, Rim};
+use super::super::Refinement;
 use crate::base::boundary::{Orientation, POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::base::units::N_M_PER_G_S2;
 use crate::base::{Boundary, Point3};
 use crate::estimate::{Estimate, EstimateWarning};
 use crate::fabric::STIFFNESSES;
+use crate::intake::Rim;
+use crate::intake::rim::GivenWarp;
 use crate::refine::Resimulation;
 use crate::scan::{ScanOptions, ScannedBoundary};
 use crate::sim::Stop;

@@ -12,7 +12,7 @@
 
 use std::path::Path;
 
-use super::error::{JobError, RimError};
+use super::error::{IntakeError, RimError};
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
@@ -146,12 +146,16 @@ impl Rim {
 ///
 /// # Errors
 /// When the file cannot be read, the scan is refused, or the file's rim is none.
-pub fn of_input(path: &Path, read: &ReadOptions, options: &ScanOptions) -> Result<Rim, JobError> {
-    if boundary_csv::is_one(path) {
+pub fn of_input(
+    path: &Path,
+    read: &ReadOptions,
+    options: &ScanOptions,
+) -> Result<Rim, IntakeError> {
+    if read.format.is_none() && boundary_csv::is_one(path) {
         let rim = boundary_csv::read_oriented(path)?;
         return check(&rim.boundary, options)
             .and_then(|()| oriented(rim, options))
-            .map_err(|source| JobError::RimRefused { path: path.to_owned(), source });
+            .map_err(|source| IntakeError::RimRefused { path: path.to_owned(), source });
     }
     let (scanned, notes) = of_scan(path, read, options)?;
     Ok(Rim::Scanned { scanned: Box::new(scanned), notes })
@@ -165,7 +169,7 @@ pub fn of_scan(
     path: &Path,
     read: &ReadOptions,
     options: &ScanOptions,
-) -> Result<(ScannedBoundary, ReadNotes), JobError> {
+) -> Result<(ScannedBoundary, ReadNotes), IntakeError> {
     of_scan_in_stages(path, read, options, &mut Stages::off())
 }
 
@@ -178,7 +182,7 @@ pub fn of_scan_in_stages(
     read: &ReadOptions,
     options: &ScanOptions,
     stages: &mut Stages,
-) -> Result<(ScannedBoundary, ReadNotes), JobError> {
+) -> Result<(ScannedBoundary, ReadNotes), IntakeError> {
     let (cloud, notes) = stages.span("read", || read_scan_with(path, read))?;
     // Their reader has made metres of them.
     let known = matches!(notes.format, Format::DepthPng | Format::Views);
@@ -186,7 +190,7 @@ pub fn of_scan_in_stages(
     let options = ScanOptions { unit, ..options.clone() };
     let scanned = boundary_in_stages(cloud, &options, stages).map_err(|refusal| {
         let Refusal { error: source, found } = refusal;
-        JobError::Refused { path: path.to_owned(), source: Box::new(source), found }
+        IntakeError::Refused { path: path.to_owned(), source: Box::new(source), found }
     })?;
     Ok((scanned, notes))
 }

@@ -1,0 +1,329 @@
+//! A measured drape beside a simulated one, and how the distance between them changes with everything that is unknown.
+//!
+//! Of a picture: even points of the measured outline, each from the simulated outline across the latter. Of a scan: the
+//! rim's points that were seen, each from its own place on the simulated rim, along three directions: across the rim and level,
+//! across the rim and upwards, and along it, which is known less well.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::effect::{Acts, Cloth, Harmonic, Lies, Number, Stays, tilt_parts};
+use super::options::FitOptions;
+use super::pose::{POSE, Pose, frame_of, plan_of, scaled};
+use super::target::{Rim, Target};
+use super::trial::{Move, Trial};
+use crate::base::boundary::POINTS as RIM_POINTS;
+use crate::base::{Outline, Vector3};
+use crate::fabric::STIFFNESSES;
+use crate::sim::sensitivity::Parameter;
+
+/// Even points of a measured outline.
+const POINTS: usize = 240;
+
+/// One measured point beside a drape.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Bearing of its place on the drape about the plate's axis, from the warp towards the weft \[rad\].
+    pub bearing_rad: f64,
+    /// Distance of the measured point from the drape's outline or rim, level and across it, positive outwards \[m\].
+    pub outwards_m: f64,
+    /// Its whole distance across outline or rim \[m\].
+    pub across_m: f64,
+}
+
+/// A measured drape beside a simulated one in a pose.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// The measured points.
+    pub rows: Vec<Row>,
+    /// Distances of the measured from the simulated \[m\], and the standard deviation of each beside the model's \[m\].
+    pub off_m: DVector<f64>,
+    pub sigma_m: DVector<f64>,
+    /// Distance of neighbouring points \[m\].
+    pub step_m: f64,
+    /// Moves of the drape along these distances with each unknown: shared ones, then the pose \[m per unit\].
+    pub columns: DMatrix<f64>,
+    /// Mean stretch of the springs \[m\], and its change with each unknown.
+    pub stretch_m: f64,
+    pub stretch: DVector<f64>,
+}
+
+/// The cloth of the trials and the numbers that are unknown of it.
+#[derive(Clone, Copy)]
+pub(super) struct Unknowns<'a> {
+    pub cloth: &'a Cloth,
+    pub numbers: &'a [&'static Number],
+    pub options: &'a FitOptions,
+}
+
+/// Where a place is among those whose moves a trial knows.
+#[derive(Clone, Copy)]
+enum On {
+    /// On the outline: a segment, and how far along it.
+    Outline { segment: usize, fraction: f64 },
+    /// A point of the rim.
+    Rim(usize),
+}
+
+/// A place of a drape and a direction in which a distance is measured there.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    normal: Vector3,
+    place: Vector3,
+    on: On,
+    per_height: f64,
+    trial: &'a Trial,
+}
+
+impl At<'_> {
+    /// How it moves in that direction.
+    fn across(&self, move_: &Move) -> f64 {
+        match self.on {
+            On::Outline { segment, fraction } => {
+                let moves = &move_.outline;
+                let (a, b) = (moves[segment], moves[(segment + 1) % moves.len()]);
+                let at = [0, 1].map(|c| a[c] + (b[c] - a[c]) * fraction);
+                self.normal.x * at[0] + self.normal.z * at[1]
+            }
+            On::Rim(index) => self.normal.dot(&move_.rim[index]),
+        }
+    }
+
+    /// The same with a number of an effect, per unit of it.
+    fn with(&self, number: &Number, lies: Lies) -> f64 {
+        let moves = |p: Parameter| self.across(self.trial.with(p));
+        match &number.acts {
+            Acts::Scale => self.normal.dot(&self.place),
+            Acts::Perspective => match self.on {
+                On::Outline { .. } => {
+                    let y = self.place.y;
+                    self.normal.dot(&self.place) * y / (1.0 - self.per_height * y)
+                }
+                On::Rim(_) => 0.0,
+            },
+            Acts::Outline(harmonic) => {
+                let bearing_rad = self.place.z.atan2(self.place.x);
+                let outwards = Vector3::new(bearing_rad.cos(), 0.0, bearing_rad.sin());
+                let across =
+                    if let On::Rim(_) = self.on { self.normal.dot(&outwards) } else { 1.0 };
+                across * harmonic.at(bearing_rad, lies)
+            }
+            acts => on_sheet(acts, lies, moves),
+        }
+    }
+
+    /// The same with the numbers of a pose whose scale is the true one.
+    fn with_pose(&self, posed: &Pose) -> [f64; POSE] {
+        let (sin, cos) = posed[2].sin_cos();
+        let scale = (-posed[3]).exp();
+        let ([nx, ny, nz], [x, y, z]): ([f64; 3], [f64; 3]) =
+            (self.normal.into(), self.place.into());
+        let [offset_x, offset_z, pull] = PLACED.map(|p| self.across(self.trial.with(p)));
+        [
+            scale * (nx * cos - nz * sin),
+            scale * (nx * sin + nz * cos),
+            nz * x - nx * z,
+            self.normal.dot(&self.place),
+            offset_x,
+            offset_z,
+            pull,
+            scale * ny,
+            nx * y - ny * x,
+            nz * y - ny * z,
+        ]
+    }
+}
+
+/// What moves a drape within its pose.
+const PLACED: [Parameter; 3] = [Parameter::OffsetX, Parameter::OffsetZ, Parameter::Pull];
+
+/// What a number does to the sheet, of what its parameters do.
+fn on_sheet(acts: &Acts, lies: Lies, of: impl Fn(Parameter) -> f64) -> f64 {
+    match acts {
+        Acts::Sheet(parameters) => parameters.iter().map(|&p| of(p)).sum(),
+        Acts::Face(parameter) => lies.face * of(*parameter),
+        Acts::Tilt(side) => {
+            let [x, z] = tilt_parts(*side, lies.bearing_rad);
+            x * of(Parameter::TiltX) + z * of(Parameter::TiltZ)
+        }
+        Acts::Scale | Acts::Perspective | Acts::Outline(_) => 0.0,
+    }
+}
+
+impl Harmonic {
+    /// Its value at a bearing from the warp.
+    fn at(&self, bearing_rad: f64, lies: Lies) -> f64 {
+        let turn = if self.stays == Stays::Bench { lies.bearing_rad } else { 0.0 };
+        let (sin, cos) = (f64::from(self.order) * (bearing_rad + turn)).sin_cos();
+        let value = if self.sine { sin } else { cos };
+        if self.stays == Stays::Face { lies.face * value } else { value }
+    }
+}
+
+/// One distance: where it is, how far off, how well known.
+struct Distance<'a> {
+    at: At<'a>,
+    off_m: f64,
+    sigma_m: f64,
+}
+
+/// A measured drape beside a simulated one in a pose: the latter is moved by the specimen's place and the springs' pull as far
+/// as these differ from the trial's.
+pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>) -> Seen {
+    let moved = [pose[4], pose[5], pose[6] - trial.hold.pull_m];
+    let view = of.cloth.view();
+    let posed = scaled(pose, view.ln_scale);
+    let (rows, distances, step_m) = match &target.rim {
+        Some(rim) => on_rim(rim, trial, moved, &posed, of.options),
+        None => on_outline(target, trial, (moved, view.per_height), &posed, of.options),
+    };
+    let lies = target.lies(pose);
+    let values = of.cloth.fabric.in_si();
+    let shared = STIFFNESSES + of.numbers.len();
+    let mut columns = DMatrix::zeros(distances.len(), shared + POSE);
+    for (r, Distance { at, .. }) in distances.iter().enumerate() {
+        for (k, parameter) in Parameter::STIFFNESSES.into_iter().enumerate() {
+            // d/d ln v = v d/dv
+            columns[(r, k)] = values[k] * at.across(trial.with(parameter));
+        }
+        for (k, number) in of.numbers.iter().enumerate() {
+            columns[(r, STIFFNESSES + k)] = number.sigma * at.with(number, lies);
+        }
+        for (m, value) in at.with_pose(&posed).into_iter().enumerate() {
+            columns[(r, shared + m)] = value;
+        }
+    }
+    let stretched = |p: Parameter| trial.with(p).stretch_m;
+    let mut stretch = DVector::zeros(shared + POSE);
+    for (k, parameter) in Parameter::STIFFNESSES.into_iter().enumerate() {
+        stretch[k] = values[k] * stretched(parameter);
+    }
+    for (k, number) in of.numbers.iter().enumerate() {
+        stretch[STIFFNESSES + k] = number.sigma * on_sheet(&number.acts, lies, stretched);
+    }
+    let mut stretch_m = trial.hold.mean_m;
+    for (m, parameter) in PLACED.into_iter().enumerate() {
+        stretch[shared + 4 + m] = stretched(parameter);
+        stretch_m += moved[m] * stretched(parameter);
+    }
+    let off_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.off_m));
+    let sigma_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.sigma_m));
+    Seen { rows, off_m, sigma_m, step_m, columns, stretch_m, stretch }
+}
+
+type Measured<'a> = (Vec<Row>, Vec<Distance<'a>>, f64);
+
+/// Even points of a measured outline beside the simulated one.
+fn on_outline<'a>(
+    target: &Target,
+    trial: &'a Trial,
+    (moved, per_height): ([f64; 3], f64),
+    posed: &Pose,
+    options: &FitOptions,
+) -> Measured<'a> {
+    let own = PLACED.map(|p| trial.with(p));
+    let (points, heights_m) = (trial.outline.points_m(), &trial.heights_m);
+    let place = |k: usize| {
+        let nearer = 1.0 - per_height * heights_m[k];
+        let moved = |c: usize| (0..3).map(|m| moved[m] * own[m].outline[k][c]).sum::<f64>();
+        [0, 1].map(|c| (points[k][c] + moved(c)) / nearer)
+    };
+    let drape = Outline::new((0..points.len()).map(place).collect());
+    let drape = drape.unwrap_or_else(|_| trial.outline.clone());
+    let beside = |point: [f64; 2]| {
+        let foot = drape.foot(plan_of(point, posed));
+        let ([nx, nz], [x, z]) = (foot.normal, foot.at_m);
+        let (a, b) = (heights_m[foot.segment], heights_m[(foot.segment + 1) % heights_m.len()]);
+        let at = At {
+            normal: Vector3::new(nx, 0.0, nz),
+            place: Vector3::new(x, a + (b - a) * foot.fraction, z),
+            per_height,
+            on: On::Outline { segment: foot.segment, fraction: foot.fraction },
+            trial,
+        };
+        let off_m = foot.outwards_m;
+        let row = Row { bearing_rad: z.atan2(x), outwards_m: off_m, across_m: off_m.abs() };
+        (row, Distance { at, off_m, sigma_m: options.outline_m })
+    };
+    let (rows, distances) = target.outline.evenly(POINTS).into_iter().map(beside).unzip();
+    (rows, distances, target.outline.length_m() / POINTS as f64)
+}
+
+/// The points of a measured rim that were seen, beside their places on the simulated one.
+fn on_rim<'a>(
+    rim: &Rim,
+    trial: &'a Trial,
+    moved: [f64; 3],
+    posed: &Pose,
+    options: &FitOptions,
+) -> Measured<'a> {
+    let own = PLACED.map(|p| trial.with(p));
+    let points = rim.boundary.points();
+    let measured: Vec<Vector3> =
+        points.iter().map(|p| frame_of(&p.position_m.coords, posed)).collect();
+    let (mut rows, mut distances) = (Vec::new(), Vec::new());
+    for index in (0..RIM_POINTS).filter(|&index| points[index].observed) {
+        let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m]);
+        let next =
+            measured[(index + 1) % RIM_POINTS] - measured[(index + RIM_POINTS - 1) % RIM_POINTS];
+        let [level, upwards, along] = directions(&next, &place);
+        let off = measured[index] - place;
+        let sigma_m = points[index].sigma_m;
+        for (normal, sigma_m) in
+            [(level, sigma_m), (upwards, sigma_m), (along, sigma_m.hypot(options.along_m))]
+        {
+            let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial };
+            distances.push(Distance { at, off_m: normal.dot(&off), sigma_m });
+        }
+        rows.push(Row {
+            bearing_rad: place.z.atan2(place.x),
+            outwards_m: level.dot(&off),
+            across_m: level.dot(&off).hypot(upwards.dot(&off)),
+        });
+    }
+    (rows, distances, mean_step_m(&measured))
+}
+
+/// Across a rim outwards and level, across it and mostly upwards, and along it.
+fn directions(next: &Vector3, place: &Vector3) -> [Vector3; 3] {
+    let outwards = Vector3::new(place.x, 0.0, place.z).try_normalize(0.0).unwrap_or(Vector3::x());
+    let along = next.try_normalize(0.0).unwrap_or_else(|| Vector3::y().cross(&outwards));
+    let level = Vector3::y().cross(&along);
+    // where the rim hangs straight down, outwards is what is level and across it
+    let level =
+        if level.norm() < UPRIGHT { outwards - along * along.dot(&outwards) } else { level };
+    let level = level.try_normalize(0.0).unwrap_or(outwards);
+    let level = if level.dot(&outwards) < 0.0 { -level } else { level };
+    [level, level.cross(&along), along]
+}
+
+/// Sine of the angle from the vertical below which a rim counts as hanging straight down.
+const UPRIGHT: f64 = 0.1;
+
+fn mean_step_m(points: &[Vector3]) -> f64 {
+    let step = |k: usize| (points[(k + 1) % points.len()] - points[k]).norm();
+    (0..points.len()).map(step).sum::<f64>() / points.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_three_directions_stand_across_each_other() {
+        for (next, place) in [
+            ([0.0, 0.0, 1.0], [0.1, -0.05, 0.0]),
+            ([0.01, -1.0, 0.02], [0.05, -0.05, 0.1]),
+            ([0.5, 0.3, -0.2], [-0.1, -0.02, -0.1]),
+        ] {
+            let (next, place) = (Vector3::from(next), Vector3::from(place));
+            let [level, upwards, along] = directions(&next, &place);
+            for pair in [(level, upwards), (upwards, along), (along, level)] {
+                assert!(pair.0.dot(&pair.1).abs() < 1e-12, "{next} {place}");
+            }
+            assert!((level.norm() - 1.0).abs() + (upwards.norm() - 1.0).abs() < 1e-12);
+            assert!(level.x * place.x + level.z * place.z >= 0.0);
+        }
+        let [level, upwards, _] = directions(&Vector3::z(), &Vector3::x());
+        assert!((level - Vector3::x()).norm() + (upwards.cross(&Vector3::y())).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,151 @@
+//! What is measured of a drape: its outline in a picture from straight above, or its rim in a scan.
+
+use super::effect::Lies;
+use super::measures::each_bearing;
+use super::options::FitOptions;
+use super::pose::{POSE, Pose, plan_of};
+use crate::base::boundary::POINTS;
+use crate::base::{Boundary, Outline, Surface};
+use crate::sim::Experiment;
+use crate::sim::drop::rim_depth_m;
+
+/// A drape that is fitted or predicted.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The outline \[m\]: of a picture around its centroid, of a scan in its frame.
+    pub outline: Outline,
+    /// The rim, where it was scanned or given.
+    pub rim: Option<Box<Rim>>,
+    /// Bearing of the warp, from +x towards +z, if it is known \[rad\].
+    pub warp_rad: Option<f64>,
+    /// Whether the specimen is turned over.
+    pub turned_over: bool,
+    /// Specimen and plate.
+    pub bench: Experiment,
+}
+
+/// A rim in space, simulation frame.
+#[derive(Clone, Debug)]
+pub struct Rim {
+    /// The rim.
+    pub boundary: Boundary,
+    /// The whole sheet, if it was scanned.
+    pub sheet: Option<Surface>,
+}
+
+/// Rounds in which depth and distance from the axis follow each other; each leaves a tenth or so.
+const DEPTH_ROUNDS: usize = 5;
+/// Bearings at which the outline of a rim is taken.
+const BEARINGS: usize = 720;
+
+impl Target {
+    /// Of an outline anywhere in its picture, face up.
+    #[must_use]
+    pub fn of(outline: &Outline, warp_rad: Option<f64>, bench: &Experiment) -> Self {
+        let [cx, cz] = outline.centroid_m();
+        let outline = outline.mapped(|[x, z]| [x - cx, z - cz]);
+        Self { outline, rim: None, warp_rad, turned_over: false, bench: *bench }
+    }
+
+    /// Of a rim whose frame has the warp along x, face up; `None` where seen from above it does not go around the plate.
+    #[must_use]
+    pub fn of_rim(rim: Rim, bench: &Experiment) -> Option<Self> {
+        let outline = rim.from_above()?;
+        let rim = Some(Box::new(rim));
+        Some(Self { outline, rim, warp_rad: Some(0.0), turned_over: false, bench: *bench })
+    }
+
+    /// The pose before anything is fitted.
+    #[must_use]
+    pub fn first_pose(&self) -> Pose {
+        let mut pose = [0.0; POSE];
+        pose[2] = self.warp_rad.unwrap_or(0.0);
+        pose
+    }
+
+    /// The standard deviations of its pose.
+    pub(super) fn pose_sigma(&self, options: &FitOptions) -> Pose {
+        if self.rim.is_some() {
+            return options.scan_pose_sigma;
+        }
+        let mut sigma = options.pose_sigma;
+        if self.warp_rad.is_none() {
+            sigma[2] = options.unknown_bearing;
+        }
+        sigma
+    }
+
+    /// The outline in the plan of the simulation frame, as a pose has it whose scale is the true one, seen from a height: what
+    /// looks smaller since it hangs lower is drawn outwards again, its depth that of nearly straight cloth.
+    #[must_use]
+    pub fn in_plan(&self, posed: &Pose, per_height: f64) -> Outline {
+        self.outline.mapped(|p| {
+            let [x, z] = plan_of(p, posed);
+            let seen_m = x.hypot(z);
+            let closer = |m: f64| seen_m * (1.0 + per_height * rim_depth_m(&self.bench, m));
+            let larger = (0..DEPTH_ROUNDS).fold(seen_m, |m, _| closer(m)) / seen_m.max(1e-9);
+            [x * larger, z * larger]
+        })
+    }
+
+    /// How the specimen lies in a pose.
+    #[must_use]
+    pub fn lies(&self, pose: &Pose) -> Lies {
+        Lies { face: if self.turned_over { -1.0 } else { 1.0 }, bearing_rad: pose[2] }
+    }
+}
+
+impl Rim {
+    /// The farthest cloth at each bearing, of the rim and of the sheet; `None` where some bearing has none.
+    #[must_use]
+    pub fn from_above(&self) -> Option<Outline> {
+        let mut farthest = [0.0_f64; BEARINGS];
+        let step = std::f64::consts::TAU / BEARINGS as f64;
+        let mut edge = |a: [f64; 2], b: [f64; 2]| {
+            each_bearing(a, b, step, |k, distance_m, _| {
+                let best = &mut farthest[k.rem_euclid(BEARINGS as isize) as usize];
+                *best = best.max(distance_m);
+            });
+        };
+        let rim: Vec<[f64; 2]> = self.boundary.positions_m().map(|p| [p.x, p.z]).collect();
+        (0..POINTS).for_each(|k| edge(rim[k], rim[(k + 1) % POINTS]));
+        if let Some(sheet) = &self.sheet {
+            let side = sheet.side();
+            let at = |i: usize, j: usize| {
+                let p = sheet.points()[i * side + j].position_m;
+                [p.x, p.z]
+            };
+            for i in 0..side {
+                for j in 1..side {
+                    edge(at(i, j - 1), at(i, j));
+                    edge(at(j - 1, i), at(j, i));
+                }
+            }
+        }
+        let point = |(k, distance_m): (usize, &f64)| {
+            let (sin, cos) = (step * k as f64).sin_cos();
+            [distance_m * cos, distance_m * sin]
+        };
+        let all = farthest.iter().all(|distance_m| *distance_m > 0.0);
+        all.then(|| Outline::new(farthest.iter().enumerate().map(point).collect()).ok())?
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Point3;
+
+    #[test]
+    fn a_level_rim_is_its_own_outline() {
+        let at = |k: usize| Boundary::flat_xz_m(k, 0.3);
+        let points = (0..POINTS).map(|k| Point3::new(at(k)[0], -0.04, at(k)[1]));
+        let rim = Rim { boundary: Boundary::exact(points).unwrap(), sheet: None };
+        let outline = rim.from_above().unwrap();
+        // a square of 300 mm, but for its corners between two bearings
+        assert!((outline.area_m2() - 0.09).abs() < 1e-4, "{}", outline.area_m2());
+        let beside = rim.boundary.positions_m().map(|p| Point3::new(p.x + 1.0, p.y, p.z));
+        let beside = Rim { boundary: Boundary::exact(beside).unwrap(), sheet: None };
+        assert!(beside.from_above().is_none());
+    }
+}

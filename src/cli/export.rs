@@ -1,0 +1,136 @@
+//! `export` and `convert`: fabrics for other programs, and numbers in other units.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use anyhow::anyhow;
+
+use super::{Failure, Outcome, args};
+use scan2params::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use scan2params::exchange::units::{self, Unit};
+use scan2params::exchange::{self, ExchangeError, Exported, Mesh, Options, systems};
+use scan2params::fabric::params;
+use scan2params::io::output;
+use scan2params::job::FailureKind;
+
+pub(crate) fn export(given: &args::Export) -> Outcome {
+    let inputs = [given.params.clone()];
+    output::check_file(&given.out, &inputs).map_err(Failure::of_output)?;
+    let params = params::read(&given.params)?;
+    let stem = stem(&given.out);
+    let exported = exchange::export(given.to, &params, &options(given), &stem);
+    let exported = exported.map_err(|error| of_exchange(error, &given.params))?;
+    let beside = exported.beside.as_ref().map(|beside| {
+        let path = given.out.with_file_name(exchange::beside_name(&stem, beside.ending));
+        (path, beside.text.as_str())
+    });
+    if let Some((path, _)) = &beside {
+        output::check_file(path, &inputs).map_err(Failure::of_output)?;
+        output::check_distinct(&given.out, path).map_err(Failure::of_output)?;
+    }
+    for (path, text) in beside
+        .iter()
+        .map(|(path, text)| (path, *text))
+        .chain([(&given.out, exported.text.as_str())])
+    {
+        scan2params::io::atomically(path, |out| out.write_all(text.as_bytes()))?;
+    }
+    tell(given, &exported);
+    for path in [Some(&given.out), beside.as_ref().map(|(path, _)| path)].into_iter().flatten() {
+        if !output::is_stdout(path) {
+            eprintln!("wrote {}", path.display());
+        }
+    }
+    Ok(())
+}
+
+/// Says what is lost, what is to be known, and what the result is worth.
+fn tell(given: &args::Export, exported: &Exported) {
+    for lost in &exported.lost {
+        eprintln!("lost: {lost}");
+    }
+    for note in &exported.notes {
+        eprintln!("note: {note}");
+    }
+    if given.force {
+        warning!("warning: --force exports the result whatever its verdict");
+    }
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn options(given: &args::Export) -> Options {
+    let named = stem(&given.params);
+    let named = named.strip_suffix(".params").unwrap_or(&named).to_owned();
+    let made = std::fs::metadata(&given.params).and_then(|file| file.modified());
+    Options {
+        name: given.name.clone().unwrap_or(named),
+        edge_m: given.edge_mm.map(|mm| mm * M_PER_MM),
+        mesh: match given.mesh {
+            args::MeshKind::Irregular => Mesh::Irregular,
+            args::MeshKind::Grid => Mesh::Grid,
+        },
+        thickness_m: given.thickness_mm.map(|mm| mm * M_PER_MM),
+        friction: given.friction,
+        swap_warp_weft: given.swap_warp_weft,
+        force: given.force,
+        made: made.unwrap_or_else(|_| SystemTime::now()),
+    }
+}
+
+/// A refused export: the verdict's exit code, a failure of the file, or a mistake in the flags.
+fn of_exchange(error: ExchangeError, params: &Path) -> Failure {
+    match error {
+        ExchangeError::DoNotUse { .. } => {
+            let error = anyhow!("{}: {error}", params.display());
+            Failure::of_kind(FailureKind::Refused, error)
+        }
+        ExchangeError::Fabric(_) => anyhow!("{}: {error}", params.display()).into(),
+        ExchangeError::Needs { .. } | ExchangeError::Given { .. } => Failure::usage(error),
+    }
+}
+
+pub(crate) fn convert(given: &args::Convert) -> Outcome {
+    let density = given.density.map(|density| density * KG_M2_PER_G_M2);
+    let (Some(unit), Some(to)) = (&given.unit, &given.to) else {
+        return table(given);
+    };
+    let value: f64 = given.what.parse().map_err(|_| {
+        Failure::usage(anyhow!("`{}` is no number; write 0.012 or 1.2e-2", given.what))
+    })?;
+    let from = Unit::named(unit).map_err(Failure::usage)?;
+    let to = Unit::named(to).map_err(Failure::usage)?;
+    let converted = units::convert(value, &from, &to, density).map_err(Failure::usage)?;
+    if given.json {
+        let report = serde_json::json!({
+            "given": { "value": value, "unit": from.name },
+            "value": converted,
+            "unit": to.name,
+            "quantity": to.quantity.name(),
+        });
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        println!("{} {}", systems::shown(converted), to.name);
+    }
+    Ok(())
+}
+
+/// A whole params.json in all units.
+fn table(given: &args::Convert) -> Outcome {
+    let path = PathBuf::from(&given.what);
+    if given.what.parse::<f64>().is_ok() && !path.exists() {
+        let why = format!("give the unit of {} as well, and --to UNIT", given.what);
+        return Err(Failure::usage(anyhow!(why)));
+    }
+    let params = params::read(&path)?;
+    params.fabric.check().map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    let rows = systems::rows(&params);
+    if given.json {
+        println!("{}", serde_json::to_string_pretty(&systems::json(&rows))?);
+    } else {
+        print!("{}", systems::text(&rows));
+    }
+    Ok(())
+}

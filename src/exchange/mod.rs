@@ -1,0 +1,132 @@
+//! Fabrics for other programs: files that simulators and material libraries read ([`export`]), and
+//! numbers in the units of papers, laboratories and programs ([`units`], [`systems`]).
+//!
+//! In: what a params.json says ([`Params`]), and what the target asks for beyond it ([`Options`]). Out:
+//! the text of a file, what of the fabric is lost in it, and what is to be known of it. One file here
+//! per target says what is converted how and from which source; bending, which several targets make
+//! too stiff or dependent on the mesh, is [`hinge`]'s. `docs/export.md` has the strips with which the
+//! numbers were tried in the programs themselves.
+//!
+//! Fails for a result that is not to be used, unless told to go on, for a fabric that cannot be
+//! simulated, and where the target needs a number that no params.json has.
+
+mod arcsim;
+mod blender;
+mod clo;
+mod exported;
+mod going_along;
+pub mod hinge;
+mod isotropic;
+mod mujoco;
+mod newton;
+pub mod slider;
+pub mod systems;
+mod table;
+mod u3m;
+pub mod units;
+mod usd;
+
+use crate::fabric::params::Params;
+
+pub use exported::{Beside, ExchangeError, Exported, Options, beside_name};
+pub use hinge::Mesh;
+
+/// A program or format that is exported to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// CLO and Marvelous Designer, .jfab.
+    Clo,
+    /// Blender's cloth, a preset in Python.
+    Blender,
+    /// NVIDIA Newton, JSON for its solvers Style3D and VBD.
+    Newton,
+    /// `MuJoCo`, a flex in MJCF.
+    Mujoco,
+    /// ARCSim's material JSON.
+    Arcsim,
+    /// U3M 1.1, with a physics file for Browzwear beside it.
+    U3m,
+    /// OpenUSD, text.
+    Usd,
+    /// All that is known, in all units.
+    Json,
+    /// The same as a table.
+    Csv,
+}
+
+impl Target {
+    /// All targets.
+    pub const ALL: [Self; 9] = [
+        Self::Clo,
+        Self::Blender,
+        Self::Newton,
+        Self::Mujoco,
+        Self::Arcsim,
+        Self::U3m,
+        Self::Usd,
+        Self::Json,
+        Self::Csv,
+    ];
+
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clo => "clo",
+            Self::Blender => "blender",
+            Self::Newton => "newton",
+            Self::Mujoco => "mujoco",
+            Self::Arcsim => "arcsim",
+            Self::U3m => "u3m",
+            Self::Usd => "usd",
+            Self::Json => "json",
+            Self::Csv => "csv",
+        }
+    }
+}
+
+/// A fabric in the words of a target. `out_stem` is the name of the file without its ending.
+///
+/// # Errors
+/// A result that is not to be used, without `options.force`; a fabric that cannot be simulated; a
+/// number that the target needs and that is not given, or cannot be.
+pub fn export(
+    target: Target,
+    params: &Params,
+    options: &Options,
+    out_stem: &str,
+) -> Result<Exported, ExchangeError> {
+    if params.is_not_to_be_used() && !options.force {
+        let grounds = params.grounds().join("; ");
+        let grounds = if grounds.is_empty() { "its file says so".to_owned() } else { grounds };
+        return Err(ExchangeError::DoNotUse { grounds });
+    }
+    params.fabric.check()?;
+    check(options)?;
+    match target {
+        Target::Clo => Ok(clo::write(params, options)),
+        Target::Blender => blender::write(params, options),
+        Target::Newton => Ok(newton::write(params, options)),
+        Target::Mujoco => Ok(mujoco::write(params, options)),
+        Target::Arcsim => Ok(arcsim::write(params, options)),
+        Target::U3m => Ok(u3m::write(params, options, out_stem)),
+        Target::Usd => Ok(usd::write(params, options)),
+        Target::Json => Ok(table::json(params, options)),
+        Target::Csv => Ok(table::csv(params)),
+    }
+}
+
+/// Refuses given numbers that cannot be.
+fn check(options: &Options) -> Result<(), ExchangeError> {
+    let given = [
+        ("--edge-mm", options.edge_m.map(|m| m * 1e3), [0.1, 100.0], "0.1 to 100 mm"),
+        ("--thickness-mm", options.thickness_m.map(|m| m * 1e3), [1e-3, 20.0], "0.001 to 20 mm"),
+        ("--friction", options.friction, [0.0, 10.0], "0 to 10"),
+    ];
+    for (flag, value, [low, high], limits) in given {
+        if let Some(value) = value.filter(|value| !(*value >= low && *value <= high)) {
+            return Err(ExchangeError::Given { flag, value, limits });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,214 @@
+//! What a calibration amounts to, in sentences: the verdict, what to do next, what the data cannot decide.
+
+use maud::{Markup, html};
+
+use crate::base::units::mm;
+use crate::calibrate::effect::Acts;
+use crate::calibrate::floor::Pairing;
+use crate::calibrate::manifest::{Face, Role};
+use crate::calibrate::run::{FabricResult, Verdict};
+use crate::calibrate::trace::FEWEST_UNITS;
+use crate::numeric::moments::{mean, mean_and_error};
+use crate::report::page::number::{fixed, percent};
+use crate::report::page::units::words;
+
+/// Share of what was believed that drapes must take away for a stiffness to count as shown.
+const SHOWN: f64 = 0.5;
+
+/// An effect's name in words.
+pub(super) fn effect(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// What pairs of outlines have in common, in words.
+pub(super) fn pairing(pairing: Pairing) -> &'static str {
+    match pairing {
+        Pairing::Captures => "specimen and face (captures)",
+        Pairing::Faces => "the specimen (its two faces)",
+        Pairing::Specimens => "the face (two specimens)",
+    }
+}
+
+/// A role in words.
+pub(super) fn role(role: Role) -> &'static str {
+    match role {
+        Role::Fit => "fitted",
+        Role::Holdout => "held out",
+    }
+}
+
+pub(super) fn verdict(fabric: &FabricResult) -> Markup {
+    let (tone, word) = match fabric.verdict {
+        Verdict::Found => ("reliable", "An effect is found"),
+        Verdict::None => ("reliable", "No effect is asked for"),
+        Verdict::Undecided => ("doubtful", "Undecided"),
+        Verdict::Unexplained => ("doubtful", "Something is unexplained"),
+    };
+    html! {
+        div class={ "verdict " (tone) } {
+            p .lead { span .badge { (word) } }
+            @for sentence in sentences(fabric) { p { (sentence) } }
+        }
+    }
+}
+
+/// The grounds of the verdict.
+fn sentences(fabric: &FabricResult) -> Vec<String> {
+    let mut out = Vec::new();
+    let Some(trace) = &fabric.trace else {
+        out.push(format!(
+            "Too few specimens are marked \u{201c}fit\u{201d} to look for effects: {FEWEST_UNITS} at least, so that each can be foretold from the others."
+        ));
+        return out;
+    };
+    let names = |all: &[&'static str]| {
+        all.iter().map(|name| effect(name)).collect::<Vec<_>>().join(" and ")
+    };
+    if let Some(after) = &fabric.after {
+        let own: Vec<&'static str> = after.effects.iter().map(|found| found.effect.name).collect();
+        out.push(format!("Added to the plain model: {}.", names(&own)));
+        let pairs = fabric.pairs();
+        if pairs.is_empty() {
+            out.push("No drape was held out, so that nothing confirms it.".to_owned());
+        } else {
+            let of = |k: usize| mean(&pairs.iter().map(|p| mm(p.rms_m[k])).collect::<Vec<_>>());
+            let fall: Vec<f64> = pairs.iter().map(|p| mm(p.rms_m[0] - p.rms_m[1])).collect();
+            let [gain, error] = mean_and_error(&fall);
+            let error = if error.is_finite() {
+                format!(" \u{b1} {}", fixed(error, 2))
+            } else {
+                String::new()
+            };
+            let held = pairs.len();
+            let end =
+                if fabric.verdict == Verdict::Found { "confirms" } else { "does not confirm" };
+            out.push(format!(
+                "On {held} drapes held out the outlines lie {} mm off without it and {} mm with it, a fall of {}{error} mm. Judged by the squares of the distances, at two standard errors, that {end} it.",
+                fixed(of(0), 2),
+                fixed(of(1), 2),
+                fixed(gain, 2)
+            ));
+        }
+    } else if !trace.chosen.is_empty() {
+        let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
+        out.push(format!("{} was chosen by what it foretells, but no fit with it is sure of it within what is tried.", names(&chosen)));
+    } else {
+        out.push(format!("Of the effects looked for, none foretells the drapes of a specimen from those of the other {} better than the plain model.", trace.units - 1));
+    }
+    if let Some(left) = &trace.unexplained {
+        out.push(format!(
+            "A {} comes back from specimen to specimen that no effect of the list explains.",
+            effect(left.effect.name)
+        ));
+    }
+    out
+}
+
+/// What is to be done about the effects that were found: those of the cloth belong to it, those of the bench are mended there.
+fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
+    let mut steps = Vec::new();
+    if fabric.verdict != Verdict::Found {
+        return steps;
+    }
+    for found in fabric.after.iter().flat_map(|after| &after.effects) {
+        let step = match found.effect.name {
+            "scale" => {
+                "Measure the pictures\u{2019} scale on something of known size, correct mm_per_pixel, and calibrate again: until then the stiffnesses depend on it."
+            }
+            "plate_radius" | "specimen_size" | "tilt" | "friction" => {
+                "Measure on the bench what was found (plate, specimens, level, friction), correct it, and calibrate again."
+            }
+            _ => {
+                "Use the parameters together with the effect of the cloth: without it the stiffnesses are those of another model. simulate has a flag for it."
+            }
+        };
+        if !steps.contains(&step) {
+            steps.push(step);
+        }
+    }
+    steps
+}
+
+pub(super) fn next(fabric: &FabricResult) -> Markup {
+    let mut steps: Vec<&str> = remedies(fabric);
+    match fabric.verdict {
+        Verdict::Found => {}
+        Verdict::None => steps.push("Use the parameters of the plain model."),
+        Verdict::Undecided => steps.push("Use the parameters of the plain model, and measure more specimens, on both faces, some held out: the effect shows or goes."),
+        Verdict::Unexplained => steps.push("Look at the residuals drape by drape: what stays with the cloth, with the face or with the bench tells what to look for on cloth and bench."),
+    }
+    let faces = |face: Face| fabric.measured.iter().any(|m| m.entry.face == Some(face));
+    if !(faces(Face::Up) && faces(Face::Down)) {
+        steps.push("Measure the other face too: what belongs to the cloth changes its sign with it, what belongs to the bench does not.");
+    }
+    if fabric.held_out_rms_m().is_empty() {
+        steps.push("Hold some specimens out (role holdout).");
+    }
+    if !fabric.believed.density_known {
+        steps.push("Weigh the fabric: without its density only stiffness over weight is known.");
+    }
+    html! {
+        h3 { "What to do next" }
+        ol .steps { @for step in &steps { li { (step) } } }
+    }
+}
+
+/// What these data cannot decide.
+pub(super) fn undecided(fabric: &FabricResult) -> Markup {
+    let mut points: Vec<String> = Vec::new();
+    let last = fabric.after.as_ref().map(|after| &after.fitted).or(fabric.fitted.as_ref().ok());
+    if let Some(fitted) = last {
+        let hidden: Vec<String> = fitted
+            .stiffnesses
+            .iter()
+            .filter(|s| s.shown < SHOWN)
+            .map(|s| format!("{} ({})", words(s.key).to_lowercase(), percent(s.shown, 0)))
+            .collect();
+        if !hidden.is_empty() {
+            points.push(format!("These drapes show less than half of what was uncertain of: {}. The intervals there are mostly what was believed before.", hidden.join("; ")));
+        }
+    }
+    for found in
+        fabric.after.iter().flat_map(|after| &after.effects).filter(|found| !found.group.is_empty())
+    {
+        let others: Vec<String> = found.group.iter().map(|name| effect(name)).collect();
+        points.push(format!(
+            "{} cannot be told from {} by these outlines: any of them moves them alike.",
+            effect(found.effect.name),
+            others.join(", ")
+        ));
+    }
+    for choice in fabric
+        .trace
+        .iter()
+        .flat_map(|trace| &trace.chosen)
+        .filter(|choice| !choice.group.is_empty())
+    {
+        let others: Vec<String> = choice.group.iter().map(|r| effect(r.effect.name)).collect();
+        points.push(format!(
+            "Before the fit, {} foretold as well as {}.",
+            others.join(", "),
+            effect(choice.ranked.effect.name)
+        ));
+    }
+    let one_face = fabric.measured.iter().all(|m| m.entry.face != Some(Face::Down));
+    let sided = |found: &&crate::calibrate::run::FoundEffect| {
+        found.numbers.iter().any(|(n, ..)| matches!(n.acts, Acts::Face(_)))
+    };
+    if one_face {
+        points.push("One face alone was measured: what changes its sign with the face cannot be told from what does not.".to_owned());
+    } else if let Some(found) = fabric.after.iter().flat_map(|after| &after.effects).find(sided) {
+        points.push(format!(
+            "The sign of {} is that of the side called \u{201c}up\u{201d} in the manifest.",
+            effect(found.effect.name)
+        ));
+    }
+    if !fabric.believed.density_known {
+        points.push("The density was not given: all stiffnesses scale with it.".to_owned());
+    }
+    points.push("An outline from above shows no heights: cloth that hangs differently under the same outline looks the same.".to_owned());
+    html! {
+        h3 { "What these data cannot decide" }
+        ul .plainlist { @for point in &points { li { (crate::report::page::number::sentence(point)) } } }
+    }
+}
