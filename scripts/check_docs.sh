@@ -26,7 +26,7 @@ split() {
 }
 
 blocks=0
-for document in README.md docs/*.md docs/design/*.md fixtures/README.md scripts/README.md; do
+for document in README.md docs/*.md docs/{commands,design,users}/*.md fixtures/README.md scripts/README.md; do
     into=$(mktemp -d "$work/.blocks-XXXXXX")
     split "$document" "$into"
     marks=$(grep -c '^<!-- run -->$' "$document" || true)
