@@ -14,7 +14,7 @@ import jsonschema
 import referencing
 
 FOLDER = pathlib.Path(__file__).resolve().parent.parent / "docs" / "schemas"
-TYPES = {"string": "a", "number": 0.5, "boolean": True, "null": None, "object": {"odd": 1}, "array": [{"odd": 1}]}
+TYPES = {"string": "a", "number": 0.5, "null": None, "object": {"odd": 1}}
 
 
 def schemas():

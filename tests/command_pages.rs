@@ -55,7 +55,8 @@ fn every_verb_has_a_page_with_its_help_and_no_page_is_of_nothing() {
         });
         let (head, held, tail) = parts.unwrap_or_else(|| panic!("{verb}.md has no {MARK}"));
         assert!(head.starts_with(&format!("# scan2params {verb}\n\n")), "{verb}.md: its title");
-        let prose = head.lines().filter(|line| !line.starts_with(['#', '<', '`'])).collect::<String>();
+        let prose =
+            head.lines().filter(|line| !line.starts_with(['#', '<', '`'])).collect::<String>();
         assert!(prose.len() > 100, "{verb}.md says too little of when to use it");
         assert!(head.contains("<!-- run -->\n```sh\n"), "{verb}.md has no example that is run");
         let now = whole_help(verb);

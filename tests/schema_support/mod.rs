@@ -142,7 +142,8 @@ impl<'a> Schema<'a> {
             }
         }
         let dependent = keywords.get("dependentRequired").and_then(Value::as_object);
-        for (_, asks) in dependent.into_iter().flatten().filter(|(key, _)| object.contains_key(*key))
+        for (_, asks) in
+            dependent.into_iter().flatten().filter(|(key, _)| object.contains_key(*key))
         {
             for key in asks.as_array().unwrap().iter().map(|key| key.as_str().unwrap()) {
                 if !object.contains_key(key) {

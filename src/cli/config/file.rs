@@ -5,7 +5,6 @@
 //! and column, and a name that is not known with the nearest that is.
 
 use std::any::TypeId;
-use std::cmp::Ordering;
 use std::ffi::{OsStr, OsString};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -91,7 +90,9 @@ impl Reading<'_> {
     fn top(&mut self, table: &DeTable<'_>, program: &Command) -> Result<(), Failure> {
         let verbs = || program.get_subcommands().filter(|verb| verb.get_name() != "help");
         let all = || verbs().flat_map(flags).filter(|arg| arg.is_global_set());
+        let mut seen = Vec::new();
         for (key, value) in table {
+            self.only_once(key, &mut seen)?;
             let name = key.get_ref().as_ref();
             if let Some(verb) = verbs().find(|verb| verb.get_name() == name) {
                 self.verb(key, value, verb, 0, true)?;
@@ -99,7 +100,8 @@ impl Reading<'_> {
             }
             let long = name.replace('_', "-");
             let Some(arg) = all().find(|arg| arg.get_long() == Some(&long)) else {
-                let known = verbs().map(Command::get_name).chain(all().filter_map(Arg::get_long));
+                let flags = verbs().flat_map(flags).filter_map(Arg::get_long);
+                let known = verbs().map(Command::get_name).chain(flags);
                 let of = verbs().find(|verb| flag(verb, &long).is_some());
                 let why = match of {
                     Some(of) => format!(
@@ -134,7 +136,9 @@ impl Reading<'_> {
         };
         let is_run = self.verbs.get(depth).is_some_and(|run| run.get_name() == verb.get_name());
         let on_path = on_path && is_run;
+        let mut seen = Vec::new();
         for (key, value) in table {
+            self.only_once(key, &mut seen)?;
             let name = key.get_ref().as_ref();
             let below = verb.find_subcommand(name).filter(|below| below.get_name() != "help");
             if let Some(below) = below {
@@ -167,19 +171,27 @@ impl Reading<'_> {
         let line = self.line(key.span().start);
         let new = Setting { depth, of_all, id, flag, words, line, fate: Fate::Holds };
         let rank = |setting: &Setting| (!setting.of_all, setting.depth);
-        let Some(old) = self.settings.iter_mut().find(|old| old.id == new.id) else {
-            self.settings.push(new);
-            return Ok(());
-        };
-        match rank(&new).cmp(&rank(old)) {
-            Ordering::Greater => *old = new,
-            Ordering::Less => {}
-            Ordering::Equal => {
-                let (name, first) = (key.get_ref().as_ref(), old.line);
-                let why = format!("`{name}` is set in line {first} already");
-                return Err(self.fault(key.span(), &why));
-            }
+        match self.settings.iter_mut().find(|old| old.id == new.id) {
+            Some(old) if rank(&new) > rank(old) => *old = new,
+            Some(_) => {}
+            None => self.settings.push(new),
         }
+        Ok(())
+    }
+
+    /// Refuses the second of two spellings of a key in one table.
+    fn only_once(
+        &self,
+        key: &Spanned<impl AsRef<str>>,
+        seen: &mut Vec<(String, usize)>,
+    ) -> Result<(), Failure> {
+        let name = key.get_ref().as_ref();
+        let (long, line) = (name.replace('_', "-"), self.line(key.span().start));
+        if let Some((_, first)) = seen.iter().find(|(other, _)| *other == long) {
+            let why = format!("`{name}` is set in line {first} already");
+            return Err(self.fault(key.span(), &why));
+        }
+        seen.push((long, line));
         Ok(())
     }
 

@@ -2,6 +2,8 @@
 
 use std::ffi::{OsStr, OsString};
 
+use anyhow::anyhow;
+use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, CommandFactory as _};
 
@@ -25,7 +27,7 @@ pub(crate) fn run(given: &args::Config, file: Option<&OsStr>) -> Outcome {
     } else {
         words = match verb::with_default_verb(words) {
             Ok(words) => words,
-            Err(error) => return Err(Failure::usage(anyhow::anyhow!("{error}"))),
+            Err(error) => return Err(Failure::usage(anyhow!("{error}"))),
         };
     }
     let expanded = with_defaults(words)?;
@@ -36,6 +38,14 @@ pub(crate) fn run(given: &args::Config, file: Option<&OsStr>) -> Outcome {
     if given.line.is_empty() {
         println!("looked for: --config FILE, {VARIABLE}, {NAME} in this folder, {}", user());
         return Ok(());
+    }
+    // What has to be given may still be missing here.
+    if let Err(error) = Arguments::command().try_get_matches_from(&expanded.words)
+        && error.use_stderr()
+        && error.kind() != ErrorKind::MissingRequiredArgument
+    {
+        let said = error.to_string();
+        return Err(Failure::usage(anyhow!("{}", said.trim_start_matches("error: ").trim_end())));
     }
     let mut program = Arguments::command();
     program.build();
@@ -69,7 +79,10 @@ fn resolved(arg: &Arg, matches: &ArgMatches, expanded: &Expanded) -> (String, St
     let is_known = matches.ids().any(|known| known.as_str() == id);
     let source = if is_known { matches.value_source(id) } else { None };
     let value = match matches.try_get_raw(id) {
-        _ if file::is_switch(arg) => matches.get_flag(id).to_string(),
+        _ if file::is_switch(arg) => {
+            let on = matches.try_get_one::<bool>(id).ok().flatten().copied();
+            on.unwrap_or(false).to_string()
+        }
         Ok(Some(raw)) => raw.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" "),
         _ => "-".to_owned(),
     };
