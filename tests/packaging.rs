@@ -32,7 +32,8 @@ fn packages() -> Vec<(String, Option<String>)> {
     let packages = found["packages"].as_array().unwrap().iter();
     packages
         .map(|p| {
-            let name = format!("{} {}", p["name"].as_str().unwrap(), p["version"].as_str().unwrap());
+            let name =
+                format!("{} {}", p["name"].as_str().unwrap(), p["version"].as_str().unwrap());
             (name, p["rust_version"].as_str().map(str::to_owned))
         })
         .collect()
@@ -48,7 +49,8 @@ fn the_oldest_rust_is_stated_alike_and_is_enough_for_every_crate() {
     }
     let packages = packages();
     assert!(packages.len() > 200, "only {} packages: the search is broken", packages.len());
-    let asking: Vec<_> = packages.iter().filter_map(|(name, rust)| Some((name, rust.as_ref()?))).collect();
+    let asking: Vec<_> =
+        packages.iter().filter_map(|(name, rust)| Some((name, rust.as_ref()?))).collect();
     assert!(asking.len() > 100, "only {} state a Rust", asking.len());
     let newer: Vec<_> = asking.iter().filter(|(_, rust)| version(rust) > version(stated)).collect();
     assert!(newer.is_empty(), "rust-version is {stated}, but these ask for more: {newer:?}");
@@ -69,9 +71,9 @@ fn the_changelog_has_what_changes_numbers_under_a_heading_of_its_own() {
     assert!(!releases.is_empty());
     for release in &releases {
         let name = release.split(']').next().unwrap();
-        let sections: Vec<&str> = release.lines().filter_map(|line| line.strip_prefix("### ")).collect();
-        let known =
-            ["Numbers", "Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"];
+        let sections: Vec<&str> =
+            release.lines().filter_map(|line| line.strip_prefix("### ")).collect();
+        let known = ["Numbers", "Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"];
         assert!(sections.iter().all(|section| known.contains(section)), "{name}: {sections:?}");
         assert_eq!(sections.first(), Some(&"Numbers"), "{name}: what changes numbers comes first");
     }

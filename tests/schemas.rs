@@ -296,7 +296,7 @@ fn every_field_is_described_and_every_number_has_its_unit() {
         let schema = schema(&name);
         assert!(schema["$schema"].as_str().unwrap().contains("2020-12"), "{name}");
         let mut undescribed = Vec::new();
-        properties(&schema, &name, &mut |place, part| {
+        properties(schema, &name, &mut |place, part| {
             let says = part["description"].as_str().unwrap_or_default();
             let kinds = [&part["type"], &part["items"]["type"]].map(ToString::to_string).concat();
             let is_number = kinds.contains("number") || kinds.contains("integer");

@@ -7,7 +7,9 @@
 
 #![allow(dead_code, reason = "shared by several test programs, each of which uses a part")]
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Map, Value};
 
@@ -21,9 +23,12 @@ pub fn json(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// A schema by its name: `params` for params.schema.json.
-pub fn schema(name: &str) -> Value {
-    json(&folder().join(format!("{name}.schema.json")))
+/// A schema by its name: `params` for params.schema.json. Each is read once.
+pub fn schema(name: &str) -> &'static Value {
+    static READ: Mutex<BTreeMap<String, &'static Value>> = Mutex::new(BTreeMap::new());
+    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    read.entry(name.to_owned())
+        .or_insert_with(|| Box::leak(Box::new(json(&folder().join(format!("{name}.schema.json"))))))
 }
 
 /// All names of schemas.
@@ -46,7 +51,7 @@ pub fn hold(name: &str, document: &Value) {
 pub fn faults(name: &str, document: &Value) -> Vec<String> {
     let mut faults = Vec::new();
     let root = schema(name);
-    Schema { root: &root, part: &root }.check(document, "", &mut faults);
+    Schema { root, part: root }.check(document, "", &mut faults);
     faults
 }
 
@@ -156,14 +161,7 @@ impl<'a> Schema<'a> {
     /// Another part of this schema (`#/$defs/NAME`), another schema, or a part of that.
     fn follow(self, target: &str, value: &Value, place: &str, faults: &mut Vec<String>) {
         let (file, pointer) = target.split_once('#').unwrap_or((target, ""));
-        let other;
-        let root = match file.strip_suffix(".schema.json") {
-            Some(name) => {
-                other = schema(name);
-                &other
-            }
-            None => self.root,
-        };
+        let root = file.strip_suffix(".schema.json").map_or(self.root, schema);
         let part = root.pointer(pointer).unwrap_or_else(|| panic!("{target}: no such part"));
         Schema { root, part }.check(value, place, faults);
     }
