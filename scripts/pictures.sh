@@ -27,14 +27,23 @@ PY
 python3 "$root/scripts/readme_picture.py" "$scan.ply" "$scan.truth.json" out/mean_structured-light.params.json \
     out/mean_structured-light.boundary.csv found.obj pipeline.png
 cp out/mean_structured-light.boundary.png overlay.png
-# Few colours, so that they stay small.
+# A palette, so that they stay small: half of it for the colours that are there most, half for the strong ones.
 python3 - <<'PY'
+import colorsys
 from PIL import Image
 for name, width in [("inspect", 1440), ("refused", 1440), ("overlay", 1200)]:
     image = Image.open(f"{name}.png").convert("RGB")
     height = round(image.height * width / image.width)
     image = image.resize((width, height), Image.Resampling.LANCZOS)
-    image.quantize(48, dither=Image.Dither.NONE).save(f"{name}.png", optimize=True)
+    counts = sorted(image.getcolors(1 << 24), reverse=True)
+    strong = [c for c in counts if colorsys.rgb_to_hsv(*(v / 255 for v in c[1]))[1] > 0.35]
+    chosen = []
+    for _, colour in counts[:24] + strong:
+        if len(chosen) < 64 and all(sum(abs(a - b) for a, b in zip(colour, other)) > 36 for other in chosen):
+            chosen.append(colour)
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([v for colour in chosen for v in colour])
+    image.quantize(palette=palette, dither=Image.Dither.NONE).save(f"{name}.png", optimize=True)
 PY
 for name in ${1:-pipeline inspect refused overlay}; do
     cp "$name.png" "$root/docs/images/$name.png"

@@ -161,7 +161,10 @@ impl<'a> Schema<'a> {
     /// Another part of this schema (`#/$defs/NAME`), another schema, or a part of that.
     fn follow(self, target: &str, value: &Value, place: &str, faults: &mut Vec<String>) {
         let (file, pointer) = target.split_once('#').unwrap_or((target, ""));
-        let root = file.strip_suffix(".schema.json").map_or(self.root, schema);
+        let root = match file.strip_suffix(".schema.json") {
+            Some(name) => schema(name),
+            None => self.root,
+        };
         let part = root.pointer(pointer).unwrap_or_else(|| panic!("{target}: no such part"));
         Schema { root, part }.check(value, place, faults);
     }
