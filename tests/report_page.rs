@@ -344,10 +344,10 @@ fn calibrated() -> Calibration {
 #[test]
 fn a_calibration_has_its_page_with_before_and_after() {
     let calibration = calibrated();
-    schema_support::hold("calibration", &scan2params::report::calibration::json(&calibration));
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json(&calibration));
     let fitted = calibration.fabrics[0].fitted.as_ref().unwrap();
     let fabric = scan2params::calibrate::cloth_file::text(fitted, false);
-    schema_support::hold("calibrated-fabric", &fabric);
+    schema_support::must_fit("calibrated-fabric", &fabric);
     let manifest =
         vec![InputFile { name: "my/m & n.csv".into(), sha256: "00ff".into(), bytes: 12 }];
     let source = Source { manifest, settings: serde_json::json!({ "prior": "measured" }) };
@@ -393,10 +393,10 @@ fn a_calibration_has_its_page_with_before_and_after() {
     failed.fabrics[0].verdict = Verdict::Undecided;
     check(&page(&failed, &source));
     failed.fabrics[0].fitted = Err(scan2params::calibrate::fit::FitError::Nothing);
-    schema_support::hold("calibration", &scan2params::report::calibration::json(&failed));
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json(&failed));
     failed.fabrics[0].drapes.clear();
     failed.fabrics[0].trace = None;
-    schema_support::hold("calibration", &scan2params::report::calibration::json(&failed));
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json(&failed));
     let none = page(&failed, &source);
     check(&none);
     assert!(

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-use schema_support::{faults, folder, hold, json, names, schema};
+use schema_support::{faults, folder, json, must_fit, names, schema};
 use serde_json::{Value, json};
 
 /// Verbs with `--json`, with the schemas of what they print; `evaluate` prints measurements for developers, which may change
@@ -61,7 +61,7 @@ impl Bench {
     fn prints(&self, schema: &str, line: &str) -> Value {
         let (_, text) = self.run(line);
         let document = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{line}: {e}"));
-        hold(schema, &document);
+        must_fit(schema, &document);
         document
     }
 }
@@ -84,12 +84,12 @@ fn scans_rims_and_drapes_are_answered_as_their_schemas_say() {
         "simulate --params fixtures/drapes/mean.params.json --vertices 21 --out d.obj --json",
     );
     bench.run("augment d.obj --profile structured-light --as depth --out aug");
-    hold("views", &json(&bench.at("aug/d-0/views.json")));
-    hold("truth", &json(&bench.at("aug/d-0.truth.json")));
+    must_fit("views", &json(&bench.at("aug/d-0/views.json")));
+    must_fit("truth", &json(&bench.at("aug/d-0.truth.json")));
     for entry in std::fs::read_dir(root().join("fixtures/scans")).unwrap() {
         let path = entry.unwrap().path();
         if path.to_string_lossy().ends_with(".truth.json") {
-            hold("truth", &json(&path));
+            must_fit("truth", &json(&path));
         }
     }
 }
@@ -117,7 +117,7 @@ fn batches_combinations_and_fabrics_elsewhere_are_as_their_schemas_say() {
     let mut ended = BTreeSet::new();
     for line in printed.lines().chain(files.iter().flat_map(|text| text.lines())) {
         let row: Value = serde_json::from_str(line).unwrap();
-        hold("batch-line", &row);
+        must_fit("batch-line", &row);
         ended.insert(row["status"].as_str().unwrap().to_owned());
     }
     // `usage` too: none.ply has no density
@@ -133,9 +133,9 @@ fn batches_combinations_and_fabrics_elsewhere_are_as_their_schemas_say() {
         ["fabric.json", "results/files/a.csv.params.json", "fixtures/drapes/woven.params.json"]
     {
         bench.run(&format!("export {from} --to json --out e.json --force"));
-        hold("export-json", &json(&bench.at("e.json")));
+        must_fit("export-json", &json(&bench.at("e.json")));
     }
-    hold("dataset", &json(&root().join("fixtures/rims/manifest.json")));
+    must_fit("dataset", &json(&root().join("fixtures/rims/manifest.json")));
 }
 
 /// `tests/refine.rs` holds what `--refine` writes, `tests/report_page.rs` what `calibrate` writes.
@@ -240,7 +240,7 @@ fn planted(schema: &str, document: &Value) -> Verdicts {
 fn planted_faults_are_refused_exactly_where_the_reference_implementation_refuses_them() {
     let mut found = String::from("example, kind of fault, planted, refused\n");
     for (schema, file, document) in examples() {
-        hold(&schema, &document);
+        must_fit(&schema, &document);
         for (kind, [planted, refused]) in planted(&schema, &document) {
             found += &format!("{file}, {kind}, {planted}, {refused}\n");
             assert!(refused > 0, "{file}: no fault of the kind `{kind}` is refused");

@@ -42,7 +42,7 @@ pub fn names() -> Vec<String> {
 }
 
 /// Panics unless a document fits a schema.
-pub fn hold(name: &str, document: &Value) {
+pub fn must_fit(name: &str, document: &Value) {
     let faults = faults(name, document);
     assert!(faults.is_empty(), "not as docs/schemas/{name}.schema.json says: {faults:#?}");
 }
