@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 
 # The registry takes 10 MB.
 most_bytes=8000000
-cargo package -p scan2params --no-verify --allow-dirty --offline --quiet
+cargo package -p scan2params --no-verify --allow-dirty --quiet
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 crate=${CARGO_TARGET_DIR:-target}/package/scan2params-$version.crate
 list=$(tar -tzf "$crate" | sed "s|^scan2params-$version/||")

@@ -22,10 +22,14 @@ fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
     rest.split_once(after).unwrap_or_else(|| panic!("no `{after}` behind `{before}`")).0
 }
 
-/// The packages of the lock file, with the oldest Rust that each asks for.
+/// The packages that are compiled here, development's too, with the oldest Rust that each asks for.
 fn packages() -> Vec<(String, Option<String>)> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let said = Command::new(rustc).arg("-vV").output().unwrap().stdout;
+    let host = between(&String::from_utf8(said).unwrap(), "host: ", "\n").to_owned();
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.args(["metadata", "--locked", "--offline", "--format-version=1"]);
+    // Those of other platforms need not be on this machine.
+    cargo.args(["metadata", "--locked", "--format-version=1", "--filter-platform", &host]);
     let run = cargo.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let found: Value = serde_json::from_slice(&run.stdout).unwrap();
