@@ -1,8 +1,11 @@
-//! What is shown of a calibration: calibration.json, a table, and a picture of each drape.
+//! What is shown of a calibration: calibration.json, a table, a page, and a picture of each drape.
+//!
+//! Each fabric by itself is a [`Section`], all of it text, which can be kept; the whole is put together from sections.
 
 use std::path::{Path, PathBuf};
 
 use image::{Rgb, RgbImage};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
@@ -13,7 +16,7 @@ use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
 use crate::calibrate::pose::POSE_KEYS;
 use crate::calibrate::run::{
-    Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair,
+    DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair, Refused,
 };
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
@@ -23,48 +26,91 @@ use crate::picture::draw;
 use crate::report::page;
 use crate::report::page::calibration::Source;
 
+/// Name of the file that programs read.
+pub const JSON: &str = "calibration.json";
 /// Name of the page.
 pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Writes `calibration.json`, `FABRIC.params.json` (the fabric with the effects that were added), `FABRIC_lineN.png` for each
-/// simulated drape, and `FABRIC_lineN_after.png` where effects were added, into `folder`, which is made if it is not there. Returns their paths.
+/// What is shown of a fabric, as text: enough to put the whole together again without its drapes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Section {
+    /// The fabric.
+    pub name: String,
+    /// Its part of calibration.json.
+    pub json: Value,
+    /// Its part of the table.
+    pub table: String,
+    /// Its part of the page.
+    pub page: String,
+    /// Drapes that were simulated beside measured ones.
+    pub drapes: usize,
+    /// Whether a fabric was fitted.
+    pub fitted: bool,
+    /// Names of its files in the folder of results.
+    pub files: Vec<String>,
+}
+
+impl Section {
+    /// Of a fabric. Writes its files into `folder`, which is there: `FABRIC.params.json` (the fabric with the effects that were
+    /// added), `FABRIC_lineN.png` for each simulated drape, and `FABRIC_lineN_after.png` where effects were added.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn write(fabric: &FabricResult, folder: &Path) -> Result<Self, WriteError> {
+        Ok(Self {
+            name: fabric.name.clone(),
+            json: of_fabric(fabric),
+            table: fabric_table(fabric),
+            page: page::calibration::section(fabric).into_string(),
+            drapes: fabric.drapes.len(),
+            fitted: fabric.fitted.is_ok(),
+            files: write_files(fabric, folder)?,
+        })
+    }
+}
+
+/// Writes `calibration.json` into `folder`. Returns its path.
 ///
 /// # Errors
 /// When the system refuses.
-pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|source| WriteError { path: folder.to_owned(), source })?;
-    let path = folder.join("calibration.json");
-    let text = json(calibration);
+pub fn write_json(
+    sections: &[Section],
+    refused: &[Refused],
+    folder: &Path,
+) -> Result<PathBuf, WriteError> {
+    let path = folder.join(JSON);
+    let text = json(sections, refused);
     io::atomically(&path, |out| {
         serde_json::to_writer_pretty(&mut *out, &text)?;
         writeln!(out)
     })?;
-    let mut written = vec![path];
-    for fabric in &calibration.fabrics {
-        let found = fabric.after.as_ref().map(|after| &after.fitted);
-        if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
-            let path = folder.join(format!("{}.params.json", plain(&fabric.name)));
-            let text = cloth_file::text(fitted, fabric.believed.density_known);
-            io::atomically(&path, |out| {
-                serde_json::to_writer_pretty(&mut *out, &text)?;
-                writeln!(out)
-            })?;
-            written.push(path);
-        }
-        let after = fabric.after.iter().flat_map(|after| &after.drapes);
-        let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
-        for (drape, which) in both {
-            let Ok(beside) = &drape.beside else { continue };
-            let measured = &fabric.measured[drape.measured];
-            let name = format!("{}_line{}{which}.png", plain(&fabric.name), measured.entry.line);
-            let path = folder.join(name);
-            let picture = picture(measured, beside);
-            io::write_png(&path, [picture.width(), picture.height()], picture.as_raw())?;
-            written.push(path);
-        }
+    Ok(path)
+}
+
+fn write_files(fabric: &FabricResult, folder: &Path) -> Result<Vec<String>, WriteError> {
+    let mut written = Vec::new();
+    let found = fabric.after.as_ref().map(|after| &after.fitted);
+    if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
+        let name = format!("{}.params.json", plain(&fabric.name));
+        let text = cloth_file::text(fitted, fabric.believed.density_known);
+        io::atomically(folder.join(&name), |out| {
+            serde_json::to_writer_pretty(&mut *out, &text)?;
+            writeln!(out)
+        })?;
+        written.push(name);
+    }
+    let after = fabric.after.iter().flat_map(|after| &after.drapes);
+    let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
+    for (drape, which) in both {
+        let Ok(beside) = &drape.beside else { continue };
+        let measured = &fabric.measured[drape.measured];
+        let name = format!("{}_line{}{which}.png", plain(&fabric.name), measured.entry.line);
+        let picture = picture(measured, beside);
+        io::write_png(folder.join(&name), [picture.width(), picture.height()], picture.as_raw())?;
+        written.push(name);
     }
     Ok(written)
 }
@@ -74,12 +120,13 @@ pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, W
 /// # Errors
 /// When the system refuses.
 pub fn write_page(
-    calibration: &Calibration,
+    sections: &[Section],
+    refused: &[Refused],
     source: &Source,
     folder: &Path,
 ) -> Result<PathBuf, WriteError> {
     let path = folder.join(PAGE);
-    let page = page::calibration::page(calibration, source);
+    let page = page::calibration::page(sections, refused, source);
     io::atomically(&path, |out| out.write_all(page.as_bytes()))?;
     Ok(path)
 }
@@ -91,10 +138,10 @@ fn plain(name: &str) -> String {
 
 /// calibration.json; lengths in mm, angles in degrees.
 #[must_use]
-pub fn json(calibration: &Calibration) -> Value {
+pub fn json(sections: &[Section], refused: &[Refused]) -> Value {
     let fabrics: serde_json::Map<String, Value> =
-        calibration.fabrics.iter().map(|f| (f.name.clone(), of_fabric(f))).collect();
-    let refused = calibration.refused.iter();
+        sections.iter().map(|s| (s.name.clone(), s.json.clone())).collect();
+    let refused = refused.iter();
     json!({
         "schema_version": SCHEMA_VERSION,
         "version": env!("CARGO_PKG_VERSION"),
@@ -202,6 +249,7 @@ fn of_measured(measured: &Measured) -> Value {
         "specimen": entry.specimen,
         "face": entry.face.map(Face::name),
         "capture": entry.capture,
+        "observation": entry.observation,
         "role": entry.role.name(),
         "drape_coefficient": m.drape_coefficient,
         "folds": m.folds,
@@ -335,6 +383,7 @@ fn of_group(group: &Group) -> Value {
     json!({
         "role": group.role.name(),
         "face": group.face.map(Face::name),
+        "observation": group.observation,
         "drapes": group.drapes,
         "not_at_rest": group.lost,
         "rms_mm": group.rms_m[0] / M_PER_MM,
@@ -355,12 +404,8 @@ fn finite(value: f64) -> Option<f64> {
 
 /// The table for people: floor, parameters, groups.
 #[must_use]
-pub fn table(calibration: &Calibration) -> String {
-    let mut text = String::new();
-    for fabric in &calibration.fabrics {
-        text += &fabric_table(fabric);
-    }
-    text
+pub fn table(sections: &[Section]) -> String {
+    sections.iter().map(|section| section.table.as_str()).collect()
 }
 
 fn fabric_table(fabric: &FabricResult) -> String {
@@ -416,10 +461,11 @@ fn groups_table(groups: &[Group]) -> String {
     let mut text = String::new();
     for group in groups {
         let face = group.face.map_or("-", Face::name);
+        let looked = group.observation.map_or(String::new(), |k| format!(" look {k}"));
         let lost =
             if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
         text += &format!(
-            "  {:7} {face:4} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, held by {:.1} % of the weight, drape \
+            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, held by {:.1} % of the weight, drape \
              coefficient {:.1} simulated {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
             group.role.name(),
             group.drapes,
