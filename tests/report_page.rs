@@ -22,7 +22,7 @@ use scan2params::calibrate::trace::{Choice, Ranked, Trace};
 use scan2params::calibrate::trial::outline_of;
 use scan2params::fabric::{Mixture, STIFFNESSES, TABLE_2, sha256_hex};
 use scan2params::refine::{Ended, RefinedStiffness};
-use scan2params::report::calibration::Section;
+use scan2params::report::calibration::write;
 use scan2params::report::page::calibration::{Source, page};
 use scan2params::report::page::provenance::InputFile;
 use scan2params::{Drop, Experiment, SimOptions, drape};
@@ -349,7 +349,7 @@ fn a_calibration_has_its_page_with_before_and_after() {
     let source = Source { manifest, settings: serde_json::json!({ "prior": "measured" }) };
     let of = |calibration: &Calibration| {
         let folder = tempfile::tempdir().unwrap();
-        let section = Section::write(&calibration.fabrics[0], folder.path()).unwrap();
+        let section = write(&calibration.fabrics[0], folder.path()).unwrap();
         page(&[section], &calibration.refused, &source)
     };
     let whole = of(&calibration);

@@ -1,7 +1,7 @@
 //! A manifest's fabrics, one after another, each kept as it is done.
 //!
 //! In: the rows of a manifest, options, a folder of results. Out: in the folder `calibration.json`, and for each fabric what
-//! [`Section::write`] writes; the sections, in the manifest's order.
+//! [`calibration::write`] writes; the sections, in the manifest's order.
 //!
 //! A finished fabric is a file below [`KEPT`], written last, so that a run can be killed at any time. The next run keeps a
 //! fabric if its rows, the bytes of its files, the options, the program, the simulator and the calibration are those that it
@@ -21,7 +21,8 @@ use crate::calibrate::run::{
 };
 use crate::fabric::sha256_hex;
 use crate::io::{self, Lock, LockError, ReadError, WriteError};
-use crate::report::calibration::{Section, write_json};
+use crate::report::calibration::{self, write_json};
+use crate::report::section::Section;
 use crate::sim::NUMERICS_VERSION;
 
 /// Folder of the fabrics that are done, in that of the results.
@@ -110,7 +111,7 @@ impl Work<'_> {
             return Ok((section, true));
         }
         let found = fabric(name.to_owned(), measured.to_vec(), self.options, tell)?;
-        let section = Section::write(&found, self.folder)?;
+        let section = calibration::write(&found, self.folder)?;
         let kept = serde_json::json!({ "made_with": made_with, "section": section });
         io::atomically(&path, |out| {
             serde_json::to_writer(&mut *out, &kept)?;

@@ -5,7 +5,6 @@
 use std::path::{Path, PathBuf};
 
 use image::{Rgb, RgbImage};
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
@@ -25,6 +24,7 @@ use crate::numeric::moments::{mean, mean_and_error};
 use crate::picture::draw;
 use crate::report::page;
 use crate::report::page::calibration::Source;
+use crate::report::section::Section;
 
 /// Name of the file that programs read.
 pub const JSON: &str = "calibration.json";
@@ -33,43 +33,21 @@ pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// What is shown of a fabric, as text: enough to put the whole together again without its drapes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Section {
-    /// The fabric.
-    pub name: String,
-    /// Its part of calibration.json.
-    pub json: Value,
-    /// Its part of the table.
-    pub table: String,
-    /// Its part of the page.
-    pub page: String,
-    /// Drapes that were simulated beside measured ones.
-    pub drapes: usize,
-    /// Whether a fabric was fitted.
-    pub fitted: bool,
-    /// Names of its files in the folder of results.
-    pub files: Vec<String>,
-}
-
-impl Section {
-    /// Of a fabric. Writes its files into `folder`, which is there: `FABRIC.params.json` (the fabric with the effects that were
-    /// added), `FABRIC_lineN.png` for each simulated drape, and `FABRIC_lineN_after.png` where effects were added.
-    ///
-    /// # Errors
-    /// When the system refuses.
-    pub fn write(fabric: &FabricResult, folder: &Path) -> Result<Self, WriteError> {
-        Ok(Self {
-            name: fabric.name.clone(),
-            json: of_fabric(fabric),
-            table: fabric_table(fabric),
-            page: page::calibration::section(fabric).into_string(),
-            drapes: fabric.drapes.len(),
-            fitted: fabric.fitted.is_ok(),
-            files: write_files(fabric, folder)?,
-        })
-    }
+/// A fabric's section. Writes its files into `folder`, which is there: `FABRIC.params.json` (the fabric with the effects that were
+/// added), `FABRIC_lineN.png` for each simulated drape, and `FABRIC_lineN_after.png` where effects were added.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write(fabric: &FabricResult, folder: &Path) -> Result<Section, WriteError> {
+    Ok(Section {
+        name: fabric.name.clone(),
+        json: of_fabric(fabric),
+        table: fabric_table(fabric),
+        page: page::calibration::section(fabric).into_string(),
+        drapes: fabric.drapes.len(),
+        fitted: fabric.fitted.is_ok(),
+        files: write_files(fabric, folder)?,
+    })
 }
 
 /// Writes `calibration.json` into `folder`. Returns its path.

@@ -21,7 +21,7 @@ use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::Face;
 use crate::calibrate::run::{FabricResult, Group, Refused};
 use crate::fabric::STIFFNESSES;
-use crate::report::calibration::Section;
+use crate::report::section::Section;
 use crate::sim::NUMERICS_VERSION;
 
 /// Where a calibration comes from.
