@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs the commands of the documents: every fenced `sh` block after a line `<!-- run -->`
-# of README.md and of the documents below docs, fixtures and scripts, as it stands, one after
-# another in an empty folder in which `fixtures` lies. `scan2params` in them is the program
-# that is built here. Says where the first failing block stands.
+# of README.md and of the documents below docs, fixtures and scripts (or of those that are named), as it
+# stands, one after another in an empty folder in which `fixtures` lies. `scan2params` in them is the program
+# that is built here. Says where the first failing block stands, and how long each document took.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -25,8 +25,14 @@ split() {
         END { if (fenced) exit 1 }' "$1"
 }
 
+if [ $# = 0 ]; then
+    set -- README.md docs/*.md docs/{commands,design,users}/*.md fixtures/README.md scripts/README.md
+fi
 blocks=0
-for document in README.md docs/*.md docs/design/*.md fixtures/README.md scripts/README.md; do
+# No file of defaults of whoever runs this.
+export SCAN2PARAMS_CONFIG=
+for document; do
+    since=$SECONDS
     into=$(mktemp -d "$work/.blocks-XXXXXX")
     split "$document" "$into"
     marks=$(grep -c '^<!-- run -->$' "$document" || true)
@@ -45,6 +51,9 @@ for document in README.md docs/*.md docs/design/*.md fixtures/README.md scripts/
         fi
         blocks=$((blocks + 1))
     done
+    if [ "$found" != 0 ]; then
+        echo "   $document: $((SECONDS - since)) s"
+    fi
 done
 if [ "$blocks" = 0 ]; then
     echo "no block is marked <!-- run -->" >&2

@@ -16,7 +16,7 @@ const COMPUTING: [&str; 9] = [
     "simulate",
     "generate",
 ];
-const OTHERS: [&str; 4] = ["combine", "kit", "completions", "man"];
+const OTHERS: [&str; 7] = ["combine", "kit", "export", "convert", "config", "completions", "man"];
 
 fn program(line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));

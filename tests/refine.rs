@@ -1,6 +1,7 @@
 //! `--refine` from a scan to the fabric: the committed scan of a drape on cells finer than the fit's.
 
 mod promises;
+mod schema_support;
 
 use std::process::Command;
 
@@ -35,6 +36,7 @@ fn a_scan_of_a_finer_drape_is_refined_to_its_fabric() {
     assert!(table.contains("\nrefined  ") && table.contains("\nthe drape shows  stretch_weft "));
     let text = std::fs::read_to_string(out.join("woven_structured-light.params.json")).unwrap();
     let result: Value = serde_json::from_str(&text).unwrap();
+    schema_support::must_fit("params", &result);
     let found = &result["refinement"];
     assert_eq!((&found["taken"], &found["on_branch"]), (&true.into(), &true.into()), "{found:#}");
     assert_eq!(result["verdict"]["level"], "reliable", "{:#}", result["verdict"]);
@@ -88,6 +90,7 @@ fn a_rim_from_a_table_is_refined_and_a_batch_keeps_its_rows_apart_from_unrefined
     assert!(plain["result"]["refinement"].is_null());
     // made again, not kept from the run without it
     let refined = batch(&["--refine"]);
+    schema_support::must_fit("batch-line", &refined);
     let found = &refined["result"]["refinement"];
     assert!(found["wall_s"].as_f64().is_some_and(|s| s > 0.0), "{refined:#}");
     let of = |row: &Value| row["result"]["parameters"]["bending_weft"]["value"].as_f64().unwrap();

@@ -1,6 +1,8 @@
 //! The pages: one file each that asks for nothing, escapes what users named, says what it must in its order, and is small; and
 //! the script that they carry is the one that `scripts/viewer` says it is.
 
+mod schema_support;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -344,6 +346,13 @@ fn calibrated() -> Calibration {
 #[test]
 fn a_calibration_has_its_page_with_before_and_after() {
     let calibration = calibrated();
+    schema_support::must_fit(
+        "calibration",
+        &scan2params::report::calibration::json_of(&calibration),
+    );
+    let fitted = calibration.fabrics[0].fitted.as_ref().unwrap();
+    let fabric = scan2params::calibrate::cloth_file::text(fitted, false);
+    schema_support::must_fit("calibrated-fabric", &fabric);
     let manifest =
         vec![InputFile { name: "my/m & n.csv".into(), sha256: "00ff".into(), bytes: 12 }];
     let source = Source { manifest, settings: serde_json::json!({ "prior": "measured" }) };
@@ -394,8 +403,10 @@ fn a_calibration_has_its_page_with_before_and_after() {
     failed.fabrics[0].verdict = Verdict::Undecided;
     check(&of(&failed));
     failed.fabrics[0].fitted = Err(scan2params::calibrate::fit::FitError::Nothing);
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json_of(&failed));
     failed.fabrics[0].drapes.clear();
     failed.fabrics[0].trace = None;
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json_of(&failed));
     let none = of(&failed);
     check(&none);
     assert!(

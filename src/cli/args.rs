@@ -1,6 +1,7 @@
 //! Flags and verbs. A flag means here what the parameter of the same name means
 //! in the library.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
@@ -40,6 +41,10 @@ pub(crate) struct Talk {
     /// Say on stderr what is done and when, also where it is no terminal
     #[arg(long, short, global = true, display_order = 102)]
     pub(crate) verbose: bool,
+    /// Defaults of flags; without it SCAN2PARAMS_CONFIG names the file, else scan2params.toml in this folder,
+    /// else config.toml of the user (`scan2params config` says which). "" for none
+    #[arg(long, global = true, display_order = 103, value_name = "FILE.toml", value_parser = clap::builder::OsStringValueParser::new())]
+    pub(crate) config: Option<OsString>,
 }
 
 /// How many threads are used.
@@ -78,6 +83,8 @@ pub(crate) enum Command {
     Export(Export),
     /// Convert a stiffness or a density to another unit, or a params.json to all of them.
     Convert(Convert),
+    /// Say which file gives defaults, and what a command line comes to with it.
+    Config(Config),
     /// Print what completes the commands and flags of this program in a shell.
     Completions(Completions),
     /// Print the manual, or write a page for each command.
@@ -101,6 +108,7 @@ impl Command {
             | Self::Kit(_)
             | Self::Export(_)
             | Self::Convert(_)
+            | Self::Config(_)
             | Self::Completions(_)
             | Self::Man(_) => return 0,
         };
@@ -146,6 +154,13 @@ fn mark_name(text: &str) -> Result<(String, MarkColor), String> {
 pub(crate) enum KitBench {
     Square,
     Cusick,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Config {
+    /// A command line of this program: each of its flags is printed with its value and where that is from
+    #[arg(value_name = "COMMAND", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub(crate) line: Vec<OsString>,
 }
 
 #[derive(Debug, Args)]

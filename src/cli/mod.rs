@@ -12,6 +12,7 @@ mod augment;
 mod batch;
 mod calibrate;
 mod combine;
+mod config;
 mod estimate;
 mod evaluate;
 mod experiment;
@@ -37,12 +38,28 @@ use failure::{Failure, Outcome};
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     interrupt::watch();
-    let arguments = verb::with_default_verb(arguments);
-    let parsed = match arguments.and_then(args::Arguments::try_parse_from) {
-        Ok(parsed) => parsed,
+    let words = match verb::with_default_verb(arguments) {
+        Ok(words) => words,
         Err(error) => return print::of_clap(&error),
     };
+    let expanded = match config::with_defaults(words) {
+        Ok(expanded) => expanded,
+        Err(failure) => return ended(Err(failure)),
+    };
+    let parsed = match args::Arguments::try_parse_from(&expanded.words) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            let code = print::of_clap(&error);
+            if let Some(places) = expanded.places().filter(|_| error.use_stderr()) {
+                warning!("{places}");
+            }
+            return code;
+        }
+    };
     print::talk(parsed.talk.quiet, parsed.talk.verbose);
+    if let Some(told) = expanded.told() {
+        eprintln!("{told}");
+    }
     if let Err(failure) = use_threads(parsed.command.threads()) {
         return ended(Err(failure));
     }
@@ -64,6 +81,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Generate(given) => generate::run(&given),
         args::Command::Export(given) => export::export(&given),
         args::Command::Convert(given) => export::convert(&given),
+        args::Command::Config(given) => config::run(&given, parsed.talk.config.as_deref()),
         args::Command::Completions(given) => shell::completions(&given),
         args::Command::Man(given) => shell::man(&given),
     };

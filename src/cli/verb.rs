@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 16] = [
+const VERBS: [&str; 17] = [
     "estimate",
     "inspect",
     "boundary",
@@ -26,6 +26,7 @@ const VERBS: [&str; 16] = [
     "man",
     "export",
     "convert",
+    "config",
     "help",
 ];
 
@@ -41,8 +42,7 @@ pub(crate) fn with_default_verb(
 ) -> Result<Vec<OsString>, clap::Error> {
     let mut arguments: Vec<_> = arguments.into_iter().collect();
     let info = ["-h", "--help", "-V", "--version"];
-    let is_before = |word: &OsString| BEFORE.iter().any(|flag| word.as_os_str() == *flag);
-    let at = 1 + arguments.iter().skip(1).take_while(|word| is_before(word)).count();
+    let at = place(&arguments);
     let Some(first) = arguments.get(at) else {
         return Ok(arguments);
     };
@@ -58,10 +58,21 @@ pub(crate) fn with_default_verb(
     Ok(arguments)
 }
 
+/// The place of the first word behind the program's name that is no flag which may stand before a verb.
+pub(crate) fn place(arguments: &[OsString]) -> usize {
+    let mut at = 1;
+    while let Some(word) = arguments.get(at) {
+        at += match word.to_str() {
+            Some(word) if BEFORE.contains(&word) || word.starts_with("--config=") => 1,
+            Some("--config") => 2,
+            _ => break,
+        };
+    }
+    at
+}
+
 /// The verb that a word nearly is, if it is no file: nor named like one.
 fn meant_verb(word: &OsStr) -> Option<&'static str> {
-    // As near as clap asks of a subcommand.
-    const NEAR: f64 = 0.7;
     let path = Path::new(word);
     let text = word.to_str()?;
     let may_be_a_file = text.starts_with('-')
@@ -71,8 +82,14 @@ fn meant_verb(word: &OsStr) -> Option<&'static str> {
     if may_be_a_file {
         return None;
     }
-    let nearness = |verb: &str| strsim::jaro(&text.to_lowercase(), verb);
-    let nearest = VERBS.into_iter().max_by(|a, b| nearness(a).total_cmp(&nearness(b)))?;
+    nearest(text, VERBS.into_iter())
+}
+
+/// The known word that a word nearly is: as near as clap asks of a subcommand.
+pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    const NEAR: f64 = 0.7;
+    let nearness = |known: &str| strsim::jaro(&word.to_lowercase(), known);
+    let nearest = known.max_by(|a, b| nearness(a).total_cmp(&nearness(b)))?;
     (nearness(nearest) > NEAR).then_some(nearest)
 }
 
@@ -96,6 +113,8 @@ mod tests {
         assert_eq!(given(&["s"]), ["s"]);
         assert_eq!(given(&["s", "-q", "a.ply", "--density", "1"])[..3], ["s", "-q", "estimate"]);
         assert_eq!(given(&["s", "--verbose", "inspect", "a.ply"])[2], "inspect");
+        assert_eq!(given(&["s", "--config", "c.toml", "-q", "inspect", "a.ply"])[4], "inspect");
+        assert_eq!(given(&["s", "--config=c.toml", "a.ply"])[2], "estimate");
         // Words that may name a scan, and one that is near no verb.
         for word in
             ["estimates.ply", "batch.ply", "./estimat", "scans/simulat", "--densty", "drape7"]

@@ -15,7 +15,7 @@ use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
 use crate::calibrate::pose::POSE_KEYS;
 use crate::calibrate::run::{
-    DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair, Refused,
+    Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair, Refused,
 };
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
@@ -114,17 +114,26 @@ fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }
 
-/// calibration.json; lengths in mm, angles in degrees.
+/// calibration.json of the sections of its fabrics; lengths in mm, angles in degrees.
 #[must_use]
 pub fn json(sections: &[Section], refused: &[Refused]) -> Value {
-    let fabrics: serde_json::Map<String, Value> =
-        sections.iter().map(|s| (s.name.clone(), s.json.clone())).collect();
-    let refused = refused.iter();
+    whole(sections.iter().map(|section| (section.name.clone(), section.json.clone())), refused)
+}
+
+/// The same of a calibration of which nothing is written.
+#[must_use]
+pub fn json_of(calibration: &Calibration) -> Value {
+    let fabrics = calibration.fabrics.iter();
+    whole(fabrics.map(|fabric| (fabric.name.clone(), of_fabric(fabric))), &calibration.refused)
+}
+
+fn whole(fabrics: impl Iterator<Item = (String, Value)>, refused: &[Refused]) -> Value {
+    let of = |r: &Refused| json!({"line": r.line, "file": r.name, "why": r.why});
     json!({
         "schema_version": SCHEMA_VERSION,
         "version": env!("CARGO_PKG_VERSION"),
-        "fabrics": fabrics,
-        "refused": refused.map(|r| json!({"line": r.line, "file": r.name, "why": r.why})).collect::<Vec<_>>(),
+        "fabrics": fabrics.collect::<serde_json::Map<String, Value>>(),
+        "refused": refused.iter().map(of).collect::<Vec<_>>(),
     })
 }
 
