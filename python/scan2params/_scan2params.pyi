@@ -274,6 +274,7 @@ def simulate(
     face: _Face = "up",
     start: ArrayLike | Boundary | _Path | None = None,
     numerics: Literal[3, 4] = 4,
+    iterations: int | None = None,
     progress: _Progress | None = None,
 ) -> Drape: ...
 def sensitivities(

@@ -26,17 +26,19 @@ use crate::{arrays, work};
 #[pyclass(frozen, module = "scan2params")]
 pub(crate) struct Boundary {
     name: PathBuf,
+    file: Option<PathBuf>,
     rim: Arc<Rim>,
     options: ScanOptions,
 }
 
 impl Boundary {
-    pub(crate) fn of(name: PathBuf, rim: Rim, options: ScanOptions) -> Self {
-        Self { name, rim: Arc::new(rim), options }
+    /// A rim with its name, the file that it was found in, and the options that it was found with.
+    pub(crate) fn of(name: PathBuf, file: Option<PathBuf>, rim: Rim, options: ScanOptions) -> Self {
+        Self { name, file, rim: Arc::new(rim), options }
     }
 
     pub(crate) fn as_input(&self) -> Input {
-        Input::Rim(self.name.clone(), Box::new(Rim::clone(&self.rim)))
+        Input::Rim(self.name.clone(), Box::new(Rim::clone(&self.rim)), self.file.clone())
     }
 
     pub(crate) fn options(&self) -> &ScanOptions {
@@ -106,7 +108,7 @@ impl Boundary {
         let options = Known { warp_toward, ..Known::default() }.options()?;
         let name = name.unwrap_or_else(|| "points".into());
         let rim = rim::of_rim(&name, OrientedRim { boundary, orientation }, &options);
-        Ok(Self::of(name, rim.map_err(intake_error(true))?, options))
+        Ok(Self::of(name, None, rim.map_err(intake_error(true))?, options))
     }
 
     /// numpy.ndarray: The points, shape (244, 3), in metres, simulation frame.
@@ -302,10 +304,11 @@ pub(crate) fn boundary(
         name,
     };
     let given = known.of(scan)?;
-    let (name, in_memory, options) = (given.name(), given.in_memory(), given.scan.clone());
+    let (name, file, options) = (given.name(), given.file(), given.scan.clone());
+    let in_memory = given.in_memory();
     let rim = work::run(scan.py(), progress, |tell| {
         tell.say("looking for the rim");
         given.rim()
     })?;
-    Ok(Boundary::of(name, rim.map_err(intake_error(in_memory))?, options))
+    Ok(Boundary::of(name, file, rim.map_err(intake_error(in_memory))?, options))
 }

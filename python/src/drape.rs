@@ -236,6 +236,8 @@ fn start(
 ///     file in mm.
 /// numerics : {3, 4}
 ///     Version of the numerics.
+/// iterations : int, optional
+///     Most factorisations of the search for rest; 600 if not given. Fabrics need 40 to 250.
 /// progress : callable, optional
 ///     Called with a str as each step begins.
 ///
@@ -251,7 +253,7 @@ fn start(
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
-#[pyo3(signature = (fabric, *, seed=None, vertices=61, experiment=None, face="up", start=None, numerics=4, progress=None))]
+#[pyo3(signature = (fabric, *, seed=None, vertices=61, experiment=None, face="up", start=None, numerics=4, iterations=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn simulate(
     fabric: &Bound<'_, PyAny>,
@@ -261,6 +263,7 @@ pub(crate) fn simulate(
     face: &str,
     start: Option<&Bound<'_, PyAny>>,
     numerics: u32,
+    iterations: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Drape> {
     let py = fabric.py();
@@ -275,7 +278,8 @@ pub(crate) fn simulate(
         4 => Numerics::FOUR,
         other => return Err(invalid(format!("numerics: no version {other}; give 3 or 4"))),
     };
-    let options = SimOptions { vertices, experiment, numerics, ..SimOptions::default() };
+    let mut options = SimOptions { vertices, experiment, numerics, ..SimOptions::default() };
+    options.iterations = iterations.unwrap_or(options.iterations);
     options.check().map_err(invalid)?;
     let start = self::start(seed, start, &experiment)?;
     let recipe = Recipe { fabric, start, options };

@@ -1,6 +1,6 @@
 //! The class `Estimate` and the functions `estimate` and `refine`: the main job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -30,7 +30,8 @@ use crate::{given, work};
 #[pyclass(frozen, module = "scan2params")]
 pub(crate) struct Estimate {
     outcome: Arc<Outcome>,
-    in_memory: bool,
+    /// The file of each scan, the first one's first, where it was read from one.
+    files: Vec<Option<PathBuf>>,
 }
 
 #[pymethods]
@@ -93,7 +94,8 @@ impl Estimate {
     #[getter]
     fn boundary(&self) -> Boundary {
         let job = &self.outcome.job;
-        Boundary::of(job.input.clone(), self.outcome.rim.clone(), job.scan.clone())
+        let file = self.files.first().cloned().flatten();
+        Boundary::of(job.input.clone(), file, self.outcome.rim.clone(), job.scan.clone())
     }
 
     /// Drape or None: The drape of the fabric on the scan's branch, if it was asked for.
@@ -156,8 +158,7 @@ impl Estimate {
     /// FileError
     ///     The system refuses.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
-        let (outcome, in_memory) = (&self.outcome, self.in_memory);
-        py.detach(|| written(outcome, in_memory, &folder))
+        py.detach(|| self.written(&folder))
     }
 
     fn __repr__(&self) -> String {
@@ -166,28 +167,26 @@ impl Estimate {
     }
 }
 
-/// Writes the files of a result; those that were read must be there still, since the page names their hashes.
-fn written(outcome: &Outcome, in_memory: bool, folder: &std::path::Path) -> PyResult<Vec<PathBuf>> {
-    let scans = || std::iter::once(&outcome.job.input).chain(&outcome.job.with);
-    let mut read = Vec::new();
-    if !in_memory {
+impl Estimate {
+    /// Writes the files of a result; those that were read must be there still, since the page names their hashes.
+    fn written(&self, folder: &Path) -> PyResult<Vec<PathBuf>> {
+        let Self { outcome, files: scans } = self;
+        let scans = || scans.iter().flatten();
+        let (mut read, mut inputs) = (Vec::new(), Vec::new());
         for scan in scans() {
             read.extend(files_of(scan).map_err(|error| of_read(&error))?);
         }
-    }
-    files::check(&outcome.job.input, folder, &read).map_err(|error| of_output(&error))?;
-    let mut inputs = Vec::new();
-    if !in_memory {
+        files::check(&outcome.job.input, folder, &read).map_err(|error| of_output(&error))?;
         for scan in scans() {
             inputs.extend(provenance::files_of(scan).map_err(|error| of_read(&error))?);
         }
+        let mut paths = files::write(outcome, folder).map_err(|error| of_job(&error))?;
+        let extra = Extra { inputs, turning_view: true, ..Extra::default() };
+        let stem = files::stem(&outcome.job.input);
+        let page = files::write_page(outcome, folder, &stem, &extra);
+        paths.push(page.map_err(|error| of_write(&error))?);
+        Ok(paths)
     }
-    let mut paths = files::write(outcome, folder).map_err(|error| of_job(&error))?;
-    let extra = Extra { inputs, turning_view: true, ..Extra::default() };
-    let stem = files::stem(&outcome.job.input);
-    let page = files::write_page(outcome, folder, &stem, &extra);
-    paths.push(page.map_err(|error| of_write(&error))?);
-    Ok(paths)
 }
 
 /// What an estimate is asked for beside the scan.
@@ -219,6 +218,7 @@ fn run(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Estimate> {
     let in_memory = first.in_memory() || with.iter().any(Given::in_memory);
+    let files = std::iter::once(&first).chain(&with).map(Given::file).collect();
     let job = Job {
         input: first.name(),
         density_kg_m2: asked.density_kg_m2,
@@ -247,7 +247,7 @@ fn run(
         let ran = job.run_on(first, with, &estimator, |step| tell.say(step));
         ran.map_err(|error| of_job(&error))
     })??;
-    Ok(Estimate { outcome: Arc::new(outcome), in_memory })
+    Ok(Estimate { outcome: Arc::new(outcome), files })
 }
 
 /// Estimates the six stiffnesses of the fabric in a scan.

@@ -40,8 +40,8 @@ pub(crate) enum Input {
     File(PathBuf),
     /// A cloud or a mesh with its name.
     Memory(PathBuf, Cloud),
-    /// A rim that is there, with its name.
-    Rim(PathBuf, Box<Rim>),
+    /// A rim that is there, with its name and the file that it was found in, if it was in one.
+    Rim(PathBuf, Box<Rim>, Option<PathBuf>),
 }
 
 /// An input with the options that go with it.
@@ -189,7 +189,16 @@ impl Given {
     /// The name of the input in messages and results.
     pub(crate) fn name(&self) -> PathBuf {
         match &self.input {
-            Input::File(name) | Input::Memory(name, _) | Input::Rim(name, _) => name.clone(),
+            Input::File(name) | Input::Memory(name, _) | Input::Rim(name, ..) => name.clone(),
+        }
+    }
+
+    /// The file that it was read from, if it was.
+    pub(crate) fn file(&self) -> Option<PathBuf> {
+        match &self.input {
+            Input::File(path) => Some(path.clone()),
+            Input::Memory(..) => None,
+            Input::Rim(_, _, file) => file.clone(),
         }
     }
 
@@ -206,7 +215,7 @@ impl Given {
         match self.input {
             Input::File(path) => rim::of_input(&path, &self.read, &self.scan),
             Input::Memory(name, cloud) => rim::of_cloud(&name, cloud, &self.scan),
-            Input::Rim(_, rim) => Ok(*rim),
+            Input::Rim(_, rim, _) => Ok(*rim),
         }
     }
 }
