@@ -7,6 +7,8 @@
 //! them make the floor. Of a drape that was looked at again while it settled, every observation is simulated, and those of
 //! the first make the floor.
 
+use std::fmt;
+
 use rayon::prelude::*;
 
 use super::believed::Believed;
@@ -21,7 +23,7 @@ use super::target::{Rim, Target};
 use super::trace::{Choice, Trace, trace};
 use crate::base::Outline;
 use crate::base::boundary::Orientation;
-use crate::base::units::KG_M2_PER_G_M2;
+use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::{Mixture, MixtureError};
 use crate::intake;
 use crate::intake::rim::parse_warp_toward;
@@ -230,6 +232,26 @@ pub enum Told<'a> {
     Fitting(&'a str, Progress),
     /// A fabric's other drapes are predicted.
     Predicting(&'a str, Progress),
+}
+
+/// What is being done, in words.
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reading(files) => write!(f, "outlines of {files} files"),
+            Self::Floor(fabric) => write!(f, "fabric {fabric}: outlines against each other"),
+            Self::Fitting(fabric, p) if p.rms_m.is_finite() => {
+                let mm = p.rms_m / M_PER_MM;
+                write!(f, "fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
+            }
+            Self::Fitting(fabric, p) => {
+                write!(f, "fabric {fabric}: {} drapes led by their outlines", p.drapes)
+            }
+            Self::Predicting(fabric, p) => {
+                write!(f, "fabric {fabric}: {} drapes foretold", p.drapes)
+            }
+        }
+    }
 }
 
 /// The files of a manifest, read.

@@ -14,7 +14,6 @@ use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::calibration;
 use scan2params::report::page::calibration::Source;
-use scan2params::report::page::provenance;
 
 pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     output::check_folder(&given.out).map_err(Failure::of_output)?;
@@ -22,14 +21,9 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         ManifestError::Io { .. } => Failure::from(error),
         other => Failure::usage(other),
     })?;
-    if given.out.is_dir() {
-        let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
-        let inputs = [inputs, vec![given.manifest.clone()]].concat();
-        for name in ["calibration.json", calibration::PAGE] {
-            let path = given.out.join(name);
-            output::check_file(&path, &inputs).map_err(Failure::of_output)?;
-        }
-    }
+    let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
+    let inputs = [inputs, vec![given.manifest.clone()]].concat();
+    calibration::check(&given.out, &inputs).map_err(Failure::of_output)?;
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
     let without = given.without.clone();
     let mut options = Options { prior, without, ..Options::default() };
@@ -41,7 +35,8 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
     }
     let working = Working::on("reading the manifest's files");
-    let told = calibrations::run(&entries, &options, &given.out, &|told| working.now(said(told)));
+    let tell = |told: Told<'_>| working.now(told.to_string());
+    let told = calibrations::run(&entries, &options, &given.out, &tell);
     drop(working);
     let found = told.map_err(|error| match error {
         CalibrationsError::Calibrate(CalibrateError::TwoDensities { .. }) => Failure::usage(error),
@@ -89,28 +84,6 @@ fn write_page(
     options: &Options,
     found: &Calibrated,
 ) -> Result<PathBuf, Failure> {
-    let manifest = provenance::files_of(&given.manifest)?;
-    let settings = serde_json::json!({
-        "prior": given.prior,
-        "fit": options.fit,
-        "without": options.without.iter().map(|effect| effect.name).collect::<Vec<_>>(),
-    });
-    let source = Source { manifest, settings };
+    let source = Source::of(&given.manifest, &given.prior, options)?;
     Ok(calibration::write_page(&found.sections, &found.refused, &source, &given.out)?)
-}
-
-/// What is being done.
-fn said(told: Told<'_>) -> String {
-    match told {
-        Told::Reading(files) => format!("outlines of {files} files"),
-        Told::Floor(fabric) => format!("fabric {fabric}: outlines against each other"),
-        Told::Fitting(fabric, p) if p.rms_m.is_finite() => {
-            let mm = p.rms_m / M_PER_MM;
-            format!("fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
-        }
-        Told::Fitting(fabric, p) => {
-            format!("fabric {fabric}: {} drapes led by their outlines", p.drapes)
-        }
-        Told::Predicting(fabric, p) => format!("fabric {fabric}: {} drapes foretold", p.drapes),
-    }
 }

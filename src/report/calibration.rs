@@ -19,7 +19,7 @@ use crate::calibrate::run::{
 };
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
-use crate::io::{self, WriteError};
+use crate::io::{self, OutputError, WriteError, output};
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::picture::draw;
 use crate::report::page;
@@ -32,6 +32,20 @@ pub const JSON: &str = "calibration.json";
 pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
+
+/// Whether `calibration.json` and the page can be written into `folder` without any of `inputs` being lost.
+///
+/// # Errors
+/// When a file would be lost, `folder` is none, or the system refuses.
+pub fn check(folder: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
+    output::check_folder(folder)?;
+    if folder.is_dir() {
+        for name in [JSON, PAGE] {
+            output::check_file(&folder.join(name), inputs)?;
+        }
+    }
+    Ok(())
+}
 
 /// A fabric's section. Writes its files into `folder`, which is there: `FABRIC.params.json` (the fabric with the effects that were
 /// added), `FABRIC_lineN.png` for each simulated drape, and `FABRIC_lineN_after.png` where effects were added.

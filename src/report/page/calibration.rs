@@ -8,8 +8,10 @@ mod drapes;
 mod effects;
 mod said;
 
+use std::path::Path;
+
 use maud::{Markup, PreEscaped, html};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::number::{self, fixed, percent, significant};
 use super::parameters::{self, Stiffness};
@@ -19,8 +21,9 @@ use crate::base::units::{KG_M2_PER_G_M2, mm};
 use crate::calibrate::fit::Fitted;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::Face;
-use crate::calibrate::run::{FabricResult, Group, Refused};
+use crate::calibrate::run::{FabricResult, Group, Options, Refused};
 use crate::fabric::STIFFNESSES;
+use crate::io::ReadError;
 use crate::report::section::Section;
 use crate::sim::NUMERICS_VERSION;
 
@@ -31,6 +34,18 @@ pub struct Source {
     pub manifest: Vec<InputFile>,
     /// What it was made with.
     pub settings: Value,
+}
+
+impl Source {
+    /// Of a manifest, with the name of the prior and the other settings that it is calibrated with.
+    ///
+    /// # Errors
+    /// When the manifest cannot be read.
+    pub fn of(manifest: &Path, prior: &str, options: &Options) -> Result<Self, ReadError> {
+        let without = options.without.iter().map(|effect| effect.name).collect::<Vec<_>>();
+        let settings = json!({ "prior": prior, "fit": options.fit, "without": without });
+        Ok(Self { manifest: provenance::files_of(manifest)?, settings })
+    }
 }
 
 /// The page, of the sections of its fabrics.
