@@ -1,11 +1,18 @@
 #!/usr/bin/env python3
 """Checks of the training scripts: `python scripts/test_scripts.py`."""
 
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+
 import jax
 import numpy as np
 
 import drape_data
 import fit_measured_prior
+import silhouettes
 import snn
 import train
 
@@ -39,6 +46,33 @@ def test_symmetries_are_eight_and_a_mark_on_the_cloth_moves_with_the_matrix():
         moved = drape_data.transformed(marked, symmetry)
         back = moved @ symmetry[1]  # to where it was
         assert np.allclose(back[:, 1], 2 * back[:, 0] + 5 * back[:, 2])
+
+
+def test_manifests_of_silhouettes_have_each_specimen_and_face_once_and_one_role():
+    title = "file,fabric,density_gsm_from_experiment_script,sample,capture,face,obs"
+    rows = [f"f/{s}_{c}.jpg,4,120,{s},{c},{'up' if c < 3 else 'down'}," for s in range(1, 6) for c in range(1, 5)]
+    rows += [f"o/{s}_{k}.jpg,4,120,{s},,up,{k}" for s in range(1, 6) for k in range(1, 4)]
+    with tempfile.TemporaryDirectory() as folder:
+        index = pathlib.Path(folder) / "index.csv"
+        index.write_text("\n".join([title, *rows]) + "\n")
+
+        def made(*more):
+            out = pathlib.Path(folder) / "out"
+            subprocess.run([sys.executable, silhouettes.__file__, index, "--out", out, *more], check=True)
+            with open(out / "fabric_4.csv", newline="") as file:
+                own = list(csv.DictReader(file))
+            with open(out / "all.csv", newline="") as file:
+                return own, list(csv.DictReader(file))
+
+        own, every = made()
+        assert len(every) == 20 and {row["role"] for row in every} == {"holdout"}
+        assert [(row["specimen"], row["face"]) for row in own] == [
+            (str(s), face) for s in range(1, 6) for face in ("up", "down")
+        ]
+        assert {row["specimen"] for row in own if row["role"] == "fit"} == {"1", "2", "3"}
+        assert {row["capture"] for row in own} == {"1", "3"} and {row["observation"] for row in own} == {""}
+        looks, _ = made("--observations", "1,3")
+        assert [row["observation"] for row in looks] == ["1", "3"] * 5
 
 
 def test_a_group_never_lies_on_both_sides_of_the_split():

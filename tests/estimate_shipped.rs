@@ -2,8 +2,10 @@
 
 mod promises;
 
+use std::path::Path;
+
 use promises::{hold, promise};
-use scan2params::estimate::Estimator;
+use scan2params::estimate::{EstimateWarning, Estimator, ParameterEstimate};
 
 const ONNX: &[u8] = include_bytes!("../src/estimate/model/snn.onnx");
 const SIDECAR: &str = include_str!("../src/estimate/model/snn.json");
@@ -38,4 +40,29 @@ fn its_record_is_as_promised_and_better_than_linear_regression() {
     // the baseline breaks the promises of the network
     assert!(!promise("model.rmse").is_kept_by(metric(["linear_regression", "rmse"])));
     assert!(!promise("model.r2").is_kept_by(metric(["linear_regression", "r2"])));
+}
+
+#[test]
+fn stiffnesses_are_in_proportion_to_the_density() {
+    let estimator = Estimator::shipped().unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/drapes/woven.boundary.csv");
+    let boundary = scan2params::io::boundary_csv::read(&path).unwrap();
+    let of = |density_kg_m2: f64| estimator.estimate(&boundary, density_kg_m2, true).unwrap();
+    let one = of(0.18);
+    for factor in [0.1, 0.5, 3.0, 5.0] {
+        let other = of(0.18 * factor);
+        for (a, b) in one.parameters().iter().zip(other.parameters()) {
+            let ends = |p: &ParameterEstimate| [p.value, p.interval90[0], p.interval90[1]];
+            for (a, b) in ends(a).into_iter().zip(ends(&b)) {
+                assert!((b / a / factor - 1.0).abs() < 1e-12, "{}: {}", factor, b / a);
+            }
+            assert_eq!(a.in_range, b.in_range);
+        }
+    }
+    // 18 g/m^2 and 900 g/m^2: the latter is no fabric of the training, which is told and alters nothing
+    let told = |density_kg_m2: f64| {
+        let warnings = of(density_kg_m2).warnings;
+        warnings.iter().any(|w| matches!(w, EstimateWarning::DensityOutsideTraining { .. }))
+    };
+    assert!(!told(0.018) && told(0.9));
 }

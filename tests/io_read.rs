@@ -75,7 +75,7 @@ fn ply_binary_of_both_orders_with_lists_and_unknown_elements() {
         assert_eq!(cloud.points, points(&CORNERS), "{big} {faces_first}");
         assert_eq!(cloud.colors[3], [30, 20, 255]);
         assert_eq!(cloud.triangles, [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(notes.format, Format::Ply);
+        assert_eq!(notes.format, Some(Format::Ply));
         assert!(notes.ignored.contains(&"camera".to_owned()));
     }
 }

@@ -92,7 +92,7 @@ fn glb_positions_faces_and_colours() {
     assert_eq!(cloud.points, want);
     assert_eq!(cloud.triangles, [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(cloud.colors, [[255, 0, 0], [0, 255, 0], [0, 0, 255], [9, 9, 9]]);
-    assert_eq!((notes.format, notes.points_in_file), (Format::Glb, 4));
+    assert_eq!((notes.format, notes.points_in_file), (Some(Format::Glb), 4));
 }
 
 /// The fixture's points as a GLB whose node undoes what was done to them.
@@ -243,7 +243,7 @@ fn a_depth_image_becomes_points_of_its_camera() {
     for (p, q) in cloud.points.iter().zip(want) {
         assert!((p - Point3::from(q)).norm() < 1e-12, "{p} {q:?}");
     }
-    assert_eq!(notes.format, Format::DepthPng);
+    assert_eq!(notes.format, Some(Format::DepthPng));
     let tum = ReadOptions { depth_scale: 5000.0, ..camera(100.0, [1.0, 0.5]) };
     assert!((read_scan_with(&path, &tum).unwrap().0.points[0].z - 0.1).abs() < 1e-12);
     let error = read_scan(&path).unwrap_err();
@@ -375,7 +375,7 @@ fn views_are_joined_in_one_frame() {
         for p in &cloud.points {
             assert!((p - Point3::new(0.1, 0.2, 1.3)).norm() < 1e-6, "{p}");
         }
-        assert_eq!((notes.format, notes.points_in_file), (Format::Views, 2));
+        assert_eq!((notes.format, notes.points_in_file), (Some(Format::Views), 2));
         assert_eq!(files_of(path).unwrap().len(), 3);
     }
     assert!(is_views_folder(folder.path()));
@@ -431,7 +431,7 @@ fn real_depth_frames_load_and_are_refused_as_drapes() {
         return;
     }
     let (cloud, notes) = read_scan(&folder).unwrap();
-    assert_eq!(notes.format, Format::Views);
+    assert_eq!(notes.format, Some(Format::Views));
     assert!((600_000..=4 * 640 * 480).contains(&cloud.points.len()), "{}", cloud.points.len());
     let run = |input: &Path, more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));

@@ -24,6 +24,7 @@ use scan2params::calibrate::trace::{Choice, Ranked, Trace};
 use scan2params::calibrate::trial::outline_of;
 use scan2params::fabric::{Mixture, STIFFNESSES, TABLE_2, sha256_hex};
 use scan2params::refine::{Ended, RefinedStiffness};
+use scan2params::report::calibration::write;
 use scan2params::report::page::calibration::{Source, page};
 use scan2params::report::page::provenance::InputFile;
 use scan2params::{Drop, Experiment, SimOptions, drape};
@@ -272,6 +273,7 @@ fn entry(line: usize, face: Face, role: Role) -> Entry {
         pixel_m: Some(1e-3),
         role,
         warp_toward: None,
+        observation: None,
     }
 }
 
@@ -344,14 +346,22 @@ fn calibrated() -> Calibration {
 #[test]
 fn a_calibration_has_its_page_with_before_and_after() {
     let calibration = calibrated();
-    schema_support::must_fit("calibration", &scan2params::report::calibration::json(&calibration));
+    schema_support::must_fit(
+        "calibration",
+        &scan2params::report::calibration::json_of(&calibration),
+    );
     let fitted = calibration.fabrics[0].fitted.as_ref().unwrap();
     let fabric = scan2params::calibrate::cloth_file::text(fitted, false);
     schema_support::must_fit("calibrated-fabric", &fabric);
     let manifest =
         vec![InputFile { name: "my/m & n.csv".into(), sha256: "00ff".into(), bytes: 12 }];
     let source = Source { manifest, settings: serde_json::json!({ "prior": "measured" }) };
-    let whole = page(&calibration, &source);
+    let of = |calibration: &Calibration| {
+        let folder = tempfile::tempdir().unwrap();
+        let section = write(&calibration.fabrics[0], folder.path()).unwrap();
+        page(&[section], &calibration.refused, &source)
+    };
+    let whole = of(&calibration);
     println!("{} bytes", whole.len());
     check(&whole);
     let order = [
@@ -391,13 +401,13 @@ fn a_calibration_has_its_page_with_before_and_after() {
     let mut failed = calibration.clone();
     failed.fabrics[0].after = None;
     failed.fabrics[0].verdict = Verdict::Undecided;
-    check(&page(&failed, &source));
+    check(&of(&failed));
     failed.fabrics[0].fitted = Err(scan2params::calibrate::fit::FitError::Nothing);
-    schema_support::must_fit("calibration", &scan2params::report::calibration::json(&failed));
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json_of(&failed));
     failed.fabrics[0].drapes.clear();
     failed.fabrics[0].trace = None;
-    schema_support::must_fit("calibration", &scan2params::report::calibration::json(&failed));
-    let none = page(&failed, &source);
+    schema_support::must_fit("calibration", &scan2params::report::calibration::json_of(&failed));
+    let none = of(&failed);
     check(&none);
     assert!(
         none.contains("Not fitted: no outline to fit") && none.contains("No drape was held out")

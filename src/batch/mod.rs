@@ -16,6 +16,7 @@
 //!
 //! One run at a time fills a folder of results; another is told who does.
 
+pub mod calibrations;
 mod error;
 mod inputs;
 mod journal;

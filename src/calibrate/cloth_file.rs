@@ -10,9 +10,12 @@ use serde_json::{Map, Value, json};
 
 use super::effect::{Cloth, EFFECTS, Effect, Number};
 use super::fit::Fitted;
+use super::manifest::Face;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2};
 use crate::fabric::params::{self, ParamsError};
-use crate::fabric::{STIFFNESSES, TABLE_2};
+use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
+use crate::sim::Experiment;
+use crate::sim::experiment::ExperimentError;
 
 /// Why a file gives no fabric with effects.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +31,9 @@ pub enum ClothFileError {
         /// What is wrong and what to write.
         fault: String,
     },
+    /// With its effects nothing can be simulated.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
 }
 
 /// The text of a fit's fabric; without a known density its stiffnesses are those for the one that is assumed.
@@ -93,6 +99,18 @@ pub fn read_effects(path: &Path) -> Result<Vec<(&'static Number, f64)>, ClothFil
     };
     let list = list.as_array().ok_or_else(|| fault("no list; see docs/formats.md".to_owned()))?;
     list.iter().map(|entry| number_of(entry).map_err(fault)).collect()
+}
+
+/// The standard experiment with the effects of a file, the specimen with this face up: what a fabric is looked for in.
+///
+/// # Errors
+/// [`ClothFileError`].
+pub fn experiment(path: &Path, face: Face) -> Result<Experiment, ClothFileError> {
+    // no fabric is asked of it here: that is what is looked for
+    let cloth = Cloth { effects: read_effects(path)?, ..Cloth::plain(Fabric::mean_knit()) };
+    let experiment = cloth.experiment(&Experiment::default(), face);
+    experiment.check()?;
+    Ok(experiment)
 }
 
 /// One number of an effect, SI.

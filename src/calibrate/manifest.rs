@@ -1,7 +1,7 @@
 //! The manifest: a table of what was measured of which fabric, one row per file.
 //!
 //! In: CSV with a title line that names, in any order, `file, kind, fabric, specimen, face, capture, density_g_m2,
-//! experiment, mm_per_pixel, role, warp_toward`; a column may be missing where every cell would be empty. Commas,
+//! experiment, mm_per_pixel, role, warp_toward, observation`; a column may be missing where every cell would be empty. Commas,
 //! semicolons or tabs; lines that begin with `#` are passed over. Out: the rows in SI, in the file's order. What is
 //! empty is unknown, but for file, kind, fabric and role, which every row has.
 //!
@@ -116,6 +116,8 @@ pub struct Entry {
     pub role: Role,
     /// Where the warp points, as it is written.
     pub warp_toward: Option<String>,
+    /// Which look at this drape it is since it was laid, from 1 on: between them it settles.
+    pub observation: Option<u32>,
 }
 
 impl Entry {
@@ -175,7 +177,7 @@ fn listed(path: &Path, faults: &[ManifestFault]) -> String {
 }
 
 /// The columns, in the order of a row's cells.
-const COLUMNS: [&str; 11] = [
+const COLUMNS: [&str; 12] = [
     "file",
     "kind",
     "fabric",
@@ -187,6 +189,7 @@ const COLUMNS: [&str; 11] = [
     "mm_per_pixel",
     "role",
     "warp_toward",
+    "observation",
 ];
 
 /// Those that must be there.
@@ -194,6 +197,9 @@ const NEEDED: [&str; 4] = ["file", "kind", "fabric", "role"];
 
 /// Limits of a pixel's extent \[mm\]: finer than any camera resolves, coarser than shows a fold.
 const PIXEL_LIMITS_MM: [f64; 2] = [0.005, 10.0];
+
+/// Most looks at one drape.
+const OBSERVATIONS: f64 = 1e6;
 
 /// Reads the manifest.
 ///
@@ -248,7 +254,7 @@ fn parse(text: &str, folder: &Path) -> Result<Vec<Entry>, Vec<ManifestFault>> {
 fn places_of(
     line: usize,
     title: &csv::ByteRecord,
-) -> Result<[Option<usize>; 11], Vec<ManifestFault>> {
+) -> Result<[Option<usize>; 12], Vec<ManifestFault>> {
     let names: Vec<String> =
         title.iter().map(|cell| String::from_utf8_lossy(cell).to_ascii_lowercase()).collect();
     let mut faults = Vec::new();
@@ -274,7 +280,7 @@ fn places_of(
 /// The cells of one row, in the order of [`COLUMNS`].
 struct Cells<'a, 'b> {
     line: usize,
-    cells: [&'a str; 11],
+    cells: [&'a str; 12],
     delimiter: u8,
     faults: &'b mut Vec<ManifestFault>,
 }
@@ -294,6 +300,10 @@ impl<'a> Cells<'a, '_> {
         if kind == Some(Kind::Silhouette) {
             self.needed(8, "a silhouette has no scale of its own; write the mm of a pixel");
         }
+        let observation = self.number(11, [1.0, OBSERVATIONS], "looks");
+        if observation.is_some_and(|v| v.fract() != 0.0) {
+            self.fault(11, "write a whole number, 1 for the fresh drape".to_owned());
+        }
         let text = |k: usize| Some(self.cells[k]).filter(|t| !t.is_empty()).map(str::to_owned);
         let (specimen, capture, warp_toward) = (text(3), text(5), text(10));
         let pixel_m = pixel_mm.map(|v| v * M_PER_MM);
@@ -312,6 +322,7 @@ impl<'a> Cells<'a, '_> {
             pixel_m,
             role: role?,
             warp_toward,
+            observation: observation.map(|v| v as u32),
         })
     }
 

@@ -23,3 +23,6 @@ mod squares;
 pub mod target;
 pub mod trace;
 pub mod trial;
+
+/// Raised where the same files give other numbers than before, so that nothing made by an earlier version is kept.
+pub const VERSION: u32 = 1;

@@ -4,12 +4,15 @@
 //! beside its outline. A file that cannot be used is named with the reason, and the rest goes on.
 //!
 //! Of the captures of one unit (specimen and face), which nearly always show one drape, the first is simulated; all of
-//! them make the floor.
+//! them make the floor. Of a drape that was looked at again while it settled, every observation is simulated, and those of
+//! the first make the floor.
+
+use std::fmt;
 
 use rayon::prelude::*;
 
 use super::believed::Believed;
-use super::effect::{Effect, Number};
+use super::effect::{Effect, Number, settled};
 use super::fit::{Beside, Fit, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
 use super::manifest::{Bench, Entry, Face, Kind, Role};
@@ -20,7 +23,7 @@ use super::target::{Rim, Target};
 use super::trace::{Choice, Trace, trace};
 use crate::base::Outline;
 use crate::base::boundary::Orientation;
-use crate::base::units::KG_M2_PER_G_M2;
+use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::{Mixture, MixtureError};
 use crate::intake;
 use crate::intake::rim::parse_warp_toward;
@@ -41,13 +44,16 @@ pub struct Options {
     pub folds: FoldRule,
     /// What is believed of fabrics.
     pub prior: Mixture,
+    /// Effects that are not looked for.
+    pub without: Vec<&'static Effect>,
 }
 
 impl Default for Options {
     /// With the prior of measured bending and density.
     fn default() -> Self {
         let (limits, folds) = (SilhouetteLimits::default(), FoldRule::default());
-        Self { fit: FitOptions::default(), limits, folds, prior: Mixture::measured() }
+        let (fit, prior) = (FitOptions::default(), Mixture::measured());
+        Self { fit, limits, folds, prior, without: Vec::new() }
     }
 }
 
@@ -85,7 +91,8 @@ impl Measured {
         let plain = || Target::of(&self.outline, self.warp_rad, &self.bench);
         let of_rim = self.rim.clone().and_then(|rim| Target::of_rim(rim, &self.bench));
         let turned_over = self.entry.face == Some(Face::Down);
-        Target { turned_over, ..of_rim.unwrap_or_else(plain) }
+        let settled = self.entry.observation.map_or(0.0, settled);
+        Target { turned_over, settled, ..of_rim.unwrap_or_else(plain) }
     }
 }
 
@@ -227,6 +234,35 @@ pub enum Told<'a> {
     Predicting(&'a str, Progress),
 }
 
+/// What is being done, in words.
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reading(files) => write!(f, "outlines of {files} files"),
+            Self::Floor(fabric) => write!(f, "fabric {fabric}: outlines against each other"),
+            Self::Fitting(fabric, p) if p.rms_m.is_finite() => {
+                let mm = p.rms_m / M_PER_MM;
+                write!(f, "fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
+            }
+            Self::Fitting(fabric, p) => {
+                write!(f, "fabric {fabric}: {} drapes led by their outlines", p.drapes)
+            }
+            Self::Predicting(fabric, p) => {
+                write!(f, "fabric {fabric}: {} drapes foretold", p.drapes)
+            }
+        }
+    }
+}
+
+/// The files of a manifest, read.
+#[derive(Clone, Debug)]
+pub struct Files {
+    /// Fabrics with their drapes, in the manifest's order.
+    pub fabrics: Vec<(String, Vec<Measured>)>,
+    /// The files that cannot be used.
+    pub refused: Vec<Refused>,
+}
+
 /// Calibrates the fabrics of a manifest.
 ///
 /// # Errors
@@ -236,32 +272,55 @@ pub fn calibrate(
     options: &Options,
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Result<Calibration, CalibrateError> {
+    let Files { fabrics: files, refused } = read(entries, options, tell)?;
+    let mut fabrics = Vec::new();
+    for together in files.chunks(together()) {
+        let own = together.par_iter().cloned().map(|(name, own)| fabric(name, own, options, tell));
+        fabrics.extend(own.collect::<Result<Vec<_>, _>>()?);
+    }
+    Ok(Calibration { fabrics, refused })
+}
+
+/// How many fabrics are fitted at a time: a fabric's drapes keep about a dozen cores busy.
+#[must_use]
+pub fn together() -> usize {
+    rayon::current_num_threads().div_ceil(DRAPES)
+}
+
+/// Drapes that a fabric mostly has.
+const DRAPES: usize = 12;
+
+/// Reads the files of a manifest.
+///
+/// # Errors
+/// [`CalibrateError`]; a file that cannot be used is a part of the result unless it is every one.
+pub fn read(
+    entries: &[Entry],
+    options: &Options,
+    tell: &(dyn Fn(Told<'_>) + Sync),
+) -> Result<Files, CalibrateError> {
     check_densities(entries)?;
     tell(Told::Reading(entries.len()));
     let read: Vec<_> = entries.par_iter().map(|entry| measured(entry, options)).collect();
-    let (mut all, mut refused) = (Vec::new(), Vec::new());
+    let mut refused = Vec::new();
+    let mut fabrics: Vec<(String, Vec<Measured>)> = Vec::new();
     for one in read {
         match one {
-            Ok(measured) => all.push(measured),
+            Ok(measured) => {
+                let name = &measured.entry.fabric;
+                match fabrics.iter_mut().find(|(known, _)| known == name) {
+                    Some((_, own)) => own.push(measured),
+                    None => fabrics.push((name.clone(), vec![measured])),
+                }
+            }
             Err(why) => refused.push(why),
         }
     }
-    if let (true, Some(first)) = (all.is_empty(), refused.first()) {
+    if let (true, Some(first)) = (fabrics.is_empty(), refused.first()) {
         let (line, why) = (first.line, format!("{}: {}", first.name, first.why));
         return Err(CalibrateError::Nothing { files: entries.len(), line, why });
     }
-    let mut names: Vec<String> = Vec::new();
-    for one in &all {
-        if !names.contains(&one.entry.fabric) {
-            names.push(one.entry.fabric.clone());
-        }
-    }
-    let mut fabrics = Vec::new();
-    for name in names {
-        let own = all.iter().filter(|m| m.entry.fabric == name).cloned().collect();
-        fabrics.push(fabric(name, own, options, tell)?);
-    }
-    Ok(Calibration { fabrics, refused })
+    Ok(Files { fabrics, refused })
 }
 
 fn check_densities(entries: &[Entry]) -> Result<(), CalibrateError> {
@@ -367,16 +426,21 @@ fn bearing(text: &str) -> Option<f64> {
     degrees.is_finite().then(|| -degrees.to_radians())
 }
 
-fn fabric(
+/// Calibrates one fabric.
+///
+/// # Errors
+/// When the prior cannot be drawn from.
+pub fn fabric(
     name: String,
     measured: Vec<Measured>,
     options: &Options,
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Result<FabricResult, CalibrateError> {
     tell(Told::Floor(&name));
-    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face);
+    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
     let observed: Vec<_> = measured
         .iter()
+        .filter(|m| m.entry.observation.is_none_or(|observation| observation == 1))
         .map(|m| Observed {
             outline: &m.outline,
             unit: (m.entry.specimen.as_deref(), m.entry.face),
@@ -404,7 +468,7 @@ fn fabric(
     let (mut fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
         Ok(mut fit) => {
             let units = units(&measured, &to_fit, &fit.lost());
-            let trace = trace(&mut fit, &units);
+            let trace = trace(&mut fit, &units, &options.without);
             let added = trace.as_ref().and_then(|trace| add(&mut fit, trace, &units));
             (Ok(fit.plain()), trace, added)
         }
@@ -547,13 +611,15 @@ pub struct Pair {
     pub dc_off: [f64; 2],
 }
 
-/// Drapes of one role and face, taken together.
+/// Drapes of one role and face, and of one look at drapes that settle, taken together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Group {
     /// Whether they were fitted.
     pub role: Role,
     /// Which side is up, if it is known.
     pub face: Option<Face>,
+    /// Which look at a drape that settles.
+    pub observation: Option<u32>,
     /// Number of drapes at rest.
     pub drapes: usize,
     /// Number of drapes that did not come to rest.
@@ -569,6 +635,9 @@ pub struct Group {
     /// Mean number of folds, measured and simulated.
     pub folds: [f64; 2],
 }
+
+/// What the drapes of a group share: role, face, which look at a drape that settles.
+type Together = (Role, Option<Face>, Option<u32>);
 
 impl FabricResult {
     /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
@@ -623,7 +692,7 @@ impl FabricResult {
     pub fn groups_of(&self, drapes: &[DrapeBeside]) -> Vec<Group> {
         let key = |drape: &DrapeBeside| {
             let entry = &self.measured[drape.measured].entry;
-            (entry.role, entry.face)
+            (entry.role, entry.face, entry.observation)
         };
         let mut keys: Vec<_> = drapes.iter().map(key).collect();
         keys.sort();
@@ -632,7 +701,7 @@ impl FabricResult {
         keys.into_iter().map(of).collect()
     }
 
-    fn group(&self, (role, face): (Role, Option<Face>), all: Vec<&DrapeBeside>) -> Group {
+    fn group(&self, (role, face, observation): Together, all: Vec<&DrapeBeside>) -> Group {
         let at_rest: Vec<(&Measures, &Beside)> = all
             .iter()
             .filter_map(|d| Some((&self.measured[d.measured].measures, d.beside.as_ref().ok()?)))
@@ -645,6 +714,7 @@ impl FabricResult {
         Group {
             role,
             face,
+            observation,
             drapes: at_rest.len(),
             lost: all.len() - at_rest.len(),
             rms_m: of(&|_, b| b.rms_m),
@@ -682,6 +752,7 @@ mod tests {
             pixel_m: Some(1e-3),
             role: Role::Fit,
             warp_toward: None,
+            observation: None,
         }
     }
 

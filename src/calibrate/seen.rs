@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effect::{Acts, Cloth, Harmonic, Lies, Number, Stays, tilt_parts};
+use super::effect::{Acts, Cloth, Harmonic, Lies, Number, Stays, number_of, tilt_parts};
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, frame_of, plan_of, scaled};
 use super::target::{Rim, Target};
@@ -14,6 +14,7 @@ use super::trial::{Move, Trial};
 use crate::base::boundary::POINTS as RIM_POINTS;
 use crate::base::{Outline, Vector3};
 use crate::fabric::STIFFNESSES;
+use crate::sim::Setup;
 use crate::sim::sensitivity::Parameter;
 
 /// Even points of a measured outline.
@@ -89,7 +90,7 @@ impl At<'_> {
     }
 
     /// The same with a number of an effect, per unit of it.
-    fn with(&self, number: &Number, lies: Lies) -> f64 {
+    fn with(&self, number: &Number, lies: Lies, setup: &Setup) -> f64 {
         let moves = |p: Parameter| self.across(self.trial.with(p));
         match &number.acts {
             Acts::Scale => self.normal.dot(&self.place),
@@ -107,7 +108,7 @@ impl At<'_> {
                     if let On::Rim(_) = self.on { self.normal.dot(&outwards) } else { 1.0 };
                 across * harmonic.at(bearing_rad, lies)
             }
-            acts => on_sheet(acts, lies, moves),
+            acts => on_sheet(acts, lies, setup, moves),
         }
     }
 
@@ -137,10 +138,15 @@ impl At<'_> {
 const PLACED: [Parameter; 3] = [Parameter::OffsetX, Parameter::OffsetZ, Parameter::Pull];
 
 /// What a number does to the sheet, of what its parameters do.
-fn on_sheet(acts: &Acts, lies: Lies, of: impl Fn(Parameter) -> f64) -> f64 {
+fn on_sheet(acts: &Acts, lies: Lies, setup: &Setup, of: impl Fn(Parameter) -> f64) -> f64 {
     match acts {
         Acts::Sheet(parameters) => parameters.iter().map(|&p| of(p)).sum(),
         Acts::Face(parameter) => lies.face * of(*parameter),
+        Acts::Settling(parameters) => {
+            // of v exp(-settled number)
+            let lost = |&p: &Parameter| lies.settled * number_of(setup, p) * of(p);
+            -parameters.iter().map(lost).sum::<f64>()
+        }
         Acts::Tilt(side) => {
             let [x, z] = tilt_parts(*side, lies.bearing_rad);
             x * of(Parameter::TiltX) + z * of(Parameter::TiltZ)
@@ -177,7 +183,8 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
         None => on_outline(target, trial, (moved, view.per_height), &posed, of.options),
     };
     let lies = target.lies(pose);
-    let values = of.cloth.fabric.in_si();
+    let setup = of.cloth.setup(&target.bench, lies);
+    let values = setup.fabric.in_si();
     let shared = STIFFNESSES + of.numbers.len();
     let mut columns = DMatrix::zeros(distances.len(), shared + POSE);
     for (r, Distance { at, .. }) in distances.iter().enumerate() {
@@ -186,7 +193,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
             columns[(r, k)] = values[k] * at.across(trial.with(parameter));
         }
         for (k, number) in of.numbers.iter().enumerate() {
-            columns[(r, STIFFNESSES + k)] = number.sigma * at.with(number, lies);
+            columns[(r, STIFFNESSES + k)] = number.sigma * at.with(number, lies, &setup);
         }
         for (m, value) in at.with_pose(&posed).into_iter().enumerate() {
             columns[(r, shared + m)] = value;
@@ -198,7 +205,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
         stretch[k] = values[k] * stretched(parameter);
     }
     for (k, number) in of.numbers.iter().enumerate() {
-        stretch[STIFFNESSES + k] = number.sigma * on_sheet(&number.acts, lies, stretched);
+        stretch[STIFFNESSES + k] = number.sigma * on_sheet(&number.acts, lies, &setup, stretched);
     }
     let mut stretch_m = trial.hold.mean_m;
     for (m, parameter) in PLACED.into_iter().enumerate() {

@@ -20,6 +20,8 @@ pub struct Target {
     pub warp_rad: Option<f64>,
     /// Whether the specimen is turned over.
     pub turned_over: bool,
+    /// How far it has settled, see [`Lies`].
+    pub settled: f64,
     /// Specimen and plate.
     pub bench: Experiment,
 }
@@ -44,7 +46,7 @@ impl Target {
     pub fn of(outline: &Outline, warp_rad: Option<f64>, bench: &Experiment) -> Self {
         let [cx, cz] = outline.centroid_m();
         let outline = outline.mapped(|[x, z]| [x - cx, z - cz]);
-        Self { outline, rim: None, warp_rad, turned_over: false, bench: *bench }
+        Self { outline, rim: None, warp_rad, turned_over: false, settled: 0.0, bench: *bench }
     }
 
     /// Of a rim whose frame has the warp along x, face up; `None` where seen from above it does not go around the plate.
@@ -52,7 +54,8 @@ impl Target {
     pub fn of_rim(rim: Rim, bench: &Experiment) -> Option<Self> {
         let outline = rim.from_above()?;
         let rim = Some(Box::new(rim));
-        Some(Self { outline, rim, warp_rad: Some(0.0), turned_over: false, bench: *bench })
+        let (warp_rad, turned_over) = (Some(0.0), false);
+        Some(Self { outline, rim, warp_rad, turned_over, settled: 0.0, bench: *bench })
     }
 
     /// The pose before anything is fitted.
@@ -91,7 +94,8 @@ impl Target {
     /// How the specimen lies in a pose.
     #[must_use]
     pub fn lies(&self, pose: &Pose) -> Lies {
-        Lies { face: if self.turned_over { -1.0 } else { 1.0 }, bearing_rad: pose[2] }
+        let face = if self.turned_over { -1.0 } else { 1.0 };
+        Lies { face, bearing_rad: pose[2], settled: self.settled }
     }
 }
 

@@ -9,7 +9,7 @@
 //! two things. What it foretells: the unknowns that all drapes share are fitted to the drapes of all specimens but one, and
 //! the cost of that one's drapes is taken; likewise of each specimen in turn. And how sure it is: by how many of its
 //! standard errors its size is from nothing, these from the sizes that come out without each specimen (the jackknife). An
-//! effect is chosen where the held-out cost falls and its size is sure at a level of 1 % (Student's t, one side: of the nine
+//! effect is chosen where the held-out cost falls and its size is sure at a level of 1 % (Student's t, one side: of the ten or so
 //! effects that are asked some five are told apart). Specimens differ, and what two or three of them have in common by chance is no effect: so that the
 //! independent unit is the specimen, not the drape and not the point.
 //!
@@ -81,10 +81,10 @@ pub fn all_numbers() -> Vec<&'static Number> {
     EFFECTS.iter().chain(&PATTERNS).flat_map(|effect| effect.numbers).collect()
 }
 
-/// What the residual of a plain fit asks for; `units[k]` is the specimen of the fit's k-th target. `None` where there are
-/// fewer than [`FEWEST_UNITS`] of them, or a sheet has no sensitivities.
+/// What the residual of a plain fit asks for, some effects left out of the list; `units[k]` is the specimen of the fit's k-th
+/// target. `None` where there are fewer than [`FEWEST_UNITS`] of them, or a sheet has no sensitivities.
 #[must_use]
-pub fn trace(fit: &mut Fit<'_>, units: &[usize]) -> Option<Trace> {
+pub fn trace(fit: &mut Fit<'_>, units: &[usize], without: &[&'static Effect]) -> Option<Trace> {
     let numbers = all_numbers();
     let state = fit.state_with(&numbers)?;
     let (precision, pull, _) = fit.squares(&numbers).prior(&state.shared);
@@ -97,11 +97,18 @@ pub fn trace(fit: &mut Fit<'_>, units: &[usize]) -> Option<Trace> {
             empty => *empty = Some(drape),
         }
     }
-    let specimens = specimens.into_iter().flatten().map(Quadratic::of_specimen).collect();
+    let specimens: Vec<Quadratic> =
+        specimens.into_iter().flatten().map(Quadratic::of_specimen).collect();
+    let moves = |effect: &&'static Effect| {
+        let own = positions(&[effect], effect);
+        let all = indices(&[effect]);
+        own.iter().any(|&at| specimens.iter().any(|s| s.a[(all[at], all[at])] > 0.0))
+    };
+    let asked = EFFECTS.iter().filter(|effect| !without.contains(effect)).filter(moves).collect();
     let declared = fit.declared();
     let is_declared = |effect: &&Effect| effect.numbers.iter().any(|n| declared.contains(&n));
     let declared = EFFECTS.iter().filter(is_declared).collect();
-    let linear = Linear { specimens, precision, pull, declared };
+    let linear = Linear { specimens, precision, pull, declared, asked };
     (count >= FEWEST_UNITS).then(|| linear.trace()).flatten()
 }
 
@@ -164,12 +171,14 @@ struct Linear {
     pull: DVector<f64>,
     /// What the plain model has.
     declared: Vec<&'static Effect>,
+    /// The effects that are looked for: of the list, those that move these drapes at all.
+    asked: Vec<&'static Effect>,
 }
 
 impl Linear {
     fn trace(&self) -> Option<Trace> {
         let plain = self.held_out(&self.declared)?.costs;
-        let mut alone: Vec<Ranked> = self.ranked(&self.declared, &EFFECTS, &plain);
+        let mut alone: Vec<Ranked> = self.ranked(&self.declared, &self.asked, &plain);
         alone.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
         let mut chosen: Vec<Choice> = Vec::new();
         let mut best = plain.clone();
@@ -180,7 +189,7 @@ impl Linear {
             chosen.push(choice);
         }
         let with = self.with(&chosen);
-        let left = self.ranked(&with, &PATTERNS, &best);
+        let left = self.ranked(&with, &PATTERNS.iter().collect::<Vec<_>>(), &best);
         let sure = left.into_iter().filter(|ranked| self.is_sure(ranked));
         let unexplained = sure.max_by(|a, b| a.gain[0].total_cmp(&b.gain[0]));
         let plain = mean(&plain);
@@ -195,7 +204,7 @@ impl Linear {
 
     /// The effect that foretells most beside those chosen, and those that foretell no less; `None` where none is sure to.
     fn choice(&self, with: &[&'static Effect], best: &[f64]) -> Option<Choice> {
-        let ranked = self.ranked(with, &EFFECTS, best);
+        let ranked = self.ranked(with, &self.asked, best);
         let sure = ranked.iter().filter(|ranked| self.is_sure(ranked));
         let first = *sure.max_by(|a, b| a.gain[0].total_cmp(&b.gain[0]))?;
         let of = |effect: &'static Effect| Some(self.held_out(&[with, &[effect]].concat())?.costs);
@@ -216,8 +225,13 @@ impl Linear {
     }
 
     /// What each of some effects foretells beside those of `with`, whose held-out costs are `best`.
-    fn ranked(&self, with: &[&'static Effect], of: &'static [Effect], best: &[f64]) -> Vec<Ranked> {
-        let other = of.iter().filter(|effect| !with.contains(effect));
+    fn ranked(
+        &self,
+        with: &[&'static Effect],
+        of: &[&'static Effect],
+        best: &[f64],
+    ) -> Vec<Ranked> {
+        let other = of.iter().copied().filter(|effect| !with.contains(effect));
         let ranked = |effect: &'static Effect| {
             let of = [with, &[effect]].concat();
             let foretold = self.held_out(&of)?;

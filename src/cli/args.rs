@@ -12,6 +12,7 @@ use super::experiment::ExperimentFlags;
 use super::version;
 use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::units::M_PER_MM;
+use scan2params::calibrate::effect::{EFFECTS, Effect};
 use scan2params::calibrate::manifest::Face;
 use scan2params::dataset::augment::{Form, Unit};
 use scan2params::exchange::Target;
@@ -485,7 +486,8 @@ pub(crate) struct Batch {
 pub(crate) struct Calibrate {
     /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face (up, down), capture,
     /// density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
-    /// picture in degrees, anticlockwise from the right; of a scan as --warp-toward, or mark:COLOUR); what is empty is unknown
+    /// picture in degrees, anticlockwise from the right; of a scan as --warp-toward, or mark:COLOUR), observation (1, 2, ... of
+    /// one drape that settles); what is empty is unknown
     #[arg(value_name = "MANIFEST.csv")]
     pub(crate) manifest: PathBuf,
     /// Folder for calibration.json, report.html and a picture of each drape
@@ -505,6 +507,9 @@ pub(crate) struct Calibrate {
     /// not given; 0 lets them go
     #[arg(long, value_name = "PERCENT", value_parser = hold)]
     pub(crate) hold: Option<f64>,
+    /// Effects that are not looked for, by their names in calibration.json
+    #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
+    pub(crate) without: Vec<&'static Effect>,
     /// Print calibration.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
@@ -520,6 +525,12 @@ fn hold(text: &str) -> Result<f64, String> {
     let percent: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
     let fits = (0.0..=100.0).contains(&percent);
     if fits { Ok(percent) } else { Err(format!("{percent} is outside 0 to 100 %")) }
+}
+
+/// An effect by its name.
+fn effect(text: &str) -> Result<&'static Effect, String> {
+    let names = || EFFECTS.map(|effect| effect.name).join(", ");
+    Effect::named(text).ok_or_else(|| format!("no such effect; the effects are {}", names()))
 }
 
 /// A share in per cent of which a quarter is already absurd.
@@ -921,6 +932,9 @@ pub(crate) struct SealedCases {
     /// Seed of fabrics, effects, drops and pictures
     #[arg(long, default_value_t = 7)]
     pub(crate) seed: u64,
+    /// Squares that are scanned, by this sensor profile, and read by the whole scan path, in place of discs seen from above
+    #[arg(long, value_name = "PROFILE")]
+    pub(crate) scans: Option<String>,
     /// Vertices a side of the true drapes, finer than any that the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
@@ -930,6 +944,9 @@ pub(crate) struct SealedCases {
     /// What the calibration believes of fabrics; the cases' are of `measured` or of `knit-2020`
     #[arg(long, default_value = "union")]
     pub(crate) prior: String,
+    /// Effects that the calibration does not look for, so that those of the list are on none for it
+    #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
+    pub(crate) without: Vec<&'static Effect>,
     /// Folder that keeps the cases from run to run, a folder each with pictures, manifest.csv and
     /// sealed.json; on fine cells a drape takes up to minutes
     #[arg(long, value_name = "DIR")]

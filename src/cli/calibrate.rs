@@ -7,13 +7,13 @@ use anyhow::anyhow;
 use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
+use scan2params::batch::calibrations::{self, Calibrated, CalibrationsError};
 use scan2params::calibrate::manifest::{self, ManifestError};
-use scan2params::calibrate::run::{CalibrateError, Calibration, Options, Told, calibrate};
+use scan2params::calibrate::run::{CalibrateError, Options, Told};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::calibration;
 use scan2params::report::page::calibration::Source;
-use scan2params::report::page::provenance;
 
 pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     output::check_folder(&given.out).map_err(Failure::of_output)?;
@@ -21,16 +21,12 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         ManifestError::Io { .. } => Failure::from(error),
         other => Failure::usage(other),
     })?;
-    if given.out.is_dir() {
-        let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
-        let inputs = [inputs, vec![given.manifest.clone()]].concat();
-        for name in ["calibration.json", calibration::PAGE] {
-            let path = given.out.join(name);
-            output::check_file(&path, &inputs).map_err(Failure::of_output)?;
-        }
-    }
+    let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
+    let inputs = [inputs, vec![given.manifest.clone()]].concat();
+    calibration::check(&given.out, &inputs).map_err(Failure::of_output)?;
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
-    let mut options = Options { prior, ..Options::default() };
+    let without = given.without.clone();
+    let mut options = Options { prior, without, ..Options::default() };
     options.fit.sim.vertices = given.vertices as usize;
     if let Some(percent) = given.scale_sigma {
         options.fit.scale_sigma = 0.01 * percent;
@@ -39,20 +35,27 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
     }
     let working = Working::on("reading the manifest's files");
-    let told = calibrate(&entries, &options, &|told| working.now(said(told)));
+    let tell = |told: Told<'_>| working.now(told.to_string());
+    let told = calibrations::run(&entries, &options, &given.out, &tell);
     drop(working);
     let found = told.map_err(|error| match error {
-        CalibrateError::TwoDensities { .. } => Failure::usage(error),
+        CalibrationsError::Calibrate(CalibrateError::TwoDensities { .. }) => Failure::usage(error),
         other => Failure::from(other),
     })?;
-    let written = calibration::write(&found, &given.out)?;
+    if found.kept > 0 {
+        eprintln!("kept {} of {} fabrics from an earlier run", found.kept, found.sections.len());
+    }
     let page = (!given.no_report).then(|| write_page(given, &options, &found)).transpose()?;
     if given.json {
-        println!("{}", serde_json::to_string_pretty(&calibration::json(&found))?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&calibration::json(&found.sections, &found.refused))?
+        );
     } else {
-        print!("{}", calibration::table(&found));
+        print!("{}", calibration::table(&found.sections));
     }
-    eprintln!("wrote {} and {} files beside it", written[0].display(), written.len() - 1);
+    let files = &found.written;
+    eprintln!("wrote {} and {} files beside it", files[0].display(), files.len() - 1);
     if let Some(page) = page {
         eprintln!("wrote {}", page.display());
     }
@@ -65,7 +68,7 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
             refused.why
         );
     }
-    let failed = found.fabrics.iter().filter(|fabric| fabric.fitted.is_err()).count();
+    let failed = found.sections.iter().filter(|section| !section.fitted).count();
     if failed + found.refused.len() > 0 {
         let files = found.refused.len();
         return Err(Failure::partial(anyhow!(
@@ -79,25 +82,8 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
 fn write_page(
     given: &args::Calibrate,
     options: &Options,
-    found: &Calibration,
+    found: &Calibrated,
 ) -> Result<PathBuf, Failure> {
-    let manifest = provenance::files_of(&given.manifest)?;
-    let settings = serde_json::json!({ "prior": given.prior, "fit": options.fit });
-    Ok(calibration::write_page(found, &Source { manifest, settings }, &given.out)?)
-}
-
-/// What is being done.
-fn said(told: Told<'_>) -> String {
-    match told {
-        Told::Reading(files) => format!("outlines of {files} files"),
-        Told::Floor(fabric) => format!("fabric {fabric}: outlines against each other"),
-        Told::Fitting(fabric, p) if p.rms_m.is_finite() => {
-            let mm = p.rms_m / M_PER_MM;
-            format!("fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
-        }
-        Told::Fitting(fabric, p) => {
-            format!("fabric {fabric}: {} drapes led by their outlines", p.drapes)
-        }
-        Told::Predicting(fabric, p) => format!("fabric {fabric}: {} drapes foretold", p.drapes),
-    }
+    let source = Source::of(&given.manifest, &given.prior, options)?;
+    Ok(calibration::write_page(&found.sections, &found.refused, &source, &given.out)?)
 }

@@ -4,8 +4,6 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::calibrate::cloth_file;
-use scan2params::calibrate::effect::Cloth;
-use scan2params::fabric::Fabric;
 use scan2params::job::Job;
 use scan2params::report::cusick::StandardCusick;
 use scan2params::report::page::lab::{self, Lab, LabError};
@@ -16,14 +14,9 @@ use scan2params::sim::Experiment;
 
 /// The standard experiment, with the effects of the fabric's file.
 fn experiment(given: &args::Estimate) -> Result<Experiment, Failure> {
-    let standard = Experiment::default();
-    let Some(path) = &given.effects else { return Ok(standard) };
-    let effects = cloth_file::read_effects(path).map_err(Failure::usage)?;
-    // no fabric is asked of it here: that is what is looked for
-    let cloth = Cloth { effects, ..Cloth::plain(Fabric::mean_knit()) };
-    let experiment = cloth.experiment(&standard, given.face.into());
-    experiment.check().map_err(Failure::usage)?;
-    Ok(experiment)
+    let of_file =
+        given.effects.as_ref().map(|path| cloth_file::experiment(path, given.face.into()));
+    Ok(of_file.transpose().map_err(Failure::usage)?.unwrap_or_default())
 }
 
 pub(crate) fn run(given: &args::Estimate) -> Outcome {

@@ -228,7 +228,8 @@ pub fn one_ply(options: &AugmentOptions, path: &Path) -> Result<usize, AugmentEr
         return Ok(cloud.points.len());
     }
     let profile = with_unit(options, options.seed);
-    let made = scan_of(&source, &mesh, &default_ring(), &profile, options.seed, options)?;
+    let made = one(mesh.clone(), &profile, options.mark, options.seed)
+        .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
     made.write(path)?;
     truth_beside(&path.with_extension(""), &source, &mesh)?;
     Ok(made.cloud.points.len())
@@ -335,21 +336,27 @@ fn turned_ring(seed: u64) -> Vec<CameraPose> {
     default_ring().into_iter().map(rotated).collect()
 }
 
-/// Scans a drape on its stand, with the mark if one is wanted.
-fn scan_of(
-    source: &Source,
-    mesh: &Mesh,
-    poses: &[CameraPose],
+/// Scans a drape on the stand of the experiment from the default ring of cameras, as [`one_ply`] does: `drape` in the
+/// simulation frame \[m\], with a mark in the middle of the side to which the warp runs if one is wanted.
+///
+/// # Errors
+/// When the drape makes no scene, or a mark is asked for on what is no square grid of vertices.
+pub fn one(
+    drape: Mesh,
     profile: &Profile,
+    mark: Option<MarkColor>,
     seed: u64,
-    options: &AugmentOptions,
-) -> Result<VirtualScan, AugmentError> {
-    let fault = |error| AugmentError::Scene { path: source.path.clone(), source: error };
-    let mut scene = Scene::modified_cusick(mesh.clone());
-    if let Some(MarkColor(color)) = options.mark {
-        scene.mark_warp_side(color).map_err(fault)?;
+) -> Result<VirtualScan, SceneError> {
+    scan(&scene(drape, mark)?, &default_ring(), profile, seed)
+}
+
+/// A drape on its stand, with the mark if one is wanted.
+fn scene(drape: Mesh, mark: Option<MarkColor>) -> Result<Scene, SceneError> {
+    let mut scene = Scene::modified_cusick(drape);
+    if let Some(MarkColor(color)) = mark {
+        scene.mark_warp_side(color)?;
     }
-    scan(&scene, poses, profile, seed).map_err(fault)
+    Ok(scene)
 }
 
 fn variant(
@@ -368,7 +375,9 @@ fn variant(
     check_outputs(&stem, ending, source)?;
     let seed = seed_of(options.seed, &source.name, index);
     let profile = with_unit(options, seed);
-    let made = scan_of(source, mesh, &turned_ring(seed), &profile, seed, options)?;
+    let made = scene(mesh.clone(), options.mark)
+        .and_then(|scene| scan(&scene, &turned_ring(seed), &profile, seed))
+        .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
     let path = match options.form {
         Form::Ply => {
             let path = with_ending(&stem, "ply");

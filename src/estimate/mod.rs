@@ -1,7 +1,7 @@
 //! From the boundary vector to the six stiffnesses, with intervals.
 //!
-//! In: a [`Boundary`] (simulation frame), the areal density, and whether weft and
-//! warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval on each
+//! In: a [`Boundary`] (simulation frame), the areal density, to which all stiffnesses are in
+//! proportion, and whether weft and warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval on each
 //! stiffness, and what is to be said against it. Method: the SNN of the paper
 //! (section IV), with a sigma beside each mean, averaged over the symmetric views
 //! of the specimen; intervals by split conformal prediction (docs/design/
@@ -59,8 +59,8 @@ pub struct Estimate {
     /// Whether each stiffness (paper's order) lies inside what the model was
     /// trained on, and not at its end.
     pub in_range: [bool; STIFFNESSES],
-    /// Ends of what the model was trained on, for each stiffness (paper's order and units).
-    /// Values and intervals are cut there.
+    /// Ends of what the model was trained on, for each stiffness (paper's order and units), at this
+    /// density. Values and intervals are cut there.
     pub trained: [[f64; 2]; STIFFNESSES],
     /// One fabric if weft and warp are known. If not, two: the boundary as given,
     /// and with weft and warp exchanged.
@@ -113,10 +113,10 @@ pub struct ParameterEstimate {
 /// What the user should know of an estimate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimateWarning {
-    /// The density is one that the model has not seen.
+    /// No fabric that the model knows is so light or so heavy.
     #[error(
-        "density {value} g/m^2 lies outside the trained {min} to {max} g/m^2: the stiffnesses are \
-         extrapolated"
+        "density {value} g/m^2 lies outside the {min} to {max} g/m^2 of the fabrics that the model was trained on: \
+         weigh the specimen again"
     )]
     DensityOutsideTraining {
         /// Density \[g/m^2\].
@@ -240,12 +240,19 @@ impl Estimator {
             return Err(EstimateError::NotFinite { index });
         }
         let views = symmetry::views(boundary);
+        let asked_kg_m2 = self.asked_kg_m2(density_kg_m2);
         let rows: Vec<Vec<f32>> =
-            views.iter().map(|view| network_input(&view.boundary, density_kg_m2)).collect();
+            views.iter().map(|view| network_input(&view.boundary, asked_kg_m2)).collect();
         let outputs = self.network.run(&rows)?;
         let mixture = Normalised::over_views(&views, &outputs);
         let novelty = self.novelty(&rows[0], outputs[0].novelty_mm);
         Ok(self.assemble(&mixture, density_kg_m2, orientation_known, novelty))
+    }
+
+    /// The density for which the network is asked. A drape at rest depends on stiffness over weight alone, so that the answer
+    /// for the specimen's is that one in proportion.
+    fn asked_kg_m2(&self, density_kg_m2: f64) -> f64 {
+        self.model.input.asked_density_g_m2.map_or(density_kg_m2, |asked| asked * KG_M2_PER_G_M2)
     }
 
     fn novelty(&self, row: &[f32], rms_mm: f32) -> Novelty {
@@ -269,7 +276,12 @@ impl Estimator {
         novelty: Novelty,
     ) -> Estimate {
         let mut warnings = Vec::new();
-        let mut in_range = self.density_in_range(density_kg_m2, &mut warnings);
+        let unlike = self.unlike_in_density(density_kg_m2);
+        // asked for another density the network does not extrapolate
+        let extrapolates = unlike.is_some() && self.model.input.asked_density_g_m2.is_none();
+        let mut in_range = [!extrapolates; STIFFNESSES];
+        warnings.extend(unlike);
+        let heavier = density_kg_m2 / self.asked_kg_m2(density_kg_m2);
         for (i, known) in in_range.iter_mut().enumerate() {
             let mean = mixture.mean[i];
             if !(PINNED..=1.0 - PINNED).contains(&mean) {
@@ -299,40 +311,35 @@ impl Estimator {
             fabric: candidates[0].fabric,
             interval90: covering(&candidates),
             in_range,
-            trained: std::array::from_fn(|i| self.model.output.range(i)),
+            trained: std::array::from_fn(|i| self.model.output.range(i).map(|end| end * heavier)),
             candidates,
             novelty,
             warnings,
         }
     }
 
-    /// Whether the density lets any stiffness be in range, per stiffness.
-    fn density_in_range(
-        &self,
-        density_kg_m2: f64,
-        warnings: &mut Vec<EstimateWarning>,
-    ) -> [bool; STIFFNESSES] {
+    /// Whether no fabric of the training is so light or so heavy.
+    fn unlike_in_density(&self, density_kg_m2: f64) -> Option<EstimateWarning> {
         let value = density_kg_m2 / KG_M2_PER_G_M2;
         let [min, max] = self.model.density_range_g_m2();
-        let inside = (min..=max).contains(&value);
-        if !inside {
-            warnings.push(EstimateWarning::DensityOutsideTraining { value, min, max });
-        }
-        [inside; STIFFNESSES]
+        let outside = !(min..=max).contains(&value);
+        outside.then_some(EstimateWarning::DensityOutsideTraining { value, min, max })
     }
 
-    /// Values and intervals, cut to the trained range. The middle is made the
+    /// Values and intervals, cut to the trained range, for a density. The middle is made the
     /// bending set of one plate, so that it can be simulated.
     fn candidate(
         &self,
         mixture: &Normalised,
         density_kg_m2: f64,
     ) -> (Candidate, Option<crate::fabric::Warning>) {
+        let heavier = density_kg_m2 / self.asked_kg_m2(density_kg_m2);
         let fabric = |offset: f64| {
             let mut values = [density_kg_m2 / KG_M2_PER_G_M2; STIFFNESSES + 1];
             for (i, value) in values.iter_mut().enumerate().take(STIFFNESSES) {
                 let half = mixture.sigma[i] * self.model.interval.quantile[i];
-                *value = self.model.output.stiffness(i, mixture.mean[i] + offset * half);
+                let asked = self.model.output.stiffness(i, mixture.mean[i] + offset * half);
+                *value = asked * heavier;
             }
             Fabric { density_kg_m2, ..Fabric::from_paper_units(values) }
         };

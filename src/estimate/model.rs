@@ -57,6 +57,10 @@ pub(super) struct Input {
     pub min: Vec<f64>,
     pub max: Vec<f64>,
     pub novelty_limit_mm: f64,
+    /// Areal density for which the network is asked whatever the specimen's, the answer being in proportion; without it
+    /// the network is asked for the specimen's own.
+    #[serde(default)]
+    pub asked_density_g_m2: Option<f64>,
 }
 
 /// Logarithms of the stiffnesses (the paper's units) at outputs 0 and 1.
@@ -125,6 +129,12 @@ impl Model {
         if [self.input.min.len(), self.input.max.len()] != [INPUTS; 2] {
             let inputs = self.input.min.len();
             faults.push(format!("has ranges of {inputs} inputs, expected {INPUTS}"));
+        }
+        let [least, most] = [&self.input.min, &self.input.max].map(|v| v.last().copied());
+        if let (Some(asked), Some(least), Some(most)) = (self.input.asked_density_g_m2, least, most)
+            && !(least..=most).contains(&asked)
+        {
+            faults.push(format!("asks for {asked} g/m^2, trained on {least} to {most}"));
         }
         let Output { ln_min, ln_max, .. } = &self.output;
         if !ln_min.iter().zip(ln_max).all(|(min, max)| min < max && (max - min).is_finite()) {

@@ -14,7 +14,7 @@ use crate::base::units::M_PER_MM;
 use crate::calibrate::effect::{Cloth, Effect};
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
-use crate::calibrate::manifest::{Face, ManifestError, Role, read as read_manifest};
+use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
 use crate::calibrate::run::{CalibrateError, FabricResult, Options, Told, calibrate};
 use crate::calibrate::target::Target;
 use crate::numeric::moments::mean;
@@ -69,6 +69,8 @@ pub struct Scored {
     pub said: Result<Said, String>,
     /// Mean distance of the held-out outlines from the drapes of the truth, led by them \[mm\]; NaN where none came to rest.
     pub truth_mm: f64,
+    /// Effects that the calibration did not look for.
+    pub without: Vec<&'static str>,
 }
 
 /// Why a case is not scored.
@@ -92,6 +94,8 @@ pub enum SeriesError {
 pub struct Series {
     /// Seed of the cases.
     pub seed: u64,
+    /// Discs seen from above, or squares that are scanned.
+    pub bench: Bench,
     /// Which of them.
     pub cases: std::ops::Range<u64>,
     /// How they are made.
@@ -119,7 +123,7 @@ impl Series {
     }
 
     fn scored(&self, index: u64) -> Result<Scored, SeriesError> {
-        let case = Case::drawn(self.seed, index)?;
+        let case = Case::drawn(self.seed, index, self.bench)?;
         let folder = self.folder.join(format!("{}-{index}", self.seed));
         let sealed = make(&case, &folder, &self.make)?;
         let entries = read_manifest(Sealed::manifest(&folder))?;
@@ -135,7 +139,8 @@ impl Series {
             }
             None => (unanswered(&"no picture could be used"), f64::NAN),
         };
-        Ok(Scored { sealed, said, truth_mm })
+        let without = self.calibrate.without.iter().map(|effect| effect.name);
+        Ok(Scored { sealed, said, truth_mm, without: without.collect() })
     }
 
     /// The held-out error of the truth.
@@ -144,15 +149,22 @@ impl Series {
         let held: Vec<_> = held.filter(|measured| measured.entry.role == Role::Holdout).collect();
         let smaller = 1.0 / (1.0 + case.scale_by());
         let camera = Effect::named("perspective").into_iter().flat_map(|effect| effect.numbers);
-        let effects: Vec<_> = camera.map(|number| (number, case.per_height())).collect();
+        let mut effects: Vec<_> = camera.map(|number| (number, case.per_height())).collect();
+        if self.bench == Bench::Square {
+            let scale = Effect::named("scale").into_iter().flat_map(|effect| effect.numbers);
+            effects.extend(scale.map(|number| (number, case.scale_by().ln_1p())));
+        }
         let mut rms_m = Vec::new();
         for face in [Face::Up, Face::Down] {
             let bench = case.experiment(face);
             let of_face = held.iter().filter(|measured| measured.entry.face == Some(face));
             let targets: Vec<Target> = of_face
-                .map(|measured| {
+                .filter_map(|measured| {
+                    if let Some(rim) = &measured.rim {
+                        return Target::of_rim(rim.clone(), &bench);
+                    }
                     let outline = measured.outline.mapped(|p| p.map(|v| v * smaller));
-                    Target::of(&outline, measured.warp_rad, &bench)
+                    Some(Target::of(&outline, measured.warp_rad, &bench))
                 })
                 .collect();
             let fit = self.calibrate.fit;
@@ -187,11 +199,13 @@ impl Scored {
     }
 
     /// Whether what was said is right. Of cases with effects on the list: each is named or within the group, and nothing
-    /// else is named. Of one with none: `none`. Of one that is on no list: `unexplained`.
+    /// else is named. Of one with none: `none`. Of one that is on no list, or was left out of it: `unexplained`.
     #[must_use]
     pub fn is_right(&self) -> bool {
         let Ok(said) = &self.said else { return false };
+        let left_out = self.sealed.effects.iter().any(|e| self.without.contains(&e.name()));
         match self.sealed.kind {
+            _ if left_out => said.verdict == "unexplained",
             Kind::None => said.verdict == "none",
             Kind::Unlisted => said.verdict == "unexplained",
             Kind::One | Kind::Two => {
@@ -328,9 +342,10 @@ mod tests {
             fabric_si: [1.0; 7],
             effects,
             vertices: 41,
+            sensor: None,
             drapes: vec![drape],
         };
-        Scored { sealed, said: Ok(said), truth_mm: 0.5 }
+        Scored { sealed, said: Ok(said), truth_mm: 0.5, without: Vec::new() }
     }
 
     fn said(verdict: &str, effects: &[&str], group: &[&str], after_mm: f64) -> Said {

@@ -1,7 +1,7 @@
 //! The rim that an estimate is made from: found in a scan, or read from a boundary
 //! CSV that a user may have corrected by hand.
 //!
-//! In: a path. Out: a [`Rim`], 244 points in the simulation frame. A boundary CSV
+//! In: a path, or what is in memory already. Out: a [`Rim`], 244 points in the simulation frame. A boundary CSV
 //! is known by its first line; what was typed wrong in it shows as a jump, an
 //! open corner or a side of impossible length, and is refused with its line.
 //!
@@ -17,8 +17,9 @@ use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Isometry3, Point3, Surface};
+use crate::geom::Cloud;
 use crate::io::boundary_csv::{self, OrientedRim};
-use crate::io::{Format, ReadNotes, ReadOptions, read_scan_with};
+use crate::io::{Format, Place, ReadError, ReadNotes, ReadOptions, checked, read_scan_with};
 use crate::scan::{
     LengthUnit, Orientation, Refusal, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
     quarters_to_warp,
@@ -46,7 +47,7 @@ const MOST_RISE_M: f64 = 10e-3;
 const DEEPEST_STRETCH: f64 = 1.25;
 
 /// The rim that an estimate is made from.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Rim {
     /// Found in a scan.
     Scanned {
@@ -152,13 +153,49 @@ pub fn of_input(
     options: &ScanOptions,
 ) -> Result<Rim, IntakeError> {
     if read.format.is_none() && boundary_csv::is_one(path) {
-        let rim = boundary_csv::read_oriented(path)?;
-        return check(&rim.boundary, options)
-            .and_then(|()| oriented(rim, options))
-            .map_err(|source| IntakeError::RimRefused { path: path.to_owned(), source });
+        return of_rim(path, boundary_csv::read_oriented(path)?, options);
     }
     let (scanned, notes) = of_scan(path, read, options)?;
     Ok(Rim::Scanned { scanned: Box::new(scanned), notes })
+}
+
+/// A rim that is in memory, checked and turned to the warp as that of a boundary CSV is. `name` stands for
+/// the file in messages, whose lines are those that the rim would have in one: a point's number and 2.
+///
+/// # Errors
+/// When it can be no rim of the specimen.
+pub fn of_rim(name: &Path, rim: OrientedRim, options: &ScanOptions) -> Result<Rim, IntakeError> {
+    check(&rim.boundary, options)
+        .and_then(|()| oriented(rim, options))
+        .map_err(|source| IntakeError::RimRefused { path: name.to_owned(), source })
+}
+
+/// The rim of a cloud or a mesh that is in memory, in the unit of the options; `name` stands for the file in
+/// messages. Points that are none (NaN, infinite) are left out and noted, as the readers do.
+///
+/// # Errors
+/// When there are no points, the colours or the triangles are not theirs, or the scan is refused.
+pub fn of_cloud(name: &Path, cloud: Cloud, options: &ScanOptions) -> Result<Rim, IntakeError> {
+    let (cloud, notes) = checked(cloud).map_err(|fault| ReadError {
+        path: name.to_owned(),
+        place: Place::File,
+        fault,
+    })?;
+    let scanned = Box::new(in_cloud(name, cloud, options, &mut Stages::off())?);
+    Ok(Rim::Scanned { scanned, notes })
+}
+
+/// Finds the rim in what was read.
+fn in_cloud(
+    path: &Path,
+    cloud: Cloud,
+    options: &ScanOptions,
+    stages: &mut Stages,
+) -> Result<ScannedBoundary, IntakeError> {
+    boundary_in_stages(cloud, options, stages).map_err(|refusal| {
+        let Refusal { error: source, found } = refusal;
+        IntakeError::Refused { path: path.to_owned(), source: Box::new(source), found }
+    })
 }
 
 /// Reads a scan and finds its rim.
@@ -185,14 +222,10 @@ pub fn of_scan_in_stages(
 ) -> Result<(ScannedBoundary, ReadNotes), IntakeError> {
     let (cloud, notes) = stages.span("read", || read_scan_with(path, read))?;
     // Their reader has made metres of them.
-    let known = matches!(notes.format, Format::DepthPng | Format::Views);
+    let known = matches!(notes.format, Some(Format::DepthPng | Format::Views));
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
-    let scanned = boundary_in_stages(cloud, &options, stages).map_err(|refusal| {
-        let Refusal { error: source, found } = refusal;
-        IntakeError::Refused { path: path.to_owned(), source: Box::new(source), found }
-    })?;
-    Ok((scanned, notes))
+    Ok((in_cloud(path, cloud, &options, stages)?, notes))
 }
 
 /// Turns a given rim so that its x axis is the warp, if the user said where that

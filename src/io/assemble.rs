@@ -1,4 +1,5 @@
-//! The last step of each reader: from what the file says to a checked cloud.
+//! The last step of each reader: from what the file says to a checked cloud. Points that are in
+//! memory already take the same step.
 
 use super::{At, Fault, Format};
 use crate::base::Point3;
@@ -12,8 +13,8 @@ pub const LARGEST_COORDINATE: f64 = 1e9;
 /// What a reader left out, and what it read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadNotes {
-    /// The format.
-    pub format: Format,
+    /// The format; `None` for points that were in memory.
+    pub format: Option<Format>,
     /// Points in the file, the dropped ones included.
     pub points_in_file: usize,
     /// Points dropped: NaN, infinite, or beyond [`LARGEST_COORDINATE`].
@@ -79,7 +80,34 @@ pub(super) fn finish(raw: Raw, format: Format) -> Result<(Cloud, ReadNotes), At>
     if points_in_file == 0 {
         return Err(Fault::NoPoints.anywhere());
     }
-    check_faces(&raw.faces, points_in_file, format)?;
+    check_faces(&raw.faces, points_in_file, Some(format))?;
+    kept(raw, Some(format))
+}
+
+/// Points in memory, checked as those of a file are: what is no point is dropped, with the triangles that
+/// touch it, and noted. Colours are none, or one for each point.
+///
+/// # Errors
+/// No points, none that is finite, colours that are more or fewer than the points, a triangle that names
+/// a point that is not there.
+pub fn checked(cloud: Cloud) -> Result<(Cloud, ReadNotes), Fault> {
+    let Cloud { points, colors, triangles } = cloud;
+    if points.is_empty() {
+        return Err(Fault::NoPoints);
+    }
+    if !colors.is_empty() && colors.len() != points.len() {
+        return Err(Fault::Colors { colors: colors.len(), points: points.len() });
+    }
+    let mut faces = Faces::default();
+    triangles.iter().for_each(|triangle| faces.push(triangle));
+    let raw = Raw { points, colors, faces, ..Raw::default() };
+    let found = check_faces(&raw.faces, raw.points.len(), None).and_then(|()| kept(raw, None));
+    found.map_err(|at| at.fault)
+}
+
+/// Drops what is no point and remaps the triangles.
+fn kept(raw: Raw, format: Option<Format>) -> Result<(Cloud, ReadNotes), At> {
+    let points_in_file = raw.points.len();
     const GONE: u32 = u32::MAX;
     let valid = |p: &Point3| p.iter().all(|c| c.abs() <= LARGEST_COORDINATE);
     let mut kept = 0_u32;
@@ -125,8 +153,8 @@ pub(super) fn finish(raw: Raw, format: Format) -> Result<(Cloud, ReadNotes), At>
     Ok((Cloud { points, colors, triangles }, notes))
 }
 
-fn check_faces(faces: &Faces, vertices: usize, format: Format) -> Result<(), At> {
-    let from = i64::from(format == Format::Obj);
+fn check_faces(faces: &Faces, vertices: usize, format: Option<Format>) -> Result<(), At> {
+    let from = i64::from(format == Some(Format::Obj));
     for (triangle, &face) in faces.triangles.iter().zip(&faces.face_of) {
         if let Some(&index) = triangle.iter().find(|&&index| index as usize >= vertices) {
             let index = i64::from(index) + from;

@@ -138,6 +138,14 @@ pub enum Fault {
         /// The number of vertices.
         vertices: usize,
     },
+    /// Colours that are not those of the points.
+    #[error("{colors} colours for {points} points; give one for each point, or none")]
+    Colors {
+        /// How many colours there are.
+        colors: usize,
+        /// How many points there are.
+        points: usize,
+    },
     /// A file without a point.
     #[error("the file holds no points; check the export's selection")]
     NoPoints,
@@ -171,7 +179,7 @@ impl Fault {
 #[derive(Debug)]
 pub(super) struct At {
     place: Place,
-    fault: Fault,
+    pub(super) fault: Fault,
 }
 
 impl At {

@@ -47,7 +47,7 @@ mod xyz;
 
 use std::path::{Path, PathBuf};
 
-pub use assemble::{LARGEST_COORDINATE, ReadNotes};
+pub use assemble::{LARGEST_COORDINATE, ReadNotes, checked};
 pub use error::{Fault, Place, ReadError, WriteError};
 pub use format::{Format, SUPPORTED};
 pub use intrinsics::Intrinsics;

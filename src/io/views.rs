@@ -305,12 +305,12 @@ pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<(Cloud, ReadNo
             format: None,
         };
         let (mut seen, its) = read_file(&view.file, &own).map_err(|at| at.in_file(&view.file))?;
-        let scale = if its.format == Format::DepthPng { 1.0 } else { view.unit_m };
+        let scale = if its.format == Some(Format::DepthPng) { 1.0 } else { view.unit_m };
         colored &= seen.colors.len() == seen.points.len();
         let base = cloud.points.len() as u32;
         cloud.points.extend(seen.points.iter().map(|p| {
             let mut p = p * scale;
-            if view.opengl && its.format == Format::DepthPng {
+            if view.opengl && its.format == Some(Format::DepthPng) {
                 (p.y, p.z) = (-p.y, -p.z);
             }
             view.world_from_camera * p
@@ -319,7 +319,7 @@ pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<(Cloud, ReadNo
         cloud.triangles.extend(seen.triangles.iter().map(|t| t.map(|vertex| vertex + base)));
         match &mut notes {
             Some(notes) => notes.add(its),
-            None => notes = Some(ReadNotes { format: Format::Views, ..its }),
+            None => notes = Some(ReadNotes { format: Some(Format::Views), ..its }),
         }
     }
     if !colored {

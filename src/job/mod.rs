@@ -1,7 +1,7 @@
 //! The main job: a scan file to six stiffnesses, and back to a drape.
 //!
 //! read -> rim -> estimate -> refine, if asked for, with other scans of the same fabric -> re-simulate. In: a path and what the user
-//! knows. Out: an [`Outcome`], which `report` shows.
+//! knows; or, for [`Job::run_on`], a rim in place of the path. Out: an [`Outcome`], which `report` shows.
 
 mod error;
 pub mod refinement;
@@ -78,6 +78,15 @@ pub fn check_experiment(scan: &ScanOptions) -> Result<(), JobError> {
 }
 
 impl Job {
+    /// Refuses what there is no estimate of whatever the scan shows: a density that no textile has, another experiment.
+    ///
+    /// # Errors
+    /// [`JobError::Density`], [`JobError::Experiment`].
+    pub fn check(&self) -> Result<(), JobError> {
+        check_density(self.density_kg_m2)?;
+        check_experiment(&self.scan)
+    }
+
     /// Runs the job with the model that ships with the package.
     ///
     /// # Errors
@@ -92,8 +101,7 @@ impl Job {
     /// # Errors
     /// As [`Self::run`].
     pub fn run_telling(self, tell: impl Fn(&str)) -> Result<Outcome, JobError> {
-        check_density(self.density_kg_m2)?;
-        check_experiment(&self.scan)?;
+        self.check()?;
         self.with_model(&Estimator::shipped()?, tell)
     }
 
@@ -105,12 +113,34 @@ impl Job {
         self.with_model(estimator, |_| ())
     }
 
-    /// The other scans of the fabric. Weft and warp must be known in all of them: two drops that are
+    /// Runs the job on a rim that is there already, and refines, where that is asked for, on the rims of `with` together
+    /// with it, each with its name. [`Self::input`] is the first one's name; [`Self::read`] is not used.
+    ///
+    /// # Errors
+    /// As [`Self::run`], but for the reading.
+    pub fn run_on(
+        mut self,
+        rim: Rim,
+        with: Vec<(PathBuf, Rim)>,
+        estimator: &Estimator,
+        tell: impl Fn(&str),
+    ) -> Result<Outcome, JobError> {
+        self.check()?;
+        let (names, rims): (_, Vec<Rim>) = with.into_iter().unzip();
+        self.with = names;
+        let mut rims = rims.into_iter();
+        let next =
+            |_: &Path| Ok(rims.next().unwrap_or_else(|| unreachable!("a rim for each name")));
+        self.of_rim(rim, next, estimator, tell)
+    }
+
+    /// The other scans of the fabric, each taken in by `take`. Weft and warp must be known in all of them: two drops that are
     /// read turned against each other are of two fabrics. One that cannot be trusted is refused with
     /// its path, since it would pull the fabric to itself unseen.
     fn companions(
         &self,
         rim: &Rim,
+        mut take: impl FnMut(&Path) -> Result<Rim, JobError>,
         estimator: &Estimator,
         tell: &impl Fn(&str),
     ) -> Result<Vec<Companion>, JobError> {
@@ -118,11 +148,9 @@ impl Job {
         if !self.with.is_empty() && rim.orientation() != Orientation::Given {
             return Err(fault(&self.input, CompanionFault::UnknownWarp));
         }
-        // The format is said of the first alone.
-        let read = ReadOptions { format: None, ..self.read.clone() };
         let companion = |path: &PathBuf| {
             tell(&format!("looking for the rim of {}", path.display()));
-            let rim = rim::of_input(path, &read, &self.scan)?;
+            let rim = take(path)?;
             if rim.orientation() != Orientation::Given {
                 return Err(fault(path, CompanionFault::UnknownWarp));
             }
@@ -137,15 +165,29 @@ impl Job {
     }
 
     fn with_model(self, estimator: &Estimator, tell: impl Fn(&str)) -> Result<Outcome, JobError> {
-        check_density(self.density_kg_m2)?;
-        check_experiment(&self.scan)?;
+        self.check()?;
         tell("looking for the rim");
         let rim = rim::of_input(&self.input, &self.read, &self.scan)?;
+        // The format is said of the first alone.
+        let read = ReadOptions { format: None, ..self.read.clone() };
+        let scan = self.scan.clone();
+        let take = move |path: &Path| Ok(rim::of_input(path, &read, &scan)?);
+        self.of_rim(rim, take, estimator, tell)
+    }
+
+    /// What follows once the rim is there.
+    fn of_rim(
+        self,
+        rim: Rim,
+        take: impl FnMut(&Path) -> Result<Rim, JobError>,
+        estimator: &Estimator,
+        tell: impl Fn(&str),
+    ) -> Result<Outcome, JobError> {
         let known = rim.orientation() == Orientation::Given;
         tell("estimating the stiffnesses");
         let network = estimator.estimate(rim.boundary(), self.density_kg_m2, known)?;
         let refinement = if self.refine {
-            let companions = self.companions(&rim, estimator, &tell)?;
+            let companions = self.companions(&rim, take, estimator, &tell)?;
             tell("refining on the scan's branch");
             let known = (self.density_kg_m2, &self.experiment);
             Some(Refinement::of(&rim, companions, known, &network, &tell))

@@ -1,4 +1,6 @@
-//! What is shown of a calibration: calibration.json, a table, and a picture of each drape.
+//! What is shown of a calibration: calibration.json, a table, a page, and a picture of each drape.
+//!
+//! Each fabric by itself is a [`Section`], all of it text, which can be kept; the whole is put together from sections.
 
 use std::path::{Path, PathBuf};
 
@@ -13,58 +15,94 @@ use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
 use crate::calibrate::pose::POSE_KEYS;
 use crate::calibrate::run::{
-    Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair,
+    Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair, Refused,
 };
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
-use crate::io::{self, WriteError};
+use crate::io::{self, OutputError, WriteError, output};
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::picture::draw;
 use crate::report::page;
 use crate::report::page::calibration::Source;
+use crate::report::section::Section;
 
+/// Name of the file that programs read.
+pub const JSON: &str = "calibration.json";
 /// Name of the page.
 pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Writes `calibration.json`, `FABRIC.params.json` (the fabric with the effects that were added), `FABRIC_lineN.png` for each
-/// simulated drape, and `FABRIC_lineN_after.png` where effects were added, into `folder`, which is made if it is not there. Returns their paths.
+/// Whether `calibration.json` and the page can be written into `folder` without any of `inputs` being lost.
+///
+/// # Errors
+/// When a file would be lost, `folder` is none, or the system refuses.
+pub fn check(folder: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
+    output::check_folder(folder)?;
+    if folder.is_dir() {
+        for name in [JSON, PAGE] {
+            output::check_file(&folder.join(name), inputs)?;
+        }
+    }
+    Ok(())
+}
+
+/// A fabric's section. Writes its files into `folder`, which is there: `FABRIC.params.json` (the fabric with the effects that were
+/// added), `FABRIC_lineN.png` for each simulated drape, and `FABRIC_lineN_after.png` where effects were added.
 ///
 /// # Errors
 /// When the system refuses.
-pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|source| WriteError { path: folder.to_owned(), source })?;
-    let path = folder.join("calibration.json");
-    let text = json(calibration);
+pub fn write(fabric: &FabricResult, folder: &Path) -> Result<Section, WriteError> {
+    Ok(Section {
+        name: fabric.name.clone(),
+        json: of_fabric(fabric),
+        table: fabric_table(fabric),
+        page: page::calibration::section(fabric).into_string(),
+        drapes: fabric.drapes.len(),
+        fitted: fabric.fitted.is_ok(),
+        files: write_files(fabric, folder)?,
+    })
+}
+
+/// Writes `calibration.json` into `folder`. Returns its path.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_json(
+    sections: &[Section],
+    refused: &[Refused],
+    folder: &Path,
+) -> Result<PathBuf, WriteError> {
+    let path = folder.join(JSON);
+    let text = json(sections, refused);
     io::atomically(&path, |out| {
         serde_json::to_writer_pretty(&mut *out, &text)?;
         writeln!(out)
     })?;
-    let mut written = vec![path];
-    for fabric in &calibration.fabrics {
-        let found = fabric.after.as_ref().map(|after| &after.fitted);
-        if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
-            let path = folder.join(format!("{}.params.json", plain(&fabric.name)));
-            let text = cloth_file::text(fitted, fabric.believed.density_known);
-            io::atomically(&path, |out| {
-                serde_json::to_writer_pretty(&mut *out, &text)?;
-                writeln!(out)
-            })?;
-            written.push(path);
-        }
-        let after = fabric.after.iter().flat_map(|after| &after.drapes);
-        let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
-        for (drape, which) in both {
-            let Ok(beside) = &drape.beside else { continue };
-            let measured = &fabric.measured[drape.measured];
-            let name = format!("{}_line{}{which}.png", plain(&fabric.name), measured.entry.line);
-            let path = folder.join(name);
-            let picture = picture(measured, beside);
-            io::write_png(&path, [picture.width(), picture.height()], picture.as_raw())?;
-            written.push(path);
-        }
+    Ok(path)
+}
+
+fn write_files(fabric: &FabricResult, folder: &Path) -> Result<Vec<String>, WriteError> {
+    let mut written = Vec::new();
+    let found = fabric.after.as_ref().map(|after| &after.fitted);
+    if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
+        let name = format!("{}.params.json", plain(&fabric.name));
+        let text = cloth_file::text(fitted, fabric.believed.density_known);
+        io::atomically(folder.join(&name), |out| {
+            serde_json::to_writer_pretty(&mut *out, &text)?;
+            writeln!(out)
+        })?;
+        written.push(name);
+    }
+    let after = fabric.after.iter().flat_map(|after| &after.drapes);
+    let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
+    for (drape, which) in both {
+        let Ok(beside) = &drape.beside else { continue };
+        let measured = &fabric.measured[drape.measured];
+        let name = format!("{}_line{}{which}.png", plain(&fabric.name), measured.entry.line);
+        let picture = picture(measured, beside);
+        io::write_png(folder.join(&name), [picture.width(), picture.height()], picture.as_raw())?;
+        written.push(name);
     }
     Ok(written)
 }
@@ -74,12 +112,13 @@ pub fn write(calibration: &Calibration, folder: &Path) -> Result<Vec<PathBuf>, W
 /// # Errors
 /// When the system refuses.
 pub fn write_page(
-    calibration: &Calibration,
+    sections: &[Section],
+    refused: &[Refused],
     source: &Source,
     folder: &Path,
 ) -> Result<PathBuf, WriteError> {
     let path = folder.join(PAGE);
-    let page = page::calibration::page(calibration, source);
+    let page = page::calibration::page(sections, refused, source);
     io::atomically(&path, |out| out.write_all(page.as_bytes()))?;
     Ok(path)
 }
@@ -89,17 +128,26 @@ fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }
 
-/// calibration.json; lengths in mm, angles in degrees.
+/// calibration.json of the sections of its fabrics; lengths in mm, angles in degrees.
 #[must_use]
-pub fn json(calibration: &Calibration) -> Value {
-    let fabrics: serde_json::Map<String, Value> =
-        calibration.fabrics.iter().map(|f| (f.name.clone(), of_fabric(f))).collect();
-    let refused = calibration.refused.iter();
+pub fn json(sections: &[Section], refused: &[Refused]) -> Value {
+    whole(sections.iter().map(|section| (section.name.clone(), section.json.clone())), refused)
+}
+
+/// The same of a calibration of which nothing is written.
+#[must_use]
+pub fn json_of(calibration: &Calibration) -> Value {
+    let fabrics = calibration.fabrics.iter();
+    whole(fabrics.map(|fabric| (fabric.name.clone(), of_fabric(fabric))), &calibration.refused)
+}
+
+fn whole(fabrics: impl Iterator<Item = (String, Value)>, refused: &[Refused]) -> Value {
+    let of = |r: &Refused| json!({"line": r.line, "file": r.name, "why": r.why});
     json!({
         "schema_version": SCHEMA_VERSION,
         "version": env!("CARGO_PKG_VERSION"),
-        "fabrics": fabrics,
-        "refused": refused.map(|r| json!({"line": r.line, "file": r.name, "why": r.why})).collect::<Vec<_>>(),
+        "fabrics": fabrics.collect::<serde_json::Map<String, Value>>(),
+        "refused": refused.iter().map(of).collect::<Vec<_>>(),
     })
 }
 
@@ -202,6 +250,7 @@ fn of_measured(measured: &Measured) -> Value {
         "specimen": entry.specimen,
         "face": entry.face.map(Face::name),
         "capture": entry.capture,
+        "observation": entry.observation,
         "role": entry.role.name(),
         "drape_coefficient": m.drape_coefficient,
         "folds": m.folds,
@@ -335,6 +384,7 @@ fn of_group(group: &Group) -> Value {
     json!({
         "role": group.role.name(),
         "face": group.face.map(Face::name),
+        "observation": group.observation,
         "drapes": group.drapes,
         "not_at_rest": group.lost,
         "rms_mm": group.rms_m[0] / M_PER_MM,
@@ -355,12 +405,8 @@ fn finite(value: f64) -> Option<f64> {
 
 /// The table for people: floor, parameters, groups.
 #[must_use]
-pub fn table(calibration: &Calibration) -> String {
-    let mut text = String::new();
-    for fabric in &calibration.fabrics {
-        text += &fabric_table(fabric);
-    }
-    text
+pub fn table(sections: &[Section]) -> String {
+    sections.iter().map(|section| section.table.as_str()).collect()
 }
 
 fn fabric_table(fabric: &FabricResult) -> String {
@@ -416,10 +462,11 @@ fn groups_table(groups: &[Group]) -> String {
     let mut text = String::new();
     for group in groups {
         let face = group.face.map_or("-", Face::name);
+        let looked = group.observation.map_or(String::new(), |k| format!(" look {k}"));
         let lost =
             if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
         text += &format!(
-            "  {:7} {face:4} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, held by {:.1} % of the weight, drape \
+            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, held by {:.1} % of the weight, drape \
              coefficient {:.1} simulated {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
             group.role.name(),
             group.drapes,

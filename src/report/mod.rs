@@ -8,5 +8,6 @@ pub mod json;
 pub mod overlay;
 pub mod page;
 mod pane;
+pub mod section;
 pub mod table;
 pub mod verdict;

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Cloth, Effect, LISTED, UNLISTED};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::base::seed::{Rng, rng};
-use crate::calibrate::manifest::Face;
+use crate::calibrate::manifest::{Bench, Face};
 use crate::fabric::{Fabric, Mixture, MixtureError};
 use crate::sim::Experiment;
 
@@ -78,6 +78,8 @@ pub struct Case {
     pub effects: Vec<Effect>,
     /// Number of specimens, each draped with its face up and with its face down.
     pub specimens: usize,
+    /// Specimen and plate: discs are seen as silhouettes, squares are scanned.
+    pub bench: Bench,
 }
 
 /// Why a case cannot be drawn.
@@ -98,25 +100,35 @@ pub enum CaseError {
 }
 
 impl Case {
-    /// Case `index` of a run.
+    /// Case `index` of a run on a bench.
     ///
     /// # Errors
     /// [`CaseError`], which the shipped priors do not give.
-    pub fn drawn(seed: u64, index: u64) -> Result<Self, CaseError> {
+    pub fn drawn(seed: u64, index: u64, bench: Bench) -> Result<Self, CaseError> {
         let mut draw = rng(seed, "sealed case", index);
         let prior = if draw.random_bool(0.5) { Mixture::measured() } else { Mixture::knit_2020() };
         let fabric = foldable(&prior, &mut draw)?;
         let kind = KINDS[(index % KINDS.len() as u64) as usize];
         let cloth = Cloth { density_kg_m2: fabric.density_kg_m2 };
-        let effects = effects(kind, turn_of(seed, index), &cloth, &mut draw);
+        let effects = effects(kind, bench, turn_of(seed, index), &cloth, &mut draw);
         let specimens = draw.random_range(5..=6);
-        Ok(Self { seed, index, kind, prior: prior.name().to_owned(), fabric, effects, specimens })
+        let prior = prior.name().to_owned();
+        Ok(Self { seed, index, kind, prior, fabric, effects, specimens, bench })
+    }
+
+    /// Even cloth on the bench, level and in still air.
+    #[must_use]
+    pub fn plain(&self) -> Experiment {
+        match self.bench {
+            Bench::Cusick => Experiment::standard_cusick(),
+            Bench::Square => Experiment::default(),
+        }
     }
 
     /// The experiment of a specimen with this face up.
     #[must_use]
     pub fn experiment(&self, face: Face) -> Experiment {
-        let mut experiment = Experiment::standard_cusick();
+        let mut experiment = self.plain();
         self.effects.iter().for_each(|effect| effect.apply(&mut experiment));
         match face {
             Face::Up => experiment,
@@ -161,13 +173,21 @@ fn turn_of(seed: u64, index: u64) -> usize {
     first + rounds as usize * of_kind(&KINDS) + of_kind(&KINDS[..last])
 }
 
-fn effects(kind: Kind, turn: usize, cloth: &Cloth, draw: &mut Rng) -> Vec<Effect> {
+fn effects(kind: Kind, bench: Bench, turn: usize, cloth: &Cloth, draw: &mut Rng) -> Vec<Effect> {
+    // a scan has no camera's height
+    let of_bench = |k: &usize| bench == Bench::Cusick || LISTED[*k] != "perspective";
+    let own: Vec<usize> = (0..LISTED.len()).filter(of_bench).collect();
+    let listed = |turn: usize, draw: &mut Rng| match Effect::listed(own[turn % own.len()], draw) {
+        // what is farther off, the scan path itself takes for another specimen
+        Effect::Scale { by } if bench == Bench::Square => Effect::Scale { by: 0.5 * by },
+        effect => effect,
+    };
     match kind {
         Kind::None => Vec::new(),
-        Kind::One => vec![Effect::listed(turn, draw)],
+        Kind::One => vec![listed(turn, draw)],
         Kind::Two => {
-            let other = turn + draw.random_range(1..LISTED.len());
-            vec![Effect::listed(turn, draw), Effect::listed(other, draw)]
+            let other = turn + draw.random_range(1..own.len());
+            vec![listed(turn, draw), listed(other, draw)]
         }
         Kind::Unlisted => vec![Effect::unlisted(turn, cloth, draw)],
     }
@@ -180,13 +200,26 @@ mod tests {
 
     #[test]
     fn a_case_is_drawn_by_its_seed_and_number_alone() {
-        assert_eq!(Case::drawn(5, 3).unwrap(), Case::drawn(5, 3).unwrap());
-        assert_ne!(Case::drawn(5, 3).unwrap().fabric, Case::drawn(6, 3).unwrap().fabric);
+        assert_eq!(
+            Case::drawn(5, 3, Bench::Cusick).unwrap(),
+            Case::drawn(5, 3, Bench::Cusick).unwrap()
+        );
+        assert_ne!(
+            Case::drawn(5, 3, Bench::Cusick).unwrap().fabric,
+            Case::drawn(6, 3, Bench::Cusick).unwrap().fabric
+        );
     }
 
     #[test]
     fn sixty_cases_have_every_effect_and_every_kind_and_sound_experiments() {
-        let cases: Vec<Case> = (0..60).map(|index| Case::drawn(2, index).unwrap()).collect();
+        for bench in [Bench::Cusick, Bench::Square] {
+            sixty_cases(bench);
+        }
+    }
+
+    fn sixty_cases(bench: Bench) {
+        let drawn = |index| Case::drawn(2, index, bench).unwrap();
+        let cases: Vec<Case> = (0..60).map(drawn).collect();
         let count = |kind: Kind| cases.iter().filter(|case| case.kind == kind).count();
         let kinds = [Kind::One, Kind::None, Kind::Unlisted, Kind::Two].map(count);
         assert_eq!(kinds, [24, 18, 12, 6]);
@@ -194,7 +227,9 @@ mod tests {
             let of_kind = cases.iter().filter(|case| case.kind == kind);
             of_kind.flat_map(|case| case.effects.iter().map(Effect::name)).collect()
         };
-        assert_eq!(named(Kind::One), BTreeSet::from(LISTED));
+        let listed = LISTED.into_iter();
+        let listed = listed.filter(|name| bench == Bench::Cusick || *name != "perspective");
+        assert_eq!(named(Kind::One), listed.collect());
         assert_eq!(named(Kind::Unlisted), BTreeSet::from(UNLISTED));
         let priors: BTreeSet<&str> = cases.iter().map(|case| case.prior.as_str()).collect();
         assert_eq!(priors.len(), 2);
@@ -215,8 +250,10 @@ mod tests {
 
     #[test]
     fn an_odd_effect_changes_its_sign_with_the_face_and_the_room_stays() {
-        let case =
-            |effects: &[Effect]| Case { effects: effects.to_vec(), ..Case::drawn(1, 1).unwrap() };
+        let case = |effects: &[Effect]| Case {
+            effects: effects.to_vec(),
+            ..Case::drawn(1, 1, Bench::Cusick).unwrap()
+        };
         let both = |effects: &[Effect]| {
             let case = case(effects);
             [Face::Up, Face::Down].map(|face| case.experiment(face))

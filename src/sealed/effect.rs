@@ -261,7 +261,11 @@ mod tests {
 
     #[test]
     fn the_effects_that_are_listed_are_those_that_a_calibration_looks_for() {
-        let mut names = crate::calibrate::effect::EFFECTS.map(|effect| effect.name);
+        // no sealed drape is looked at twice, so that none settles
+        use crate::calibrate::effect::{Acts, EFFECTS};
+        let lasts = |n: &crate::calibrate::effect::Number| !matches!(n.acts, Acts::Settling(_));
+        let lasting = EFFECTS.iter().filter(|effect| effect.numbers.iter().all(lasts));
+        let mut names: Vec<&str> = lasting.map(|effect| effect.name).collect();
         let mut listed = LISTED;
         names.sort_unstable();
         listed.sort_unstable();

@@ -1,8 +1,8 @@
 //! A case's drapes, their pictures, the manifest, and the truth.
 //!
-//! In: a [`Case`], a folder. Out: two pictures of each drape (`S1_up_1.png`), `manifest.csv` as `calibrate` reads it,
-//! and `sealed.json`, which it never reads. Specimens of odd number are to be fitted, the others are held out, both faces of
-//! each. The same case gives the same bytes.
+//! In: a [`Case`], a folder. Out: two pictures of each disc (`S1_up_1.png`) or a virtual scan of each square (`S1_up.ply`),
+//! `manifest.csv` as `calibrate` reads it, and `sealed.json`, which it never reads. The first four specimens are to be fitted,
+//! the others are held out, both faces of each. The same case gives the same bytes.
 //!
 //! Every drape has a drop of its own, perturbed; one that does not come to rest is dropped anew. The specimens lie with their
 //! warp to the picture's right, but for a degree or two. The size of what a case differs by is taken on each drape's
@@ -16,20 +16,21 @@ use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Kind};
 use super::effect::Effect;
+use crate::base::Vector3;
+use crate::base::boundary::POINTS;
 use crate::base::seed::rng;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::floor::distance_m;
-use crate::calibrate::manifest::{Face, Role};
+use crate::calibrate::manifest::{Bench, Face, Role};
 use crate::calibrate::trial::outline_seen;
 use crate::fabric::Fabric;
-use crate::io::{WriteError, atomically, write_png};
+use crate::io::{WriteError, atomically, write_ply, write_png};
 use crate::sensor::silhouette::{SilhouetteCamera, SilhouetteErrors, silhouette};
-use crate::sim::{
-    Drape, Drop, DropStart, Experiment, FollowOptions, Follower, Setup, SimOptions, Stop,
-};
+use crate::sensor::{self, Profile, Scene, SceneError, Stand, default_ring};
+use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Setup, SimOptions, Stop};
 
 /// How cases are made.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MakeOptions {
     /// Vertices a side of the true drapes; 121 lie 2.5 mm apart.
     pub vertices: usize,
@@ -39,12 +40,15 @@ pub struct MakeOptions {
     pub size_px: [u32; 2],
     /// Pictures of each drape.
     pub captures: usize,
+    /// The sensor that scans squares.
+    pub sensor: Profile,
 }
 
 impl Default for MakeOptions {
     /// Cells of 2.5 mm, pictures as those of the measured silhouettes.
     fn default() -> Self {
-        Self { vertices: 121, pixel_m: 1.39e-3, size_px: [256, 256], captures: 2 }
+        let [_, sensor, ..] = Profile::ALL;
+        Self { vertices: 121, pixel_m: 1.39e-3, size_px: [256, 256], captures: 2, sensor }
     }
 }
 
@@ -67,6 +71,9 @@ pub struct Sealed {
     pub effects: Vec<Effect>,
     /// Vertices a side of the drapes.
     pub vertices: usize,
+    /// Name of the sensor that scanned squares; none of silhouettes.
+    #[serde(default)]
+    pub sensor: Option<String>,
     /// The drapes.
     pub drapes: Vec<SealedDrape>,
 }
@@ -110,6 +117,9 @@ pub enum MakeError {
         /// How the last one ended.
         stop: Stop,
     },
+    /// A drape makes no scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -137,6 +147,8 @@ pub enum MakeError {
     },
 }
 
+/// Colour of the mark on a specimen that is scanned.
+const MARK: [u8; 3] = [255, 0, 0];
 /// Drops that are tried for a drape.
 const DROPS: u64 = 4;
 /// Parts of the effects that are taken away to see how far they move an outline: the first that keeps to the branch counts.
@@ -154,7 +166,8 @@ pub fn make(case: &Case, folder: &Path, options: &MakeOptions) -> Result<Sealed,
     let truth = folder.join(TRUTH);
     if truth.exists() {
         let kept = read(folder)?;
-        let same = kept.is_of(case) && kept.vertices == options.vertices;
+        let same = kept.is_of(case)
+            && (kept.vertices, kept.sensor.as_deref()) == (options.vertices, sensor(case, options));
         return if same { Ok(kept) } else { Err(MakeError::Other { path: shown(&truth) }) };
     }
     std::fs::create_dir_all(folder)
@@ -175,6 +188,7 @@ pub fn make(case: &Case, folder: &Path, options: &MakeOptions) -> Result<Sealed,
         fabric_si: case.fabric.in_si(),
         effects: case.effects.clone(),
         vertices: options.vertices,
+        sensor: sensor(case, options).map(str::to_owned),
         drapes,
     };
     // last: a folder with the truth is whole
@@ -193,6 +207,11 @@ pub fn read(folder: &Path) -> Result<Sealed, MakeError> {
     let text = std::fs::read_to_string(&path)
         .map_err(|source| MakeError::Io { path: shown(&path), source })?;
     serde_json::from_str(&text).map_err(|source| MakeError::Json { path: shown(&path), source })
+}
+
+/// The sensor of a case that is scanned.
+fn sensor(case: &Case, options: &MakeOptions) -> Option<&'static str> {
+    (case.bench == Bench::Square).then_some(options.sensor.name)
 }
 
 fn shown(path: &Path) -> String {
@@ -242,8 +261,12 @@ impl Unit {
         if self.specimen <= FITTED { Role::Fit } else { Role::Holdout }
     }
 
-    fn file(&self, capture: usize) -> String {
-        format!("S{}_{}_{capture}.png", self.specimen, self.face.name())
+    fn file(&self, bench: Bench, capture: usize) -> String {
+        let (specimen, face) = (self.specimen, self.face.name());
+        match bench {
+            Bench::Cusick => format!("S{specimen}_{face}_{capture}.png"),
+            Bench::Square => format!("S{specimen}_{face}.ply"),
+        }
     }
 
     /// A seed of its own for each purpose and each try.
@@ -253,7 +276,7 @@ impl Unit {
         rng(of_run, purpose, 1000 * own + number).random()
     }
 
-    /// Drapes it and writes its pictures.
+    /// Drapes it and writes its pictures or its scan.
     fn made(
         &self,
         case: &Case,
@@ -262,12 +285,13 @@ impl Unit {
     ) -> Result<SealedDrape, MakeError> {
         let (mut follower, drop_seed) = self.draped(case, options.vertices)?;
         let drape = follower.drape();
-        for capture in 1..=options.captures {
-            let camera = self.camera(case, capture as u64, options);
-            let noise_seed = self.seed(case, "sealed noise", capture as u64);
-            let mesh = drape.grid.mesh(&drape.positions_m);
-            let picture = silhouette(&mesh, &drape.boundary, &camera, noise_seed);
-            write_png(folder.join(self.file(capture)), picture.size_px, &picture.rgb())?;
+        match case.bench {
+            Bench::Cusick => {
+                for capture in 1..=options.captures {
+                    self.pictured(case, &drape, capture, folder, options)?;
+                }
+            }
+            Bench::Square => self.scanned(case, &drape, folder, options)?,
         }
         Ok(SealedDrape {
             specimen: self.specimen,
@@ -277,6 +301,42 @@ impl Unit {
             folds: drape.nodes,
             size_m: size_m(case, &drape, &mut follower),
         })
+    }
+
+    /// Takes a picture of a drape.
+    fn pictured(
+        &self,
+        case: &Case,
+        drape: &Drape,
+        capture: usize,
+        folder: &Path,
+        options: &MakeOptions,
+    ) -> Result<(), MakeError> {
+        let camera = self.camera(case, capture as u64, options);
+        let noise_seed = self.seed(case, "sealed noise", capture as u64);
+        let mesh = drape.grid.mesh(&drape.positions_m);
+        let picture = silhouette(&mesh, &drape.boundary, &camera, noise_seed);
+        let file = folder.join(self.file(case.bench, capture));
+        Ok(write_png(file, picture.size_px, &picture.rgb())?)
+    }
+
+    /// Scans a drape on its stand, a red mark where its warp points.
+    fn scanned(
+        &self,
+        case: &Case,
+        drape: &Drape,
+        folder: &Path,
+        options: &MakeOptions,
+    ) -> Result<(), MakeError> {
+        let plate_radius_m = case.experiment(self.face).plate.radius_m;
+        let stand = Stand { plate_radius_m, ..Stand::MODIFIED_CUSICK };
+        let mut scene = Scene::on(drape.mesh(), stand);
+        scene.mark_warp_side(MARK)?;
+        let noise_seed = self.seed(case, "sealed noise", 1);
+        let mut scan = sensor::scan(&scene, &default_ring(), &options.sensor, noise_seed)?;
+        let larger = 1.0 + case.scale_by();
+        scan.cloud.points.iter_mut().for_each(|point| *point = *point * larger);
+        Ok(write_ply(folder.join(self.file(case.bench, 1)), &scan.cloud, 1.0)?)
     }
 
     /// The sheet at rest, and the seed of its drop.
@@ -317,23 +377,35 @@ impl Unit {
     }
 }
 
-/// Root mean square distance that the effects move a drape's outline by \[m\], from a part of them.
+/// Root mean square distance that the effects move a drape's outline or rim by \[m\], from a part of them.
 fn size_m(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<f64> {
     if case.effects.is_empty() {
         return None;
     }
-    let plain = Setup { fabric: case.fabric, experiment: Experiment::standard_cusick() };
+    let plain = Setup { fabric: case.fabric, experiment: case.plain() };
+    let rim = |drape: &Drape, part: f64| -> Vec<Vector3> {
+        let scale = 1.0 + part * case.scale_by();
+        drape.boundary.positions_m().map(|p| p.coords * scale).collect()
+    };
     let seen = |drape: &Drape, part: f64| {
         let scale = 1.0 + part * case.scale_by();
         outline_seen(drape, part * case.per_height()).mapped(|p| p.map(|v| v * scale))
     };
-    let (here, whole) = (follower.keep(), seen(drape, 1.0));
+    let moved_m = |now: &Drape, part: f64| match case.bench {
+        Bench::Cusick => distance_m(&seen(drape, 1.0), &seen(now, part)),
+        Bench::Square => {
+            let both = rim(drape, 1.0).into_iter().zip(rim(now, part));
+            let squared: f64 = both.map(|(a, b)| (a - b).norm_squared()).sum();
+            (squared / POINTS as f64).sqrt()
+        }
+    };
+    let here = follower.keep();
     TAKEN_AWAY.into_iter().find_map(|part| {
         follower.return_to(&here);
         let to = follower.setup().between(&plain, part);
         let way = follower.follow(&to, &FollowOptions::default()).ok()?;
         let kept = way.reached >= 1.0 && way.stop == Stop::AtRest && way.events.is_empty();
-        kept.then(|| distance_m(&whole, &seen(&follower.drape(), 1.0 - part)) / part)
+        kept.then(|| moved_m(&follower.drape(), 1.0 - part) / part)
     })
 }
 
@@ -343,12 +415,17 @@ fn manifest(case: &Case, units: &[Unit], options: &MakeOptions) -> String {
         .to_owned();
     let density = case.fabric.density_kg_m2 / KG_M2_PER_G_M2;
     let pixel_mm = options.pixel_m / M_PER_MM;
+    let captures = if case.bench == Bench::Cusick { options.captures } else { 1 };
     for unit in units {
-        for capture in 1..=options.captures {
-            let (file, face, role) = (unit.file(capture), unit.face.name(), unit.role().name());
-            let specimen = unit.specimen;
+        for capture in 1..=captures {
+            let file = unit.file(case.bench, capture);
+            let (specimen, face, role) = (unit.specimen, unit.face.name(), unit.role().name());
+            let [kind, bench, pixel, warp] = match case.bench {
+                Bench::Cusick => ["silhouette", "cusick", &format!("{pixel_mm:.4}"), "0"],
+                Bench::Square => ["scan", "square", "", "mark:red"],
+            };
             text += &format!(
-                "{file},silhouette,sealed,{specimen},{face},{capture},{density:.3},cusick,{pixel_mm:.4},{role},0\n"
+                "{file},{kind},sealed,{specimen},{face},{capture},{density:.3},{bench},{pixel},{role},{warp}\n"
             );
         }
     }
@@ -361,6 +438,7 @@ mod tests {
     use crate::calibrate::manifest;
     use crate::calibrate::measures::{FoldRule, Measures};
     use crate::calibrate::silhouette::{SilhouetteLimits, outline_of as outline_in, read as grey};
+    use crate::sim::Experiment;
 
     fn options() -> MakeOptions {
         MakeOptions { vertices: 41, ..MakeOptions::default() }
@@ -371,7 +449,16 @@ mod tests {
         let fabric = Fabric::from_paper_units([3e5, 4e5, 1.5e5, 2.2e4, 3.4e4, 2.6e4, 190.0]);
         let kind = if effects.is_empty() { Kind::None } else { Kind::One };
         let (prior, effects) = ("measured".to_owned(), effects.to_vec());
-        Case { seed: 11, index: 0, kind, prior, fabric, effects, specimens: 1 }
+        Case {
+            seed: 11,
+            index: 0,
+            kind,
+            prior,
+            fabric,
+            effects,
+            specimens: 1,
+            bench: Bench::Cusick,
+        }
     }
 
     #[test]

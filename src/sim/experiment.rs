@@ -19,8 +19,9 @@ use crate::sim::plate::Plate;
 
 /// Everything that a drape depends on beside the fabric: the specimen's cut and place, the plate,
 /// and the effects beyond seven parameters. The default is the modified Cusick drape with every
-/// effect off.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+/// effect off. Read from a file, what is left out is as in the default, and a key that is not known is an error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Experiment {
     /// The specimen and how it lies on the plate.
     pub specimen: Specimen,
@@ -42,7 +43,7 @@ pub struct Experiment {
     #[serde(skip_serializing_if = "Hysteresis::is_off")]
     pub hysteresis: Hysteresis,
     /// What makes one part of the drape unlike another; nothing for even cloth in still air. No fit knows of it.
-    #[serde(skip_serializing_if = "Uneven::is_off")]
+    #[serde(skip_deserializing, skip_serializing_if = "Uneven::is_off")]
     pub uneven: Uneven,
     /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
     /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
@@ -52,7 +53,7 @@ pub struct Experiment {
 }
 
 /// The outline of a specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outline {
     /// A rectangle, sheared by the skew.
@@ -63,7 +64,8 @@ pub enum Outline {
 }
 
 /// The specimen: how it is cut and how it lies on the plate.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Specimen {
     /// Whether it is a rectangle or a disc.
     pub outline: Outline,
@@ -128,7 +130,8 @@ impl Specimen {
 }
 
 /// How far the plate is from level.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Tilt {
     /// Angle by which the plate falls towards +x \[rad\].
     pub down_x_rad: f64,
@@ -174,7 +177,8 @@ pub const CURL_NODES: usize = 5;
 
 /// Natural curvature: how the sheet curls when it is weightless. It is positive where the sheet
 /// curls towards its face, which is up (+y) on the flat specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Curl {
     /// Curvature along the weft, along the warp, and twist \[1/m\], in the order of
     /// [`CurvatureComponent`], at 5 x 5 nodes evenly over the specimen: `nodes[i][j]` is node i
@@ -188,7 +192,8 @@ pub struct Curl {
 
 /// Natural curvature across the free edges, as of a knit whose edges roll: full at the edge, and
 /// falling linearly to zero over a width.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct EdgeCurl {
     /// Curvature at the edge, positive towards the face \[1/m\].
     pub curvature_per_m: f64,
@@ -205,7 +210,8 @@ impl Default for EdgeCurl {
 /// Natural curvature across a straight line on the specimen, a crease: full on the line, and falling
 /// linearly to zero over a width on both sides. Weightless cloth is bent by the angle curvature times
 /// width.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct LineCurl {
     /// Curvature on the line, positive towards the face \[1/m\].
     pub curvature_per_m: f64,
@@ -514,6 +520,23 @@ pub fn mesh_warnings(fabric: &Fabric, cell_m: f64, vertices: usize) -> Vec<MeshW
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again_and_unknown_keys_are_refused() {
+        let mut changed = Experiment::default();
+        changed.plate.friction = 0.2;
+        changed.specimen.outline = Outline::Disc;
+        changed.curl.edge.curvature_per_m = 30.0;
+        let text = serde_json::to_string(&changed).unwrap();
+        assert_eq!(serde_json::from_str::<Experiment>(&text).unwrap(), changed);
+        let part: Experiment = serde_json::from_str(r#"{"plate": {"friction": 0.2}}"#).unwrap();
+        assert_eq!(part.plate.radius_m, Experiment::default().plate.radius_m);
+        for unknown in [r#"{"plates": {}}"#, r#"{"plate": {"radius": 0.05}}"#, r#"{"uneven": {}}"#]
+        {
+            let error = serde_json::from_str::<Experiment>(unknown).unwrap_err().to_string();
+            assert!(error.contains("unknown field"), "{error}");
+        }
+    }
 
     #[test]
     fn the_default_is_sound_and_every_bad_number_is_named() {

@@ -10,7 +10,8 @@ use nalgebra::Matrix3;
 use crate::base::Vector3;
 
 /// The plate that the specimen lies on, and its friction.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Plate {
     /// Radius of the disc \[m\].
     pub radius_m: f64,

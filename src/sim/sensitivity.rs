@@ -23,6 +23,7 @@ use std::sync::Arc;
 use crate::base::Vector3;
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::sim::experiment::{CURL_NODES, CurvatureComponent};
+use crate::sim::grid::Grid;
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::Stop;
@@ -234,6 +235,15 @@ pub struct Sensitivity {
     /// Derivative of each vertex's position by the parameter, in the order of the grid's
     /// vertices, simulation frame \[m per SI unit of the parameter\].
     pub moves: Vec<Vector3>,
+}
+
+impl Sensitivity {
+    /// Derivative of each of the 244 points of the rim, in the order of [`crate::base::boundary`], simulation
+    /// frame \[m per SI unit of the parameter\]. The rim is linear in the vertices of `grid`, the drape's own.
+    #[must_use]
+    pub fn rim_moves(&self, grid: &Grid) -> Vec<Vector3> {
+        grid.boundary(&self.moves).positions_m().map(|move_m| move_m.coords).collect()
+    }
 }
 
 /// Why a drape has no sensitivities.

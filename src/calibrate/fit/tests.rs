@@ -190,7 +190,7 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2]) {
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
     let units: Vec<usize> = (0..8).map(|k| k / 2).collect();
-    let trace = crate::calibrate::trace::trace(&mut fit, &units).unwrap();
+    let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
     let of = |name: &str| trace.alone.iter().find(|r| r.effect.name == name).unwrap().gain;
     let group = trace.chosen.iter().take(1).flat_map(|c| {
         std::iter::once(c.ranked.effect.name).chain(c.group.iter().map(|r| r.effect.name))
@@ -289,4 +289,47 @@ fn the_height_of_the_camera_is_found_from_outlines() {
     let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
     assert!(mean(rms(&with)) < 0.5 * mean(rms(&plain)), "{said}");
     assert!((found / per_height - 1.0).abs() < 0.25, "{said}");
+}
+
+#[test]
+fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
+    let mut options = options();
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 25);
+    let numbers: Vec<_> = Effect::named("creep").unwrap().numbers.iter().collect();
+    let lost = 0.5;
+    let creeping = Cloth { fabric: truth(), effects: vec![(numbers[0], lost)] };
+    let mut targets = Vec::new();
+    for seed in 0..4 {
+        let drop = Drop { start: DropStart::Perturbed(seed) };
+        let mut sheet = Follower::drop(&truth(), &drop, &options.sim);
+        for observation in [1, 4] {
+            let target = |drape: &Drape| {
+                let seen = outline_of(drape);
+                let settled = crate::calibrate::effect::settled(observation);
+                let bench = &options.sim.experiment;
+                Target { settled, ..Target::of(&seen, Some(0.0), bench) }
+            };
+            let fresh = target(&sheet.drape());
+            let now = creeping.setup(&fresh.bench, fresh.lies(&fresh.first_pose()));
+            let way = sheet.follow(&now, &FollowOptions::default()).unwrap();
+            assert_eq!(way.reached, 1.0);
+            targets.push(target(&sheet.drape()));
+        }
+    }
+    let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
+    let units: Vec<usize> = (0..8).map(|k| k / 2).collect();
+    let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
+    let first = trace.chosen.first().map(|choice| choice.ranked.effect.name);
+    let alone: Vec<_> = trace.alone.iter().map(|r| (r.effect.name, r.gain, r.sure)).collect();
+    let with = fit.with(&numbers).unwrap();
+    let found = with.cloth.effects[0].1;
+    println!("{first:?} {found:.3}, {alone:.2?}");
+    assert_eq!(first, Some("creep"), "{alone:?}");
+    assert!((found / lost - 1.0).abs() < 0.2, "{found}");
+    // with that effect left out of the list no other stands in for it
+    let without = [Effect::named("creep").unwrap()];
+    let trace = crate::calibrate::trace::trace(&mut fit, &units, &without).unwrap();
+    assert!(trace.alone.iter().all(|ranked| ranked.effect.name != "creep"));
 }

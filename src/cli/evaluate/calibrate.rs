@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
+use super::super::augment::profile;
 use super::super::{Failure, Outcome, args};
+use scan2params::calibrate::manifest::Bench;
 use scan2params::calibrate::run::Options;
 use scan2params::evaluate::calibrate::{LEAST_FLOORS, Scored, Series, Summary};
 use scan2params::fabric::Mixture;
@@ -14,12 +16,19 @@ use scan2params::sealed::MakeOptions;
 pub(super) fn run(given: &args::SealedCases) -> Outcome {
     let folder = Folder::of(given.keep.as_deref())?;
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
-    let mut calibrate = Options { prior, ..Options::default() };
+    let without = given.without.clone();
+    let mut calibrate = Options { prior, without, ..Options::default() };
     calibrate.fit.sim.vertices = given.vertices as usize;
+    let mut make =
+        MakeOptions { vertices: given.truth_vertices as usize, ..MakeOptions::default() };
+    if let Some(name) = &given.scans {
+        make.sensor = profile(name)?;
+    }
     let series = Series {
         seed: given.seed,
+        bench: if given.scans.is_some() { Bench::Square } else { Bench::Cusick },
         cases: given.first..given.first.saturating_add(given.count),
-        make: MakeOptions { vertices: given.truth_vertices as usize, ..MakeOptions::default() },
+        make,
         calibrate,
         folder: folder.path.clone(),
     };

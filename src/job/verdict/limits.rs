@@ -130,7 +130,7 @@ impl Default for Limits {
             diagonal_deg: 10.0,                     // C
             novelty: steps(1.0, 2.0),               // M, C
             interval_cut: 0.2,                      // M
-            density_factor: steps(1.0, 1.5),        // W
+            density_factor: steps(1.0, 2.5),        // W
             refined_misfit: steps(2.0, 5.0),        // C
             shown: 0.3,                             // C
             resimulated_m: steps(14e-3, 22e-3),     // M, C

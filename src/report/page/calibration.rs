@@ -1,15 +1,17 @@
 //! The page of a calibration: per fabric the verdict, parameters and effects, the drapes held out before and after, what these
 //! data cannot decide; then the files that were not used.
 //!
-//! In: a [`Calibration`] and where it comes from. Out: one HTML file that needs no script.
+//! In: the [`Section`]s of the fabrics and where they come from. Out: one HTML file that needs no script.
 
 mod charts;
 mod drapes;
 mod effects;
 mod said;
 
-use maud::{Markup, html};
-use serde_json::Value;
+use std::path::Path;
+
+use maud::{Markup, PreEscaped, html};
+use serde_json::{Value, json};
 
 use super::number::{self, fixed, percent, significant};
 use super::parameters::{self, Stiffness};
@@ -19,8 +21,10 @@ use crate::base::units::{KG_M2_PER_G_M2, mm};
 use crate::calibrate::fit::Fitted;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::Face;
-use crate::calibrate::run::{Calibration, FabricResult, Group};
+use crate::calibrate::run::{FabricResult, Group, Options, Refused};
 use crate::fabric::STIFFNESSES;
+use crate::io::ReadError;
+use crate::report::section::Section;
 use crate::sim::NUMERICS_VERSION;
 
 /// Where a calibration comes from.
@@ -32,19 +36,29 @@ pub struct Source {
     pub settings: Value,
 }
 
-/// The page.
+impl Source {
+    /// Of a manifest, with the name of the prior and the other settings that it is calibrated with.
+    ///
+    /// # Errors
+    /// When the manifest cannot be read.
+    pub fn of(manifest: &Path, prior: &str, options: &Options) -> Result<Self, ReadError> {
+        let without = options.without.iter().map(|effect| effect.name).collect::<Vec<_>>();
+        let settings = json!({ "prior": prior, "fit": options.fit, "without": without });
+        Ok(Self { manifest: provenance::files_of(manifest)?, settings })
+    }
+}
+
+/// The page, of the sections of its fabrics.
 #[must_use]
-pub fn page(calibration: &Calibration, source: &Source) -> String {
+pub fn page(sections: &[Section], refused: &[Refused], source: &Source) -> String {
     let name = source.manifest.first().map_or("calibration", |file| file.name.as_str());
     let title = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let drapes: usize = calibration.fabrics.iter().map(|fabric| fabric.drapes.len()).sum();
-    let targets: Vec<String> =
-        (0..calibration.fabrics.len()).map(|k| format!("fabric-{k}")).collect();
-    let names: Vec<String> =
-        calibration.fabrics.iter().map(|f| format!("Fabric {}", f.name)).collect();
+    let drapes: usize = sections.iter().map(|section| section.drapes).sum();
+    let targets: Vec<String> = sections.iter().map(|section| target_of(&section.name)).collect();
+    let names: Vec<String> = sections.iter().map(|s| format!("Fabric {}", s.name)).collect();
     let mut contents: Vec<(&str, &str)> =
         targets.iter().zip(&names).map(|(target, name)| (target.as_str(), name.as_str())).collect();
-    if !calibration.refused.is_empty() {
+    if !refused.is_empty() {
         contents.push(("refused", "Files not used"));
     }
     contents.push(("provenance", "Provenance"));
@@ -52,9 +66,9 @@ pub fn page(calibration: &Calibration, source: &Source) -> String {
         ("Program", format!("scan2params {}", env!("CARGO_PKG_VERSION"))),
         ("Simulator", format!("numerics {NUMERICS_VERSION}")),
     ];
-    let sections = html! {
-        @for (fabric, target) in calibration.fabrics.iter().zip(&targets) { (of_fabric(fabric, target)) }
-        @if !calibration.refused.is_empty() { (refused(calibration)) }
+    let all = html! {
+        @for section in sections { (PreEscaped(section.page.as_str())) }
+        @if !refused.is_empty() { (files_not_used(refused)) }
         section id="provenance" aria-labelledby="provenance-title" {
             h2 id="provenance-title" { "Provenance" }
             (provenance::inputs(&source.manifest))
@@ -64,9 +78,9 @@ pub fn page(calibration: &Calibration, source: &Source) -> String {
     };
     let subtitle = format!(
         "{}, {} simulated beside measured ones, {} not used",
-        number::counted(calibration.fabrics.len(), "fabric"),
+        number::counted(sections.len(), "fabric"),
         number::counted(drapes, "drape"),
-        number::counted(calibration.refused.len(), "file")
+        number::counted(refused.len(), "file")
     );
     Shell {
         kind: "Calibration report",
@@ -75,10 +89,18 @@ pub fn page(calibration: &Calibration, source: &Source) -> String {
         contents: &contents,
         scripts: &[],
     }
-    .around(&sections)
+    .around(&all)
 }
 
-fn of_fabric(fabric: &FabricResult, target: &str) -> Markup {
+/// Where a fabric stands on the page: its name's bytes, which no other fabric has.
+fn target_of(name: &str) -> String {
+    let hex: String = name.bytes().map(|byte| format!("{byte:02x}")).collect();
+    format!("fabric-{hex}")
+}
+
+/// The part of the page that a fabric has.
+pub(in crate::report) fn section(fabric: &FabricResult) -> Markup {
+    let target = target_of(&fabric.name);
     html! {
         section .fabric id=(target) aria-labelledby={ (target) "-title" } {
             h2 id={ (target) "-title" } { "Fabric " (fabric.name) }
@@ -220,7 +242,10 @@ fn group_row(group: &Group, model: &str) -> Markup {
         if error.is_finite() { format!(" \u{b1} {}", fixed(mm(error), 2)) } else { String::new() };
     html! {
         tr {
-            th scope="row" { (said::role(group.role)) ", " (face(group.face)) }
+            th scope="row" {
+                (said::role(group.role)) ", " (face(group.face))
+                @if let Some(look) = group.observation { ", look " (look) }
+            }
             td { (model) }
             td .number { (group.drapes) " of " (group.drapes + group.lost) }
             td .number .strong { (fixed(mm(rms), 2)) (error) }
@@ -276,14 +301,14 @@ fn floor(fabric: &FabricResult) -> Markup {
     }
 }
 
-fn refused(calibration: &Calibration) -> Markup {
+fn files_not_used(refused: &[Refused]) -> Markup {
     html! {
         section id="refused" aria-labelledby="refused-title" {
             h2 id="refused-title" { "Files not used" }
             table .plain {
                 thead { tr { th scope="col" .number { "Line" } th scope="col" { "File" } th scope="col" { "Reason and remedy" } } }
                 tbody {
-                    @for refused in &calibration.refused {
+                    @for refused in refused {
                         tr { td .number { (refused.line) } th scope="row" .path { (refused.name) } td { (refused.why) } }
                     }
                 }

@@ -7,7 +7,8 @@
 /// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`,
 /// the law of Feng et al. 2022 with s = -NL / L, up to the curvature at which the
 /// tangent stiffness has fallen to a twentieth; from there on linear.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Softening {
     /// The law's s for bending along the weft \[m\].
     pub weft_m: f64,
@@ -30,7 +31,8 @@ impl Softening {
 /// specimen, and `B k (1 - a)` towards the back, with a smooth passage over 5 /m
 /// (`energy/asymmetry.rs`). Cloth that hangs from a plate bends towards its back. The same cloth laid
 /// face down is the one with the other signs, see [`Self::face_down`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct AsymmetricBending {
     /// The law's a for bending along the weft.
     pub weft: f64,
@@ -61,7 +63,8 @@ impl AsymmetricBending {
 /// Friction inside the cloth against bending, the hysteresis of Kawabata's bending test (KES): the
 /// moment per width is `B k + HB` while the curvature k grows and `B k - HB` while it falls
 /// (`energy/hysteresis.rs`). KES gives 2HB, the distance of the two.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Hysteresis {
     /// HB, half of KES's 2HB, for bending along the weft: moment per width \[N m/m = N\].
     pub weft_n: f64,

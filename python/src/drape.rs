@@ -1,0 +1,403 @@
+//! The class `Drape` and the functions `simulate` and `sensitivities`.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArray2, PyArray3};
+use pyo3::prelude::*;
+use scan2params::base::{Surface, Vector3};
+use scan2params::calibrate::cloth_file;
+use scan2params::calibrate::effect::Cloth;
+use scan2params::dataset::sheet_file::read_sheet;
+use scan2params::geom::Mesh;
+use scan2params::io::write_obj;
+use scan2params::sim::sensitivity::{Parameter, SensitivityError};
+use scan2params::sim::{
+    self, Drop, DropStart, Experiment, Numerics, SimOptions, Stop, drape_with_sensitivities,
+    rim_harmonics_m,
+};
+
+use crate::boundary::Boundary;
+use crate::errors::{NotAtRest, file, internal, invalid, of_drape_file, of_write};
+use crate::fabric::Fabric;
+use crate::{arrays, given, work};
+
+/// What a drape was simulated from.
+#[derive(Clone)]
+struct Recipe {
+    fabric: scan2params::Fabric,
+    start: DropStart,
+    options: SimOptions,
+}
+
+/// A simulated drape: the sheet with its rim, and how the search for rest ended.
+///
+/// Made by `simulate`, and by `estimate` and `refine` as the drape of what they found. All of it is in the simulation
+/// frame (origin in the middle of the plate's face, y up, warp along x, weft along z) and in SI.
+#[pyclass(frozen, module = "scan2params")]
+pub(crate) struct Drape {
+    drape: Arc<sim::Drape>,
+    mesh: Mesh,
+    fabric: scan2params::Fabric,
+    warnings: Vec<String>,
+    recipe: Option<Recipe>,
+}
+
+impl Drape {
+    /// A drape that was found on the way to something else.
+    pub(crate) fn found(drape: sim::Drape, fabric: scan2params::Fabric) -> Self {
+        Self::of(drape, fabric, Vec::new(), None)
+    }
+
+    fn of(
+        drape: sim::Drape,
+        fabric: scan2params::Fabric,
+        mut warnings: Vec<String>,
+        recipe: Option<Recipe>,
+    ) -> Self {
+        warnings.extend(drape.warnings.iter().map(ToString::to_string));
+        let mesh = drape.mesh();
+        Self { drape: Arc::new(drape), mesh, fabric, warnings, recipe }
+    }
+
+    pub(crate) fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+}
+
+#[pymethods]
+impl Drape {
+    /// numpy.ndarray: The sheet's vertices, shape (n, 3), in metres. Of a rectangle they are a square grid, at even steps
+    /// of the flat specimen, those along the weft fastest.
+    #[getter]
+    fn vertices_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::of_points(py, self.mesh.vertices.iter().map(|p| p.coords.into()))
+    }
+
+    /// numpy.ndarray of uint32: The sheet's triangles, shape (m, 3), as indices of vertices; their front is the face.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        arrays::of_rows(py, self.mesh.triangles.clone())
+    }
+
+    /// numpy.ndarray: The rim, shape (244, 3), in metres, in the order of `Boundary`.
+    #[getter]
+    fn rim_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::of_points(py, self.drape.boundary.positions_m().map(|p| p.coords.into()))
+    }
+
+    /// numpy.ndarray: Amplitudes of the rim's distance from the plate's axis, shape (16,), in metres: orders 1 to 16.
+    #[getter]
+    fn rim_harmonics_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        arrays::of_numbers(py, rim_harmonics_m(&self.drape.boundary).to_vec())
+    }
+
+    /// int: Number of folds.
+    #[getter]
+    fn folds(&self) -> usize {
+        self.drape.nodes
+    }
+
+    /// bool: Whether the sheet came to a stable rest.
+    #[getter]
+    fn at_rest(&self) -> bool {
+        self.drape.stop == Stop::AtRest
+    }
+
+    /// str: Why the search for rest ended: ``'at_rest'``, ``'unstable'``, ``'slow'`` or ``'iterations'``.
+    #[getter]
+    fn stop(&self) -> &'static str {
+        self.drape.stop.name()
+    }
+
+    /// float: Largest net force on a vertex, in N.
+    #[getter]
+    fn residual_n(&self) -> f64 {
+        self.drape.residual_n
+    }
+
+    /// float: Elastic and gravitational energy, in J, zero for the flat sheet.
+    #[getter]
+    fn energy_j(&self) -> f64 {
+        self.drape.energy_j
+    }
+
+    /// int: Pairs of triangles that intersect; 0 for a sound drape.
+    #[getter]
+    fn intersections(&self) -> usize {
+        self.drape.intersections
+    }
+
+    /// float: Least distance of the sheet from the plate's surface, in metres; positive if no cloth is inside the plate.
+    #[getter]
+    fn plate_clearance_m(&self) -> f64 {
+        self.drape.plate_clearance_m
+    }
+
+    /// Fabric: What was draped.
+    #[getter]
+    fn fabric(&self) -> Fabric {
+        Fabric(self.fabric)
+    }
+
+    /// list of str: What the user should know of the fabric and of the mesh.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+
+    /// Writes the sheet as OBJ, in millimetres, as the program does.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_obj(path, &self.mesh)).map_err(|error| of_write(&error))
+    }
+
+    fn __repr__(&self) -> String {
+        let (folds, stop) = (self.drape.nodes, self.drape.stop.name());
+        format!("Drape({folds} folds, {stop}, {} vertices)", self.mesh.vertices.len())
+    }
+}
+
+/// A fabric, or a file with a fabric and its effects.
+fn cloth(given: &Bound<'_, PyAny>) -> PyResult<Cloth> {
+    if let Ok(fabric) = given.cast::<Fabric>() {
+        return Ok(Cloth::plain(fabric.get().0));
+    }
+    match given.extract::<PathBuf>() {
+        Ok(path) => cloth_file::read(&path, [None; 7]).map_err(file),
+        Err(_) => Err(invalid("fabric: give a Fabric, or the path of a params.json")),
+    }
+}
+
+/// An experiment from a dictionary: the keys of `Experiment`, as `params.json` has them.
+fn experiment(given: Option<&Bound<'_, PyAny>>) -> PyResult<Experiment> {
+    let Some(given) = given else { return Ok(Experiment::default()) };
+    let text = given.py().import("json")?.call_method1("dumps", (given,));
+    let text =
+        text.map_err(|error| invalid(format!("experiment: {error}")))?.extract::<String>()?;
+    serde_json::from_str(&text).map_err(|error| invalid(format!("experiment: {error}")))
+}
+
+/// Where a sheet starts.
+fn start(
+    seed: Option<u64>,
+    given: Option<&Bound<'_, PyAny>>,
+    experiment: &Experiment,
+) -> PyResult<DropStart> {
+    let Some(given) = given else {
+        return Ok(seed.map_or(DropStart::Canonical, DropStart::Perturbed));
+    };
+    if seed.is_some() {
+        return Err(invalid(
+            "seed: a sheet that is given is laid, not dropped; leave the seed out",
+        ));
+    }
+    if let Ok(boundary) = given.cast::<Boundary>() {
+        let rim = boundary.get().rim();
+        return Ok(match rim.sheet() {
+            Some(sheet) => DropStart::Surface(Box::new(sheet.clone())),
+            None => DropStart::Guided(Box::new(rim.boundary().clone())),
+        });
+    }
+    let sheet = if let Ok(path) = given.extract::<PathBuf>() {
+        let specimen = &experiment.specimen;
+        read_sheet(&path, [specimen.warp_m, specimen.weft_m]).map_err(|e| of_drape_file(&e))?
+    } else {
+        let points = arrays::finite_points("start", given)?;
+        Surface::exact(points).map_err(|error| invalid(format!("start: {error}")))?
+    };
+    Ok(DropStart::Surface(Box::new(sheet)))
+}
+
+/// Drapes a specimen of a fabric: drops it on the plate and brings it to rest.
+///
+/// The same arguments give the same bytes, on any number of threads, and the same drape as the program.
+///
+/// Parameters
+/// ----------
+/// fabric : Fabric, str or os.PathLike
+///     What is draped, or the path of a ``params.json``, whose effects (of `calibrate`) are simulated too.
+/// seed : int, optional
+///     Draws how the specimen is let go; different seeds sample the stable shapes of a fabric. If not given, it is let go
+///     level.
+/// vertices : int
+///     Vertices on a side of the sheet.
+/// experiment : dict, optional
+///     What differs from the standard experiment: any of the keys ``specimen``, ``plate``, ``tilt``, ``curl``,
+///     ``softening``, ``asymmetric_bending``, ``hysteresis``, each with numbers in SI, such as
+///     ``{'plate': {'friction': 0.2, 'radius_m': 0.05}}``.
+/// face : {'up', 'down'}
+///     Which face of the specimen is up; effects of a file are of the specimen with its face up.
+/// start : array_like of shape (n, n, 3), Boundary, str or os.PathLike, optional
+///     The sheet to lay in place of a drop: vertices of the simulation frame in metres, the sheet of a scan, or a mesh's
+///     file in mm.
+/// numerics : {3, 4}
+///     Version of the numerics.
+/// iterations : int, optional
+///     Most factorisations of the search for rest; 600 if not given. Fabrics need 40 to 250.
+/// progress : callable, optional
+///     Called with a str as each step begins.
+///
+/// Returns
+/// -------
+/// Drape
+///     The drape, whether it came to rest or not: see ``at_rest``.
+///
+/// Raises
+/// ------
+/// InvalidInput
+///     A fabric or an experiment that cannot be simulated; all faults are named at once.
+/// FileError
+///     A file that cannot be read.
+#[pyfunction]
+#[pyo3(signature = (fabric, *, seed=None, vertices=61, experiment=None, face="up", start=None, numerics=4, iterations=None, progress=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+pub(crate) fn simulate(
+    fabric: &Bound<'_, PyAny>,
+    seed: Option<u64>,
+    vertices: usize,
+    experiment: Option<&Bound<'_, PyAny>>,
+    face: &str,
+    start: Option<&Bound<'_, PyAny>>,
+    numerics: u32,
+    iterations: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Drape> {
+    let py = fabric.py();
+    let cloth = cloth(fabric)?;
+    let mut warnings: Vec<String> =
+        cloth.fabric.check().map_err(invalid)?.iter().map(ToString::to_string).collect();
+    let (fabric, projected) = cloth.fabric.project_bending();
+    warnings.extend(projected.map(|warning| warning.to_string()));
+    let experiment = cloth.experiment(&self::experiment(experiment)?, given::face(face)?);
+    let numerics = match numerics {
+        3 => Numerics::THREE,
+        4 => Numerics::FOUR,
+        other => return Err(invalid(format!("numerics: no version {other}; give 3 or 4"))),
+    };
+    let mut options = SimOptions { vertices, experiment, numerics, ..SimOptions::default() };
+    options.iterations = iterations.unwrap_or(options.iterations);
+    options.check().map_err(invalid)?;
+    let start = self::start(seed, start, &experiment)?;
+    let recipe = Recipe { fabric, start, options };
+    let (drape, recipe) = work::run(py, progress, move |tell| {
+        tell.say("simulating the drape");
+        let drop = Drop { start: recipe.start.clone() };
+        (sim::drape(&recipe.fabric, &drop, &recipe.options), recipe)
+    })?;
+    Ok(Drape::of(drape, fabric, warnings, Some(recipe)))
+}
+
+/// How the rim of a drape moves with each of several parameters; made by `sensitivities`.
+#[pyclass(frozen, module = "scan2params")]
+pub(crate) struct Sensitivities {
+    names: Vec<String>,
+    units: Vec<String>,
+    moves: Vec<Vec<Vector3>>,
+}
+
+#[pymethods]
+impl Sensitivities {
+    /// tuple of str: The parameters, in the order of the last axis of `rim`.
+    #[getter]
+    fn names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyTuple>> {
+        pyo3::types::PyTuple::new(py, &self.names)
+    }
+
+    /// tuple of str: The unit of each last index of `rim`: ``'m'`` for a stiffness or the density, by whose logarithm the
+    /// derivative is, ``'m / rad'`` and the like for the others.
+    #[getter]
+    fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyTuple>> {
+        pyo3::types::PyTuple::new(py, &self.units)
+    }
+
+    /// numpy.ndarray: Derivatives of the rim's points, shape (244, 3, k), simulation frame: by the logarithm of a stiffness
+    /// or the density (metres), by any other parameter in SI.
+    #[getter]
+    fn rim<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray3<f64>> {
+        arrays::of_moves(py, &self.moves)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Sensitivities({})", self.names.join(", "))
+    }
+}
+
+/// How the rim of a drape moves with a small change of what it depends on.
+///
+/// The drape is simulated again, to the same bytes, with its sensitivities: implicit derivatives at the equilibrium, for
+/// changes so small that nothing slips on the plate.
+///
+/// Parameters
+/// ----------
+/// drape : Drape
+///     A drape that `simulate` made, at rest.
+/// parameters : sequence of str, optional
+///     Names of `PARAMETERS`; the six stiffnesses and the density if not given.
+/// progress : callable, optional
+///     Called with a str as each step begins.
+///
+/// Returns
+/// -------
+/// Sensitivities
+///     ``rim`` of shape (244, 3, k), with ``names`` and ``units``.
+///
+/// Raises
+/// ------
+/// NotAtRest
+///     The drape is not at a stable rest.
+/// InvalidInput
+///     An unknown parameter, or a drape that `estimate` or `refine` led to a scan.
+#[pyfunction]
+#[pyo3(signature = (drape, parameters=None, *, progress=None))]
+pub(crate) fn sensitivities(
+    drape: &Bound<'_, Drape>,
+    parameters: Option<Vec<String>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Sensitivities> {
+    let recipe = drape.get().recipe.clone().ok_or_else(|| {
+        invalid("drape: it was led to a scan; give one that simulate() made, with start=boundary for this scan's branch")
+    })?;
+    let parameters: Vec<Parameter> = match parameters {
+        Some(names) => names.iter().map(|name| parameter(name)).collect::<PyResult<_>>()?,
+        None => Parameter::STIFFNESSES.into_iter().chain([Parameter::Density]).collect(),
+    };
+    let values = recipe.fabric.in_si();
+    let asked = parameters.clone();
+    let found = work::run(drape.py(), progress, move |tell| {
+        tell.say("simulating the drape with its sensitivities");
+        let drop = Drop { start: recipe.start };
+        drape_with_sensitivities(&recipe.fabric, &drop, &recipe.options, &asked)
+    })?;
+    let (drape, found) = found.map_err(|error| match error {
+        SensitivityError::NotAtRest(_) | SensitivityError::Unstable => {
+            NotAtRest::new_err(error.to_string())
+        }
+        SensitivityError::NoSuchNode { .. } => internal(error),
+    })?;
+    let moves = found.iter().map(|sensitivity| {
+        // d/d ln v = v d/dv
+        let scale = sensitivity.parameter.of_fabric().map_or(1.0, |k| values[k]);
+        sensitivity.rim_moves(&drape.grid).into_iter().map(|move_m| move_m * scale).collect()
+    });
+    let unit = |parameter: &Parameter| match (parameter.of_fabric(), parameter.unit()) {
+        (Some(_), _) | (None, "") => "m".to_owned(),
+        (None, unit) => format!("m / ({unit})"),
+    };
+    Ok(Sensitivities {
+        names: parameters.iter().map(|parameter| parameter.name()).collect(),
+        units: parameters.iter().map(unit).collect(),
+        moves: moves.collect(),
+    })
+}
+
+/// A parameter by its name.
+fn parameter(name: &str) -> PyResult<Parameter> {
+    Parameter::ALL.into_iter().find(|parameter| parameter.name() == name).ok_or_else(|| {
+        let known = Parameter::ALL.map(Parameter::name).join(", ");
+        invalid(format!("parameters: no parameter `{name}`; known are {known}"))
+    })
+}
