@@ -23,7 +23,7 @@ import sys
 
 COLUMNS = (
     "file,kind,fabric,specimen,face,capture,density_g_m2,experiment,mm_per_pixel,role,"
-    "observation".split(",")
+    "observation,camera_height_mm".split(",")
 )
 
 
@@ -50,7 +50,7 @@ def first_captures(rows):
     return list(first.values())
 
 
-def entry(row, role, mm_per_pixel, folder, out):
+def entry(row, role, given, folder, out):
     """A line of the manifest."""
     return {
         "file": os.path.relpath(folder / row["file"], out),
@@ -61,9 +61,10 @@ def entry(row, role, mm_per_pixel, folder, out):
         "capture": row["capture"],
         "density_g_m2": row["density_gsm_from_experiment_script"],
         "experiment": "cusick",
-        "mm_per_pixel": mm_per_pixel,
+        "mm_per_pixel": given.mm_per_pixel,
         "role": role,
         "observation": row["obs"],
+        "camera_height_mm": given.camera_height_mm,
     }
 
 
@@ -79,6 +80,7 @@ def main():
     parser.add_argument("index", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--mm-per-pixel", type=float, default=1.39)
+    parser.add_argument("--camera-height-mm", type=float)
     parser.add_argument("--captures", choices=["first", "all"], default="first")
     parser.add_argument("--observations", metavar="K,...")
     given = parser.parse_args()
@@ -94,11 +96,11 @@ def main():
         taken = first_captures(own) if given.captures == "first" else own
         role = {True: "fit", False: "holdout"}
         entries = [
-            entry(row, role[int(row["sample"]) in fit], given.mm_per_pixel, folder, out)
+            entry(row, role[int(row["sample"]) in fit], given, folder, out)
             for row in sorted(taken, key=lambda row: (int(row["sample"]), row["face"] == "down", row["obs"], row["capture"]))
         ]
         write(out / f"fabric_{fabric}.csv", entries)
-        every += [entry(row, "holdout", given.mm_per_pixel, folder, out) for row in own]
+        every += [entry(row, "holdout", given, folder, out) for row in own]
     write(out / "all.csv", every)
 
 

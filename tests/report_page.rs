@@ -274,6 +274,7 @@ fn entry(line: usize, face: Face, role: Role) -> Entry {
         role,
         warp_toward: None,
         observation: None,
+        camera_height_m: None,
     }
 }
 

@@ -505,7 +505,7 @@ fn lead_all(
 /// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
 /// holding it.
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
-    let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view.per_height);
+    let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     match target.rim.as_deref() {
         Some(Rim { sheet: Some(sheet), .. }) => DropStart::Surface(Box::new(sheet.clone())),
         Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
@@ -527,7 +527,7 @@ fn led_on(
 ) -> Result<Trial, SensitivityError> {
     if options.hold_per_m > 0.0 && target.rim.is_none() {
         let view = cloth.view();
-        let outline = target.in_plan(&scaled(pose, view.ln_scale), view.per_height);
+        let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
         sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
     }
     let to = cloth.setup(&target.bench, target.lies(pose));
@@ -612,7 +612,7 @@ impl Beside {
         let larger = posed[3].exp();
         let outline = match target.rim {
             Some(_) => trial.outline.clone(),
-            None => trial.seen_from_above(view.per_height),
+            None => trial.seen_from_above(target.seen_from(view)),
         };
         let as_seen = outline.mapped(|p| p.map(|v| v * larger));
         Self {

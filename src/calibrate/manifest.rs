@@ -1,7 +1,7 @@
 //! The manifest: a table of what was measured of which fabric, one row per file.
 //!
 //! In: CSV with a title line that names, in any order, `file, kind, fabric, specimen, face, capture, density_g_m2,
-//! experiment, mm_per_pixel, role, warp_toward, observation`; a column may be missing where every cell would be empty. Commas,
+//! experiment, mm_per_pixel, role, warp_toward, observation, camera_height_mm`; a column may be missing where every cell would be empty. Commas,
 //! semicolons or tabs; lines that begin with `#` are passed over. Out: the rows in SI, in the file's order. What is
 //! empty is unknown, but for file, kind, fabric and role, which every row has.
 //!
@@ -118,6 +118,8 @@ pub struct Entry {
     pub warp_toward: Option<String>,
     /// Which look at this drape it is since it was laid, from 1 on: between them it settles.
     pub observation: Option<u32>,
+    /// Height above the plate's face from which a picture is taken \[m\].
+    pub camera_height_m: Option<f64>,
 }
 
 impl Entry {
@@ -177,7 +179,7 @@ fn listed(path: &Path, faults: &[ManifestFault]) -> String {
 }
 
 /// The columns, in the order of a row's cells.
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 13] = [
     "file",
     "kind",
     "fabric",
@@ -190,6 +192,7 @@ const COLUMNS: [&str; 12] = [
     "role",
     "warp_toward",
     "observation",
+    "camera_height_mm",
 ];
 
 /// Those that must be there.
@@ -198,6 +201,8 @@ const NEEDED: [&str; 4] = ["file", "kind", "fabric", "role"];
 /// Limits of a pixel's extent \[mm\]: finer than any camera resolves, coarser than shows a fold.
 const PIXEL_LIMITS_MM: [f64; 2] = [0.005, 10.0];
 
+/// Limits of a camera's height \[mm\]: nearer it sees the plate's edge alone, farther off no perspective is left.
+const CAMERA_LIMITS_MM: [f64; 2] = [200.0, 100_000.0];
 /// Most looks at one drape.
 const OBSERVATIONS: f64 = 1e6;
 
@@ -254,7 +259,7 @@ fn parse(text: &str, folder: &Path) -> Result<Vec<Entry>, Vec<ManifestFault>> {
 fn places_of(
     line: usize,
     title: &csv::ByteRecord,
-) -> Result<[Option<usize>; 12], Vec<ManifestFault>> {
+) -> Result<[Option<usize>; 13], Vec<ManifestFault>> {
     let names: Vec<String> =
         title.iter().map(|cell| String::from_utf8_lossy(cell).to_ascii_lowercase()).collect();
     let mut faults = Vec::new();
@@ -280,7 +285,7 @@ fn places_of(
 /// The cells of one row, in the order of [`COLUMNS`].
 struct Cells<'a, 'b> {
     line: usize,
-    cells: [&'a str; 12],
+    cells: [&'a str; 13],
     delimiter: u8,
     faults: &'b mut Vec<ManifestFault>,
 }
@@ -304,6 +309,7 @@ impl<'a> Cells<'a, '_> {
         if observation.is_some_and(|v| v.fract() != 0.0) {
             self.fault(11, "write a whole number, 1 for the fresh drape".to_owned());
         }
+        let camera_height_mm = self.number(12, CAMERA_LIMITS_MM, "mm");
         let text = |k: usize| Some(self.cells[k]).filter(|t| !t.is_empty()).map(str::to_owned);
         let (specimen, capture, warp_toward) = (text(3), text(5), text(10));
         let pixel_m = pixel_mm.map(|v| v * M_PER_MM);
@@ -323,6 +329,7 @@ impl<'a> Cells<'a, '_> {
             role: role?,
             warp_toward,
             observation: observation.map(|v| v as u32),
+            camera_height_m: camera_height_mm.map(|v| v * M_PER_MM),
         })
     }
 

@@ -92,7 +92,8 @@ impl Measured {
         let of_rim = self.rim.clone().and_then(|rim| Target::of_rim(rim, &self.bench));
         let turned_over = self.entry.face == Some(Face::Down);
         let settled = self.entry.observation.map_or(0.0, settled);
-        Target { turned_over, settled, ..of_rim.unwrap_or_else(plain) }
+        let per_height = self.entry.camera_height_m.map_or(0.0, |m| 1.0 / m);
+        Target { turned_over, settled, per_height, ..of_rim.unwrap_or_else(plain) }
     }
 }
 
@@ -468,7 +469,10 @@ pub fn fabric(
     let (mut fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
         Ok(mut fit) => {
             let units = units(&measured, &to_fit, &fit.lost());
-            let trace = trace(&mut fit, &units, &options.without);
+            let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
+            let perspective = Effect::named("perspective").filter(|_| known);
+            let without: Vec<_> = options.without.iter().copied().chain(perspective).collect();
+            let trace = trace(&mut fit, &units, &without);
             let added = trace.as_ref().and_then(|trace| add(&mut fit, trace, &units));
             (Ok(fit.plain()), trace, added)
         }
@@ -753,6 +757,7 @@ mod tests {
             role: Role::Fit,
             warp_toward: None,
             observation: None,
+            camera_height_m: None,
         }
     }
 

@@ -180,7 +180,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     let posed = scaled(pose, view.ln_scale);
     let (rows, distances, step_m) = match &target.rim {
         Some(rim) => on_rim(rim, trial, moved, &posed, of.options),
-        None => on_outline(target, trial, (moved, view.per_height), &posed, of.options),
+        None => on_outline(target, trial, (moved, target.seen_from(view)), &posed, of.options),
     };
     let lies = target.lies(pose);
     let setup = of.cloth.setup(&target.bench, lies);

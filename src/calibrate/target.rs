@@ -1,6 +1,6 @@
 //! What is measured of a drape: its outline in a picture from straight above, or its rim in a scan.
 
-use super::effect::Lies;
+use super::effect::{Lies, View};
 use super::measures::each_bearing;
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, plan_of};
@@ -22,6 +22,8 @@ pub struct Target {
     pub turned_over: bool,
     /// How far it has settled, see [`Lies`].
     pub settled: f64,
+    /// One over the camera's height above the plate's face, as far as it is known \[1/m\]; 0 from afar.
+    pub per_height: f64,
     /// Specimen and plate.
     pub bench: Experiment,
 }
@@ -46,7 +48,8 @@ impl Target {
     pub fn of(outline: &Outline, warp_rad: Option<f64>, bench: &Experiment) -> Self {
         let [cx, cz] = outline.centroid_m();
         let outline = outline.mapped(|[x, z]| [x - cx, z - cz]);
-        Self { outline, rim: None, warp_rad, turned_over: false, settled: 0.0, bench: *bench }
+        let (rim, turned_over, settled, per_height) = (None, false, 0.0, 0.0);
+        Self { outline, rim, warp_rad, turned_over, settled, per_height, bench: *bench }
     }
 
     /// Of a rim whose frame has the warp along x, face up; `None` where seen from above it does not go around the plate.
@@ -54,8 +57,8 @@ impl Target {
     pub fn of_rim(rim: Rim, bench: &Experiment) -> Option<Self> {
         let outline = rim.from_above()?;
         let rim = Some(Box::new(rim));
-        let (warp_rad, turned_over) = (Some(0.0), false);
-        Some(Self { outline, rim, warp_rad, turned_over, settled: 0.0, bench: *bench })
+        let (warp_rad, turned_over, settled, per_height) = (Some(0.0), false, 0.0, 0.0);
+        Some(Self { outline, rim, warp_rad, turned_over, settled, per_height, bench: *bench })
     }
 
     /// The pose before anything is fitted.
@@ -78,10 +81,17 @@ impl Target {
         sigma
     }
 
-    /// The outline in the plan of the simulation frame, as a pose has it whose scale is the true one, seen from a height: what
-    /// looks smaller since it hangs lower is drawn outwards again, its depth that of nearly straight cloth.
+    /// One over the camera's height, that which is known and what an effect adds \[1/m\].
     #[must_use]
-    pub fn in_plan(&self, posed: &Pose, per_height: f64) -> Outline {
+    pub fn seen_from(&self, view: View) -> f64 {
+        self.per_height + view.per_height
+    }
+
+    /// The outline in the plan of the simulation frame, as a pose has it whose scale is the true one: what looks smaller since it
+    /// hangs lower is drawn outwards again, its depth that of nearly straight cloth.
+    #[must_use]
+    pub fn in_plan(&self, posed: &Pose, view: View) -> Outline {
+        let per_height = self.seen_from(view);
         self.outline.mapped(|p| {
             let [x, z] = plan_of(p, posed);
             let seen_m = x.hypot(z);

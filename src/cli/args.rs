@@ -487,7 +487,7 @@ pub(crate) struct Calibrate {
     /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face (up, down), capture,
     /// density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
     /// picture in degrees, anticlockwise from the right; of a scan as --warp-toward, or mark:COLOUR), observation (1, 2, ... of
-    /// one drape that settles); what is empty is unknown
+    /// one drape that settles), camera_height_mm (above the plate); what is empty is unknown
     #[arg(value_name = "MANIFEST.csv")]
     pub(crate) manifest: PathBuf,
     /// Folder for calibration.json, report.html and a picture of each drape
