@@ -47,6 +47,7 @@ use crate::work;
 ///     A file that cannot be read or written, or a manifest of which no file can be used.
 #[pyfunction]
 #[pyo3(signature = (manifest, *, out=None, prior="measured", vertices=61, scale_sigma=None, hold_per_m=None, progress=None))]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
     manifest: PathBuf,
