@@ -59,5 +59,5 @@ if [ "$with" != "numpy scan2params" ]; then
     exit 1
 fi
 "$clean" "${pip[@]}" install -r "$root/python/requirements-test.txt" || skip "the tests' packages cannot be installed"
-SCAN2PARAMS=$target/release/scan2params MPLBACKEND=agg \
+SCAN2PARAMS=$target/release/scan2params \
     "$clean" -m pytest -q -p no:cacheprovider --durations=5 "$root/python/tests" "$@"
