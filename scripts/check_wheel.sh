@@ -49,13 +49,15 @@ echo "$(basename "${wheels[0]}"): $((bytes / 1000)) kB, $((SECONDS - before)) s,
 cd "$work"
 python3 -m venv clean
 clean=$work/clean/bin/python
+"$clean" "${pip[@]}" install --no-deps "${wheels[0]}"
 "$clean" "${pip[@]}" install "${wheels[0]}" || skip "numpy cannot be installed"
 "$clean" -I -c 'import scan2params; print("scan2params", scan2params.__version__, "from", scan2params.__file__)'
-with=$("$clean" "${pip[@]}" list --format freeze --exclude pip --exclude setuptools | cut -d= -f1 | xargs)
+with=$("$clean" -m pip --disable-pip-version-check list --format freeze --exclude pip --exclude setuptools |
+    cut -d= -f1 | xargs)
 if [ "$with" != "numpy scan2params" ]; then
     echo "the wheel pulls in more than numpy: $with" >&2
     exit 1
 fi
 "$clean" "${pip[@]}" install -r "$root/python/requirements-test.txt" || skip "the tests' packages cannot be installed"
-SCAN2PARAMS=$target/release/scan2params MPLBACKEND=agg \
+SCAN2PARAMS=$target/release/scan2params \
     "$clean" -m pytest -q -p no:cacheprovider --durations=5 "$root/python/tests" "$@"

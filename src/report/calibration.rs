@@ -459,6 +459,10 @@ fn fabric_table(fabric: &FabricResult) -> String {
 }
 
 fn groups_table(groups: &[Group]) -> String {
+    // of one drape there is no standard error
+    let error = |value: f64, before: &str, after: &str| {
+        finite(value).map_or(String::new(), |value| format!("{before}{value:.2}{after}"))
+    };
     let mut text = String::new();
     for group in groups {
         let face = group.face.map_or("-", Face::name);
@@ -466,16 +470,16 @@ fn groups_table(groups: &[Group]) -> String {
         let lost =
             if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
         text += &format!(
-            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2} +- {:.2} mm, held by {:.1} % of the weight, drape \
-             coefficient {:.1} simulated {:.1} (difference +- {:.1}), folds {:.1} simulated {:.1}\n",
+            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2}{} mm, held by {:.1} % of the weight, drape \
+             coefficient {:.1} simulated {:.1}{}, folds {:.1} simulated {:.1}\n",
             group.role.name(),
             group.drapes,
             group.rms_m[0] / M_PER_MM,
-            group.rms_m[1] / M_PER_MM,
+            error(group.rms_m[1] / M_PER_MM, " +- ", ""),
             100.0 * group.held_share,
             group.drape_coefficient[0],
             group.drape_coefficient[1],
-            group.difference_se,
+            error(group.difference_se, " (difference +- ", ")"),
             group.folds[0],
             group.folds[1]
         );
