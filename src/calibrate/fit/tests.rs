@@ -152,7 +152,7 @@ fn a_held_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     );
     let (mut sheet, before) = led.into_iter().next().unwrap().unwrap();
     let hold = Hold {
-        outline: target.in_plan(&target.first_pose(), Cloth::plain(truth()).view()),
+        outline: target.in_plan(&target.first_pose(), Cloth::plain(truth).view()),
         per_m: options.hold_per_m,
     };
     let pull_m = 0.5e-3;
