@@ -68,11 +68,12 @@ pub fn run(
     folder: &Path,
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Result<Calibrated, CalibrationsError> {
+    // a folder of a manifest that cannot be calibrated is not made
+    let Files { fabrics, refused } = read(entries, options, tell)?;
     let kept_in = folder.join(KEPT);
     let made = std::fs::create_dir_all(&kept_in);
     made.map_err(|source| WriteError { path: kept_in.clone(), source })?;
     let _lock = Lock::take(folder.join("calibrate.lock"))?;
-    let Files { fabrics, refused } = read(entries, options, tell)?;
     let work = Work { options, folder, kept_in: &kept_in };
     let mut sections = Vec::new();
     let mut kept = 0;

@@ -51,7 +51,7 @@ impl Default for FitOptions {
     fn default() -> Self {
         Self {
             data: DataOptions::default(),
-            evaluations: 10,
+            evaluations: 16,
             vertices: [61, 91],
             first_model_m: 1.5e-3,
             longest_step: 0.7,
