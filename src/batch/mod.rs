@@ -210,6 +210,7 @@ impl Batch<'_> {
             "program": env!("CARGO_PKG_VERSION"),
             "numerics": NUMERICS_VERSION,
             "model": self.estimator.model().onnx_sha256,
+            "asked_density_g_m2": self.estimator.model().asked_density_g_m2(),
             "density_kg_m2": input.density_kg_m2,
             "read": self.options.read,
             "scan": self.scan_options(input),

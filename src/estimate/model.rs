@@ -159,6 +159,12 @@ impl Model {
         Err(ModelError::new(self.id.clone(), fault))
     }
 
+    /// Areal density for which the network is asked whatever the specimen's \[g/m^2\]; none where it is the specimen's own.
+    #[must_use]
+    pub fn asked_density_g_m2(&self) -> Option<f64> {
+        self.input.asked_density_g_m2
+    }
+
     /// Range of the density in training \[g/m^2\].
     #[must_use]
     pub fn density_range_g_m2(&self) -> [f64; 2] {

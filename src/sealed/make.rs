@@ -335,7 +335,7 @@ impl Unit {
         let noise_seed = self.seed(case, "sealed noise", 1);
         let mut scan = sensor::scan(&scene, &default_ring(), &options.sensor, noise_seed)?;
         let larger = 1.0 + case.scale_by();
-        scan.cloud.points.iter_mut().for_each(|point| *point = *point * larger);
+        scan.cloud.points.iter_mut().for_each(|point| *point *= larger);
         Ok(write_ply(folder.join(self.file(case.bench, 1)), &scan.cloud, 1.0)?)
     }
 
