@@ -123,7 +123,8 @@ def test_the_exported_network_gives_the_numbers_of_the_trained_one():
     rng = np.random.default_rng(1)
     centre, scale = rng.normal(size=733) * 50, rng.uniform(0.005, 0.02, 733)
     subspace = np.linalg.qr(rng.normal(size=(732, 16)))[0]
-    network = train.Network(snn.to_onnx(params, centre, scale, subspace), drape_data.symmetries()[:1])
+    exported, width = snn.to_onnx(params, centre, scale, subspace), np.full(6, 5.0)
+    network = train.Network(exported, drape_data.symmetries()[:1], asked_density=200.0, ln_width=width)
     boundary, density = rng.normal(size=(5, 244, 3)) * 60, rng.uniform(50, 300, 5)
     x = np.concatenate([boundary.reshape(5, -1), density[:, None]], axis=1)
     mean, log_sigma = snn.apply(params, (x - centre) * scale)
@@ -132,6 +133,9 @@ def test_the_exported_network_gives_the_numbers_of_the_trained_one():
     left = offset - offset @ subspace @ subspace.T
     novelty = np.sqrt((left**2).sum(1) / 244)
     assert np.abs(network.novelty_mm(boundary, density) / novelty - 1).max() < 1e-4
+    # a cloth three times as heavy is three times as stiff, and as sure
+    (once, sigma), (thrice, same) = network(boundary, density), network(boundary, 3 * density)
+    assert np.abs((thrice - once) * width - np.log(3)).max() < 1e-9 and (sigma == same).all()
 
 
 def test_conformal_quantile_covers_at_least_its_level():
