@@ -299,6 +299,6 @@ def calibrate(
     vertices: int = 61,
     scale_sigma: float | None = None,
     hold_per_m: float | None = None,
-    without: Sequence[str] = (),
+    without: Sequence[str] | None = None,
     progress: _Progress | None = None,
 ) -> dict[str, Any]: ...

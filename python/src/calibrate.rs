@@ -33,7 +33,7 @@ use crate::work;
 /// hold_per_m : float, optional
 ///     How strongly drapes are held across their outlines: share of the hanging cloth's weight for each metre; 150 if not
 ///     given, 0 lets them go.
-/// without : list of str
+/// without : sequence of str, optional
 ///     Effects that are not looked for, by their names in ``calibration.json``.
 /// progress : callable, optional
 ///     Called with a str as each step begins.
@@ -50,7 +50,7 @@ use crate::work;
 /// FileError
 ///     A file that cannot be read or written, or a manifest of which no file can be used.
 #[pyfunction]
-#[pyo3(signature = (manifest, *, out=None, prior="measured", vertices=61, scale_sigma=None, hold_per_m=None, without=Vec::new(), progress=None))]
+#[pyo3(signature = (manifest, *, out=None, prior="measured", vertices=61, scale_sigma=None, hold_per_m=None, without=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn calibrate<'py>(
     py: Python<'py>,
@@ -60,7 +60,7 @@ pub(crate) fn calibrate<'py>(
     vertices: usize,
     scale_sigma: Option<f64>,
     hold_per_m: Option<f64>,
-    without: Vec<String>,
+    without: Option<Vec<String>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let entries = manifest::read(&manifest).map_err(|error| match error {
@@ -81,7 +81,7 @@ pub(crate) fn calibrate<'py>(
     if let Some(hold) = hold_per_m {
         options.fit.hold_per_m = within("hold_per_m", hold, [0.0, 1000.0])?;
     }
-    for name in without {
+    for name in without.unwrap_or_default() {
         let known = || EFFECTS.map(|effect| effect.name).join(", ");
         let effect = Effect::named(&name);
         let effect = effect
