@@ -9,7 +9,7 @@
 
 use super::manifest::Face;
 use crate::fabric::{Fabric, STIFFNESSES};
-use crate::sim::experiment::CurvatureComponent;
+use crate::sim::experiment::{CURL_NODES, CurvatureComponent};
 use crate::sim::sensitivity::Parameter;
 use crate::sim::{Experiment, Setup};
 
@@ -20,6 +20,8 @@ pub enum Acts {
     Sheet(&'static [Parameter]),
     /// The sheet, with the other sign where the specimen is turned over.
     Face(Parameter),
+    /// The natural curvature at a node of its field, which lies mirrored where the specimen is turned over.
+    Node(Node),
     /// What these parameters of cloth and plate lose while the drape hangs: the fall of their logarithm once it has settled.
     Settling(&'static [Parameter]),
     /// How far the plate falls towards a side of the picture: 0 for right, 1 for down.
@@ -30,6 +32,27 @@ pub enum Acts {
     Perspective,
     /// The outline itself: a harmonic of its distance from the axis, which no physics stands behind.
     Outline(Harmonic),
+}
+
+/// A node of a field of natural curvature on the cloth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// The curvature there with the face up, and the one in its place with the specimen turned over.
+    pub parameters: [Parameter; 2],
+    /// Whether the curvature turns over with the specimen; else it bends it upwards with either face up.
+    pub turns: bool,
+}
+
+impl Node {
+    /// Its parameter with a face up, and with which sign.
+    pub(super) fn with_face(&self, face: f64) -> (Parameter, f64) {
+        let [up, down] = self.parameters;
+        match (face < 0.0, self.turns) {
+            (false, _) => (up, 1.0),
+            (true, true) => (down, -1.0),
+            (true, false) => (down, 1.0),
+        }
+    }
 }
 
 /// A harmonic of the outline.
@@ -240,6 +263,39 @@ pub const PATTERNS: [Effect; 3] = [
     },
 ];
 
+/// The two curvatures of a field.
+pub const FIELD_COMPONENTS: [CurvatureComponent; 2] =
+    [CurvatureComponent::Weft, CurvatureComponent::Warp];
+/// Numbers of a field: what turns over with the specimen and what does not, weft and warp, nodes along the warp and along the weft.
+pub const FIELD_NUMBERS: usize = 2 * FIELD_COMPONENTS.len() * CURL_NODES * CURL_NODES;
+
+/// Natural curvature at the nodes of a field on the cloth, in the order of [`FIELD_NUMBERS`]: no effect, but what would explain a
+/// residual, as `field` has it.
+pub const FIELD: Effect = Effect { name: "field", numbers: &NODES };
+
+const NODES: [Number; FIELD_NUMBERS] = {
+    let mut all = [node(0); FIELD_NUMBERS];
+    let mut k = 1;
+    while k < FIELD_NUMBERS {
+        all[k] = node(k);
+        k += 1;
+    }
+    all
+};
+
+const fn node(k: usize) -> Number {
+    let (weft, warp) = (k % CURL_NODES, k / CURL_NODES % CURL_NODES);
+    let of_layer = k / (CURL_NODES * CURL_NODES);
+    let component = FIELD_COMPONENTS[of_layer % FIELD_COMPONENTS.len()];
+    let turned_weft = CURL_NODES - 1 - weft;
+    let parameters = [
+        Parameter::CurlNode { warp, weft, component },
+        Parameter::CurlNode { warp, weft: turned_weft, component },
+    ];
+    let acts = Acts::Node(Node { parameters, turns: of_layer < FIELD_COMPONENTS.len() });
+    Number { key: "node", acts, sigma: 1.0, limits: [-400.0, 400.0], unit: PER_M }
+}
+
 impl Effect {
     /// The effect of this name.
     #[must_use]
@@ -250,7 +306,7 @@ impl Effect {
     /// The effect or pattern that a number is one of.
     #[must_use]
     pub fn of(number: &Number) -> Option<&'static Self> {
-        EFFECTS.iter().chain(&PATTERNS).find(|effect| effect.numbers.contains(number))
+        EFFECTS.iter().chain(&PATTERNS).chain([&FIELD]).find(|e| e.numbers.contains(number))
     }
 }
 
@@ -262,6 +318,7 @@ impl Number {
         match &self.acts {
             Acts::Sheet(parameters) | Acts::Settling(parameters) => parameters,
             Acts::Face(parameter) => std::slice::from_ref(parameter),
+            Acts::Node(node) => &node.parameters,
             Acts::Tilt(_) => &TILT,
             Acts::Scale | Acts::Perspective | Acts::Outline(_) => &[],
         }
@@ -347,6 +404,10 @@ impl Cloth {
                     setup = parameters.iter().fold(setup, |setup, &p| setup.with(p, *value));
                 }
                 Acts::Face(parameter) => setup = setup.with(*parameter, lies.face * value),
+                Acts::Node(node) => {
+                    let (parameter, sign) = node.with_face(lies.face);
+                    setup = setup.with(parameter, sign * value);
+                }
                 Acts::Settling(parameters) => {
                     let lost = (-lies.settled * value).exp_m1();
                     for &parameter in *parameters {
@@ -418,6 +479,25 @@ mod tests {
         let turned = of(1.0, std::f64::consts::FRAC_PI_2).tilt;
         assert!((turned.down_x_rad - 0.01).abs() < 1e-12 && turned.down_z_rad.abs() < 1e-12);
         assert_eq!(cloth.view(), View { ln_scale: 0.0, per_height: 0.0 });
+    }
+
+    #[test]
+    fn a_field_of_a_specimen_turned_over_is_that_of_the_cloth_turned_over() {
+        let nodes = FIELD.numbers.iter().enumerate();
+        let effects: Vec<_> = nodes.map(|(k, number)| (number, 1.0 + k as f64)).collect();
+        let (turning, staying) = effects.split_at(FIELD_NUMBERS / 2);
+        let base = Experiment::standard_cusick();
+        let of = |effects: &[(&'static Number, f64)], face| {
+            let cloth = Cloth { fabric: Fabric::mean_knit(), effects: effects.to_vec() };
+            cloth.experiment(&base, face).curl
+        };
+        let (up, down) = (of(turning, Face::Up), of(turning, Face::Down));
+        assert_eq!(down, up.face_down());
+        assert_eq!(up.nodes[0][1], [2.0, 27.0, 0.0]);
+        // what does not turn bends the other way on the cloth, upwards again in the room
+        let (up, down) = (of(staying, Face::Up), of(staying, Face::Down));
+        let turned = up.face_down().nodes.map(|row| row.map(|node| node.map(|k| -k)));
+        assert_eq!(down.nodes, turned);
     }
 
     #[test]

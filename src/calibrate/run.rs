@@ -15,6 +15,7 @@ use super::believed::Believed;
 use super::effect::{Effect, Number, settled};
 use super::fit::{Beside, Fit, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
+use super::left::{Left, left};
 use super::manifest::{Bench, Entry, Face, Kind, Role};
 use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
@@ -668,6 +669,13 @@ impl FabricResult {
             held.then_some(Pair { measured: before.measured, rms_m, dc_off })
         };
         both.filter_map(pair).collect()
+    }
+
+    /// What stays of the drapes, fitted and held out, with the effects that were added or without any.
+    #[must_use]
+    pub fn left(&self) -> Option<Left> {
+        let drapes = self.after.as_ref().map_or(&self.drapes, |after| &after.drapes);
+        left(drapes.iter().filter_map(|drape| drape.beside.as_ref().ok()))
     }
 
     fn judge(&self) -> Verdict {

@@ -142,6 +142,10 @@ fn on_sheet(acts: &Acts, lies: Lies, setup: &Setup, of: impl Fn(Parameter) -> f6
     match acts {
         Acts::Sheet(parameters) => parameters.iter().map(|&p| of(p)).sum(),
         Acts::Face(parameter) => lies.face * of(*parameter),
+        Acts::Node(node) => {
+            let (parameter, sign) = node.with_face(lies.face);
+            sign * of(parameter)
+        }
         Acts::Settling(parameters) => {
             // of v exp(-settled number)
             let lost = |&p: &Parameter| lies.settled * number_of(setup, p) * of(p);

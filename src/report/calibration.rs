@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::cloth_file;
-use crate::calibrate::effect::{Effect, Number};
+use crate::calibrate::effect::{Effect, FIELD_COMPONENTS, Number};
+use crate::calibrate::field::{Field, Layer};
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
@@ -25,6 +26,7 @@ use crate::picture::draw;
 use crate::report::page;
 use crate::report::page::calibration::Source;
 use crate::report::section::Section;
+use crate::sim::experiment::{Curl, CurvatureComponent, Specimen};
 
 /// Name of the file that programs read.
 pub const JSON: &str = "calibration.json";
@@ -173,7 +175,11 @@ fn of_fabric(fabric: &FabricResult) -> Value {
     text["verdict"] = json!(fabric.verdict.name());
     let found = fabric.after.iter().flat_map(|after| &after.effects);
     text["effects"] = found.flat_map(of_effect).collect();
-    text["trace"] = fabric.trace.as_ref().map_or(Value::Null, of_trace);
+    text["trace"] = fabric.trace.as_ref().map_or(Value::Null, |trace| of_trace(fabric, trace));
+    text["left"] = fabric.left().map_or(
+        Value::Null,
+        |left| json!({"rms_mm": left.rms_m / M_PER_MM, "along_mm": left.along_m / M_PER_MM}),
+    );
     text["holdout"] = of_holdout(fabric);
     if let Some(after) = &fabric.after {
         text["after"] = json!({
@@ -201,7 +207,7 @@ fn of_effect(found: &FoundEffect) -> Vec<Value> {
     found.numbers.iter().map(of).collect()
 }
 
-fn of_trace(trace: &Trace) -> Value {
+fn of_trace(fabric: &FabricResult, trace: &Trace) -> Value {
     let of = |ranked: &Ranked| json!({"name": ranked.effect.name, "gain": ranked.gain[0], "se": ranked.gain[1], "sure": ranked.sure});
     let chosen = |choice: &Choice| {
         let mut text = of(&choice.ranked);
@@ -214,6 +220,42 @@ fn of_trace(trace: &Trace) -> Value {
         "alone": trace.alone.iter().map(of).collect::<Vec<_>>(),
         "chosen": trace.chosen.iter().map(chosen).collect::<Vec<_>>(),
         "unexplained": trace.unexplained.as_ref().map(of),
+        "field": trace.field.as_ref().map(|field| of_field(field, &fabric.measured[0].bench.specimen)),
+    })
+}
+
+/// A field's curvatures at its nodes, along the warp and then along the weft, and where it is strongest.
+fn of_field(field: &Field, specimen: &Specimen) -> Value {
+    let nodes = |curl: &Curl, component: CurvatureComponent| {
+        curl.nodes.map(|row| row.map(|node| node[component as usize]))
+    };
+    let layers = Layer::ALL.map(|layer| {
+        let (values, errors) = (&field.layers[layer as usize], &field.errors[layer as usize]);
+        let of = FIELD_COMPONENTS.map(|component| {
+            let own =
+                json!({"per_m": nodes(values, component), "se_per_m": nodes(errors, component)});
+            (component.name().to_owned(), own)
+        });
+        (layer.name().to_owned(), Value::Object(of.into_iter().collect()))
+    });
+    let strongest = field.strongest(specimen).map(|strongest| {
+        let [warp, weft] = strongest.place.map(|t| t - 0.5);
+        json!({
+            "layer": strongest.layer.name(),
+            "along": FIELD_COMPONENTS[strongest.component].name(),
+            "warp_mm": warp * specimen.warp_m / M_PER_MM,
+            "weft_mm": weft * specimen.weft_m / M_PER_MM,
+            "per_m": strongest.per_m,
+            "se_per_m": strongest.error_per_m,
+        })
+    });
+    json!({
+        "foretells": field.is_something(),
+        "gain": field.gain[0],
+        "se": field.gain[1],
+        "neighbours_per_m": field.step_per_m,
+        "layers": Value::Object(layers.into_iter().collect()),
+        "strongest": strongest,
     })
 }
 
@@ -508,6 +550,7 @@ fn effects_table(fabric: &FabricResult) -> String {
             let name = ranked.effect.name;
             text += &format!("  {name} foretells what is left: {gain:.3} +- {error:.3}\n");
         }
+        text += &field_line(fabric, trace);
     }
     if let Some(after) = &fabric.after {
         for found in &after.effects {
@@ -527,6 +570,29 @@ fn effects_table(fabric: &FabricResult) -> String {
         text += &groups_table(&fabric.groups_of(&after.drapes));
     }
     text + &format!("  verdict: {}\n", fabric.verdict.name())
+}
+
+/// What a field of curvature foretells of what is left, and where it is strongest.
+fn field_line(fabric: &FabricResult, trace: &Trace) -> String {
+    let Some(field) = &trace.field else { return String::new() };
+    let specimen = &fabric.measured[0].bench.specimen;
+    let ([gain, error], strongest) = (field.gain, field.strongest(specimen));
+    let Some(strongest) = strongest.filter(|_| field.is_something()) else {
+        return format!(
+            "  no field of curvature foretells what is left: {gain:.3} +- {error:.3}\n"
+        );
+    };
+    let [warp, weft] = strongest.place.map(|t| t - 0.5);
+    format!(
+        "  a field of curvature foretells what is left: {gain:.3} +- {error:.3}; strongest along the {} ({}), {:.1} +- {:.1} /m \
+         {:.0} mm along the warp and {:.0} mm along the weft from the middle\n",
+        FIELD_COMPONENTS[strongest.component].name(),
+        strongest.layer.name(),
+        strongest.per_m,
+        strongest.error_per_m,
+        warp * specimen.warp_m / M_PER_MM,
+        weft * specimen.weft_m / M_PER_MM
+    )
 }
 
 const WHITE: Rgb<u8> = Rgb([255; 3]);

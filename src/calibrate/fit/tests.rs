@@ -3,6 +3,7 @@
 use super::*;
 use crate::base::Surface;
 use crate::calibrate::effect::Effect;
+use crate::calibrate::field::Layer;
 use crate::calibrate::pose::POSE;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
 use crate::calibrate::trial::outline_of;
@@ -122,13 +123,13 @@ fn the_outline_moves_as_its_sensitivities_say() {
 #[test]
 fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
     let (truth, options) = (truth(), options());
-    for seed in [1, 2, 3] {
+    for seed in [1, 2] {
         let drop = Drop { start: DropStart::Perturbed(seed) };
         let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
         let drop = Drop { start: DropStart::Outline(Box::new(outline.clone())) };
         let led = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
         let off_mm = 1e3 * crate::calibrate::floor::distance_m(&outline, &led);
-        // observed: 0.14, 0.40, 0.45; without heights 9.5, 0.3, 3.3; other drops lie 5 mm and more away
+        // observed: 0.14, 0.40; without heights 9.5, 0.3; other drops lie 5 mm and more away
         assert!(off_mm < 0.8, "{seed}: {off_mm}");
     }
 }
@@ -260,7 +261,8 @@ fn a_fabric_and_what_its_faces_differ_by_are_found_from_rims() {
 
 #[test]
 fn the_height_of_the_camera_is_found_from_outlines() {
-    let (fabric, options) = (truth(), options());
+    let (fabric, mut options) = (truth(), options());
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 25);
     let per_height = 1.0 / 0.8;
     let targets: Vec<Target> = (0..3)
         .map(|seed| {
@@ -338,4 +340,36 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
     let without = [Effect::named("creep").unwrap()];
     let trace = crate::calibrate::trace::trace(&mut fit, &units, &without).unwrap();
     assert!(trace.alone.iter().all(|ranked| ranked.effect.name != "creep"));
+}
+
+#[test]
+fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
+    let mut options = options();
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 25);
+    // the cloth curls along its warp at one place between the plate and the rim
+    let mut curl = crate::sim::experiment::Curl::default();
+    curl.nodes[3][1] = [0.0, 25.0, 0.0];
+    let mut targets = Vec::new();
+    for seed in 0..6 {
+        let turned_over = seed % 2 == 1;
+        let mut sim = options.sim;
+        sim.experiment.curl = if turned_over { curl.face_down() } else { curl };
+        let drop = Drop { start: DropStart::Perturbed(seed) };
+        let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
+        let target = Target::of(&outline, Some(0.0), &options.sim.experiment);
+        targets.push(Target { turned_over, ..target });
+    }
+    let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
+    let units: Vec<usize> = (0..6).map(|k| k / 2).collect();
+    let field = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap().field.unwrap();
+    let strongest = field.strongest(&options.sim.experiment.specimen).unwrap();
+    let said = format!("{strongest:?}, {:?}, step {}", field.gain, field.step_per_m);
+    println!("{said}");
+    // observed: 22.1 +- 0.9 /m at the node itself, gain 0.10 +- 0.02
+    assert!(field.is_something(), "{said}");
+    assert_eq!((strongest.layer, strongest.component), (Layer::Turns, 1), "{said}");
+    let [warp, weft] = strongest.place;
+    assert!((warp - 0.75).hypot(weft - 0.25) < 0.15 && strongest.per_m > 0.0, "{said}");
 }

@@ -6,6 +6,7 @@
 mod charts;
 mod drapes;
 mod effects;
+mod field;
 mod said;
 
 use std::path::Path;
@@ -109,6 +110,7 @@ pub(in crate::report) fn section(fabric: &FabricResult) -> Markup {
             (fits(fabric))
             @if let Some(after) = &fabric.after { (effects::found(&after.effects)) }
             @if let Some(trace) = &fabric.trace { (effects::ranking(trace, fabric.after.as_ref().map_or(&[], |after| &after.effects))) }
+            (field::maps(fabric))
             (held_out(fabric))
             (coefficients(fabric))
             (groups(fabric))

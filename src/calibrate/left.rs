@@ -1,0 +1,83 @@
+//! What stays between drapes and what was measured: how large it is, and over which length of rim it is alike.
+//!
+//! In: drapes beside their outlines or rims. Out: [`Left`]. The fit counts one point of a rim on every
+//! [`super::options::FitOptions::alike_m`]; where what stays is alike over more, its intervals are too narrow.
+
+use super::fit::Beside;
+
+/// What stays of some drapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    /// Root mean square distance, level and across the rim \[m\].
+    pub rms_m: f64,
+    /// Length along the rim over which its autocorrelation falls to 1/e \[m\].
+    pub along_m: f64,
+}
+
+/// What stays of some drapes, each taken around its own mean; `None` where nothing does.
+#[must_use]
+pub fn left<'a>(drapes: impl IntoIterator<Item = &'a Beside>) -> Option<Left> {
+    let all = drapes.into_iter().map(|beside| {
+        let off_m: Vec<f64> = beside.rows.iter().map(|row| row.outwards_m).collect();
+        (off_m, beside.measured.length_m() / beside.rows.len().max(1) as f64)
+    });
+    of(&all.collect::<Vec<_>>())
+}
+
+/// Distances at even steps around closed curves, and these steps \[m\].
+fn of(curves: &[(Vec<f64>, f64)]) -> Option<Left> {
+    let count: usize = curves.iter().map(|(off_m, _)| off_m.len()).sum();
+    let around: Vec<Vec<f64>> = curves
+        .iter()
+        .map(|(off_m, _)| {
+            let mean = off_m.iter().sum::<f64>() / off_m.len().max(1) as f64;
+            off_m.iter().map(|m| m - mean).collect()
+        })
+        .collect();
+    let at_lag = |lag: usize| -> f64 {
+        let of = |own: &Vec<f64>| -> f64 {
+            (0..own.len()).map(|k| own[k] * own[(k + lag) % own.len()]).sum()
+        };
+        around.iter().map(of).sum()
+    };
+    let whole = at_lag(0);
+    if whole <= 0.0 {
+        return None;
+    }
+    let step_m = curves.iter().map(|(_, step_m)| step_m).sum::<f64>() / curves.len() as f64;
+    let shortest = curves.iter().map(|(off_m, _)| off_m.len()).min().unwrap_or(0);
+    let mut before = 1.0;
+    let mut along_m = step_m * shortest as f64 / 2.0;
+    for lag in 1..=shortest / 2 {
+        let now = at_lag(lag) / whole;
+        let fallen = (-1.0_f64).exp();
+        if now <= fallen {
+            along_m = step_m * (lag as f64 - (fallen - now) / (before - now));
+            break;
+        }
+        before = now;
+    }
+    let squares: f64 = curves.iter().flat_map(|(off_m, _)| off_m).map(|m| m * m).sum();
+    Some(Left { rms_m: (squares / count as f64).sqrt(), along_m })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stays_is_alike_over_part_of_its_waves() {
+        // a wave's autocorrelation is its cosine: 1/e at 0.19 of its length
+        let wave = |waves: f64| -> (Vec<f64>, f64) {
+            let at = |k: i32| (waves * f64::from(k) / 240.0 * std::f64::consts::TAU).sin();
+            ((0..240).map(|k| 2e-3 * at(k)).collect(), 5e-3)
+        };
+        let found = of(&[wave(4.0), wave(4.0)]).unwrap();
+        let expected = (-1.0_f64).exp().acos() / std::f64::consts::TAU * 240.0 * 5e-3 / 4.0;
+        assert!((found.rms_m - 2e-3 / 2.0_f64.sqrt()).abs() < 1e-9);
+        assert!((found.along_m / expected - 1.0).abs() < 0.01, "{} {expected}", found.along_m);
+        assert!(of(&[wave(12.0)]).unwrap().along_m < 0.5 * found.along_m);
+        assert_eq!(of(&[(vec![1e-3; 240], 5e-3)]), None);
+        assert_eq!(of(&[]), None);
+    }
+}
