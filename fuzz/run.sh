@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RUSTC_BOOTSTRAP=1
-targets=${*:-ply obj pcd stl glb xyz depth_png views intrinsics density_csv boundary_csv}
+targets=${*:-ply obj pcd stl glb e57 las xyz depth_png views intrinsics density_csv boundary_csv}
 for target in $targets; do
     echo "== $target"
     mkdir -p "fuzz/corpus/$target"

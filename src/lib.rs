@@ -58,15 +58,15 @@
 //!
 //! | feature | what it adds | heavy crates | crates |
 //! |---|---|---|---|
-//! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`], [`exchange`] | | 136 |
-//! | `estimate` | [`estimate`], [`job`] | ort, tract | 195 |
-//! | `calibrate` | [`calibrate`] | image | 142 |
-//! | `dataset` | [`dataset`] | parquet | 147 |
-//! | `picture` | [`picture`] | image, plotters, a font | 147 |
-//! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`], [`combine`] | statrs | 218 |
-//! | `kit` | `report`, and [`kit`] | pdf-writer, pulldown-cmark | 222 |
-//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 226 |
-//! | `cli` | all of it, and the program | clap | 255 |
+//! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`], [`exchange`] | | 139 |
+//! | `estimate` | [`estimate`], [`job`] | ort, tract | 198 |
+//! | `calibrate` | [`calibrate`] | image | 145 |
+//! | `dataset` | [`dataset`] | parquet | 150 |
+//! | `picture` | [`picture`] | image, plotters, a font | 150 |
+//! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`], [`combine`] | statrs | 221 |
+//! | `kit` | `report`, and [`kit`] | pdf-writer, pulldown-cmark | 225 |
+//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 229 |
+//! | `cli` | all of it, and the program | clap | 258 |
 //!
 //! # Layers
 //!

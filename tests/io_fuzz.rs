@@ -38,8 +38,18 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ("glb", glb()),
         ("png", depth_png()),
         ("stl", stl),
+        ("e57", of_fixture("two_scans.e57")),
+        ("laz", of_fixture("chunked.laz")),
+        ("laz", of_fixture("layered.laz")),
+        ("las", of_fixture("plain.las")),
         ("stl", b"solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n".into()),
     ]
+}
+
+/// A small file of another program (`fixtures/README.md`).
+fn of_fixture(name: &str) -> Vec<u8> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/formats");
+    std::fs::read(folder.join(name)).unwrap()
 }
 
 /// The cloud as binary PLY of the other byte order, in double precision.
@@ -131,7 +141,8 @@ fn damaged_files_neither_panic_nor_grow() {
                 Ok((cloud, notes)) => {
                     read += 1;
                     // LZF stands for up to 88 bytes a byte, deflate for 1032 with two to a
-                    // pixel; a point takes one at least.
+                    // pixel; a point takes one at least. LAZ is held to 64 points a byte, and an
+                    // E57 point takes a bit.
                     let most = if extension == "png" { 520 } else { 88 };
                     assert!(notes.points_in_file <= most * bytes.len(), "kind {kind} case {case}");
                     assert!(cloud.triangles.len() <= bytes.len(), "kind {kind} case {case}");

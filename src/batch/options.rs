@@ -8,7 +8,8 @@ use crate::scan::ScanOptions;
 /// Files that are scans by their name alone, besides folders of views. Tables
 /// (`.csv`, `.txt`), images and lists of views are taken only if the density table
 /// names them: folders are full of others.
-pub const SCANS: [&str; 8] = ["ply", "obj", "pcd", "stl", "glb", "xyz", "asc", "pts"];
+pub const SCANS: [&str; 11] =
+    ["ply", "obj", "pcd", "stl", "glb", "e57", "las", "laz", "xyz", "asc", "pts"];
 
 /// What to do, and where.
 #[derive(Clone, Debug)]

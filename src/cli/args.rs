@@ -204,11 +204,11 @@ impl From<Side> for Face {
 /// A scan, and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct ScanFlags {
-    /// The scan: PLY, OBJ, PCD, STL, GLB, XYZ, 16-bit depth PNG, views.json or its folder;
+    /// The scan: PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, 16-bit depth PNG, views.json or its folder;
     /// `estimate` also takes a rim that `boundary` wrote; `-` with --format: the standard input
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
-    /// Format of INPUT, whatever its name: ply, obj, pcd, stl, glb, xyz or png
+    /// Format of INPUT, whatever its name: ply, obj, pcd, stl, glb, e57, las, laz, xyz or png
     #[arg(long, value_name = "NAME", value_parser = format)]
     pub(crate) format: Option<Format>,
     #[command(flatten)]
@@ -338,7 +338,7 @@ impl ReadFlags {
 /// A format that bytes can be in: a set of views is files.
 fn format(text: &str) -> Result<Format, String> {
     let format = Format::named(text).filter(|format| *format != Format::Views);
-    format.ok_or_else(|| "give ply, obj, pcd, stl, glb, xyz or png".into())
+    format.ok_or_else(|| "give ply, obj, pcd, stl, glb, e57, las, laz, xyz or png".into())
 }
 
 fn depth_source(text: &str) -> Result<DepthSource, String> {

@@ -17,7 +17,8 @@ pub struct ReadNotes {
     pub format: Option<Format>,
     /// Points in the file, the dropped ones included.
     pub points_in_file: usize,
-    /// Points dropped: NaN, infinite, or beyond [`LARGEST_COORDINATE`].
+    /// Points dropped: NaN, infinite, beyond [`LARGEST_COORDINATE`], or invalid (E57) or withheld (LAS) as the
+    /// file says.
     pub dropped_non_finite: usize,
     /// Pixels of depth images dropped beside depth jumps, if that was asked for.
     pub dropped_jumps: usize,

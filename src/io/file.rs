@@ -7,7 +7,7 @@ use super::bytes::{is_regular, regular_file, standard_input};
 use super::error::{At, Fault, shown};
 use super::format::{Format, foreign_content};
 use super::options::ReadOptions;
-use super::{depth, glb, obj, pcd, ply, stl, xyz};
+use super::{depth, e57, glb, las, obj, pcd, ply, stl, xyz};
 use crate::geom::Cloud;
 
 /// Reads a file that is one scan or one view, in the format that its extension names.
@@ -71,6 +71,8 @@ pub(super) fn read_bytes(
         Format::Pcd => pcd::read(bytes),
         Format::Stl => stl::read(bytes),
         Format::Glb => glb::read(bytes),
+        Format::E57 => e57::read(bytes),
+        Format::Las => las::read(bytes),
         Format::DepthPng => depth::read(bytes, options),
         Format::Views => return Err(not_a_file()),
         Format::Xyz => xyz::read(bytes),

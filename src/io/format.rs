@@ -18,6 +18,10 @@ pub enum Format {
     Stl,
     /// Binary glTF 2.0.
     Glb,
+    /// ASTM E2807: Cartesian and spherical scans with their poses.
+    E57,
+    /// ASPRS LAS, and LAZ, which is LAS compressed.
+    Las,
     /// Lines of `x y z`, with or without colours.
     Xyz,
     /// A 16-bit depth image.
@@ -27,8 +31,7 @@ pub enum Format {
 }
 
 /// Extensions read, for messages.
-pub const SUPPORTED: &str =
-    ".ply, .obj, .pcd, .stl, .glb, .xyz, .asc, .pts, .txt, .csv, .png (16-bit depth), views.json";
+pub const SUPPORTED: &str = ".ply, .obj, .pcd, .stl, .glb, .e57, .las, .laz, .xyz, .asc, .pts, .txt, .csv, .png (16-bit depth), views.json";
 
 impl Format {
     pub(super) fn of_extension(path: &Path) -> Option<Self> {
@@ -44,6 +47,8 @@ impl Format {
             "pcd" => Self::Pcd,
             "stl" => Self::Stl,
             "glb" => Self::Glb,
+            "e57" => Self::E57,
+            "las" | "laz" => Self::Las,
             "png" => Self::DepthPng,
             "json" => Self::Views,
             "xyz" | "asc" | "pts" | "txt" | "csv" => Self::Xyz,
@@ -60,6 +65,10 @@ impl Format {
             Some(Self::Pcd)
         } else if starts(b"glTF") {
             Some(Self::Glb)
+        } else if starts(b"ASTM-E57") {
+            Some(Self::E57)
+        } else if starts(b"LASF") {
+            Some(Self::Las)
         } else if starts(b"\x89PNG") {
             Some(Self::DepthPng)
         } else {
@@ -76,6 +85,8 @@ impl Format {
             Self::Pcd => ".pcd",
             Self::Stl => ".stl",
             Self::Glb => ".glb",
+            Self::E57 => ".e57",
+            Self::Las => ".las",
             Self::Xyz => ".xyz",
             Self::DepthPng => ".png",
             Self::Views => ".json",

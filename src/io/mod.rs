@@ -1,12 +1,13 @@
-//! Files in and out: scans (PLY, OBJ, PCD, STL, GLB, XYZ, depth images, sets of
-//! views), meshes, tables.
+//! Files in and out: scans (PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, depth images,
+//! sets of views), meshes, tables.
 //!
 //! In: a path, and [`ReadOptions`] for what a depth image does not say itself.
 //! Out: a [`Cloud`] in the file's own unit and axes (which nobody can trust: `scan`
 //! finds unit and up from the plate and the floor), with [`ReadNotes`] on what was
 //! left out. Formats after their published texts: PLY after Turk's "The PLY Polygon
 //! File Format", PCD after PCL's file format page, OBJ after Wavefront's, STL after
-//! 3D Systems', GLB after Khronos' glTF 2.0. `docs/formats.md` has them for users.
+//! 3D Systems', GLB after Khronos' glTF 2.0, E57 after ASTM E2807,
+//! LAS after the ASPRS' specification 1.4. `docs/formats.md` has them for users.
 //!
 //! Fails with a [`ReadError`] that names the file, the place and the remedy. No
 //! input makes a reader panic, and what a reader allocates is bounded by the
@@ -21,12 +22,16 @@ mod bytes;
 pub mod density_csv;
 mod depth;
 mod distortion;
+mod e57;
 mod error;
 mod file;
 mod format;
 mod glb;
 mod glb_data;
 pub mod intrinsics;
+mod las;
+mod las_header;
+mod laz;
 mod lock;
 mod lzf;
 mod obj;
