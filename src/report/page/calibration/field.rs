@@ -11,7 +11,7 @@ use crate::report::page::svg::c;
 use crate::sim::Experiment;
 
 /// Squares along a side of a map, and the side \[CSS pixels\].
-const SQUARES: usize = 30;
+const SQUARES: usize = 42;
 const SIDE: f64 = 210.0;
 /// Distance of the maps' left ends \[CSS pixels\].
 const PITCH: f64 = 240.0;
@@ -24,7 +24,7 @@ pub(super) fn maps(fabric: &FabricResult) -> Markup {
         @if let (Some(field), Some(bench)) = (field, bench) {
             h3 { "Where on the cloth the rest would come from" }
             (said(field, &bench))
-            (figure(field, &bench))
+            @if field.is_something() { (figure(field, &bench)) }
         }
     }
 }
@@ -43,7 +43,7 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
                 " mm along the weft from the middle."
             }
         } @else {
-            p { "No field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) "): the maps show chance." }
+            p { "No field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) ")." }
         }
     }
 }
@@ -104,7 +104,7 @@ fn map(
         @for place in squares {
             @let value = field.at(layer, component, place);
             @let [x, y] = at(place, left);
-            rect .square class=(if value > 0.0 { "up" } else { "down" }) fill-opacity=(fixed((value / most).abs().min(1.0), 2))
+            rect class=(if value > 0.0 { "square up" } else { "square down" }) fill-opacity=(fixed((value / most).abs().min(1.0), 2))
                 x=(c(x - 0.5 * side)) y=(c(y - 0.5 * side)) width=(c(side)) height=(c(side)) {}
         }
         circle .plate cx=(c(x)) cy=(c(y)) r=(c(plate)) {}
