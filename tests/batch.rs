@@ -1,5 +1,7 @@
 //! `batch`: one bad file never stops it, and a kill loses nothing.
 
+mod program;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -12,7 +14,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_scan2params"))
+    program::program()
 }
 
 fn batch(folder: &Path, out: &Path, more: &[&str]) -> Output {

@@ -1,5 +1,7 @@
 //! Defaults from a file: where it is found, what wins, what is refused and with which place, and that results say what held.
 
+mod program;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -29,7 +31,7 @@ impl Bench {
     }
 
     fn command(&self, words: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+        let mut command = program::program();
         command.args(words).current_dir(self.0.path()).env_remove("SCAN2PARAMS_CONFIG");
         command.env("XDG_CONFIG_HOME", self.0.path().join("user")).env_remove("HOME");
         command

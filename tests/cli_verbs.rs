@@ -1,11 +1,13 @@
 //! What the words of a command line mean, and what is shown of long work.
 
-use std::process::{Command, Output};
+mod program;
+
+use std::process::Output;
 
 const DRAPE: &str = "simulate --params fixtures/drapes/stiff.params.json --vertices 21";
 
 fn scan2params(line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(line.split_whitespace());
     command.output().unwrap()
 }
@@ -115,8 +117,8 @@ fn long_work_shows_that_it_goes_on_and_only_to_people() {
         assert_eq!(run.status.code(), Some(0), "{line}: {}", said(&run));
         assert!(!said(&run).contains(doing), "{line}: {}", said(&run));
         assert!(!said(&run).contains('\r') && !said(&run).contains('\u{1b}'), "{}", said(&run));
-        let command = format!("{} {line}", env!("CARGO_BIN_EXE_scan2params"));
-        let mut script = Command::new("script");
+        let command = format!("{} {line}", program::PATH);
+        let mut script = program::shielded("script");
         script.args(["-q", "-e", "-c", &command, "/dev/null"]).env("TERM", "xterm");
         script.current_dir(env!("CARGO_MANIFEST_DIR"));
         let Ok(shown) = script.output() else {

@@ -1,14 +1,16 @@
 //! `combine` from end to end: results of the fixtures' scans as `estimate` and `batch` write them.
 
+mod program;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use scan2params::fabric::params;
 use serde_json::Value;
 
 fn program(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
     command.output().unwrap()
 }

@@ -1,7 +1,9 @@
 //! `export` and `convert` on the command line: files, verdicts, exit codes.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use scan2params::exchange::Target;
 use scan2params::fabric::params::DO_NOT_USE;
@@ -10,7 +12,7 @@ use scan2params::job::verdict::Level;
 const FABRIC: &str = "fixtures/drapes/woven.params.json";
 
 fn scan2params(words: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(words).output().unwrap()
 }
 

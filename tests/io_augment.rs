@@ -1,7 +1,9 @@
 //! `augment`: from a drape to scans that read back to its rim.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::OnceLock;
 
 use scan2params::base::Boundary;
@@ -12,7 +14,7 @@ use scan2params::sensor::Truth;
 use scan2params::sim::{Drop, DropStart, SimOptions, drape};
 
 fn scan2params(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 fn done(arguments: &[&str]) -> Output {

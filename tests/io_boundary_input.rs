@@ -1,7 +1,9 @@
 //! A boundary CSV as input of `estimate`: the rim that a user corrected by hand.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
 
@@ -10,7 +12,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn scan2params(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 fn json(run: &Output) -> Value {
@@ -128,7 +130,7 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
         ]);
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
         assert!(String::from_utf8_lossy(&run.stdout).contains("as the boundary file gives it"));
-        assert!(folder.join(format!("{drape}.boundary.boundary.png")).is_file());
+        assert!(folder.join(format!("{drape}.boundary.png")).is_file());
     }
     let rim = fixture("drapes/mean.boundary.csv");
     let run = scan2params(&["inspect", rim.to_str().unwrap()]);
