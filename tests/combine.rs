@@ -67,6 +67,11 @@ fn two_scans_of_one_fabric_become_one() {
     let folds = each.each_ref().map(|v| number(v, "/boundary/folds"));
     assert_eq!(folds[0], folds[1]);
     assert_eq!(number(&combined, "/folds/modal"), folds[0]);
+    // what is converted is the fabric's interval, not that of a mean
+    let run = program(&["convert", out.to_str().unwrap(), "--json"]);
+    let converted: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let end = number(&converted, "/shear/paper/interval90/0");
+    assert!((end / number(&combined, "/parameters/shear/shared90/0") - 1.0).abs() < 1e-9, "{end}");
     // the simulator takes it
     let fabric = params::fabric(&out, [None; 7]).unwrap();
     let shear = number(&combined, "/parameters/shear/value");
