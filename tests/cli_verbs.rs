@@ -159,3 +159,31 @@ fn a_manifest_at_fault_is_usage_and_says_every_line() {
     assert!(said(&run).contains("line 2: a.png:"), "{}", said(&run));
     assert!(!at("out").exists());
 }
+
+#[test]
+fn a_result_or_a_folder_is_not_taken_for_a_scan() {
+    let run = scan2params("fixtures --density 180");
+    assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+    assert!(said(&run).contains("`batch FOLDER` estimates every scan"), "{}", said(&run));
+    for verb in ["estimate --density 180", "inspect"] {
+        let run = scan2params(&format!("{verb} fixtures/drapes/woven.params.json"));
+        assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+        assert!(said(&run).contains("no scan; `export`, `convert`"), "{}", said(&run));
+    }
+}
+
+#[test]
+fn a_density_that_cannot_be_is_told_what_to_give() {
+    for (density, code, part) in [
+        ("-214", 2, "-214 g/m^2 is outside"),
+        ("0", 2, "0 g/m^2 is outside"),
+        ("0.214", 2, "0.214 kg/m^2 are 214"),
+        ("214,5", 2, "decimal point"),
+        ("6.3oz/yd2", 2, "scan2params convert"),
+        ("scan.ply", 2, "a number of g/m^2 alone"),
+    ] {
+        let run = scan2params(&format!("fixtures/drapes/woven.boundary.csv --density {density}"));
+        assert_eq!(run.status.code(), Some(code), "{density}: {}", said(&run));
+        assert!(said(&run).contains(part), "{density}: {}", said(&run));
+    }
+}

@@ -4,7 +4,6 @@ mod program;
 mod promises;
 mod schema_support;
 
-
 use promises::{hold, root};
 use serde_json::Value;
 

@@ -43,11 +43,8 @@ impl Bench {
 
     fn run(&self, line: &str) -> (Option<i32>, String) {
         let mut program = program::program();
-        let run = program
-            .args(line.split_whitespace())
-            .current_dir(self.0.path())
-            .output()
-            .unwrap();
+        let run =
+            program.args(line.split_whitespace()).current_dir(self.0.path()).output().unwrap();
         assert!(
             run.status.code().is_some_and(|code| [0, 3, 4].contains(&code)),
             "{line}: {}",
