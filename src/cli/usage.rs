@@ -43,7 +43,9 @@ fn with_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     };
     let verb = words.get(verb::place(words)).and_then(|word| word.to_str()).unwrap_or_default();
     let Some(tip) = tip(&unknown, verb) else { return error };
+    // a usage line would be that of the flag which is spelled alike
     error.remove(ContextKind::SuggestedArg);
+    error.remove(ContextKind::Usage);
     error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
     error
 }
@@ -80,7 +82,7 @@ mod tests {
             "s estimate a.ply --density -214",
             "s batch a --density -1.5",
             "s simulate --params a.json --bending-weft -5 --out b.obj",
-            "s evaluate scan --even -3",
+            "s augment a.obj --even -3 --out b.ply",
         ] {
             let words: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
             if let Err(error) = parse(&words) {
