@@ -1,5 +1,7 @@
 //! `batch`: one bad file never stops it, and a kill loses nothing.
 
+mod program;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -12,7 +14,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_scan2params"))
+    program::program()
 }
 
 fn batch(folder: &Path, out: &Path, more: &[&str]) -> Output {
@@ -93,6 +95,7 @@ fn one_bad_file_never_stops_the_others() {
         assert!(said.contains(file), "{said}");
         assert_eq!(row["shear_g_s2"], "");
     }
+    assert!(said.contains("passed over") && said.contains(": notes.txt;"), "{said}");
     assert!(said.contains("4 of 6 scans have no estimate") && said.contains("left"), "{said}");
     let results = lines(&out.join("results.jsonl"));
     assert_eq!(results.len(), 6);
@@ -221,4 +224,18 @@ fn what_cannot_be_meant_is_said_before_anything_is_done() {
     let run = program().arg("batch").arg(&scans).output().unwrap();
     assert_eq!(run.status.code(), Some(2), "no density at all");
     assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_row_that_names_a_scan_without_its_ending_is_told_the_whole_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("scans");
+    std::fs::create_dir(&scans).unwrap();
+    std::fs::write(scans.join("linen7.xyz"), floor()).unwrap();
+    let table = folder.path().join("d.csv");
+    std::fs::write(&table, "file;density_g_m2\nlinen7;180,4\n").unwrap();
+    let flags = ["--dry-run", "--density-csv", table.to_str().unwrap()];
+    let run = batch(&scans, &folder.path().join("out"), &flags);
+    let told = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert!(told.contains("`linen7.xyz` is there: write its name whole"), "{told}");
 }

@@ -1,5 +1,7 @@
 //! Defaults from a file: where it is found, what wins, what is refused and with which place, and that results say what held.
 
+mod program;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -29,7 +31,7 @@ impl Bench {
     }
 
     fn command(&self, words: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+        let mut command = program::program();
         command.args(words).current_dir(self.0.path()).env_remove("SCAN2PARAMS_CONFIG");
         command.env("XDG_CONFIG_HOME", self.0.path().join("user")).env_remove("HOME");
         command
@@ -169,7 +171,7 @@ fn paths_are_meant_from_the_file_s_folder_and_lists_give_a_flag_several_times() 
     );
     let run = bench.run(&format!("--config project/c.toml {RIM}"));
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
-    let page = bench.0.path().join("project/results/woven.boundary.report.html");
+    let page = bench.0.path().join("project/results/woven.report.html");
     assert!(fs::read_to_string(page).unwrap().contains("&lt;A. B.&gt;"));
     bench.write(
         "with.toml",
@@ -279,4 +281,31 @@ fn every_flag_of_every_verb_can_be_set() {
         }
     }
     assert!(all > 120, "{all}");
+}
+
+/// A test that starts the program by itself would see what whoever runs it has set.
+#[test]
+fn every_test_starts_the_program_without_a_file_of_defaults() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let mut starters = 0;
+    for entry in fs::read_dir(root).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "rs") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        // put together here, so that this file does not name them
+        for name in [["CARGO_BIN", "_EXE"].concat(), ["cargo", "_bin("].concat()] {
+            assert!(!text.contains(&name), "{}: {name}; use tests/program", path.display());
+        }
+        starters += usize::from(text.contains("mod program;"));
+    }
+    assert!(starters >= 20, "{starters} tests start the program");
+
+    let bench = Bench::new("[estimate]\nno_such_flag = 1\n");
+    assert_eq!(bench.run(&format!("{RIM} --density 180")).status.code(), Some(2), "it is read");
+    let mut shielded = program::program();
+    let run =
+        shielded.args([RIM, "--density", "180"]).current_dir(bench.0.path()).output().unwrap();
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
 }

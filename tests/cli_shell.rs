@@ -1,5 +1,7 @@
 //! What a shell user expects: version, completions, manual, quiet and verbose, threads, colours, standard input.
 
+mod program;
+
 use std::fs;
 use std::io::Write as _;
 use std::process::{Command, Output, Stdio};
@@ -19,7 +21,7 @@ const COMPUTING: [&str; 9] = [
 const OTHERS: [&str; 7] = ["combine", "kit", "export", "convert", "config", "completions", "man"];
 
 fn program(line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(line.split_whitespace());
     command
 }
@@ -182,8 +184,8 @@ fn every_verb_that_computes_takes_threads() {
 
 /// Whether a line in a terminal, that of `script` (util-linux), sets colours or weights (`ESC [ ... m`).
 fn is_styled(line: &str, no_color: bool) -> Option<bool> {
-    let command = format!("{} {line}", env!("CARGO_BIN_EXE_scan2params"));
-    let mut script = Command::new("script");
+    let command = format!("{} {line}", program::PATH);
+    let mut script = program::shielded("script");
     script.args(["-q", "-c", &command, "/dev/null"]).env("TERM", "xterm-256color");
     script.env_remove("NO_COLOR").env_remove("CLICOLOR").env_remove("CLICOLOR_FORCE");
     if no_color {

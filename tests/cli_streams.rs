@@ -3,6 +3,8 @@
 
 #![cfg(unix)]
 
+mod program;
+
 use std::fs::{self, File};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -13,7 +15,7 @@ const SCAN: &str = "fixtures/scans/stiff_structured-light.ply";
 const DRAPE: &str = "simulate --params fixtures/drapes/stiff.params.json --vertices 21 --out";
 
 fn program(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
     command
 }
@@ -130,9 +132,9 @@ fn what_cannot_be_said_on_stderr_is_lost_and_nothing_else() {
     let writes = ["boundary", SCAN, "-o", rim.to_str().unwrap()];
     let fails = ["inspect", "missing.ply"];
     for (arguments, code) in [(&writes[..], 0), (&fails, 1)] {
-        let mut closed = Command::new("sh");
+        let mut closed = program::shielded("sh");
         closed.current_dir(env!("CARGO_MANIFEST_DIR"));
-        closed.args(["-c", "exec \"$@\" 2>&- >&-", "sh", env!("CARGO_BIN_EXE_scan2params")]);
+        closed.args(["-c", "exec \"$@\" 2>&- >&-", "sh", program::PATH]);
         let run = closed.args(arguments).output().unwrap();
         assert_eq!(run.status.code(), Some(code), "closed: {arguments:?}");
         let mut gone = program(arguments).stderr(Stdio::piped()).spawn().unwrap();
@@ -189,8 +191,8 @@ fn devices_and_pipes_take_results_and_stay_what_they_are() {
 /// ignored.
 #[cfg(target_os = "linux")]
 fn interruptible(arguments: &[&str]) -> Command {
-    let mut command = Command::new("env");
-    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_scan2params")]);
+    let mut command = program::shielded("env");
+    command.args(["--default-signal=INT", program::PATH]);
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     command
@@ -270,6 +272,7 @@ fn an_interrupted_run_of_generate_goes_on_where_it_was() {
     assert!(appears(".partial", &out, &mut child), "a run of one file keeps no rows");
     let (code, said_at_end) = interrupt(child);
     assert_eq!(code, Some(130), "{said_at_end}");
+    assert!(said_at_end.contains("the same command goes on from there"), "{said_at_end}");
     let mut left = names(&out);
     left.sort();
     assert_eq!(left, ["drapes-000000.partial", "manifest.json"]);

@@ -1,11 +1,13 @@
 //! What the words of a command line mean, and what is shown of long work.
 
-use std::process::{Command, Output};
+mod program;
+
+use std::process::Output;
 
 const DRAPE: &str = "simulate --params fixtures/drapes/stiff.params.json --vertices 21";
 
 fn scan2params(line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(line.split_whitespace());
     command.output().unwrap()
 }
@@ -115,8 +117,8 @@ fn long_work_shows_that_it_goes_on_and_only_to_people() {
         assert_eq!(run.status.code(), Some(0), "{line}: {}", said(&run));
         assert!(!said(&run).contains(doing), "{line}: {}", said(&run));
         assert!(!said(&run).contains('\r') && !said(&run).contains('\u{1b}'), "{}", said(&run));
-        let command = format!("{} {line}", env!("CARGO_BIN_EXE_scan2params"));
-        let mut script = Command::new("script");
+        let command = format!("{} {line}", program::PATH);
+        let mut script = program::shielded("script");
         script.args(["-q", "-e", "-c", &command, "/dev/null"]).env("TERM", "xterm");
         script.current_dir(env!("CARGO_MANIFEST_DIR"));
         let Ok(shown) = script.output() else {
@@ -156,4 +158,32 @@ fn a_manifest_at_fault_is_usage_and_says_every_line() {
     assert_eq!(run.status.code(), Some(1), "{}", said(&run));
     assert!(said(&run).contains("line 2: a.png:"), "{}", said(&run));
     assert!(!at("out").exists());
+}
+
+#[test]
+fn a_result_or_a_folder_is_not_taken_for_a_scan() {
+    let run = scan2params("fixtures --density 180");
+    assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+    assert!(said(&run).contains("`batch FOLDER` estimates every scan"), "{}", said(&run));
+    for verb in ["estimate --density 180", "inspect"] {
+        let run = scan2params(&format!("{verb} fixtures/drapes/woven.params.json"));
+        assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+        assert!(said(&run).contains("no scan; `export`, `convert`"), "{}", said(&run));
+    }
+}
+
+#[test]
+fn a_density_that_cannot_be_is_told_what_to_give() {
+    for (density, code, part) in [
+        ("-214", 2, "-214 g/m^2 is outside"),
+        ("0", 2, "0 g/m^2 is outside"),
+        ("0.214", 2, "0.214 kg/m^2 are 214"),
+        ("214,5", 2, "decimal point"),
+        ("6.3oz/yd2", 2, "scan2params convert"),
+        ("scan.ply", 2, "a number of g/m^2 alone"),
+    ] {
+        let run = scan2params(&format!("fixtures/drapes/woven.boundary.csv --density {density}"));
+        assert_eq!(run.status.code(), Some(code), "{density}: {}", said(&run));
+        assert!(said(&run).contains(part), "{density}: {}", said(&run));
+    }
 }

@@ -1,14 +1,16 @@
 //! `combine` from end to end: results of the fixtures' scans as `estimate` and `batch` write them.
 
+mod program;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use scan2params::fabric::params;
 use serde_json::Value;
 
 fn program(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
     command.output().unwrap()
 }
@@ -65,6 +67,11 @@ fn two_scans_of_one_fabric_become_one() {
     let folds = each.each_ref().map(|v| number(v, "/boundary/folds"));
     assert_eq!(folds[0], folds[1]);
     assert_eq!(number(&combined, "/folds/modal"), folds[0]);
+    // what is converted is the fabric's interval, not that of a mean
+    let run = program(&["convert", out.to_str().unwrap(), "--json"]);
+    let converted: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let end = number(&converted, "/shear/paper/interval90/0");
+    assert!((end / number(&combined, "/parameters/shear/shared90/0") - 1.0).abs() < 1e-9, "{end}");
     // the simulator takes it
     let fabric = params::fabric(&out, [None; 7]).unwrap();
     let shear = number(&combined, "/parameters/shear/value");

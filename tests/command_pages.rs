@@ -1,10 +1,11 @@
 //! docs/commands: a page for each verb, with the help that the program prints. `UPDATE=1 cargo test --release --test
 //! command_pages` writes the help anew; title, text and example of a page are written by hand.
 
+mod program;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 const MARK: &str = "<!-- help -->\n```text\n";
 const END: &str = "```\n";
@@ -14,7 +15,7 @@ fn folder() -> PathBuf {
 }
 
 fn help(path: &[&str]) -> String {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut program = program::program();
     let run = program.args(path).arg("--help").env("COLUMNS", "100").output().unwrap();
     assert!(run.status.success(), "{path:?}");
     let text = String::from_utf8(run.stdout).unwrap();

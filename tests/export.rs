@@ -1,7 +1,9 @@
 //! `export` and `convert` on the command line: files, verdicts, exit codes.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use scan2params::exchange::Target;
 use scan2params::fabric::params::DO_NOT_USE;
@@ -10,7 +12,7 @@ use scan2params::job::verdict::Level;
 const FABRIC: &str = "fixtures/drapes/woven.params.json";
 
 fn scan2params(words: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(words).output().unwrap()
 }
 
@@ -49,6 +51,8 @@ fn every_target_is_written_and_says_what_is_lost() {
         let flags = ["export", params, "--to", target.name(), "--out", out_text, "--edge-mm", "5"];
         let run = scan2params(&flags);
         assert_eq!(run.status.code(), Some(0), "{}: {}", target.name(), said(&run));
+        let worth = "verdict: doubtful: unlike all rims of the training";
+        assert!(said(&run).starts_with(worth), "{}: {}", target.name(), said(&run));
         let text = std::fs::read_to_string(&out).unwrap();
         // the verdict goes along with all of them, and the interval where there is room
         assert!(text.contains("doubtful"), "{}", target.name());
@@ -154,4 +158,19 @@ fn a_whole_file_in_all_units() {
     let of = |pointer: &str| json.pointer(pointer).unwrap().as_f64().unwrap();
     assert!((of("/bending_weft/textile/value") - 0.114_208).abs() < 1e-5);
     assert!((of("/density/clo/value") / 1.8e-4 - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn targets_are_known_in_any_case_and_unknown_ones_told_which_to_take() {
+    let out = tempfile::tempdir().unwrap();
+    let path = out.path().join("woven.jfab");
+    let export =
+        |to: &str| scan2params(&["export", FABRIC, "--to", to, "--out", path.to_str().unwrap()]);
+    assert_eq!(export("CLO").status.code(), Some(0));
+    let run = export("marvelous");
+    assert_eq!(run.status.code(), Some(2));
+    assert!(said(&run).contains("Marvelous Designer takes clo"), "{}", said(&run));
+    let wrong = "fixtures/scans/mean_structured-light.ply";
+    let run = scan2params(&["export", wrong, "--to", "clo", "--out", path.to_str().unwrap()]);
+    assert!(said(&run).contains("give a params.json as `estimate` writes it"), "{}", said(&run));
 }

@@ -1,7 +1,9 @@
 //! `augment`: from a drape to scans that read back to its rim.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::OnceLock;
 
 use scan2params::base::Boundary;
@@ -12,7 +14,7 @@ use scan2params::sensor::Truth;
 use scan2params::sim::{Drop, DropStart, SimOptions, drape};
 
 fn scan2params(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 fn done(arguments: &[&str]) -> Output {
@@ -178,4 +180,22 @@ fn what_cannot_be_augmented_is_said() {
     assert_eq!(run.status.code(), Some(3));
     let said = String::from_utf8_lossy(&run.stderr);
     assert!(said.contains("no number at /parameters/stretch_weft/value"), "{said}");
+}
+
+#[test]
+fn a_sheet_too_coarse_to_pass_for_cloth_is_told_of() {
+    let out = tempfile::tempdir().unwrap();
+    let path = |name: &str| out.path().join(name).to_str().unwrap().to_owned();
+    let params = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/drapes/stiff.params.json");
+    let (coarse, cloud) = (path("coarse.obj"), path("cloud.ply"));
+    done(&["simulate", "--params", params, "--vertices", "21", "--out", &coarse]);
+    let fine = drapes().join("stiff.obj");
+    for (drape, told) in [(coarse.as_str(), true), (fine.to_str().unwrap(), false)] {
+        for place in [cloud.clone(), path("folder")] {
+            let run = done(&["augment", drape, "--profile", "ideal", "--out", &place]);
+            let said = String::from_utf8_lossy(&run.stderr).into_owned();
+            assert_eq!(said.contains("cells of 15.0 mm are larger"), told, "{place}: {said}");
+            assert_eq!(said.contains("warning"), told, "{place}: {said}");
+        }
+    }
 }

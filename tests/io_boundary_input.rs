@@ -1,7 +1,9 @@
 //! A boundary CSV as input of `estimate`: the rim that a user corrected by hand.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
 
@@ -10,7 +12,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn scan2params(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 fn json(run: &Output) -> Value {
@@ -128,7 +130,19 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
         ]);
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
         assert!(String::from_utf8_lossy(&run.stdout).contains("as the boundary file gives it"));
-        assert!(folder.join(format!("{drape}.boundary.boundary.png")).is_file());
+        // named as those of the scan: `x.boundary.csv` is the rim of `x`
+        for ending in ["params.json", "boundary.csv", "boundary.png", "report.html"] {
+            assert!(folder.join(format!("{drape}.{ending}")).is_file(), "{drape}.{ending}");
+        }
+        // where they would replace the rim that is read nothing is written, nor lost
+        let given = folder.join(format!("{drape}.boundary.csv"));
+        let before = std::fs::read(&given).unwrap();
+        let [path, out] = [&given, &folder].map(|path| path.to_str().unwrap());
+        let run = scan2params(&[path, "--density=215", "--out", out]);
+        assert_eq!(run.status.code(), Some(2));
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(said.contains("would be lost") && said.contains("folder"), "{said}");
+        assert_eq!(std::fs::read(&given).unwrap(), before);
     }
     let rim = fixture("drapes/mean.boundary.csv");
     let run = scan2params(&["inspect", rim.to_str().unwrap()]);

@@ -1,7 +1,8 @@
 //! GLB, depth images and sets of views: made by hand, and real ones.
 
+mod program;
+
 use std::path::Path;
-use std::process::Command;
 
 use image::{ImageBuffer, Luma};
 use scan2params::base::Point3;
@@ -434,7 +435,7 @@ fn real_depth_frames_load_and_are_refused_as_drapes() {
     assert_eq!(notes.format, Some(Format::Views));
     assert!((600_000..=4 * 640 * 480).contains(&cloud.points.len()), "{}", cloud.points.len());
     let run = |input: &Path, more: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+        let mut command = program::program();
         let run = command.arg(input).args(["--density", "180"]).args(more).output().unwrap();
         assert!(run.stdout.is_empty(), "a number was given");
         (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())

@@ -1,10 +1,12 @@
 //! The kit's files, read back: lengths in SVG and PDF, the parts as the package's own reader sees them, tables by the readers
 //! that take them, limits against what a refused scan says, and the stand under a drape before a virtual scanner.
 
+mod program;
+
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use scan2params::base::Point3;
 use scan2params::calibrate::manifest::{self, Face, Role};
@@ -22,7 +24,7 @@ fn files(kind: Kind) -> HashMap<String, Vec<u8>> {
 }
 
 fn program(line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_scan2params"));
+    let mut command = program::program();
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(line.split_whitespace());
     command.output().unwrap()
 }

@@ -1,12 +1,12 @@
 //! The main job on the fixtures, from file to parameters, against the truth; and
 //! what happens to input that cannot be used.
 
+mod program;
 mod promises;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use assert_cmd::Command;
 use promises::{hold, promise};
 use scan2params::base::boundary::Orientation;
 use scan2params::base::{Boundary, Point3};
@@ -37,7 +37,7 @@ fn warp_of(scan: &str) -> [f64; 3] {
 }
 
 fn scan2params(arguments: &[&str]) -> Output {
-    Command::cargo_bin("scan2params").unwrap().args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 /// The committed scans, with the drape that each shows.

@@ -1,9 +1,8 @@
 //! `--refine` from a scan to the fabric: the committed scan of a drape on cells finer than the fit's.
 
+mod program;
 mod promises;
 mod schema_support;
-
-use std::process::Command;
 
 use promises::{hold, root};
 use serde_json::Value;
@@ -15,7 +14,7 @@ fn truth() -> Value {
 }
 
 fn scan2params(arguments: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! The pages: one file each that asks for nothing, escapes what users named, says what it must in its order, and is small; and
 //! the script that they carry is the one that `scripts/viewer` says it is.
 
+mod program;
 mod schema_support;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use assert_cmd::Command;
 use scan2params::Fabric;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::effect::{Cloth, EFFECTS};
@@ -34,7 +34,7 @@ fn root() -> &'static Path {
 }
 
 fn program(arguments: &[&str]) -> Output {
-    Command::cargo_bin("scan2params").unwrap().args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 /// What holds of every page: no address but the names of XML's forms, nothing that loads anything, every drawing named, every

@@ -1,10 +1,10 @@
 //! Specimens, plates, scales, units and densities of points that are not the usual ones: what
 //! is answered if they are given, and what a refusal says and shows if they are not.
 
+mod program;
 mod promises;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use promises::hold;
 use scan2params::base::clock::Stages;
@@ -232,7 +232,7 @@ fn a_refusal_carries_what_was_found_and_a_picture_shows_it() {
 }
 
 fn program(arguments: &[&str]) -> (i32, String) {
-    let run = Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap();
+    let run = program::program().args(arguments).output().unwrap();
     (run.status.code().unwrap(), String::from_utf8(run.stderr).unwrap())
 }
 

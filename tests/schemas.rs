@@ -1,10 +1,10 @@
 //! docs/schemas against what the program writes, and against faults that they must not let through.
 
+mod program;
 mod schema_support;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::process::Command;
 
 use schema_support::{faults, folder, json, must_fit, names, schema};
 use serde_json::{Value, json};
@@ -42,13 +42,9 @@ impl Bench {
     }
 
     fn run(&self, line: &str) -> (Option<i32>, String) {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_scan2params"));
-        let run = program
-            .args(line.split_whitespace())
-            .current_dir(self.0.path())
-            .env("SCAN2PARAMS_CONFIG", "")
-            .output()
-            .unwrap();
+        let mut program = program::program();
+        let run =
+            program.args(line.split_whitespace()).current_dir(self.0.path()).output().unwrap();
         assert!(
             run.status.code().is_some_and(|code| [0, 3, 4].contains(&code)),
             "{line}: {}",

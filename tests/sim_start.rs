@@ -1,5 +1,7 @@
 //! The start from a surface: where a sheet that was laid comes to rest.
 
+mod program;
+
 use scan2params::base::{Point3, Surface, SurfacePoint, Vector3};
 use scan2params::fabric::Fabric;
 use scan2params::sim::self_contact::count_intersections;
@@ -136,7 +138,7 @@ fn simulate_starts_from_what_it_wrote_and_names_what_is_wrong_with_a_sheet() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let params = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/drapes/stiff.params.json");
     let simulate = |given: &[&str]| {
-        let run = std::process::Command::new(env!("CARGO_BIN_EXE_scan2params"))
+        let run = program::program()
             .args(["simulate", "--params", params, "--vertices", "41", "--json"])
             .args(given)
             .output()

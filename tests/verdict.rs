@@ -1,8 +1,10 @@
 //! The verdict from end to end: where it stands, what it says of honest scans and of scans
 //! that are wrong in a known way, and the exit codes that follow from it.
 
+mod program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use scan2params::base::{Isometry3, Point3};
 use scan2params::geom::Cloud;
@@ -16,7 +18,7 @@ fn fixture(name: &str) -> PathBuf {
 }
 
 fn scan2params(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scan2params")).args(arguments).output().unwrap()
+    program::program().args(arguments).output().unwrap()
 }
 
 fn said(run: &Output) -> String {

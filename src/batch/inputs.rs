@@ -1,6 +1,6 @@
 //! What a batch has to do: the scans of a folder, each with its density.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -79,6 +79,60 @@ pub fn inputs(options: &BatchOptions) -> Result<Vec<Input>, BatchError> {
     Ok(found)
 }
 
+/// Files of `options.folder` that somebody may take for scans and that are none of `inputs`, in the order of their paths: whatever is
+/// neither a table, nor a page, nor made by this program.
+///
+/// # Errors
+/// When the folder cannot be listed.
+pub fn passed_over(options: &BatchOptions, inputs: &[Input]) -> std::io::Result<Vec<String>> {
+    let out = fs::canonicalize(&options.out).ok();
+    let mut others = Vec::new();
+    let taken: HashSet<&str> = inputs.iter().map(|input| input.file.as_str()).collect();
+    let mut tell = |file: String, path: &Path| {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let is_made = file.contains(".truth.") || file.contains(".boundary.");
+        if !is_made
+            && !NO_SCANS.contains(&extension.to_ascii_lowercase().as_str())
+            && !taken.contains(file.as_str())
+        {
+            others.push(file);
+        }
+    };
+    list_others(&options.folder, "", out.as_deref(), &mut tell)?;
+    others.sort();
+    Ok(others)
+}
+
+/// Endings of what lies beside scans and is nobody's scan.
+const NO_SCANS: [&str; 9] = ["csv", "json", "toml", "yaml", "yml", "md", "html", "pdf", "mtl"];
+
+/// Hands `tell` the files that [`list`] passes over.
+fn list_others(
+    folder: &Path,
+    prefix: &str,
+    out: Option<&Path>,
+    tell: &mut impl FnMut(String, &Path),
+) -> std::io::Result<()> {
+    if out.is_some() && fs::canonicalize(folder).ok().as_deref() == out {
+        return Ok(());
+    }
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let (path, file) = (entry.path(), format!("{prefix}{name}"));
+        if name.starts_with('.') || is_views_folder(&path) {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            // what cannot be listed is a fault of the batch already
+            let _ = list_others(&path, &format!("{file}/"), out, tell);
+        } else if !is_scan(&path) {
+            tell(file, &path);
+        }
+    }
+    Ok(())
+}
+
 /// Adds the scans of `folder`, whose path in the batch's folder is `prefix`. Hidden
 /// entries, links to folders and the folder of results are passed over.
 fn list(
@@ -151,7 +205,10 @@ fn apply(
             let path = options.folder.join(&file);
             let missing = (!path.is_file() && !is_views_folder(&path)).then(|| {
                 let (line, table) = (row.line, table.display());
-                format!("{}: no such file; line {line} of {table} names it", path.display())
+                let meant = nearly(&file, found).map_or_else(String::new, |meant| {
+                    format!("; `{meant}` is there: write its name whole")
+                });
+                format!("{}: no such file; line {line} of {table} names it{meant}", path.display())
             });
             names.add(&file, found.len());
             found.push(Input { fault: missing, ..Input::new(file, path) });
@@ -161,6 +218,16 @@ fn apply(
     let input = &mut found[at];
     (input.density_kg_m2, input.warp_toward) = (Some(density_kg_m2), warp_toward);
     Ok(at)
+}
+
+/// The one scan whose name is this without its ending, or in other letter case.
+fn nearly<'a>(cell: &str, found: &'a [Input]) -> Option<&'a str> {
+    let is_near = |file: &str| {
+        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        [file, stem].iter().any(|name| name.eq_ignore_ascii_case(cell))
+    };
+    let mut near = found.iter().map(|input| input.file.as_str()).filter(|file| is_near(file));
+    near.next().filter(|_| near.next().is_none())
 }
 
 /// A cell as a path in the folder.

@@ -31,7 +31,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 pub use error::BatchError;
-pub use inputs::{Input, inputs};
+pub use inputs::{Input, inputs, passed_over};
 pub use options::{BatchOptions, SCANS};
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
@@ -78,6 +78,8 @@ pub struct Summary {
     pub rows: Vec<Row>,
     /// Rows kept from an earlier run.
     pub kept: usize,
+    /// Files of the folder that somebody may take for scans and that are none, see [`passed_over`].
+    pub passed_over: Vec<String>,
     /// Lines of the journal that were no rows and were passed over.
     pub unreadable_lines: usize,
     /// Bytes of a torn line at the journal's end that were cut off.
@@ -98,6 +100,8 @@ pub fn run(
     progress: impl Fn(Progress<'_>) + Sync,
 ) -> Result<Summary, BatchError> {
     let inputs = inputs(options)?;
+    // the folder was listed just now
+    let passed_over = passed_over(options, &inputs).unwrap_or_default();
     let out = &options.out;
     output::check_folder(out)?;
     std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
@@ -143,7 +147,7 @@ pub fn run(
     let written = write(out, &rows)?;
     let page = options.pages.then(|| page::write(out, &options.folder, &rows)).transpose()?;
     let (unreadable_lines, torn_bytes) = (held.unreadable_lines, held.torn_bytes);
-    Ok(Summary { rows, kept, unreadable_lines, torn_bytes, written, page })
+    Ok(Summary { rows, kept, passed_over, unreadable_lines, torn_bytes, written, page })
 }
 
 /// Whether the results can be written, and the table of densities is none of them.

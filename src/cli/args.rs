@@ -18,7 +18,9 @@ use scan2params::dataset::augment::{Form, Unit};
 use scan2params::exchange::Target;
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR};
 use scan2params::intake::rim::parse_warp_toward;
-use scan2params::io::{DepthSource, Format, Intrinsics, ReadOptions, files_of, intrinsics};
+use scan2params::io::{
+    DepthSource, Format, Intrinsics, ReadOptions, files_of, intrinsics, is_views_folder,
+};
 use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
@@ -222,6 +224,17 @@ impl ScanFlags {
             let why = "`-` is the standard input, which does not say its format: give it, as in `- --format ply`";
             return Err(Failure::usage(anyhow!(why)));
         }
+        if self.input.is_dir() && !is_views_folder(&self.input) {
+            let why = "is a folder, not a scan; `batch FOLDER` estimates every scan in it (a folder of views has a \
+                       views.json, or camera-intrinsics.txt, *.depth.png and *.pose.txt)";
+            return Err(anyhow!("{}: {why}", self.input.display()).into());
+        }
+        let name = self.input.file_name().unwrap_or_default().to_string_lossy();
+        if name.ends_with(".params.json") {
+            let why = "is a fabric that was found already, no scan; `export`, `convert`, `combine` and \
+                       `simulate --params` take it, and here the scan is wanted";
+            return Err(Failure::usage(anyhow!("{}: {why}", self.input.display())));
+        }
         Ok(ReadOptions { format: self.format, ..self.read.read()? })
     }
 
@@ -341,6 +354,13 @@ fn format(text: &str) -> Result<Format, String> {
     format.ok_or_else(|| "give ply, obj, pcd, stl, glb, e57, las, laz, xyz or png".into())
 }
 
+/// An areal density in g/m^2; what range it may lie in is the library's to say.
+fn density(text: &str) -> Result<f64, String> {
+    let remedy = "give a number of g/m^2 alone, with a decimal point, like 182.5; `scan2params convert \
+                  5.4 oz/yd^2 --to g/m^2` makes one of another unit";
+    text.trim().parse().map_err(|_| remedy.to_owned())
+}
+
 fn depth_source(text: &str) -> Result<DepthSource, String> {
     let names = DepthSource::ALL.map(|source| source.name).join(", ");
     DepthSource::named(text).ok_or_else(|| format!("give one of {names}, or --depth-scale"))
@@ -377,7 +397,7 @@ pub(crate) struct Estimate {
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
     /// Areal density of the fabric [g/m^2], 1 to 2000
-    #[arg(long, value_name = "G_PER_M2")]
+    #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: f64,
     /// Folder for params.json, boundary.csv, boundary.png and report.html; the estimate is then
     /// draped again and held against the scan
@@ -453,7 +473,7 @@ pub(crate) struct Batch {
     #[arg(long, value_name = "FILE.csv", required_unless_present = "density")]
     pub(crate) density_csv: Option<PathBuf>,
     /// Areal density of the scans that the table does not name [g/m^2], 1 to 2000
-    #[arg(long, value_name = "G_PER_M2")]
+    #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: Option<f64>,
     /// Folder of results; `FOLDER-results` in the current folder if not given
     #[arg(long, short, value_name = "DIR")]
@@ -662,7 +682,7 @@ pub(crate) struct FabricFlags {
     #[arg(long, value_name = "B", required_unless_present = "params")]
     pub(crate) bending_bias: Option<f64>,
     /// Areal density D [g/m^2]
-    #[arg(long, value_name = "D", required_unless_present = "params")]
+    #[arg(long, value_name = "D", required_unless_present = "params", value_parser = density)]
     pub(crate) density: Option<f64>,
     /// Take them from a params.json that `estimate` wrote; flags override
     #[arg(long, value_name = "FILE")]
@@ -1147,8 +1167,9 @@ pub(crate) enum MeshKind {
 
 fn target(text: &str) -> Result<Target, String> {
     let names = Target::ALL.map(Target::name).join(", ");
-    let named = Target::ALL.into_iter().find(|target| target.name() == text);
-    named.ok_or_else(|| format!("give one of {names}"))
+    let named = Target::ALL.into_iter().find(|target| target.name().eq_ignore_ascii_case(text));
+    named
+        .ok_or_else(|| format!("give one of {names} (Marvelous Designer takes clo, Browzwear u3m)"))
 }
 
 #[derive(Debug, Args)]
@@ -1159,14 +1180,14 @@ pub(crate) struct Convert {
     pub(crate) what: String,
     /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear), clo-slider.
     /// Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm (bending length, with
-    /// --density). Density: "g/m^2", "kg/m^2", "g/mm^2", "mg/cm^2", "oz/yd^2"
+    /// --density). Density: "g/m^2", "kg/m^2", "g/cm^2", "g/mm^2", "mg/cm^2", "oz/yd^2"
     #[arg(value_name = "UNIT", requires = "to")]
     pub(crate) unit: Option<String>,
     /// The unit to convert to
     #[arg(long, value_name = "UNIT", requires = "unit")]
     pub(crate) to: Option<String>,
     /// Areal density, for bending lengths [g/m^2]
-    #[arg(long, value_name = "G_PER_M2")]
+    #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: Option<f64>,
     /// Print JSON
     #[arg(long)]

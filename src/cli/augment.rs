@@ -6,6 +6,7 @@ use anyhow::anyhow;
 
 use super::progress::Working;
 use super::{Failure, Outcome, args};
+use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made, Step};
 use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
@@ -33,17 +34,14 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
             return Err(Failure::usage(anyhow!("{}: {why}", given.out.display())));
         }
         let working = Working::on(format!("scanning {}", given.input.display()));
-        let points = augment::one_ply(&options, &given.out).map_err(failure)?;
+        let tell = |step: Step<'_>| tell(step, &working);
+        let points = augment::one_ply(&options, &given.out, tell).map_err(failure)?;
         drop(working);
         eprintln!("wrote {} ({points} points)", given.out.display());
         return Ok(());
     }
     let working = Working::on("reading the drapes");
-    let tell = |step: Step<'_>| match step {
-        Step::Begun { name, number, of } => working.now(format!("scan {number} of {of}: {name}")),
-        Step::Ended(made) => working.aside(|| report(made)),
-    };
-    let all = augment::run(&options, tell).map_err(failure)?;
+    let all = augment::run(&options, |step| tell(step, &working)).map_err(failure)?;
     drop(working);
     let failed = all.iter().filter(|made| made.outcome.is_err()).count();
     if failed > 0 {
@@ -54,6 +52,21 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
 
 fn is_ply(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
+}
+
+fn tell(step: Step<'_>, working: &Working) {
+    match step {
+        Step::Begun { name, number, of } => working.now(format!("scan {number} of {of}: {name}")),
+        Step::Coarse { name, cell_m } => working.aside(|| {
+            warning!(
+                "warning: {name}: its cells of {:.1} mm are larger than {:.1} mm: `estimate` will refuse most scans of it; \
+                 drape it with 61 vertices a side",
+                cell_m / M_PER_MM,
+                augment::COARSEST_CELL_M / M_PER_MM
+            );
+        }),
+        Step::Ended(made) => working.aside(|| report(made)),
+    }
 }
 
 fn report(made: &Made) {

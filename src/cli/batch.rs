@@ -27,10 +27,12 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
     check_experiment(&options.scan).map_err(Failure::of_job)?;
     let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
     if given.dry_run {
-        for input in batch::inputs(&options).map_err(of_batch)? {
+        let inputs = batch::inputs(&options).map_err(of_batch)?;
+        for input in &inputs {
             let density = input.density_kg_m2.map(|d| format!("{} g/m^2", d / KG_M2_PER_G_M2));
-            println!("{}: {}", input.file, input.fault.or(density).unwrap_or_default());
+            println!("{}: {}", input.file, input.fault.clone().or(density).unwrap_or_default());
         }
+        tell_passed_over(&batch::passed_over(&options, &inputs)?);
         return Ok(());
     }
     let summary = batch::run(&options, report).map_err(of_batch)?;
@@ -70,6 +72,7 @@ fn conclude(summary: &Summary) -> Outcome {
     if summary.unreadable_lines > 0 {
         warning!("warning: {} damaged lines of the journal passed over", summary.unreadable_lines);
     }
+    tell_passed_over(&summary.passed_over);
     let [table, lines] = &summary.written;
     eprintln!(
         "{} scans, {} kept from an earlier run; wrote {} and {}",
@@ -107,6 +110,23 @@ fn conclude(summary: &Summary) -> Outcome {
         said += &format!(", {} one that is not to be used", failed.len() - without);
     }
     Err(Failure::partial(anyhow!(said)))
+}
+
+/// Says which files were left alone, so that nobody believes them estimated.
+fn tell_passed_over(files: &[String]) {
+    const NAMED: usize = 3;
+    let more = match files.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let named = &files[..files.len().min(NAMED)];
+    if !named.is_empty() {
+        warning!(
+            "note: passed over, since their names are not those of scans: {}{more}; depth images and .txt count if \
+             --density-csv names them",
+            named.join(", ")
+        );
+    }
 }
 
 /// Seconds as a person reads them.

@@ -9,7 +9,7 @@ use super::{Failure, Outcome, args};
 use scan2params::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use scan2params::exchange::units::{self, Unit};
 use scan2params::exchange::{self, ExchangeError, Exported, Mesh, Options, systems};
-use scan2params::fabric::params;
+use scan2params::fabric::params::{self, Params};
 use scan2params::io::output;
 use scan2params::job::FailureKind;
 
@@ -35,7 +35,7 @@ pub(crate) fn export(given: &args::Export) -> Outcome {
     {
         scan2params::io::atomically(path, |out| out.write_all(text.as_bytes()))?;
     }
-    tell(given, &exported);
+    tell(given, &params, &exported);
     for path in [Some(&given.out), beside.as_ref().map(|(path, _)| path)].into_iter().flatten() {
         if !output::is_stdout(path) {
             eprintln!("wrote {}", path.display());
@@ -44,8 +44,13 @@ pub(crate) fn export(given: &args::Export) -> Outcome {
     Ok(())
 }
 
-/// Says what is lost, what is to be known, and what the result is worth.
-fn tell(given: &args::Export, exported: &Exported) {
+/// Says what the fabric is worth, what is lost, what is to be known.
+fn tell(given: &args::Export, params: &Params, exported: &Exported) {
+    if let Some(level) = params.level() {
+        let grounds = params.grounds().join("; ");
+        let because = if grounds.is_empty() { grounds } else { format!(": {grounds}") };
+        eprintln!("verdict: {}{because}", level.replace('_', " "));
+    }
     for lost in &exported.lost {
         eprintln!("lost: {lost}");
     }
@@ -98,7 +103,10 @@ pub(crate) fn convert(given: &args::Convert) -> Outcome {
         return table(given);
     };
     let value: f64 = given.what.parse().map_err(|_| {
-        Failure::usage(anyhow!("`{}` is no number; write 0.012 or 1.2e-2", given.what))
+        Failure::usage(anyhow!(
+            "`{}` is no number; write 0.012 or 1.2e-2, with a decimal point",
+            given.what
+        ))
     })?;
     let from = Unit::named(unit).map_err(Failure::usage)?;
     let to = Unit::named(to).map_err(Failure::usage)?;

@@ -5,11 +5,20 @@
 //! the signal ignored (in the background of a script) goes on ignoring it.
 
 use std::io::IsTerminal as _;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use scan2params::io::abandon_unfinished;
 
 /// The exit code of a program that a user interrupted.
 const INTERRUPTED: i32 = 130;
+
+/// Whether the same command goes on where this one is interrupted.
+static GOES_ON: AtomicBool = AtomicBool::new(false);
+
+/// Lets the message of an interruption say that the same command goes on from there.
+pub(super) fn goes_on() {
+    GOES_ON.store(true, Ordering::Relaxed);
+}
 
 /// Takes Ctrl-C over, from here to the end of the program.
 pub(super) fn watch() {
@@ -18,7 +27,12 @@ pub(super) fn watch() {
         abandon_unfinished();
         // A terminal has shown `^C` at the end of a line.
         let line_break = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        warning!("{line_break}scan2params: interrupted");
+        let next = if GOES_ON.load(Ordering::Relaxed) {
+            "; what is finished is kept, and the same command goes on from there"
+        } else {
+            ""
+        };
+        warning!("{line_break}scan2params: interrupted{next}");
         std::process::exit(INTERRUPTED);
     });
 }

@@ -25,13 +25,12 @@ mod kit;
 mod progress;
 mod shell;
 mod simulate;
+mod usage;
 mod verb;
 mod version;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
-
-use clap::Parser as _;
 
 use failure::{Failure, Outcome};
 
@@ -46,7 +45,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(expanded) => expanded,
         Err(failure) => return ended(Err(failure)),
     };
-    let parsed = match args::Arguments::try_parse_from(&expanded.words) {
+    let parsed = match usage::parse(&expanded.words) {
         Ok(parsed) => parsed,
         Err(error) => {
             let code = print::of_clap(&error);
@@ -66,6 +65,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     if print::is_verbose() {
         let threads = rayon::current_num_threads();
         eprintln!("{} on {threads} threads", version::long().replace('\n', ", "));
+    }
+    let keeps_its_work = matches!(
+        parsed.command,
+        args::Command::Batch(_) | args::Command::Generate(_) | args::Command::Calibrate(_)
+    );
+    if keeps_its_work {
+        interrupt::goes_on();
     }
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),

@@ -87,16 +87,17 @@ pub fn table(found: &Combined) -> String {
     let _ = writeln!(out, "folds            {}", folds(found));
     let _ = writeln!(
         out,
-        "{:13} {:>10}  {:>23}  {:>23}  {:>6}  {:>7}  {:>6}  unit",
-        "", "mean", "90 % of the mean", "with what may be shared", "CV %", "between", "stated"
+        "{:13} {:>10}  {:>23}  {:>23}  {:>9}  {:>6}  {:>7}  {:>6}  unit",
+        "", "value", "90 % of it", "with what may be shared", "SD", "CV %", "between", "stated"
     );
     for p in &found.parameters {
         let ends = |[low, high]: [f64; 2]| format!("{} to {}", short(low), short(high));
+        let sd = p.sd.map_or_else(|| "-".to_owned(), short);
         let cv = p.cv_percent.map_or_else(|| "-".to_owned(), |cv| format!("{cv:.1}"));
         let percent = |sigma: f64| format!("{:.1} %", 100.0 * sigma.exp_m1());
         let _ = writeln!(
             out,
-            "{:13} {:>10}  {:>23}  {:>23}  {cv:>6}  {:>7}  {:>6}  {}{}",
+            "{:13} {:>10}  {:>23}  {:>23}  {sd:>9}  {cv:>6}  {:>7}  {:>6}  {}{}",
             p.key,
             short(p.value),
             ends(p.interval90),

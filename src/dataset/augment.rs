@@ -30,6 +30,7 @@ use crate::base::boundary::Orientation;
 use crate::base::{Boundary, seed};
 use crate::fabric::params::{self, ParamsError};
 use crate::geom::Mesh;
+use crate::geom::adjacency::area_vector2;
 use crate::io::{self, OutputError, WriteError, boundary_csv, output};
 use crate::scan::{MarkColor, ScanError, ScanOptions, WarpToward, boundary_from_scan};
 use crate::sensor::{
@@ -100,8 +101,28 @@ pub enum Step<'a> {
         /// Variants of the run.
         of: u64,
     },
+    /// A drape's sheet is too coarse for the scans of it to pass for those of cloth: see [`COARSEST_CELL_M`].
+    Coarse {
+        /// Of the drape.
+        name: &'a str,
+        /// Side of its cells, as [`cell_m`] has it \[m\].
+        cell_m: f64,
+    },
     /// A variant is there, or will not be.
     Ended(&'a Made),
+}
+
+/// Sheets of larger cells are scanned all the same and told of ([`Step::Coarse`]) \[m\]: their facets round off the
+/// plate's edge and bend along lines, and `scan` refuses most of them. Observed: drapes of two fabrics with 61 vertices a
+/// side (5 mm) pass, with 49 (6.3 mm) one of two, with 41, 37 and 31 none.
+pub const COARSEST_CELL_M: f64 = 0.0055;
+
+/// The side of a sheet's cells, of two triangles each, on the average \[m\].
+#[must_use]
+pub fn cell_m(sheet: &Mesh) -> f64 {
+    let faces = sheet.triangles.len();
+    let area_m2: f64 = (0..faces).map(|face| 0.5 * area_vector2(sheet, face).norm()).sum();
+    (2.0 * area_m2 / faces as f64).sqrt()
 }
 
 /// What became of one variant, or of a drape that makes none.
@@ -183,7 +204,11 @@ pub fn run(
     for (source, before) in sources.iter().zip(0..) {
         let number = before * options.count + 1;
         tell(Step::Begun { name: &source.name, number, of });
-        let made: Vec<Made> = match mesh(source, options) {
+        let sheet = mesh(source, options);
+        if let Ok(sheet) = &sheet {
+            tell_if_coarse(sheet, &source.name, &mut tell);
+        }
+        let made: Vec<Made> = match sheet {
             Ok(mesh) => (0..options.count)
                 .map(|index| {
                     let name = format!("{}-{index}", source.name);
@@ -205,12 +230,23 @@ pub fn run(
     Ok(all)
 }
 
+fn tell_if_coarse(sheet: &Mesh, name: &str, tell: &mut impl FnMut(Step<'_>)) {
+    let cell_m = cell_m(sheet);
+    if cell_m > COARSEST_CELL_M {
+        tell(Step::Coarse { name, cell_m });
+    }
+}
+
 /// Makes the PLY of one drape at `path`, with the seed as it is; see [`run`] for
-/// variants. Returns the number of its points.
+/// variants. Returns the number of its points; `tell` hears of a sheet that is too coarse.
 ///
 /// # Errors
 /// When the drape cannot be read, makes no scene, or the file cannot be written.
-pub fn one_ply(options: &AugmentOptions, path: &Path) -> Result<usize, AugmentError> {
+pub fn one_ply(
+    options: &AugmentOptions,
+    path: &Path,
+    mut tell: impl FnMut(Step<'_>),
+) -> Result<usize, AugmentError> {
     let input = &options.input;
     let [source] = sources(input)?.try_into().map_err(|_| AugmentError::Input {
         path: input.clone(),
@@ -219,6 +255,7 @@ pub fn one_ply(options: &AugmentOptions, path: &Path) -> Result<usize, AugmentEr
     check_outputs(&path.with_extension(""), &["truth.json"], &source)?;
     output::check_file(path, &source.files())?;
     let mesh = mesh(&source, options)?;
+    tell_if_coarse(&mesh, &source.name, &mut tell);
     if let Some(count) = options.even {
         let scene = Scene::modified_cusick(mesh.clone());
         let cloud = even(&scene, count, options.profile.axial_m, options.seed)

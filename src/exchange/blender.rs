@@ -44,7 +44,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
     lost.push("90 % intervals and verdict, but for the comment".to_owned());
     let mut notes = vec![
         format!(
-            "holds for quads with edges of {:.4} mm and the bending model Angular; export again for \
+            "holds for quads with edges of {} mm and the bending model Angular; export again for \
              another mesh, since bending goes with the inverse square of the edge",
             edge_m / M_PER_MM
         ),

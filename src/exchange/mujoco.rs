@@ -82,8 +82,8 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
         ),
         format!("for MuJoCo 4.0 and later; before it: {}", flex.before_4().attributes()),
         format!(
-            "the specimen has cells of {:.4} mm; the constants hold for any mesh of triangles that has no \
-             common direction, on a grid bending about the diagonals is off by up to 3",
+            "the specimen has cells of {} mm; the constants hold for any mesh of triangles that has no \
+             common direction, on a grid bending about the diagonals is off by up to a factor of 3",
             spacing_m / M_PER_MM
         ),
     ];

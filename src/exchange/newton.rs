@@ -54,7 +54,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
     let mut lost = Vec::new();
     let vbd = options.edge_m.map_or(Value::Null, |edge_m| {
         notes.push(format!(
-            "vbd.edge_ke holds for edges of {:.4} mm only: its hinge is as stiff as edge_ke times the \
+            "vbd.edge_ke holds for edges of {} mm only: its hinge is as stiff as edge_ke times the \
              distance of two rows of triangles",
             edge_m / M_PER_MM
         ));

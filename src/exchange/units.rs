@@ -102,6 +102,7 @@ pub const UNITS: &[Unit] = &[
     },
     unit("g/m^2", Quantity::Density, 1e-3, &["gsm", "gm-2"]),
     unit("kg/m^2", Quantity::Density, 1.0, &["kgm-2"]),
+    unit("g/cm^2", Quantity::Density, 10.0, &["gcm-2"]),
     unit("g/mm^2", Quantity::Density, 1e3, &[]),
     unit("mg/cm^2", Quantity::Density, 1e-2, &[]),
     unit("oz/yd^2", Quantity::Density, KG_M2_PER_OZ_YD2, &["osy"]),
@@ -269,6 +270,7 @@ mod tests {
             (1.0, "dyn cm", 100.0, "g mm^2 s^-2 rad^-1", 1e-12),
             (1.0, "oz/yd^2", 33.906, "g/m^2", 1e-5),
             (214.0, "g/m^2", 2.14e-4, "g/mm^2", 1e-12),
+            (0.0214, "g/cm2", 214.0, "gsm", 1e-12),
             (131_010.96, "g/s^2", 131.010_96, "N/m", 1e-12),
             // the mean knit of Table 2
             (1119.74, "g mm^2/s^2", 8.1, "mm", 2e-3),

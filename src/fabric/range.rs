@@ -133,7 +133,7 @@ pub enum Fault {
     /// No textile has it.
     #[error(
         "density = {value} g/m^2 is outside {} to {} g/m^2: give the areal density in grams per \
-         square metre", DENSITY_LIMITS_G_M2[0], DENSITY_LIMITS_G_M2[1]
+         square metre{}", DENSITY_LIMITS_G_M2[0], DENSITY_LIMITS_G_M2[1], other_unit(*value)
     )]
     Density {
         /// Areal density \[g/m^2\].
@@ -164,6 +164,19 @@ impl std::fmt::Display for FabricError {
         let lines: Vec<String> = self.faults.iter().map(ToString::to_string).collect();
         f.write_str(&lines.join("; "))
     }
+}
+
+/// What a density below the limits may have been meant as: the units that fabrics are weighed in and whose numbers
+/// are that small.
+fn other_unit(g_m2: f64) -> String {
+    let [min, max] = DENSITY_LIMITS_G_M2;
+    let meant: Vec<String> = [("kg/m^2", 1e3), ("g/cm^2", 1e4)]
+        .into_iter()
+        .map(|(unit, factor)| (unit, g_m2 * factor))
+        .filter(|(_, meant)| g_m2 < min && (10.0 * min..=max).contains(meant))
+        .map(|(unit, meant)| format!("{g_m2} {unit} are {}", (meant * 1e6).round() / 1e6))
+        .collect();
+    if meant.is_empty() { String::new() } else { format!(" ({})", meant.join(", ")) }
 }
 
 impl std::error::Error for FabricError {}
@@ -280,6 +293,16 @@ mod tests {
                 assert_eq!(error.faults.len(), 1, "{error}");
                 assert!(error.to_string().starts_with(range.key), "{error}");
             }
+        }
+    }
+
+    #[test]
+    fn a_density_in_another_unit_is_refused_with_what_it_would_be() {
+        let said = |g_m2: f64| check_density(1e-3 * g_m2).unwrap_err().to_string();
+        assert!(said(0.214).contains("0.214 kg/m^2 are 214)"), "{}", said(0.214));
+        assert!(said(0.0214).contains("0.0214 g/cm^2 are 214)"), "{}", said(0.0214));
+        for none in [0.0, -214.0, 5000.0] {
+            assert!(said(none).ends_with("per square metre"), "{}", said(none));
         }
     }
 

@@ -22,7 +22,7 @@ use super::part::{Destination, Part, part_of};
 pub enum OutputError {
     /// It would replace what is read.
     #[error(
-        "{}: is the input {}, which would be lost; give the result another name",
+        "{}: is the input {}, which would be lost; give the result another name or folder",
         path.display(), input.display()
     )]
     IsInput {

@@ -78,6 +78,36 @@ pub fn check_experiment(scan: &ScanOptions) -> Result<(), JobError> {
 }
 
 impl Job {
+    /// The estimate of one scan and nothing more, as the program does it without further flags: the unit found from the
+    /// scene, weft and warp not known, neither draped again nor refined.
+    ///
+    /// ```
+    /// use scan2params::Job;
+    /// use scan2params::job::verdict::Level;
+    ///
+    /// let job = Job::new("fixtures/scans/mean_structured-light.ply", 0.214);
+    /// let outcome = job.run()?;
+    /// if outcome.verdict.level != Level::DoNotUse {
+    ///     println!("{:.2e} N m along the weft", outcome.estimate.fabric.bending_weft_nm);
+    /// }
+    /// # assert_eq!(outcome.verdict.level, Level::Reliable);
+    /// # assert!(outcome.resimulation.is_none() && outcome.refinement.is_none());
+    /// # Ok::<(), scan2params::job::JobError>(())
+    /// ```
+    #[must_use]
+    pub fn new(input: impl Into<PathBuf>, density_kg_m2: f64) -> Self {
+        Self {
+            input: input.into(),
+            density_kg_m2,
+            read: ReadOptions::default(),
+            scan: ScanOptions::default(),
+            resimulate: false,
+            refine: false,
+            with: Vec::new(),
+            experiment: Experiment::default(),
+        }
+    }
+
     /// Refuses what there is no estimate of whatever the scan shows: a density that no textile has, another experiment.
     ///
     /// # Errors

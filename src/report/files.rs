@@ -64,20 +64,26 @@ pub fn check(input: &Path, folder: &Path, inputs: &[PathBuf]) -> Result<(), Outp
 
 /// Ending of a page's name.
 const PAGE: &str = "report.html";
+/// Ending of a rim's name.
+const RIM: &str = "boundary.csv";
 
-/// The name of an input without its ending; `stdin` for the standard input.
+/// The name of an input without its ending, of a rim that a result wrote without all of that ending: `x` of `x.ply`
+/// and of `x.boundary.csv`; `stdin` for the standard input.
 #[must_use]
 pub fn stem(input: &Path) -> String {
     if input == Path::new("-") {
         return "stdin".to_owned();
     }
-    input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    let name = input.file_name().unwrap_or_default().to_string_lossy();
+    match name.strip_suffix(&format!(".{RIM}")) {
+        Some(stem) if !stem.is_empty() => stem.to_owned(),
+        _ => input.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+    }
 }
 
 /// params.json, boundary.csv, boundary.png.
 fn paths(folder: &Path, stem: &str) -> [PathBuf; 3] {
-    ["params.json", "boundary.csv", "boundary.png"]
-        .map(|ending| folder.join(format!("{stem}.{ending}")))
+    ["params.json", RIM, "boundary.png"].map(|ending| folder.join(format!("{stem}.{ending}")))
 }
 
 /// [`write()`] with a stem of the caller's.

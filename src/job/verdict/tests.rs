@@ -312,6 +312,10 @@ fn an_estimate_outside_of_the_training_is_doubtful() {
     let mut light = honest();
     answer(&mut light).density_outside_g_m2 = Some((60.0, [76.0, 390.0]));
     assert_eq!(verdict(&light).grounds[0].code, Code::DensityOutsideTraining);
+    // as it was given: six is not six point three
+    answer(&mut light).density_outside_g_m2 = Some((6.3, [76.0, 390.0]));
+    let grounds = verdict(&light).grounds;
+    assert!(grounds[0].text.contains("the density, 6.3 g/m^2,"), "{}", grounds[0].text);
 }
 
 /// An end of what the model was trained on.

@@ -62,8 +62,9 @@ pub(super) fn density(answer: &Answer, limits: &Limits) -> Option<Ground> {
     let (level, factor) = limits.density_factor.level((density / most).max(least / density))?;
     let limit = if density > most { most * factor } else { least / factor };
     let text = format!(
-        "the density, {density:.0} g/m^2, lies outside the {least:.0} to {most:.0} g/m^2 of all fabrics that the \
-         model was trained on, and every stiffness is in proportion to it; weigh the specimen again, and give grams a square metre"
+        "the density, {} g/m^2, lies outside the {least:.0} to {most:.0} g/m^2 of all fabrics that the \
+         model was trained on, and every stiffness is in proportion to it; weigh the specimen again, and give grams a square metre",
+        (10.0 * density).round() / 10.0
     );
     let measured = (density, limit, "g/m^2");
     Some(Ground::new(Code::DensityOutsideTraining, level, measured, text))
