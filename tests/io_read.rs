@@ -512,3 +512,14 @@ fn real_sensor_files_load_with_plausible_counts() {
     }
     assert!(seen >= 8, "{seen} files");
 }
+
+#[test]
+fn a_file_without_an_ending_is_answered_with_the_flag_that_says_its_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scan");
+    std::fs::write(&path, "0 0 0\n1 0 0\n").unwrap();
+    let said = read_scan(&path).unwrap_err().to_string();
+    assert!(said.contains("no ending") && said.contains("--format"), "{said}");
+    let said = read_scan(folder.path().join("scan.docx")).unwrap_err().to_string();
+    assert!(!said.contains("no ending"), "{said}");
+}

@@ -275,7 +275,13 @@ fn pictures_and_bombs_are_no_depth_images() {
     assert!(fail(&bytes.into_inner(), "png").to_string().contains("export the raw depth"));
     let mut bytes = std::io::Cursor::new(Vec::new());
     image::GrayImage::new(4, 4).write_to(&mut bytes, image::ImageFormat::Png).unwrap();
-    assert!(fail(&bytes.into_inner(), "png").to_string().contains("with 8 bits"));
+    let picture = bytes.into_inner();
+    assert!(fail(&picture, "png").to_string().contains("with 8 bits"));
+    // nobody is asked for the camera of a picture that has no depths
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("photo.png");
+    std::fs::write(&path, picture).unwrap();
+    assert!(read_scan(&path).unwrap_err().to_string().contains("with 8 bits"));
     let whole = depth_png(8, &[500; 64]);
     for length in 0..whole.len() - 12 {
         fail(&whole[..length], "png");

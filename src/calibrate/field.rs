@@ -152,18 +152,35 @@ impl Field {
         gain > 2.0 * error
     }
 
+    /// Whether it is the smoothest that is tried: the same all over the cloth.
+    #[must_use]
+    pub fn is_even(&self) -> bool {
+        self.step_per_m <= STEPS_PER_M[0]
+    }
+
     /// A curvature of a layer at a place on the specimen, given as fractions of its sides along warp and weft \[1/m\].
     #[must_use]
     pub fn at(&self, layer: Layer, component: usize, [warp, weft]: [f64; 2]) -> f64 {
         self.layers[layer as usize].at(warp, weft)[FIELD_COMPONENTS[component] as usize]
     }
 
-    /// Where it is strongest on a specimen.
+    /// Its standard error there \[1/m\].
+    #[must_use]
+    pub fn error_at(&self, layer: Layer, component: usize, [warp, weft]: [f64; 2]) -> f64 {
+        self.errors[layer as usize].at(warp, weft)[FIELD_COMPONENTS[component] as usize]
+    }
+
+    /// What is left of it there less two standard errors, with its sign \[1/m\].
+    #[must_use]
+    pub fn sure_at(&self, layer: Layer, component: usize, place: [f64; 2]) -> f64 {
+        let (value, error) =
+            (self.at(layer, component, place), self.error_at(layer, component, place));
+        value.signum() * (value.abs() - 2.0 * error).max(0.0)
+    }
+
+    /// Where it is strongest on a specimen, less two standard errors.
     #[must_use]
     pub fn strongest(&self, specimen: &Specimen) -> Option<Strongest> {
-        let error = |layer: Layer, component: usize, [warp, weft]: [f64; 2]| {
-            self.errors[layer as usize].at(warp, weft)[FIELD_COMPONENTS[component] as usize]
-        };
         let places = (0..=LOOKS).flat_map(|i| (0..=LOOKS).map(move |j| [i, j]));
         let places = places.map(|place| place.map(|k| k as f64 / LOOKS as f64));
         let places = places.filter(|place| is_on(specimen, *place));
@@ -177,9 +194,10 @@ impl Field {
             component,
             place,
             per_m: self.at(layer, component, place),
-            error_per_m: error(layer, component, place),
+            error_per_m: self.error_at(layer, component, place),
         });
-        strongest.max_by(|a, b| a.per_m.abs().total_cmp(&b.per_m.abs()))
+        let sure = |s: &Strongest| self.sure_at(s.layer, s.component, s.place).abs();
+        strongest.max_by(|a, b| sure(a).total_cmp(&sure(b)))
     }
 }
 
@@ -215,7 +233,10 @@ mod tests {
         // the layer that stays, warp, node 3 along the warp and 1 along the weft; and a larger one in a corner
         values[75 + 3 * CURL_NODES + 1] = -7.0;
         values[75] = 9.0;
-        let errors = vec![1.0; FIELD_NUMBERS];
+        // and a still larger one that is not sure
+        values[6] = 30.0;
+        let mut errors = vec![1.0; FIELD_NUMBERS];
+        errors[6] = 15.0;
         let field = Field {
             layers: layers(&values),
             errors: layers(&errors),
@@ -227,7 +248,7 @@ mod tests {
         assert_eq!((found.layer, found.component), (Layer::Stays, 1));
         assert_eq!((found.place, found.per_m, found.error_per_m), ([0.75, 0.25], -7.0, 1.0));
         assert_eq!(field.strongest(&Specimen::default()).unwrap().place, [0.0, 0.0]);
-        assert!(field.is_something());
+        assert!(field.is_something() && !field.is_even());
         assert!(!Field { gain: [0.5, 0.3], ..field }.is_something());
     }
 }

@@ -30,10 +30,11 @@ struct Depth {
 }
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Raw, At> {
+    // first: a picture that has no depths needs no camera
+    let depth = decode(bytes)?;
     let Some(intrinsics) = &options.intrinsics else {
         return Err(Fault::NoIntrinsics.anywhere());
     };
-    let depth = decode(bytes)?;
     let layout = |fault: String| Fault::Layout(fault).anywhere();
     let camera = intrinsics.at_size(depth.size).map_err(layout)?;
     let scale = options.depth_scale;

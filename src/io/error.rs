@@ -63,8 +63,8 @@ pub enum Fault {
     /// Zero bytes.
     #[error("the file is empty (0 bytes); export or copy it again")]
     EmptyFile,
-    /// An extension that is not read.
-    #[error("files named `.{found}` are not read; convert it to one of {}", super::SUPPORTED)]
+    /// An extension that is not read, or none.
+    #[error("{}", extension(.found))]
     Extension {
         /// The extension found.
         found: String,
@@ -215,4 +215,15 @@ pub struct WriteError {
     pub path: PathBuf,
     /// What the system said.
     pub source: io::Error,
+}
+
+/// What is wrong with an extension.
+fn extension(found: &str) -> String {
+    let supported = super::SUPPORTED;
+    if found.is_empty() {
+        return format!(
+            "its name has no ending that says its format; name it as one of {supported}, or say it with --format"
+        );
+    }
+    format!("files named `.{found}` are not read; convert it to one of {supported}")
 }

@@ -583,15 +583,19 @@ fn field_line(fabric: &FabricResult, trace: &Trace) -> String {
         );
     };
     let [warp, weft] = strongest.place.map(|t| t - 0.5);
+    let place = if field.is_even() {
+        "even over the cloth".to_owned()
+    } else {
+        let [warp_mm, weft_mm] =
+            [warp * specimen.warp_m, weft * specimen.weft_m].map(|m| m / M_PER_MM);
+        format!("{warp_mm:.0} mm along the warp and {weft_mm:.0} mm along the weft from the middle")
+    };
     format!(
-        "  a field of curvature foretells what is left: {gain:.3} +- {error:.3}; strongest along the {} ({}), {:.1} +- {:.1} /m \
-         {:.0} mm along the warp and {:.0} mm along the weft from the middle\n",
+        "  a field of curvature foretells what is left: {gain:.3} +- {error:.3}; strongest along the {} ({}), {:.1} +- {:.1} /m, {place}\n",
         FIELD_COMPONENTS[strongest.component].name(),
         strongest.layer.name(),
         strongest.per_m,
-        strongest.error_per_m,
-        warp * specimen.warp_m / M_PER_MM,
-        weft * specimen.weft_m / M_PER_MM
+        strongest.error_per_m
     )
 }
 

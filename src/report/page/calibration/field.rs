@@ -38,9 +38,11 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
             p {
                 "A field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) "). It is strongest along the "
                 (FIELD_COMPONENTS[strongest.component].name()) ", "
-                (significant(strongest.per_m)) " \u{b1} " (significant(strongest.error_per_m)) " /m, at "
-                (fixed(mm(warp * bench.specimen.warp_m), 0)) " mm along the warp and " (fixed(mm(weft * bench.specimen.weft_m), 0))
-                " mm along the weft from the middle."
+                (significant(strongest.per_m)) " \u{b1} " (significant(strongest.error_per_m)) " /m, "
+                @if field.is_even() { "and even over the cloth." } @else {
+                    "at " (fixed(mm(warp * bench.specimen.warp_m), 0)) " mm along the warp and " (fixed(mm(weft * bench.specimen.weft_m), 0))
+                    " mm along the weft from the middle."
+                }
             }
         } @else {
             p { "No field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) ")." }
@@ -50,7 +52,8 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
 
 fn figure(field: &Field, bench: &Experiment) -> Markup {
     let strongest = field.strongest(&bench.specimen);
-    let most = strongest.map_or(0.0, |strongest| strongest.per_m.abs()).max(1e-9);
+    let most =
+        strongest.map_or(0.0, |s| field.sure_at(s.layer, s.component, s.place).abs()).max(1e-9);
     let label =
         format!("Four maps of curvature on the specimen, at most {} per metre", significant(most));
     let panels = Layer::ALL
@@ -66,7 +69,7 @@ fn figure(field: &Field, bench: &Experiment) -> Markup {
                             (match layer { Layer::Turns => "turns over", Layer::Stays => "stays up" }) ", along the " (FIELD_COMPONENTS[component].name())
                         }
                         (map(field, bench, (layer, component), left, most))
-                        @if let Some(strongest) = strongest.filter(|s| (s.layer, s.component) == (layer, component)) {
+                        @if let Some(strongest) = strongest.filter(|s| !field.is_even() && (s.layer, s.component) == (layer, component)) {
                             @let [x, y] = at(strongest.place, left);
                             circle .ring cx=(c(x)) cy=(c(y)) r="9" {}
                         }
@@ -74,7 +77,7 @@ fn figure(field: &Field, bench: &Experiment) -> Markup {
                 }
             }
             figcaption {
-                "Blue: the cloth would curl upwards, red: downwards, at full colour " (significant(most)) " /m; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
+                "Blue: the cloth would curl upwards, red: downwards, what is left of it less two standard errors, at full colour " (significant(most)) " /m; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
                  face up; circle: the plate. Left two: what turns over with the specimen; right two: what bends it upwards whichever face is up. Whatever moves the rim as a curvature there would \
                  is drawn as one: this shows where, not what."
             }
@@ -102,7 +105,7 @@ fn map(
     let [x, y] = at([0.5, 0.5], left);
     html! {
         @for place in squares {
-            @let value = field.at(layer, component, place);
+            @let value = field.sure_at(layer, component, place);
             @let [x, y] = at(place, left);
             rect class=(if value > 0.0 { "square up" } else { "square down" }) fill-opacity=(fixed((value / most).abs().min(1.0), 2))
                 x=(c(x - 0.5 * side)) y=(c(y - 0.5 * side)) width=(c(side)) height=(c(side)) {}
