@@ -11,7 +11,7 @@ use scan2params::sensor::{Profile, Truth, VirtualScan};
 
 use crate::drape::Drape;
 use crate::errors::{invalid, of_drape_file, of_write};
-use crate::{arrays, given, work};
+use crate::{arrays, words, work};
 
 /// A virtual scan: a fused cloud in the scanner's own frame, and the truth that undoes the frame.
 ///
@@ -117,7 +117,7 @@ pub(crate) fn augment(
         invalid(format!("profile: no sensor `{profile}`; give one of {names}"))
     })?;
     let profile = Profile { unit_m: 1.0, ..profile };
-    let mark = mark.map(given::mark).transpose()?;
+    let mark = mark.map(words::mark).transpose()?;
     let mesh = if let Ok(drape) = drape.cast::<Drape>() {
         drape.get().mesh().clone()
     } else if let Ok(path) = drape.extract::<PathBuf>() {

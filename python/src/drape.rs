@@ -20,7 +20,7 @@ use scan2params::sim::{
 use crate::boundary::Boundary;
 use crate::errors::{NotAtRest, file, internal, invalid, of_drape_file, of_write};
 use crate::fabric::Fabric;
-use crate::{arrays, given, work};
+use crate::{arrays, words, work};
 
 /// What a drape was simulated from.
 #[derive(Clone)]
@@ -272,7 +272,7 @@ pub(crate) fn simulate(
         cloth.fabric.check().map_err(invalid)?.iter().map(ToString::to_string).collect();
     let (fabric, projected) = cloth.fabric.project_bending();
     warnings.extend(projected.map(|warning| warning.to_string()));
-    let experiment = cloth.experiment(&self::experiment(experiment)?, given::face(face)?);
+    let experiment = cloth.experiment(&self::experiment(experiment)?, words::face(face)?);
     let numerics = match numerics {
         3 => Numerics::THREE,
         4 => Numerics::FOUR,

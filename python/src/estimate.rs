@@ -22,7 +22,7 @@ use crate::errors::{
 };
 use crate::fabric::Fabric;
 use crate::given::{Given, Input, Known};
-use crate::{given, work};
+use crate::{words, work};
 
 /// What was found of a fabric: six stiffnesses with their intervals, a verdict, and the rim that they were found from.
 ///
@@ -199,7 +199,7 @@ struct Asked {
 
 /// The standard experiment, or that of a file's effects.
 fn experiment(effects: Option<PathBuf>, face: &str) -> PyResult<Experiment> {
-    let face = given::face(face)?;
+    let face = words::face(face)?;
     let of_file = effects.map(|path| cloth_file::experiment(&path, face)).transpose();
     Ok(of_file
         .map_err(|error| match error {

@@ -3,20 +3,18 @@
 //! In: a path, an array, a [`Scan`] or a [`Boundary`], and what is known of it. Out: an [`Input`] and the library's
 //! options.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
-use scan2params::calibrate::manifest::Face;
 use scan2params::geom::Cloud;
-use scan2params::intake::rim::parse_warp_toward;
 use scan2params::intake::{IntakeError, Rim, rim};
 use scan2params::io::{ReadOptions, intrinsics};
-use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
+use scan2params::scan::{LengthUnit, ScanOptions};
 
-use crate::arrays;
 use crate::augment::Scan;
 use crate::boundary::Boundary;
 use crate::errors::{invalid, of_intake, of_read};
+use crate::{arrays, words};
 
 /// What is said of a scan beside the scan.
 #[derive(Default)]
@@ -51,9 +49,6 @@ pub(crate) struct Given {
     pub(crate) scan: ScanOptions,
 }
 
-/// The word for a unit that is looked for.
-const GUESS: &str = "guess";
-
 impl Known<'_, '_> {
     /// An input with its options.
     ///
@@ -63,13 +58,15 @@ impl Known<'_, '_> {
         if let Ok(boundary) = scan.cast::<Boundary>() {
             self.check_unused()?;
             let boundary = boundary.get();
-            let input = boundary.as_input();
+            let file = boundary.file().map(Path::to_owned);
+            let rim = Box::new(boundary.rim().clone());
+            let input = Input::Rim(boundary.path().to_owned(), rim, file);
             let (read, scan) = (ReadOptions::default(), boundary.options().clone());
             return Ok(Given { input, read, scan });
         }
         let options = self.options()?;
         let in_metres = || Some(LengthUnit::Metre);
-        let guessed = self.unit == Some(GUESS);
+        let guessed = self.unit == Some(words::GUESS);
         if let Ok(scanned) = scan.cast::<Scan>() {
             self.check_no_arrays("a Scan has its own")?;
             let name = self.name.clone().unwrap_or_else(|| "scan".into());
@@ -176,9 +173,9 @@ impl Known<'_, '_> {
             return Err(invalid("warp_toward, mark: both say where the warp points; give one"));
         }
         Ok(ScanOptions {
-            unit: self.unit.map(unit).transpose()?.flatten(),
-            warp_toward: self.warp_toward.map(warp_toward).transpose()?,
-            mark: self.mark.map(mark).transpose()?,
+            unit: self.unit.map(words::unit).transpose()?.flatten(),
+            warp_toward: self.warp_toward.map(words::warp_toward).transpose()?,
+            mark: self.mark.map(words::mark).transpose()?,
             seed: self.seed.unwrap_or(default.seed),
             ..experiment
         })
@@ -223,40 +220,4 @@ impl Given {
 /// The rim of an input that is in memory, or the exception.
 pub(crate) fn intake_error(in_memory: bool) -> impl Fn(IntakeError) -> PyErr {
     move |error| of_intake(&error, in_memory)
-}
-
-/// `m`, `mm`, `cm`, `in`, or `None` for `guess`.
-fn unit(name: &str) -> PyResult<Option<LengthUnit>> {
-    if name == GUESS {
-        return Ok(None);
-    }
-    let unit = LengthUnit::named(name);
-    unit.map(Some)
-        .ok_or_else(|| invalid(format!("unit: no unit `{name}`; give m, mm, cm, in or {GUESS}")))
-}
-
-/// A direction in words or as three numbers.
-fn warp_toward(given: &Bound<'_, PyAny>) -> PyResult<WarpToward> {
-    if let Ok(text) = given.extract::<String>() {
-        return parse_warp_toward(&text).map_err(|error| invalid(format!("warp_toward: {error}")));
-    }
-    let numbers = arrays::numbers("warp_toward", given, 3, f64::NEG_INFINITY)?;
-    match numbers[..] {
-        [x, y, z] if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
-        _ => Err(invalid("warp_toward: a direction of length 0; give another")),
-    }
-}
-
-/// A colour by its name or as `#rrggbb`.
-pub(crate) fn mark(name: &str) -> PyResult<MarkColor> {
-    name.parse().map_err(|error| invalid(format!("mark: {error}")))
-}
-
-/// `up` or `down`.
-pub(crate) fn face(name: &str) -> PyResult<Face> {
-    match name {
-        "up" => Ok(Face::Up),
-        "down" => Ok(Face::Down),
-        other => Err(invalid(format!("face: no face `{other}`; give up or down"))),
-    }
 }

@@ -21,6 +21,8 @@ mod errors;
 mod estimate;
 mod fabric;
 mod given;
+mod rim;
+mod words;
 mod work;
 
 use pyo3::prelude::*;
@@ -32,7 +34,7 @@ mod _scan2params {
     #[pymodule_export]
     use crate::augment::{Scan, augment};
     #[pymodule_export]
-    use crate::boundary::{Boundary, boundary};
+    use crate::boundary::Boundary;
     #[pymodule_export]
     use crate::calibrate::calibrate;
     #[pymodule_export]
@@ -41,6 +43,8 @@ mod _scan2params {
     use crate::estimate::{Estimate, estimate, refine};
     #[pymodule_export]
     use crate::fabric::Fabric;
+    #[pymodule_export]
+    use crate::rim::boundary;
     use scan2params::sensor::Profile;
     use scan2params::sim::sensitivity::Parameter;
 
