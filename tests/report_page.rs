@@ -11,6 +11,7 @@ use std::process::Output;
 use scan2params::Fabric;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::effect::{Cloth, EFFECTS};
+use scan2params::calibrate::field::Field;
 use scan2params::calibrate::fit::{Beside, Fitted};
 use scan2params::calibrate::floor::{Pairing, Spread};
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
@@ -27,6 +28,7 @@ use scan2params::refine::{Ended, RefinedStiffness};
 use scan2params::report::calibration::write;
 use scan2params::report::page::calibration::{Source, page};
 use scan2params::report::page::provenance::InputFile;
+use scan2params::sim::experiment::Curl;
 use scan2params::{Drop, Experiment, SimOptions, drape};
 
 fn root() -> &'static Path {
@@ -333,6 +335,7 @@ fn calibrated() -> Calibration {
             alone: (0..EFFECTS.len()).map(ranked).collect(),
             chosen: vec![Choice { ranked: ranked(0), group: vec![ranked(1)] }],
             unexplained: None,
+            field: Some(field()),
         }),
         after: Some(After { effects, fitted: fitted(), drapes: drapes(1e-3) }),
         verdict: Verdict::Found,
@@ -342,6 +345,14 @@ fn calibrated() -> Calibration {
         fabrics: vec![fabric],
         refused: vec![Refused { line: 9, name: "x<y>.png".into(), why }],
     }
+}
+
+/// A field that is strongest at a node between plate and rim, along the warp, of what turns over.
+fn field() -> Field {
+    let mut layers = [Curl::default(); 2];
+    layers[0].nodes[3][1] = [0.0, -20.0, 0.0];
+    let errors = [Curl::uniform([1.0, 1.0, 0.0]); 2];
+    Field { layers, errors, step_per_m: 15.0, gain: [0.4, 0.1] }
 }
 
 #[test]
@@ -376,6 +387,8 @@ fn a_calibration_has_its_page_with_before_and_after() {
         "Not told apart from",
         "edge curl",
         "What the residual asks for",
+        "Where on the cloth the rest would come from",
+        "strongest along the warp, \u{2212}20.0 \u{b1} 1.0 /m, at 75 mm along the warp and \u{2212}75 mm along the weft",
         "Drapes held out",
         "Drape coefficient, measured against simulated",
         "By role and face",
@@ -398,6 +411,14 @@ fn a_calibration_has_its_page_with_before_and_after() {
     assert_eq!(whole.matches("class=\"after\"").count(), 4 * 2 + 1);
     assert!(!whole.contains("f <1>") && !whole.contains("<2> &"));
     assert!(!whole.contains("<script"));
+    assert!(whole.matches("class=\"square down\"").count() > 100);
+    // a field that foretells nothing is said to, and not drawn
+    let mut chance = calibration.clone();
+    chance.fabrics[0].trace.as_mut().unwrap().field = Some(Field { gain: [0.1, 0.1], ..field() });
+    let page_of_chance = of(&chance);
+    check(&page_of_chance);
+    assert!(page_of_chance.contains("No field of natural curvature foretells what is left"));
+    assert!(!page_of_chance.contains("class=\"square"));
     // a fabric that was not fitted, and one without effects
     let mut failed = calibration.clone();
     failed.fabrics[0].after = None;

@@ -6,7 +6,7 @@ use crate::base::units::mm;
 use crate::calibrate::effect::FIELD_COMPONENTS;
 use crate::calibrate::field::{Field, Layer, is_on};
 use crate::calibrate::run::FabricResult;
-use crate::report::page::number::{fixed, significant};
+use crate::report::page::number::fixed;
 use crate::report::page::svg::c;
 use crate::sim::Experiment;
 
@@ -38,7 +38,7 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
             p {
                 "A field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) "). It is strongest along the "
                 (FIELD_COMPONENTS[strongest.component].name()) ", "
-                (significant(strongest.per_m)) " \u{b1} " (significant(strongest.error_per_m)) " /m, "
+                (fixed(strongest.per_m, 1)) " \u{b1} " (fixed(strongest.error_per_m, 1)) " /m, "
                 @if field.is_even() { "and even over the cloth." } @else {
                     "at " (fixed(mm(warp * bench.specimen.warp_m), 0)) " mm along the warp and " (fixed(mm(weft * bench.specimen.weft_m), 0))
                     " mm along the weft from the middle."
@@ -55,7 +55,7 @@ fn figure(field: &Field, bench: &Experiment) -> Markup {
     let most =
         strongest.map_or(0.0, |s| field.sure_at(s.layer, s.component, s.place).abs()).max(1e-9);
     let label =
-        format!("Four maps of curvature on the specimen, at most {} per metre", significant(most));
+        format!("Four maps of curvature on the specimen, at most {} per metre", fixed(most, 1));
     let panels = Layer::ALL
         .into_iter()
         .flat_map(|layer| (0..FIELD_COMPONENTS.len()).map(move |k| (layer, k)));
@@ -77,7 +77,7 @@ fn figure(field: &Field, bench: &Experiment) -> Markup {
                 }
             }
             figcaption {
-                "Blue: the cloth would curl upwards, red: downwards, what is left of it less two standard errors, at full colour " (significant(most)) " /m; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
+                "Blue: the cloth would curl upwards, red: downwards, what is left of it less two standard errors, at full colour " (fixed(most, 1)) " /m; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
                  face up; circle: the plate. Left two: what turns over with the specimen; right two: what bends it upwards whichever face is up. Whatever moves the rim as a curvature there would \
                  is drawn as one: this shows where, not what."
             }
