@@ -24,6 +24,9 @@ pub fn left<'a>(drapes: impl IntoIterator<Item = &'a Beside>) -> Option<Left> {
     of(&all.collect::<Vec<_>>())
 }
 
+/// Share of the squares below which what is not the mean is rounding.
+const ROUNDING: f64 = 1e-20;
+
 /// Distances at even steps around closed curves, and these steps \[m\].
 fn of(curves: &[(Vec<f64>, f64)]) -> Option<Left> {
     let count: usize = curves.iter().map(|(off_m, _)| off_m.len()).sum();
@@ -41,7 +44,8 @@ fn of(curves: &[(Vec<f64>, f64)]) -> Option<Left> {
         around.iter().map(of).sum()
     };
     let whole = at_lag(0);
-    if whole <= 0.0 {
+    let squares: f64 = curves.iter().flat_map(|(off_m, _)| off_m).map(|m| m * m).sum();
+    if whole <= ROUNDING * squares {
         return None;
     }
     let step_m = curves.iter().map(|(_, step_m)| step_m).sum::<f64>() / curves.len() as f64;
@@ -57,7 +61,6 @@ fn of(curves: &[(Vec<f64>, f64)]) -> Option<Left> {
         }
         before = now;
     }
-    let squares: f64 = curves.iter().flat_map(|(off_m, _)| off_m).map(|m| m * m).sum();
     Some(Left { rms_m: (squares / count as f64).sqrt(), along_m })
 }
 

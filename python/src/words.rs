@@ -1,0 +1,48 @@
+//! Words of a caller, as what they mean.
+
+use pyo3::prelude::*;
+use scan2params::calibrate::manifest::Face;
+use scan2params::intake::rim::parse_warp_toward;
+use scan2params::scan::{LengthUnit, MarkColor, WarpToward};
+
+use crate::arrays;
+use crate::errors::invalid;
+
+/// The word for a unit that is looked for.
+pub(crate) const GUESS: &str = "guess";
+
+/// `m`, `mm`, `cm`, `in`, or `None` for `guess`.
+pub(crate) fn unit(name: &str) -> PyResult<Option<LengthUnit>> {
+    if name == GUESS {
+        return Ok(None);
+    }
+    let unit = LengthUnit::named(name);
+    unit.map(Some)
+        .ok_or_else(|| invalid(format!("unit: no unit `{name}`; give m, mm, cm, in or {GUESS}")))
+}
+
+/// A direction in words or as three numbers.
+pub(crate) fn warp_toward(given: &Bound<'_, PyAny>) -> PyResult<WarpToward> {
+    if let Ok(text) = given.extract::<String>() {
+        return parse_warp_toward(&text).map_err(|error| invalid(format!("warp_toward: {error}")));
+    }
+    let numbers = arrays::numbers("warp_toward", given, 3, f64::NEG_INFINITY)?;
+    match numbers[..] {
+        [x, y, z] if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
+        _ => Err(invalid("warp_toward: a direction of length 0; give another")),
+    }
+}
+
+/// A colour by its name or as `#rrggbb`.
+pub(crate) fn mark(name: &str) -> PyResult<MarkColor> {
+    name.parse().map_err(|error| invalid(format!("mark: {error}")))
+}
+
+/// `up` or `down`.
+pub(crate) fn face(name: &str) -> PyResult<Face> {
+    match name {
+        "up" => Ok(Face::Up),
+        "down" => Ok(Face::Down),
+        other => Err(invalid(format!("face: no face `{other}`; give up or down"))),
+    }
+}
