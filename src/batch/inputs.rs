@@ -205,8 +205,8 @@ fn apply(
             let path = options.folder.join(&file);
             let missing = (!path.is_file() && !is_views_folder(&path)).then(|| {
                 let (line, table) = (row.line, table.display());
-                let meant = nearly(&file, found).map_or_else(String::new, |meant| {
-                    format!("; `{meant}` is there: write its name whole")
+                let meant = names.nearly(&file).map_or_else(String::new, |at| {
+                    format!("; `{}` is there: write its name whole", found[at].file)
                 });
                 format!("{}: no such file; line {line} of {table} names it{meant}", path.display())
             });
@@ -218,16 +218,6 @@ fn apply(
     let input = &mut found[at];
     (input.density_kg_m2, input.warp_toward) = (Some(density_kg_m2), warp_toward);
     Ok(at)
-}
-
-/// The one scan whose name is this without its ending, or in other letter case.
-fn nearly<'a>(cell: &str, found: &'a [Input]) -> Option<&'a str> {
-    let is_near = |file: &str| {
-        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-        [file, stem].iter().any(|name| name.eq_ignore_ascii_case(cell))
-    };
-    let mut near = found.iter().map(|input| input.file.as_str()).filter(|file| is_near(file));
-    near.next().filter(|_| near.next().is_none())
 }
 
 /// A cell as a path in the folder.
@@ -246,6 +236,8 @@ struct Names {
     by_path: HashMap<String, usize>,
     /// By the name alone: the first that has it, and the second if there is one.
     by_name: HashMap<String, (usize, Option<usize>)>,
+    /// By path in small letters, whole and without its ending: likewise, of the scans that are there.
+    by_near: HashMap<String, (usize, Option<usize>)>,
 }
 
 impl Names {
@@ -253,8 +245,22 @@ impl Names {
         let mut names = Self::default();
         for (at, input) in found.iter().enumerate() {
             names.add(&input.file, at);
+            let near = input.file.to_ascii_lowercase();
+            let stem = near.rsplit_once('.').map(|(stem, _)| stem.to_owned());
+            for name in stem.into_iter().chain([near]) {
+                let known = names.by_near.entry(name).or_insert((at, None));
+                if known.0 != at {
+                    known.1.get_or_insert(at);
+                }
+            }
         }
         names
+    }
+
+    /// The one scan that is there whose name is this without its ending, or in other letter case.
+    fn nearly(&self, cell: &str) -> Option<usize> {
+        let (at, other) = self.by_near.get(&cell.to_ascii_lowercase())?;
+        other.is_none().then_some(*at)
     }
 
     fn add(&mut self, file: &str, at: usize) {
