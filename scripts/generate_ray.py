@@ -34,14 +34,14 @@ CHUNK_ROWS = 64
 MANIFEST = "manifest.json"
 
 
-def option(arguments, name, default):
+def option(arguments, name):
     """The value of a flag among `arguments`, written as two words or with `=`."""
     for k, word in enumerate(arguments):
         if word == name and k + 1 < len(arguments):
             return arguments[k + 1]
         if word.startswith(name + "="):
             return word.split("=", 1)[1]
-    return default
+    return None
 
 
 def files_of(shard, shards, count):
@@ -115,11 +115,13 @@ def main(words=None):
     parser.add_argument("--shared", action="store_true", help="all machines see the folder")
     options = parser.parse_args(own)
     for flag in ("--out", "--shard", "--threads"):
-        if option(arguments, flag, None) is not None:
+        if option(arguments, flag) is not None:
             parser.error(f"{flag} is set here and not after `--`")
     if options.shards < 1:
         parser.error("--shards must be at least 1")
-    count = int(option(arguments, "--count", "2000"))
+    if not (option(arguments, "--count") or "").isdigit():
+        parser.error("say after `--` how many drapes: --count N")
+    count = int(option(arguments, "--count"))
     program = pathlib.Path(options.program)
     if not program.is_file():
         parser.error(f"{program}: no such program; cargo build --release makes it, or --program says where it is")

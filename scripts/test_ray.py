@@ -73,7 +73,7 @@ def with_stand_in(folder):
     assert digest(folder / "many") == one
     done = driver(program, folder / "bad", 3, "--count", "600")
     assert done.returncode != 0 and "3 shards failed" in done.stderr, done.stdout + done.stderr
-    done = driver(folder / "none", folder / "bad", 3)
+    done = driver(folder / "none", folder / "bad", 3, "--count", "600")
     assert done.returncode == 2 and "no such program" in done.stderr, done.stderr
 
 

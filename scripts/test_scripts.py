@@ -12,6 +12,7 @@ import numpy as np
 
 import drape_data
 import fit_measured_prior
+import generate_ray
 import silhouettes
 import snn
 import train
@@ -46,6 +47,21 @@ def test_symmetries_are_eight_and_a_mark_on_the_cloth_moves_with_the_matrix():
         moved = drape_data.transformed(marked, symmetry)
         back = moved @ symmetry[1]  # to where it was
         assert np.allclose(back[:, 1], 2 * back[:, 0] + 5 * back[:, 2])
+
+
+def test_shards_have_each_file_once_and_those_that_are_there_are_not_made_again():
+    shards = [generate_ray.files_of(shard, 3, 600) for shard in range(3)]
+    assert sorted(sum(shards, [])) == [f"drapes-{k:06}.parquet" for k in range(10)]
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder)
+        generate_ray.keep({name: b"x" for name in [generate_ray.MANIFEST, *shards[1]]}, out)
+        assert generate_ray.missing(out, 3, 600) == [0, 2]
+        generate_ray.keep({generate_ray.MANIFEST: b"y"}, out)
+        assert (out / generate_ray.MANIFEST).read_bytes() == b"x"
+        assert not list(out.glob("*.collected"))
+    assert generate_ray.option(["--walk", "--count=7"], "--count") == "7"
+    assert generate_ray.option(["--count", "8"], "--count") == "8"
+    assert generate_ray.option(["--counts", "8"], "--count") is None
 
 
 def test_manifests_of_silhouettes_have_each_specimen_and_face_once_and_one_role():

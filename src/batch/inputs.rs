@@ -28,12 +28,21 @@ pub struct Input {
     pub fault: Option<String>,
 }
 
-/// The scans of `options.folder` in the order of their paths.
+/// What a folder has for a batch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inputs {
+    /// Its scans, in the order of their paths.
+    pub scans: Vec<Input>,
+    /// Files that somebody may take for scans and that are none by their names, likewise.
+    pub passed_over: Vec<String>,
+}
+
+/// The scans of `options.folder`, and what it has beside them.
 ///
 /// # Errors
 /// When the folder cannot be listed, the density table is damaged, or nothing is
 /// to be done.
-pub fn inputs(options: &BatchOptions) -> Result<Vec<Input>, BatchError> {
+pub fn inputs(options: &BatchOptions) -> Result<Inputs, BatchError> {
     if let Some(density_kg_m2) = options.density_kg_m2 {
         check_density(density_kg_m2)?;
     }
@@ -43,8 +52,9 @@ pub fn inputs(options: &BatchOptions) -> Result<Vec<Input>, BatchError> {
     };
     let listed = |source| BatchError::Folder { path: options.folder.clone(), source };
     let out = fs::canonicalize(&options.out).ok();
-    let mut found = Vec::new();
-    list(&options.folder, "", out.as_deref(), &mut found).map_err(listed)?;
+    let mut there = Inputs { scans: Vec::new(), passed_over: Vec::new() };
+    list(&options.folder, "", out.as_deref(), &mut there).map_err(listed)?;
+    let Inputs { scans: mut found, mut passed_over } = there;
     for input in &mut found {
         input.density_kg_m2 = options.density_kg_m2;
     }
@@ -76,70 +86,31 @@ pub fn inputs(options: &BatchOptions) -> Result<Vec<Input>, BatchError> {
         return Err(BatchError::NoScans { folder: options.folder.clone() });
     }
     found.sort_by(|a, b| a.file.cmp(&b.file));
-    Ok(found)
-}
-
-/// Files of `options.folder` that somebody may take for scans and that are none of `inputs`, in the order of their paths: whatever is
-/// neither a table, nor a page, nor made by this program.
-///
-/// # Errors
-/// When the folder cannot be listed.
-pub fn passed_over(options: &BatchOptions, inputs: &[Input]) -> std::io::Result<Vec<String>> {
-    let out = fs::canonicalize(&options.out).ok();
-    let mut others = Vec::new();
-    let taken: HashSet<&str> = inputs.iter().map(|input| input.file.as_str()).collect();
-    let mut tell = |file: String, path: &Path| {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        let is_made = file.contains(".truth.") || file.contains(".boundary.");
-        if !is_made
-            && !NO_SCANS.contains(&extension.to_ascii_lowercase().as_str())
-            && !taken.contains(file.as_str())
-        {
-            others.push(file);
-        }
-    };
-    list_others(&options.folder, "", out.as_deref(), &mut tell)?;
-    others.sort();
-    Ok(others)
+    // the table names some whose names are not those of scans
+    let taken: HashSet<&str> = found.iter().map(|input| input.file.as_str()).collect();
+    passed_over.retain(|file| !taken.contains(file.as_str()));
+    passed_over.sort();
+    Ok(Inputs { scans: found, passed_over })
 }
 
 /// Endings of what lies beside scans and is nobody's scan.
 const NO_SCANS: [&str; 9] = ["csv", "json", "toml", "yaml", "yml", "md", "html", "pdf", "mtl"];
 
-/// Hands `tell` the files that [`list`] passes over.
-fn list_others(
-    folder: &Path,
-    prefix: &str,
-    out: Option<&Path>,
-    tell: &mut impl FnMut(String, &Path),
-) -> std::io::Result<()> {
-    if out.is_some() && fs::canonicalize(folder).ok().as_deref() == out {
-        return Ok(());
-    }
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let (path, file) = (entry.path(), format!("{prefix}{name}"));
-        if name.starts_with('.') || is_views_folder(&path) {
-            continue;
-        }
-        if entry.file_type()?.is_dir() {
-            // what cannot be listed is a fault of the batch already
-            let _ = list_others(&path, &format!("{file}/"), out, tell);
-        } else if !is_scan(&path) {
-            tell(file, &path);
-        }
-    }
-    Ok(())
+/// Whether somebody may take a file for a scan that is none by its name: it is neither a table, nor a page, nor made by
+/// this program.
+fn may_be_meant(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let is_made = name.contains(".truth.") || name.contains(".boundary.");
+    !is_made && !NO_SCANS.contains(&extension(path).as_str())
 }
 
-/// Adds the scans of `folder`, whose path in the batch's folder is `prefix`. Hidden
+/// Adds what `folder` has, whose path in the batch's folder is `prefix`. Hidden
 /// entries, links to folders and the folder of results are passed over.
 fn list(
     folder: &Path,
     prefix: &str,
     out: Option<&Path>,
-    found: &mut Vec<Input>,
+    found: &mut Inputs,
 ) -> std::io::Result<()> {
     if out.is_some() && fs::canonicalize(folder).ok().as_deref() == out {
         return Ok(());
@@ -153,15 +124,17 @@ fn list(
         let (path, file) = (entry.path(), format!("{prefix}{name}"));
         if is_views_folder(&path) {
             // The files in and below it are its views.
-            found.push(Input::new(file, path));
+            found.scans.push(Input::new(file, path));
         } else if entry.file_type()?.is_dir() {
             // One folder that cannot be listed does not stop the others.
             if let Err(error) = list(&path, &format!("{file}/"), out, found) {
                 let fault = format!("{}: cannot be listed ({error})", path.display());
-                found.push(Input { fault: Some(fault), ..Input::new(file, path) });
+                found.scans.push(Input { fault: Some(fault), ..Input::new(file, path) });
             }
         } else if is_scan(&path) {
-            found.push(Input::new(file, path));
+            found.scans.push(Input::new(file, path));
+        } else if may_be_meant(&path) {
+            found.passed_over.push(file);
         }
     }
     Ok(())
@@ -171,8 +144,12 @@ fn is_scan(path: &Path) -> bool {
     // What `augment` writes beside its scans.
     let truth =
         path.file_stem().and_then(|stem| stem.to_str()).is_some_and(|s| s.ends_with(".truth"));
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    !truth && SCANS.contains(&extension.to_ascii_lowercase().as_str())
+    !truth && SCANS.contains(&extension(path).as_str())
+}
+
+/// The ending of a name, in small letters.
+fn extension(path: &Path) -> String {
+    path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
 impl Input {

@@ -31,7 +31,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 pub use error::BatchError;
-pub use inputs::{Input, inputs, passed_over};
+pub use inputs::{Input, Inputs, inputs};
 pub use options::{BatchOptions, SCANS};
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
@@ -78,7 +78,7 @@ pub struct Summary {
     pub rows: Vec<Row>,
     /// Rows kept from an earlier run.
     pub kept: usize,
-    /// Files of the folder that somebody may take for scans and that are none, see [`passed_over`].
+    /// Files of the folder that somebody may take for scans and that are none by their names.
     pub passed_over: Vec<String>,
     /// Lines of the journal that were no rows and were passed over.
     pub unreadable_lines: usize,
@@ -99,9 +99,7 @@ pub fn run(
     options: &BatchOptions,
     progress: impl Fn(Progress<'_>) + Sync,
 ) -> Result<Summary, BatchError> {
-    let inputs = inputs(options)?;
-    // the folder was listed just now
-    let passed_over = passed_over(options, &inputs).unwrap_or_default();
+    let Inputs { scans: inputs, passed_over } = inputs(options)?;
     let out = &options.out;
     output::check_folder(out)?;
     std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;

@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 
 use super::effect::{Effect, FIELD, FIELD_COMPONENTS, FIELD_NUMBERS};
-use super::linear::{Foretold, Linear, falls, positions};
+use super::linear::{LEAST_GAIN, Linear, falls, positions};
 use crate::numeric::moments::mean_and_error;
 use crate::sim::experiment::{CURL_NODES, Curl, Outline, Specimen};
 
@@ -95,7 +95,7 @@ pub(super) fn field(linear: &Linear, with: &[&'static Effect], best: &[f64]) -> 
     let (step_per_m, precision, foretold, gain) = tried.max_by(|a, b| a.3[0].total_cmp(&b.3[0]))?;
     let change = linear.fitted(&all, &precision, None)?;
     let values: Vec<f64> = own.iter().map(|&at| change[at]).collect();
-    let errors = jackknife(&foretold, &own);
+    let errors = foretold.errors(&own);
     Some(Field { layers: layers(&values), errors: layers(&errors), step_per_m, gain })
 }
 
@@ -120,17 +120,6 @@ fn smoothness(step_per_m: f64) -> DMatrix<f64> {
     precision
 }
 
-/// Standard errors of the unknowns at some places (Tukey's jackknife).
-fn jackknife(foretold: &Foretold, at: &[usize]) -> Vec<f64> {
-    let count = foretold.changes.len() as f64;
-    let of = |&k: &usize| {
-        let mean = foretold.changes.iter().map(|c| c[k]).sum::<f64>() / count;
-        let squares: f64 = foretold.changes.iter().map(|c| (c[k] - mean).powi(2)).sum();
-        ((count - 1.0) / count * squares).sqrt()
-    };
-    at.iter().map(of).collect()
-}
-
 /// Numbers in the order of [`FIELD`] as two layers.
 fn layers(values: &[f64]) -> [Curl; 2] {
     let mut layers = [Curl::default(); 2];
@@ -145,11 +134,12 @@ fn layers(values: &[f64]) -> [Curl; 2] {
 }
 
 impl Field {
-    /// Whether the drapes held out are foretold better with it, by twice the standard error.
+    /// Whether the drapes held out are foretold better with it, by as much as is asked of an effect and by twice the
+    /// standard error. The smoothness is the best of [`STEPS_PER_M`], so that the gain is a little too good.
     #[must_use]
     pub fn is_something(&self) -> bool {
         let [gain, error] = self.gain;
-        gain > 2.0 * error
+        gain > LEAST_GAIN && gain > 2.0 * error
     }
 
     /// Whether it is the smoothest that is tried: the same all over the cloth.
@@ -250,5 +240,6 @@ mod tests {
         assert_eq!(field.strongest(&Specimen::default()).unwrap().place, [0.0, 0.0]);
         assert!(field.is_something() && !field.is_even());
         assert!(!Field { gain: [0.5, 0.3], ..field }.is_something());
+        assert!(!Field { gain: [0.01, 0.001], ..field }.is_something());
     }
 }

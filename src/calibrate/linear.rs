@@ -159,7 +159,7 @@ impl Quadratic {
 /// What was fitted without each specimen, and what it costs there.
 pub(super) struct Foretold {
     pub costs: Vec<f64>,
-    pub changes: Vec<DVector<f64>>,
+    changes: Vec<DVector<f64>>,
 }
 
 impl Foretold {
@@ -173,7 +173,21 @@ impl Foretold {
         let error = ((count - 1.0) / count * square).sqrt();
         if error > 0.0 { mean.norm_squared() / error } else { 0.0 }
     }
+
+    /// The standard error of each number at some places, likewise.
+    pub fn errors(&self, at: &[usize]) -> Vec<f64> {
+        let count = self.changes.len() as f64;
+        let of = |&k: &usize| {
+            let mean = self.changes.iter().map(|c| c[k]).sum::<f64>() / count;
+            let squares: f64 = self.changes.iter().map(|c| (c[k] - mean).powi(2)).sum();
+            ((count - 1.0) / count * squares).sqrt()
+        };
+        at.iter().map(of).collect()
+    }
 }
+
+/// Least fall of the logarithm of the held-out cost that is more than chance.
+pub(super) const LEAST_GAIN: f64 = 0.05;
 
 /// Where the numbers of one of some effects are among the unknowns of [`indices`].
 pub(super) fn positions(effects: &[&'static Effect], of: &'static Effect) -> Vec<usize> {

@@ -20,7 +20,7 @@
 use super::effect::{EFFECTS, Effect, PATTERNS};
 use super::field::{Field, field};
 use super::fit::Fit;
-use super::linear::{Linear, falls, positions};
+use super::linear::{LEAST_GAIN, Linear, falls, positions};
 use crate::numeric::moments::{mean, mean_and_error};
 
 /// How well an effect foretells the drapes of specimens that it was not fitted to.
@@ -64,8 +64,6 @@ pub struct Trace {
 pub const FEWEST_UNITS: usize = 3;
 /// Most effects that are chosen.
 const MOST: usize = 2;
-/// Least fall of the logarithm of the held-out cost.
-const LEAST_GAIN: f64 = 0.05;
 /// Student's t beyond which one per cent lies, for 1, 2, ... degrees of freedom, and for more.
 const STUDENT: [f64; 12] =
     [31.82, 6.96, 4.54, 3.75, 3.36, 3.143, 3.00, 2.90, 2.82, 2.76, 2.72, 2.68];
@@ -77,11 +75,13 @@ const TOLD_APART: f64 = 2.0;
 /// target. `None` where there are fewer than [`FEWEST_UNITS`] of them, or a sheet has no sensitivities.
 #[must_use]
 pub fn trace(fit: &mut Fit<'_>, units: &[usize], without: &[&'static Effect]) -> Option<Trace> {
+    if units.iter().max().is_none_or(|most| most + 1 < FEWEST_UNITS) {
+        return None;
+    }
     let linear = Linear::of(fit, units)?;
     let is_asked = |effect: &&'static Effect| !without.contains(effect) && linear.moves(effect);
     let asked = EFFECTS.iter().filter(is_asked).collect();
-    let count = units.iter().max().map_or(0, |most| most + 1);
-    (count >= FEWEST_UNITS).then(|| Asked { asked, linear }.trace()).flatten()
+    Asked { asked, linear }.trace()
 }
 
 /// A plain fit's specimens, and what they are asked.

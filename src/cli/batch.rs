@@ -28,11 +28,11 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
     let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
     if given.dry_run {
         let inputs = batch::inputs(&options).map_err(of_batch)?;
-        for input in &inputs {
+        for input in &inputs.scans {
             let density = input.density_kg_m2.map(|d| format!("{} g/m^2", d / KG_M2_PER_G_M2));
             println!("{}: {}", input.file, input.fault.clone().or(density).unwrap_or_default());
         }
-        tell_passed_over(&batch::passed_over(&options, &inputs)?);
+        tell_passed_over(&inputs.passed_over);
         return Ok(());
     }
     let summary = batch::run(&options, report).map_err(of_batch)?;

@@ -166,6 +166,10 @@ pub struct Sums {
     pub events: usize,
     /// Walks there and back without an event.
     pub quiet: usize,
+    /// Median processor time of a leg of theirs \[s\].
+    pub quiet_median_cpu_s: f64,
+    /// Its 95th percentile \[s\].
+    pub quiet_p95_cpu_s: f64,
     /// Median distance of the rim from where such a walk began \[mm\].
     pub quiet_return_median_mm: f64,
     /// Its 95th percentile \[mm\].
@@ -182,7 +186,8 @@ impl Sums {
         let legs: Vec<&Leg> = walks.iter().flat_map(|walk| &walk.legs).collect();
         let costs: Vec<f64> = legs.iter().map(|leg| leg.cpu_s).collect();
         let quiet = walks.iter().filter(|walk| walk.events() == 0 && walk.legs.len() == 2);
-        let returns: Vec<f64> = quiet.map(Walk::return_mm).collect();
+        let returns: Vec<f64> = quiet.clone().map(Walk::return_mm).collect();
+        let quiet: Vec<f64> = quiet.flat_map(|walk| &walk.legs).map(|leg| leg.cpu_s).collect();
         Self {
             fresh_median_cpu_s: at(&fresh, 0.5),
             follow_median_cpu_s: at(&costs, 0.5),
@@ -192,6 +197,8 @@ impl Sums {
             intersections: legs.iter().map(|leg| leg.drape.intersections).sum(),
             events: walks.iter().map(Walk::events).sum(),
             quiet: returns.len(),
+            quiet_median_cpu_s: at(&quiet, 0.5),
+            quiet_p95_cpu_s: at(&quiet, 0.95),
             quiet_return_median_mm: at(&returns, 0.5),
             quiet_return_p95_mm: at(&returns, 0.95),
             quiet_return_largest_mm: at(&returns, 1.0),

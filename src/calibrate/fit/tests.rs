@@ -3,7 +3,7 @@
 use super::*;
 use crate::base::Surface;
 use crate::calibrate::effect::Effect;
-use crate::calibrate::field::Layer;
+use crate::calibrate::field::{Field, Layer};
 use crate::calibrate::pose::POSE;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
 use crate::calibrate::trial::outline_of;
@@ -172,8 +172,9 @@ fn a_held_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     assert!(off.abs() < 0.1 * moved.abs(), "{said}");
 }
 
-/// A fit's trace over specimens of one cloth, each seen with either face up.
-fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2]) {
+/// A fit's trace over specimens of one cloth, each seen with either face up: the effect chosen and its rivals, what asymmetric
+/// bending alone foretells, what a field does beside those chosen.
+fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2], Field) {
     let mut options = options();
     (options.sim.vertices, options.sim.fall_vertices) = (31, 25);
     let rule = FoldRule::default();
@@ -198,15 +199,17 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2]) {
     let group = trace.chosen.iter().take(1).flat_map(|c| {
         std::iter::once(c.ranked.effect.name).chain(c.group.iter().map(|r| r.effect.name))
     });
-    (group.collect(), of("asymmetric_bending"))
+    (group.collect(), of("asymmetric_bending"), trace.field.unwrap())
 }
 
 #[test]
 fn a_cloth_stiffer_towards_one_face_is_told_from_one_that_is_not() {
-    let (chosen, gain) = traced(0.4);
+    let (chosen, gain, _) = traced(0.4);
     assert!(chosen.contains(&"asymmetric_bending"), "{chosen:?} {gain:?}");
-    let (chosen, gain) = traced(0.0);
+    let (chosen, gain, field) = traced(0.0);
+    println!("nothing: {:?}, step {}", field.gain, field.step_per_m);
     assert!(chosen.is_empty(), "{chosen:?} {gain:?}");
+    assert!(!field.is_something(), "{:?}", field.gain);
 }
 
 /// The rim and the sheet of a drape of the square specimen.

@@ -18,10 +18,10 @@ pub(crate) fn run(given: &args::Follow) -> Outcome {
         let sums = Sums::of(&walks(prior, given, &how)?);
         println!(
             "\nfresh_median_cpu_s, follow_median_cpu_s, follow_p95_cpu_s, legs, at_rest, \
-             intersections, events, quiet_walks, return_median_mm, return_95_mm, return_most_mm"
+             intersections, events, quiet_walks, quiet_median_cpu_s, quiet_95_cpu_s, return_median_mm, return_95_mm, return_most_mm"
         );
         println!(
-            "{:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {:.3}, {:.3}, {:.3}\n",
+            "{:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}\n",
             sums.fresh_median_cpu_s,
             sums.follow_median_cpu_s,
             sums.follow_p95_cpu_s,
@@ -30,6 +30,8 @@ pub(crate) fn run(given: &args::Follow) -> Outcome {
             sums.intersections,
             sums.events,
             sums.quiet,
+            sums.quiet_median_cpu_s,
+            sums.quiet_p95_cpu_s,
             sums.quiet_return_median_mm,
             sums.quiet_return_p95_mm,
             sums.quiet_return_largest_mm
