@@ -135,7 +135,7 @@ fn layers(values: &[f64]) -> [Curl; 2] {
 
 impl Field {
     /// Whether the drapes held out are foretold better with it, by as much as is asked of an effect and by twice the
-    /// standard error. The smoothness is the best of [`STEPS_PER_M`], so that the gain is a little too good.
+    /// standard error. The smoothness is the best of those tried, so that the gain is a little too good.
     #[must_use]
     pub fn is_something(&self) -> bool {
         let [gain, error] = self.gain;
