@@ -125,7 +125,7 @@ pub(super) fn fallen(
 ) -> (Arc<Grid>, Vec<Vector3>, Effort) {
     let fine = grid_of(options, options.vertices);
     // what is laid on the fine grid does not fall
-    if let DropStart::Surface(_) = drop.start {
+    if let DropStart::Surface(_) | DropStart::HeldSurface(_) = drop.start {
         return (fine, Vec::new(), Effort::default());
     }
     let coarse = grid_of(options, options.fall_vertices.min(options.vertices));
@@ -238,12 +238,13 @@ pub(super) fn rest(
 ) -> Rested {
     let mut model = model_of(grid, fabric, options, REST_GAP);
     let mut newton = Newton::new(&model);
-    let mut laid = match &drop.start {
-        DropStart::Surface(surface) => {
-            Some(lay(surface, &options.experiment.specimen, fabric, &model))
-        }
-        _ => None,
+    let (surface, sag_m) = match &drop.start {
+        DropStart::Surface(surface) => (Some(&**surface), None),
+        DropStart::HeldSurface(held) => (Some(&held.surface), Some(held.sag_m)),
+        _ => (None, None),
     };
+    let specimen = &options.experiment.specimen;
+    let mut laid = surface.map(|surface| lay(surface, specimen, fabric, &model));
     let mut x = laid.as_mut().map_or(start, |laid| std::mem::take(&mut laid.x));
     lift_clear(&model, grid, &mut x);
     let cell_weight_n =
@@ -260,9 +261,10 @@ pub(super) fn rest(
             _ => Guide::default(),
         };
     } else if let Some(laid) = laid {
-        if let Some(springs) = laid.springs {
+        if let Some(springs) = laid.springs() {
             release(&mut model, &mut newton, &mut x, springs, limit_n);
         }
+        model.guide = sag_m.map_or_else(Guide::default, |sag_m| laid.hold(grid, sag_m));
     } else {
         evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
     }

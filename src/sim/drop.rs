@@ -39,6 +39,20 @@ pub enum DropStart {
     /// rest without a fall: it ends in the equilibrium next to the surface. A surface with an error
     /// (a scan's) is first held by springs over all of it, which are released in stages.
     Surface(Box<Surface>),
+    /// As [`Self::Surface`], but weak springs go on holding all of the sheet to the surface: it comes to rest beside it
+    /// also where it would go on to another equilibrium if it were let go.
+    HeldSurface(Box<HeldSurface>),
+}
+
+/// A surface that a sheet is laid on and goes on being held to by weak springs, until [`crate::sim::Follower::let_go`].
+///
+/// They act along all directions and by area, weaker where the surface's standard deviation is large.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldSurface {
+    /// The surface, simulation frame.
+    pub surface: Surface,
+    /// How far the weight of a piece of cloth stretches the springs on it \[m\]: the larger, the weaker they are.
+    pub sag_m: f64,
 }
 
 /// Weak springs that hold a disc's rim across an outline.
@@ -84,7 +98,10 @@ pub(super) fn guide(
         DropStart::Guided(rim) => rim_targets(grid, rim),
         DropStart::Outline(outline) => led(outline_targets(grid, outline, experiment)),
         DropStart::Held(hold) => led(outline_targets(grid, &hold.outline, experiment)),
-        DropStart::Canonical | DropStart::Perturbed(_) | DropStart::Surface(_) => return None,
+        DropStart::Canonical
+        | DropStart::Perturbed(_)
+        | DropStart::Surface(_)
+        | DropStart::HeldSurface(_) => return None,
     };
     let weight = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
     Some(Guide { targets, stiffness_n_m: weight / SPRING_SAG_M, outwards_m: 0.0 })
@@ -212,7 +229,8 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
         | DropStart::Guided(_)
         | DropStart::Outline(_)
         | DropStart::Held(_)
-        | DropStart::Surface(_) => {
+        | DropStart::Surface(_)
+        | DropStart::HeldSurface(_) => {
             waves.extend([
                 Wave { height_m: 0.2e-3, along_x: 1.3, along_z: 2.1, phase: 0.4 },
                 Wave { height_m: 0.1e-3, along_x: 3.2, along_z: -1.7, phase: 1.9 },

@@ -23,7 +23,7 @@ use crate::fabric::Fabric;
 use crate::sim::drape::{Drape, Rested, count_nodes, fallen, rest};
 use crate::sim::drop::{Drop, Hold, holding};
 use crate::sim::effort::Effort;
-use crate::sim::guide::Target;
+use crate::sim::guide::{Guide, Target};
 use crate::sim::model::Model;
 use crate::sim::newton::Newton;
 use crate::sim::options::{SimOptions, Stop};
@@ -203,6 +203,16 @@ impl Follower {
         let Setup { fabric, experiment } = &self.setup;
         model.guide = holding(hold, &model.grid, fabric, experiment);
         model.guide.outwards_m = outwards_m;
+    }
+
+    /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs, from the grips
+    /// that its friction has. Gives why the search for rest ended.
+    pub fn let_go(&mut self) -> Stop {
+        self.rested.model.guide = Guide::default();
+        let setup = self.setup;
+        let tried = self.attempt(&setup, &FollowOptions::default());
+        self.accept(tried, setup);
+        self.rested.stop
     }
 
     /// How far the sheet moves with each of `parameters`; see [`crate::sim::sensitivity`].

@@ -1,8 +1,9 @@
 //! A scanned sheet laid on the grid: the start of a drape that is led by the whole surface.
 //!
 //! In: a [`Surface`] (simulation frame), and the model with its grid and plate. Out: positions that
-//! are clear of the plate and free of intersections, and the springs that hold a sheet with an error
-//! there. A sheet without error, such as a simulated one, needs none: its strain is a drape's.
+//! are clear of the plate and free of intersections, the springs that hold a sheet with an error
+//! there until it is let go, and weak ones that go on holding it. A sheet without error, such as a simulated one,
+//! needs none to be laid: its strain is a drape's.
 //!
 //! A scan's sheet dips into the plate by its error, and may cross itself where folds touch. Samples
 //! in the plate are pushed out along its normal, each with the vertices of its cell and no others.
@@ -27,9 +28,35 @@ use crate::sim::self_contact::intersecting;
 pub(super) struct Laid {
     /// Positions of the vertices, clear of the plate and of each other as far as could be \[m\].
     pub x: Vec<Vector3>,
-    /// The springs that hold them where the surface has them; `None` for a sheet without error,
-    /// which is held by nothing and lies as it is.
-    pub springs: Option<Guide>,
+    /// Where the surface has each vertex of the cloth, weighted by how well it is known there.
+    targets: Vec<Target>,
+    /// Whether the surface has no error and lies as it is.
+    is_exact: bool,
+    /// Weight of a cell \[N\].
+    cell_n: f64,
+}
+
+impl Laid {
+    /// The springs that hold the vertices where the surface has them until they are let go; `None` for a sheet without
+    /// error.
+    pub fn springs(&self) -> Option<Guide> {
+        let springs = || Guide {
+            targets: self.targets.clone(),
+            stiffness_n_m: self.cell_n / SAG_M,
+            outwards_m: 0.0,
+        };
+        (!self.is_exact).then(springs)
+    }
+
+    /// Springs that go on holding the cloth, by its area: the weight of a piece stretches those on it by `sag_m` \[m\].
+    pub fn hold(&self, grid: &Grid, sag_m: f64) -> Guide {
+        let by_area = |t: &Target| Target { weight: t.weight * grid.share(t.vertex), ..*t };
+        Guide {
+            targets: self.targets.iter().map(by_area).collect(),
+            stiffness_n_m: self.cell_n / sag_m,
+            outwards_m: 0.0,
+        }
+    }
 }
 
 /// Lays `surface` on the grid of `model`.
@@ -40,24 +67,16 @@ pub(super) fn lay(surface: &Surface, specimen: &Specimen, fabric: &Fabric, model
     let mut x: Vec<Vector3> = places.iter().map(|p| p.position_m.coords).collect();
     grid.park_outside(&mut x);
     let smoothed = untangle(model, &mut x);
-    let exact = places.iter().all(|p| p.sigma_m == 0.0) && !smoothed.contains(&true);
+    let is_exact = places.iter().all(|p| p.sigma_m == 0.0) && !smoothed.contains(&true);
     let target = |vertex: usize| {
         let place = &places[vertex];
         let known = 1.0 / (1.0 + (place.sigma_m / HALF_WEIGHT_SIGMA_M).powi(2));
         let weight = if smoothed[vertex] { SMOOTHED_WEIGHT * known } else { known };
         Target { vertex, position_m: place.position_m.coords, along: None, weight }
     };
-    let springs = || {
-        let cloth = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0);
-        let cell_n = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
-        Guide {
-            targets: cloth.map(target).collect(),
-            stiffness_n_m: cell_n / SAG_M,
-            outwards_m: 0.0,
-        }
-    };
-    let springs = (!exact).then(springs);
-    Laid { x, springs }
+    let targets = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0).map(target).collect();
+    let cell_n = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
+    Laid { x, targets, is_exact, cell_n }
 }
 
 /// How far a cell's weight stretches a holding spring \[m\]. Swept from 0.03 to 3 mm on 14 virtual

@@ -99,37 +99,10 @@ pub enum Parameter {
     Skew,
     /// How far beyond an outline the springs of a [`crate::sim::Hold`] pull \[m\].
     Pull,
-    /// How far friction's grips at the plate's edge lie from where they are, as a wave around the plate's axis \[m\].
-    Grip(GripWave),
-}
-
-/// A wave of friction's grips around the plate's axis: their displacement in the plane grows from nought on the axis to its amplitude at the edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GripWave {
-    /// Waves around the axis.
-    pub harmonic: u8,
-    /// A sine of the bearing (from +x towards +z), or else a cosine.
-    pub is_sine: bool,
-    /// Along the edge, or else away from the axis.
-    pub is_along: bool,
-}
-
-impl GripWave {
-    /// The displacement of a point for a unit amplitude at the edge.
-    fn at(self, p: &Vector3, radius_m: f64) -> Vector3 {
-        let rho = p.x.hypot(p.z);
-        if rho == 0.0 {
-            return Vector3::zeros();
-        }
-        let phase = f64::from(self.harmonic) * p.z.atan2(p.x);
-        let size = rho / radius_m * if self.is_sine { phase.sin() } else { phase.cos() };
-        let away = Vector3::new(p.x, 0.0, p.z) / rho;
-        size * if self.is_along { Vector3::new(-away.z, 0.0, away.x) } else { away }
-    }
 }
 
 impl Parameter {
-    /// All parameters but the single nodes of the natural curvature's field, the pull of a hold and the waves of the grips.
+    /// All parameters but the single nodes of the natural curvature's field and the pull of a hold.
     pub const ALL: [Self; 30] = [
         Self::StretchWeft,
         Self::StretchWarp,
@@ -210,11 +183,6 @@ impl Parameter {
             Self::Weft => "specimen_weft",
             Self::Skew => "specimen_skew",
             Self::Pull => "pull",
-            Self::Grip(GripWave { harmonic, is_sine, is_along }) => {
-                let direction = if is_along { "along" } else { "away" };
-                let phase = if is_sine { "sin" } else { "cos" };
-                return format!("grip_{direction}_{phase}_{harmonic}");
-            }
             fabric => fabric.of_fabric().map_or("", |k| TABLE_2[k].key),
         };
         name.to_owned()
@@ -341,11 +309,9 @@ impl Setup {
             Parameter::Warp => &mut e.specimen.warp_m,
             Parameter::Weft => &mut e.specimen.weft_m,
             Parameter::Skew => &mut e.specimen.skew_rad,
-            Parameter::OffsetX
-            | Parameter::OffsetZ
-            | Parameter::Rotation
-            | Parameter::Pull
-            | Parameter::Grip(_) => return self,
+            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation | Parameter::Pull => {
+                return self;
+            }
         };
         *number += change;
         self
@@ -403,15 +369,7 @@ fn load(model: &Model, x: &[Vector3], setup: &Setup, parameter: Parameter) -> Ve
     let step = parameter.step(&setup.fabric.in_si());
     let gradient = |change: f64| {
         let mut at = vec![Vector3::zeros(); x.len()];
-        match parameter {
-            // nothing but the plate's part of the energy knows of the grips
-            Parameter::Grip(wave) => {
-                let (mut plate, radius_m) = (model.plate.clone(), setup.experiment.plate.radius_m);
-                plate.move_anchors(|p| p + wave.at(&p, radius_m) * change);
-                plate.add_gradient(&model.grid, x, &mut at);
-            }
-            _ => setup.changed(model, parameter, change).gradient(x, &mut at),
-        }
+        setup.changed(model, parameter, change).gradient(x, &mut at);
         at
     };
     // what cannot be negative is changed to one side alone

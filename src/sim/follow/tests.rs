@@ -1,5 +1,6 @@
 use super::*;
-use crate::sim::drop::DropStart;
+use crate::base::{Surface, SurfacePoint};
+use crate::sim::drop::{DropStart, HeldSurface};
 
 /// On a 31 x 31 grid: rests within a second.
 fn options() -> SimOptions {
@@ -119,4 +120,63 @@ fn only_a_sheet_at_rest_is_followed_and_never_to_another_outline() {
     let mut to = *follower.setup();
     to.experiment.specimen.outline = crate::sim::experiment::Outline::Disc;
     assert_eq!(follower.follow(&to, &how).unwrap_err(), FollowError::OtherOutline);
+}
+
+/// The sheet of a drape as a surface, with the error that it is said to have.
+fn surface_of(drape: &Drape, sigma_m: f64) -> Surface {
+    let even = drape.grid.evenly(Surface::SIDE);
+    let point = |p: Vector3| SurfacePoint { position_m: p.into(), sigma_m, observed: true };
+    let places = even.prolong(&drape.grid, &drape.positions_m, 1.0);
+    Surface::new(places.into_iter().map(point).collect()).unwrap()
+}
+
+/// A sheet of `fabric` held to that of the dropped stiff knit.
+fn held(fabric: &Fabric, sag_m: f64) -> Follower {
+    let surface = surface_of(&dropped().drape(), 0.1e-3);
+    let start = DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }));
+    Follower::drop(fabric, &Drop { start }, &options())
+}
+
+#[test]
+fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_it_is_let_go() {
+    let rim = dropped().boundary();
+    let softer = scaled(&stiff_knit(), [1.0, 1.0, 1.0, 0.6, 0.6, 0.6, 1.0]);
+    let far = [100e-3, 30e-3, 10e-3].map(|sag_m| {
+        let mut follower = held(&softer, sag_m);
+        assert_eq!(follower.drape().stop, Stop::AtRest);
+        let held_m = rim.mean_distance_m(&follower.boundary());
+        assert_eq!(follower.let_go(), Stop::AtRest);
+        let free_m = rim.mean_distance_m(&follower.boundary());
+        println!("{:.0} mm: {:.2} mm, let go {:.2} mm", sag_m * 1e3, held_m * 1e3, free_m * 1e3);
+        // observed: 2.3, 1.3 and 0.6 mm, let go 4.4
+        assert!(held_m < 0.7 * free_m, "{held_m} {free_m}");
+        held_m
+    });
+    assert!(far[0] > far[1] && far[1] > far[2], "{far:?}");
+    // the fabric's own sheet is hardly held at all
+    let own_m = rim.mean_distance_m(&held(&stiff_knit(), 30e-3).boundary());
+    assert!(own_m < 0.2 * far[1], "{own_m}");
+}
+
+#[test]
+fn a_held_sheet_follows_its_fabric_as_its_sensitivities_foretell_and_the_springs_its_weight() {
+    let mut follower = held(&stiff_knit(), 30e-3);
+    let before = follower.drape();
+    let [bending] = follower.sensitivities(&[Parameter::BendingWeft]).unwrap().try_into().unwrap();
+    let to = scaled(&stiff_knit(), [1.0, 1.0, 1.0, 1.03, 1.0, 1.0, 1.0]);
+    let change = to.bending_weft_nm - stiff_knit().bending_weft_nm;
+    let way = follower.follow_fabric(&to, &FollowOptions::default()).unwrap();
+    assert_eq!((way.stop, way.events.len()), (Stop::AtRest, 0));
+    let after = follower.drape();
+    let moves = after.positions_m.iter().zip(&before.positions_m).map(|(a, b)| a - b);
+    let off = moves.clone().zip(&bending.moves).map(|(went, foretold)| went - foretold * change);
+    let [off_m, went_m] = [off.collect::<Vec<_>>(), moves.collect()]
+        .map(|all: Vec<Vector3>| root_mean_square(all.into_iter()));
+    println!("went {went_m:.2e} m, {off_m:.2e} m off");
+    assert!(went_m > 1e-5 && off_m < 0.05 * went_m, "{went_m} {off_m}");
+    // everything times one factor, springs and all
+    let heavy = scaled(&to, [1.5; 7]);
+    let way = follower.follow_fabric(&heavy, &FollowOptions::default()).unwrap();
+    assert_eq!(way.stop, Stop::AtRest);
+    assert!(after.boundary.mean_distance_m(&follower.boundary()) < 1e-6);
 }

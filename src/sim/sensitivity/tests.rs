@@ -97,7 +97,7 @@ impl Case {
             Parameter::Weft => experiment.specimen.weft_m += by,
             Parameter::Skew => experiment.specimen.skew_rad += by,
             // the cloth is carried with its grips, which the models below see to
-            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation | Parameter::Grip(_) => {}
+            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation => {}
             // nothing holds it
             Parameter::Pull => {}
         }
@@ -186,25 +186,9 @@ fn sensitivities_of_cloth_with_friction_inside_are_the_moves_of_a_sheet_made_ane
     check_sensitivities(case, &parameters);
 }
 
-const THREE_AWAY: GripWave = GripWave { harmonic: 3, is_sine: false, is_along: false };
-const TWO_ALONG: GripWave = GripWave { harmonic: 2, is_sine: true, is_along: true };
-
-/// Those two waves of a unit amplitude at the edge, by the cosine of three times and the sine of twice an angle.
-fn wave_of(grip: GripWave, p: Vector3, radius_m: f64) -> Vector3 {
-    let (x, z, rho) = (p.x, p.z, p.x.hypot(p.z));
-    match grip {
-        THREE_AWAY => {
-            Vector3::new(x, 0.0, z) * ((x.powi(3) - 3.0 * x * z * z) / rho.powi(3) / radius_m)
-        }
-        TWO_ALONG => Vector3::new(-z, 0.0, x) * (2.0 * x * z / (rho * rho) / radius_m),
-        _ => panic!("{grip:?}"),
-    }
-}
-
 fn check_every_sensitivity(case: Case) {
     let node = Parameter::CurlNode { warp: 1, weft: 3, component: CurvatureComponent::Warp };
-    let grips = [THREE_AWAY, TWO_ALONG].map(Parameter::Grip);
-    let parameters: Vec<_> = Parameter::ALL.into_iter().chain([node]).chain(grips).collect();
+    let parameters: Vec<_> = Parameter::ALL.into_iter().chain([node]).collect();
     check_sensitivities(case, &parameters);
 }
 
@@ -232,10 +216,6 @@ fn check_sensitivities(case: Case, parameters: &[Parameter]) {
                 Parameter::Rotation => {
                     let rotation = Rotation3::from_axis_angle(&Vector3::y_axis(), by);
                     changed.plate.move_anchors(|p| rotation * p);
-                }
-                Parameter::Grip(grip) => {
-                    let radius_m = case.experiment.plate.radius_m;
-                    changed.plate.move_anchors(|p| p + wave_of(grip, p, radius_m) * by);
                 }
                 _ => {}
             }
