@@ -901,7 +901,7 @@ pub(crate) struct Refine {
         value_name = "PRIORS"
     )]
     pub(crate) priors: Vec<String>,
-    /// Sensor profiles; as for `evaluate scan`
+    /// Sensor profiles, as for `evaluate scan`; `rim` for rims as they are, without a sheet
     #[arg(
         long,
         value_delimiter = ',',

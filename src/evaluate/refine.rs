@@ -11,21 +11,21 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::scan::{Setup, find};
-use crate::base::Boundary;
+use super::scan::{Setup, SetupError, find};
 use crate::base::clock::thread_cpu_s;
 use crate::base::units::M_PER_MM;
+use crate::base::{Boundary, Surface};
 use crate::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
 use crate::estimate::{Estimate, EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture, MixtureError, STIFFNESSES};
 use crate::geom::Mesh;
 use crate::io::{WriteError, write_obj};
 use crate::numeric::robust;
-use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit};
-use crate::scan::{ScanError, ScannedBoundary, Tuning};
+use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit, resimulate};
+use crate::scan::{ScanError, Tuning};
 use crate::sensor::SceneError;
 use crate::sim::experiment::bending_length_m;
-use crate::sim::{Drop, DropStart, Experiment, SimOptions, Stop, drape};
+use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, Stop, drape};
 
 /// One scan of one drape.
 #[derive(Debug)]
@@ -53,9 +53,13 @@ pub struct Answer {
     pub scan_error_m: f64,
     /// Mean distance of the refined fabric's rims from the true ones \[m\].
     pub rim_error_m: f64,
+    /// The same of its sheets held to the scans, which is what was fitted \[m\].
+    pub held_rim_error_m: f64,
     /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no fit
     /// can be blamed for. NaN where it does not come to rest.
     pub floor_m: f64,
+    /// The same of the fabric that the network said.
+    pub network_rim_error_m: f64,
     /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several drops, which
     /// share the machine's cores.
     pub cpu_s: f64,
@@ -103,12 +107,61 @@ pub enum CaseError {
     Write(#[from] WriteError),
 }
 
-/// Fabrics of priors, each draped, scanned by every sensor and refined.
+/// How a drape is seen.
+#[derive(Clone, Debug)]
+pub enum Sight {
+    /// Scanned, through the whole scan path.
+    Scanned(Box<Setup>),
+    /// Its rim as it is, without a sheet: the paper's protocol.
+    Rim,
+}
+
+impl Sight {
+    /// Name of the sight of rims alone.
+    const RIM: &str = "rim";
+
+    /// The sight of this name: a sensor's (see [`Setup::named`]), or `rim`.
+    ///
+    /// # Errors
+    /// As [`Setup::named`].
+    pub fn named(name: &str) -> Result<Self, SetupError> {
+        match name {
+            Self::RIM => Ok(Self::Rim),
+            _ => Ok(Self::Scanned(Box::new(Setup::named(name)?))),
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Scanned(setup) => &setup.name,
+            Self::Rim => Self::RIM,
+        }
+    }
+
+    /// What is seen of a drape.
+    fn of(&self, (mesh, rim): &Truth, seed: u64) -> Result<Result<Seen, ScanError>, SceneError> {
+        let Self::Scanned(setup) = self else {
+            return Ok(Ok(Seen { rim: rim.clone(), sheet: None }));
+        };
+        let found = find(&setup.scan(mesh, seed)?, &Tuning::default());
+        Ok(found.map(|found| Seen { rim: found.boundary, sheet: Some(found.surface) }))
+    }
+}
+
+/// What is seen of a drape.
+struct Seen {
+    rim: Boundary,
+    sheet: Option<Surface>,
+}
+
+/// Fabrics of priors, each draped, seen by every sensor and refined.
 pub struct Series<'a> {
     /// Where the fabrics are from; taken in turn.
     pub priors: Vec<Mixture>,
-    /// How they are scanned.
-    pub setups: Vec<Setup>,
+    /// How they are seen.
+    pub sights: Vec<Sight>,
     /// Who begins.
     pub estimator: &'a Estimator,
     /// How the fit is made.
@@ -147,17 +200,17 @@ impl Series<'_> {
         let truths = (0..self.drops).map(|drop| self.truth(prior, &fabric, index, drop));
         let truths: Result<Vec<Truth>, Unfit> =
             truths.collect::<Result<Vec<_>, CaseError>>()?.into_iter().collect();
-        let case = |setup: &Setup| {
+        let case = |sight: &Sight| {
             let answer = match &truths {
-                Ok(truths) => self.answer(setup, truths, &fabric, index)?,
+                Ok(truths) => self.answer(sight, truths, &fabric, index)?,
                 Err((stop, intersections)) => {
                     Err(NoAnswer::Truth { stop: *stop, intersections: *intersections })
                 }
             };
-            let (prior, sensor) = (prior.name().to_owned(), setup.name.clone());
+            let (prior, sensor) = (prior.name().to_owned(), sight.name().to_owned());
             Ok(Case { prior, sensor, index, fabric, answer })
         };
-        self.setups.iter().map(case).collect()
+        self.sights.iter().map(case).collect()
     }
 
     /// The true drape, kept or made, or why there is none.
@@ -196,38 +249,38 @@ impl Series<'_> {
 
     fn answer(
         &self,
-        setup: &Setup,
+        sight: &Sight,
         truths: &[Truth],
         fabric: &Fabric,
         index: u64,
     ) -> Result<Result<Answer, NoAnswer>, CaseError> {
-        let mut scanned = Vec::new();
-        for ((mesh, _), drop) in truths.iter().zip(0..) {
-            match find(&setup.scan(mesh, self.seed_of(index, drop))?, &Tuning::default()) {
-                Ok(found) => scanned.push(found),
+        let mut seen = Vec::new();
+        for (truth, drop) in truths.iter().zip(0..) {
+            match sight.of(truth, self.seed_of(index, drop))? {
+                Ok(found) => seen.push(found),
                 Err(error) => return Ok(Err(error.into())),
             }
         }
         let rims: Vec<&Boundary> = truths.iter().map(|(_, rim)| rim).collect();
-        Ok(self.refined(&scanned, &rims, fabric))
+        Ok(self.refined(&seen, &rims, fabric))
     }
 
     /// The fit to the scans of one fabric's drops beside the true rims.
     fn refined(
         &self,
-        scanned: &[ScannedBoundary],
+        seen: &[Seen],
         rims: &[&Boundary],
         fabric: &Fabric,
     ) -> Result<Answer, NoAnswer> {
         let density_kg_m2 = fabric.density_kg_m2;
-        let estimates = scanned
+        let estimates = seen
             .iter()
-            .map(|scan| self.estimator.estimate(&scan.boundary, density_kg_m2, true))
+            .map(|seen| self.estimator.estimate(&seen.rim, density_kg_m2, true))
             .collect::<Result<Vec<_>, _>>()?;
         let experiment = Experiment::default();
-        let scans: Vec<Scan<'_>> = scanned
+        let scans: Vec<Scan<'_>> = seen
             .iter()
-            .map(|scan| Scan { rim: &scan.boundary, sheet: Some(&scan.surface), experiment })
+            .map(|Seen { rim, sheet }| Scan { rim, sheet: sheet.as_ref(), experiment })
             .collect();
         let prior = Prior::together(&estimates.iter().map(Prior::of_estimate).collect::<Vec<_>>());
         let cpu = thread_cpu_s();
@@ -235,17 +288,22 @@ impl Series<'_> {
         let refined = fit(&scans, density_kg_m2, &prior, &starts, &self.options, |_| ())?;
         let cpu_s = cpu.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
         // a drape that whirled as it fell lies turned, and no scan can tell
-        let turned = rims.iter().zip(scanned).map(|(rim, scan)| rim.turned_onto(&scan.boundary));
+        let turned = rims.iter().zip(seen).map(|(rim, seen)| rim.turned_onto(&seen.rim));
         let turned: Vec<Boundary> = turned.collect();
         let count = turned.len() as f64;
-        let of_scans = turned.iter().zip(scanned).map(|(rim, s)| rim.mean_distance_m(&s.boundary));
-        let drapes = refined.scans.iter().map(|scan| &scan.drape.boundary);
-        let of_drapes = turned.iter().zip(drapes).map(|(rim, drape)| rim.mean_distance_m(drape));
-        let floors = turned.iter().zip(scanned).map(|(rim, scan)| self.floor_m(rim, scan, fabric));
+        let of_scans = turned.iter().zip(seen).map(|(rim, seen)| rim.mean_distance_m(&seen.rim));
+        let of_drapes = turned.iter().zip(&refined.scans);
+        let of_held = of_drapes.clone().map(|(rim, fit)| rim.mean_distance_m(&fit.held_rim));
+        let of_drapes = of_drapes.map(|(rim, fit)| rim.mean_distance_m(&fit.drape.boundary));
+        let floors = turned.iter().zip(seen).map(|(rim, seen)| self.laid_m(rim, seen, fabric));
+        let networks = turned.iter().zip(seen).zip(&estimates);
+        let networks = networks.map(|((rim, seen), own)| self.laid_m(rim, seen, &own.fabric));
         Ok(Answer {
             scan_error_m: of_scans.sum::<f64>() / count,
             rim_error_m: of_drapes.sum::<f64>() / count,
+            held_rim_error_m: of_held.sum::<f64>() / count,
             floor_m: floors.sum::<f64>() / count,
+            network_rim_error_m: networks.sum::<f64>() / count,
             cpu_s: if scans.len() == 1 { cpu_s } else { f64::NAN },
             estimate: estimates.into_iter().next().unwrap_or_else(|| unreachable!("one a scan")),
             refined,
@@ -254,12 +312,12 @@ impl Series<'_> {
 }
 
 impl Series<'_> {
-    /// Mean distance of a true rim from that of the true fabric, laid from the scanned sheet.
-    fn floor_m(&self, rim: &Boundary, scan: &ScannedBoundary, fabric: &Fabric) -> f64 {
+    /// Mean distance of a true rim from that of a fabric led by what was seen and let go; NaN where that does not come to rest.
+    fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> f64 {
         let options = SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
-        let start = DropStart::Surface(Box::new(scan.surface.clone()));
-        let laid = drape(fabric, &Drop { start }, &options);
-        if laid.stop == Stop::AtRest { rim.mean_distance_m(&laid.boundary) } else { f64::NAN }
+        let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
+        let Drape { stop, boundary, .. } = &again.drape;
+        if *stop == Stop::AtRest { rim.mean_distance_m(boundary) } else { f64::NAN }
     }
 }
 
@@ -273,7 +331,7 @@ fn with_rim(mesh: Mesh) -> Truth {
 
 impl Case {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, rim_from_scan_mm, floor_mm, misfit, \
+    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, held_rim_error_mm, network_rim_mm, rim_from_scan_mm, floor_mm, misfit, \
          network_ln_errors, ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
 
     /// The case as a row of a table.
@@ -284,15 +342,17 @@ impl Case {
         match &self.answer {
             Err(why) => {
                 let why = why.to_string().replace(", ", "; ");
-                format!("{begun}, , , , , , , , , , , , , {why}")
+                format!("{begun}, , , , , , , , , , , , , , , {why}")
             }
             Ok(answer) => {
                 let list = |values: [f64; STIFFNESSES]| values.map(|v| format!("{v:.3}")).join(" ");
                 let refined = &answer.refined;
                 format!(
-                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
+                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
                     answer.scan_error_m / M_PER_MM,
                     answer.rim_error_m / M_PER_MM,
+                    answer.held_rim_error_m / M_PER_MM,
+                    answer.network_rim_error_m / M_PER_MM,
                     refined.scans[0].rim_mean_m / M_PER_MM,
                     answer.floor_m / M_PER_MM,
                     refined.misfit,
@@ -340,12 +400,20 @@ pub struct Summary {
     pub cases: usize,
     /// Those with a fit.
     pub answered: usize,
-    /// Shares of these whose rim lies within 1 and 2 mm of the true one.
-    pub within_mm: [f64; 2],
+    /// Shares of these whose rim lies within 1, 2 and 5 mm of the true one.
+    pub within_mm: [f64; 3],
     /// Median distance of the rim from the true one \[mm\].
     pub rim_median_mm: f64,
+    /// Share of the sheets held to their scans whose rim lies within 1 mm of the true one.
+    pub held_within_1_mm: f64,
+    /// The median of that distance \[mm\].
+    pub held_rim_median_mm: f64,
     /// The same of the true fabric laid on the scan; null in files where that is not known.
     pub floor_median_mm: f64,
+    /// The same of the fabric that the network said.
+    pub network_rim_median_mm: f64,
+    /// Share of those within 5 mm.
+    pub network_within_5_mm: f64,
     /// Median over fabrics and the three bending stiffnesses of abs(ln error).
     pub bending_median: f64,
     /// The same of the two stretch stiffnesses and shear.
@@ -376,7 +444,11 @@ impl Summary {
         let rims: Vec<f64> = answers.iter().map(|(_, a)| a.rim_error_m / M_PER_MM).collect();
         let floors = answers.iter().map(|(_, a)| a.floor_m / M_PER_MM).filter(|mm| !mm.is_nan());
         let floors: Vec<f64> = floors.collect();
-        let within = |mm: f64| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
+        let networks = answers.iter().map(|(_, a)| a.network_rim_error_m / M_PER_MM);
+        let networks: Vec<f64> = networks.filter(|mm| !mm.is_nan()).collect();
+        let within = |rims: &[f64], mm| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
+        let held_rims: Vec<f64> =
+            answers.iter().map(|(_, a)| a.held_rim_error_m / M_PER_MM).collect();
         let some = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES],
                     which: std::ops::Range<usize>|
          -> Vec<f64> {
@@ -399,9 +471,13 @@ impl Summary {
             group: group.to_owned(),
             cases: cases.len(),
             answered: answers.len(),
-            within_mm: [within(1.0), within(2.0)],
+            within_mm: [1.0, 2.0, 5.0].map(|mm| within(&rims, mm)),
+            held_within_1_mm: within(&held_rims, 1.0),
+            held_rim_median_mm: quantile(held_rims, 0.5)?,
             rim_median_mm: quantile(rims.clone(), 0.5)?,
             floor_median_mm: quantile(floors, 0.5).unwrap_or(f64::NAN),
+            network_within_5_mm: within(&networks, 5.0),
+            network_rim_median_mm: quantile(networks, 0.5).unwrap_or(f64::NAN),
             bending_median: quantile(errors.clone(), 0.5)?,
             bending_95: quantile(errors, 0.95)?,
             stretch_median: quantile(stretch, 0.5)?,
@@ -423,7 +499,7 @@ mod tests {
         let estimator = Estimator::shipped().unwrap();
         let series = Series {
             priors: vec![Mixture::measured()],
-            setups: vec![Setup::named("structured-light").unwrap()],
+            sights: vec![Sight::named("structured-light").unwrap()],
             estimator: &estimator,
             options: FitOptions { vertices: [41, 41], evaluations: 4, ..FitOptions::default() },
             seed: 8,

@@ -1,30 +1,33 @@
 //! The fabric whose drapes lie closest to its scans.
 //!
 //! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six numbers of the
-//! bench for each scan, with priors on all. The scanned sheet is laid and comes to rest with the first fabric;
-//! from there it is led from fabric to fabric, so that the cost is as smooth as the way. Where that ends, the
-//! scanned sheet is laid again with the fabric found: continued alone, two of five fits of a trial stuck
-//! in a basin beside the scan's. The bench's numbers are small and enter through their sensitivities alone. A
+//! bench for each scan, with priors on all. The scanned sheet is laid with the first fabric and comes to rest held by weak
+//! springs ([`DropStart::HeldSurface`]); from there it is led from fabric to fabric, held all the way. Let go, even
+//! the true fabric moves on by 0.2 to 3 mm into an equilibrium beside the scan's, for lack of what friction
+//! remembers of the fall and of finer cells, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
+//! fabric does to the sheet shows against the springs. In the end the sheet is let go: that drape is the answer's.
+//! The bench's numbers are small and enter through their sensitivities alone. A
 //! place that lies more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!
 //! The first start is the prior's mean. Where the sheet does not come to rest with it, others are tried. Tried beside it
 //! where it ends badly: the same end, for three times the cost.
 //!
-//! Where it fails: rims of neighbouring minima lie 0.2 to 2 mm apart, and the least squares see a step there. A step
+//! Where it fails: far from the scan's fabric the held sheet still snaps, and the least squares see a step there. A step
 //! that does not lower the cost is shortened a few times, and the best drape stays.
 
 use rayon::prelude::*;
 
 use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
-use super::data::{DataOptions, Scan, data_of};
+use super::data::{DataOptions, SIDE, Scan, data_of, place_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
 use super::squares::{FitOptions, Squares, State};
-use super::trial::{NUISANCES, trial_of};
-use crate::base::Surface;
-use crate::fabric::STIFFNESSES;
+use super::trial::{Trial, places_of, trial_of};
+use crate::base::boundary::BoundaryPoint;
+use crate::base::{Surface, SurfacePoint, Vector3};
+use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::sensitivity::SensitivityError;
-use crate::sim::{Drop, DropStart, FollowOptions, Follower, Kept, SimOptions};
+use crate::sim::{Drop, DropStart, FollowOptions, Follower, HeldSurface, Kept, SimOptions, drape};
 
 /// Why nothing was fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -68,8 +71,14 @@ pub fn fit(
     let mut last_error = None;
     for (name, start) in [("estimate", prior.ln_mean)].iter().chain(others) {
         match fit.from(start) {
-            Ok((state, ended, drapes)) => {
-                return Ok(Refined::of(scans, &fit.squares, state, (name, ended, drapes)));
+            Ok((Best { state, mut followers, ended }, drapes)) => {
+                let let_go = |follower: &mut Follower| {
+                    follower.let_go();
+                    follower.drape()
+                };
+                let free = followers.par_iter_mut().map(let_go).collect();
+                let how = (*name, ended, drapes);
+                return Ok(Refined::of(scans, &fit.squares, state, free, how));
             }
             Err(error) => last_error = Some(error),
         }
@@ -81,7 +90,43 @@ pub fn fit(
 struct Target<'a> {
     scan: &'a Scan<'a>,
     start: DropStart,
+    /// How weakly a rim alone holds the sheet that it led.
+    rim_hold_sag_m: f64,
     options: SimOptions,
+}
+
+impl Target<'_> {
+    /// A rim alone leads a drape of `fabric` on so many vertices a side; the sheet that all others start from is that drape with
+    /// the rim where it was scanned. Only the rim holds it.
+    fn find_sheet(&mut self, fabric: &Fabric, vertices: usize) {
+        if self.scan.sheet.is_some() {
+            return;
+        }
+        let start = DropStart::Guided(Box::new(self.scan.rim.clone()));
+        let options = SimOptions { vertices, ..self.options };
+        let led = drape(fabric, &Drop { start }, &options);
+        let unknown =
+            |p: Vector3| SurfacePoint { position_m: p.into(), sigma_m: UNKNOWN_M, observed: false };
+        let even = led.grid.evenly(SIDE);
+        let places = even.prolong(&led.grid, &led.positions_m, 1.0);
+        let mut points: Vec<_> = places.into_iter().map(unknown).collect();
+        for (index, point) in self.scan.rim.points().iter().enumerate() {
+            let BoundaryPoint { position_m, sigma_m, observed } = *point;
+            points[place_of(index)] = SurfacePoint { position_m, sigma_m, observed };
+        }
+        let surface = Surface::new(points).unwrap_or_else(|_| unreachable!("a square of places"));
+        self.start = held(surface, self.rim_hold_sag_m);
+    }
+}
+
+/// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
+const UNKNOWN_M: f64 = 1.0;
+
+/// Where steps have led: the least squares there, the held sheets, and why the steps ended.
+struct Best {
+    state: State,
+    followers: Vec<Follower>,
+    ended: Ended,
 }
 
 /// A fit on its way.
@@ -90,6 +135,8 @@ struct Fit<'a> {
     squares: Squares<'a>,
     /// Vertices on a side of the present cells.
     vertices: usize,
+    /// The moves of each scan's places from the first cells to the last \[m\]; none before the last.
+    finer: Vec<Vec<Vector3>>,
     tell: &'a dyn Fn(Progress),
     drapes: usize,
     least_rim_m: f64,
@@ -106,15 +153,23 @@ impl<'a> Fit<'a> {
         let target = |scan: &'a Scan<'a>| Target {
             scan,
             start: match scan.sheet {
-                Some(sheet) => DropStart::Surface(Box::new(sheet.clone())),
+                Some(sheet) => held(sheet.clone(), options.hold_sag_m),
                 None => DropStart::Guided(Box::new(scan.rim.clone())),
             },
+            rim_hold_sag_m: options.rim_hold_sag_m,
             options: SimOptions { experiment: scan.experiment, ..options.sim },
         };
         let squares = Squares { data: Vec::new(), density_kg_m2, prior, options };
         let targets = scans.iter().map(target).collect();
-        let mut fit =
-            Self { targets, squares, vertices: 0, tell, drapes: 0, least_rim_m: f64::INFINITY };
+        let mut fit = Self {
+            targets,
+            squares,
+            vertices: 0,
+            finer: Vec::new(),
+            tell,
+            drapes: 0,
+            least_rim_m: f64::INFINITY,
+        };
         fit.on_cells(options.vertices[1], options.data.model_m);
         fit
     }
@@ -127,53 +182,43 @@ impl<'a> Fit<'a> {
     }
 
     /// The best state from `start`, why it ended there and the drapes it took.
-    fn from(
-        &mut self,
-        start: &[f64; STIFFNESSES],
-    ) -> Result<(State, Ended, usize), SensitivityError> {
+    fn from(&mut self, start: &[f64; STIFFNESSES]) -> Result<(Best, usize), SensitivityError> {
         let (before, options) = (self.drapes, self.squares.options);
         let most = before + options.evaluations * self.targets.len();
         let [few, many] = options.vertices;
-        let (mut ln, mut near) = (*start, None);
+        let fabric = self.squares.fabric(start);
+        self.targets.par_iter_mut().for_each(|target| target.find_sheet(&fabric, few));
+        let (mut ln, mut coarse) = (*start, None);
         if few < many {
             self.on_cells(few, options.first_model_m);
-            let (state, _) = self.laid_and_descended(&ln, None, most)?;
-            (ln, near) = (state.ln, Some(state));
+            let Best { state, .. } = self.laid_and_descended(&ln, None, most)?;
+            (ln, coarse) = (state.ln, Some(state));
         }
         self.on_cells(many, options.data.model_m);
-        let (mut best, mut ended) = self.laid_and_descended(&ln, near.as_ref(), most)?;
-        for _ in 1..LAYINGS {
-            if self.drapes + 2 * self.targets.len() > most {
-                break;
-            }
-            // the sheet again with a fabric that is nearer: its branch, and its grips, may be others
-            let again = self.laid_and_descended(&best.ln, Some(&best), most);
-            let Ok((state, why)) = again else { break };
-            let gained = best.cost - state.cost;
-            if gained > 0.0 {
-                (best, ended) = (state, why);
-            }
-            if gained < LAID_GAIN {
-                break;
-            }
-        }
-        Ok((best, ended, self.drapes - before))
+        let best = self.laid_and_descended(&ln, coarse.as_ref(), most)?;
+        Ok((best, self.drapes - before))
     }
 
-    /// The scanned sheets laid with one fabric, and where the steps from there end.
+    /// The scanned sheets laid with one fabric, and where the steps from there end. `coarse` is the same fabric on coarser
+    /// cells: what the sheets move by from those to these, cloth may move on by.
     fn laid_and_descended(
         &mut self,
         ln: &[f64; STIFFNESSES],
-        near: Option<&State>,
+        coarse: Option<&State>,
         most: usize,
-    ) -> Result<(State, Ended), SensitivityError> {
+    ) -> Result<Best, SensitivityError> {
         let mut followers = self.lay(ln);
-        let mut state = self.state(&mut followers, near)?;
+        let moves = |(follower, before): (&Follower, &Trial)| -> Vec<Vector3> {
+            places_of(&follower.drape()).iter().zip(&before.at).map(|(a, b)| a - b).collect()
+        };
+        let trials = coarse.iter().flat_map(|coarse| &coarse.trials);
+        self.finer = followers.iter().zip(trials).map(moves).collect();
+        let mut state = self.state(&mut followers, coarse)?;
         let ended = self.descend(&mut state, &mut followers, most);
-        Ok((state, ended))
+        Ok(Best { state, followers, ended })
     }
 
-    /// Steps from `best`, to which the sheets of `followers` belong, as long as they lower the cost.
+    /// Steps from `best`, to which the sheets of `followers` belong before and after, as long as they lower the cost.
     fn descend(&mut self, best: &mut State, followers: &mut [Follower], most: usize) -> Ended {
         let mut kept: Vec<Kept> = followers.iter().map(Follower::keep).collect();
         let mut damping = Damping::first();
@@ -200,9 +245,11 @@ impl<'a> Fit<'a> {
                     kept = followers.iter().map(Follower::keep).collect();
                     damping.lower();
                 }
-                None if !damping.raise() => return Ended::NoBetter,
                 None => {
                     followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+                    if !damping.raise() {
+                        return Ended::NoBetter;
+                    }
                 }
             }
         }
@@ -226,30 +273,29 @@ impl<'a> Fit<'a> {
         near: Option<&State>,
     ) -> Result<State, SensitivityError> {
         let mut trials = Vec::new();
-        let moved: Vec<_> = followers.par_iter_mut().map(trial_of).collect();
-        for (target, trial) in self.targets.iter_mut().zip(moved) {
-            let trial = trial?;
-            if target.scan.sheet.is_none() {
-                let sheet = Surface::exact(trial.at.iter().map(|&p| p.into()));
-                target.start =
-                    sheet.map_or(target.start.clone(), |s| DropStart::Surface(Box::new(s)));
-            }
+        let finer = &self.finer;
+        let trial_of = |(k, follower)| trial_of(follower, finer.get(k).map(Vec::as_slice));
+        let moved: Vec<_> = followers.par_iter_mut().enumerate().map(trial_of).collect();
+        for trial in moved {
+            trials.push(trial?);
             self.drapes += 1;
-            trials.push(trial);
         }
         let distances = self.targets.iter().zip(&trials);
         let sum: f64 = distances.map(|(t, trial)| trial.rim_distance_m(t.scan.rim)).sum();
         let scans = self.targets.len();
         self.least_rim_m = self.least_rim_m.min(sum / scans as f64);
         (self.tell)(Progress { drapes: self.drapes, rim_m: self.least_rim_m });
-        let bench = near.map_or_else(|| vec![[0.0; NUISANCES]; scans], |near| near.bench.clone());
+        let means = self.squares.believed().map(|[mean, _]| mean);
+        let bench = near.map_or_else(|| vec![means; scans], |near| near.bench.clone());
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
         Ok(self.squares.around(ln, trials, bench))
     }
 }
 
-/// How often the scanned sheet is laid at most, and the fall of the cost for which it is laid again.
-const LAYINGS: usize = 3;
-const LAID_GAIN: f64 = 1.0;
+/// A start on a surface that goes on holding the sheet.
+fn held(surface: Surface, sag_m: f64) -> DropStart {
+    DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
+}
+
 #[cfg(test)]
 mod tests;

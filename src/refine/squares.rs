@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::damping::damped_step;
 use super::data::{DataOptions, Datum};
 use super::prior::Prior;
-use super::trial::{NUISANCES, Trial};
+use super::trial::{BENCH, NUISANCES, Trial};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::SimOptions;
 
@@ -29,18 +29,17 @@ pub struct FitOptions {
     pub longest_step: f64,
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
     /// \[rad\], height of the plate's face \[m\].
-    pub bench_sigma: [f64; NUISANCES],
-    /// By how much a formal standard deviation of each stiffness is too small, measured.
-    pub widen: [f64; STIFFNESSES],
+    pub bench_sigma: [f64; BENCH],
+    /// How far cloth lies beyond the drape on the last cells, in moves from the first cells to the last: mean and
+    /// standard deviation of what is believed.
+    pub cells: [f64; 2],
+    /// How far the weight of a piece of cloth stretches the springs that hold it to the scanned sheet \[m\].
+    pub hold_sag_m: f64,
+    /// The same of the springs on the rim of a scan that has no sheet; they are few.
+    pub rim_hold_sag_m: f64,
     /// The simulator's options but for the experiment, which each scan has.
     pub sim: SimOptions,
 }
-
-/// By how much the curvature of the least squares alone makes intervals too narrow: the grips that a fall leaves
-/// behind (friction's memory) err alike over the whole sheet, and no count of places knows that. So that
-/// 90 % of the 72 intervals of the twelve fabrics of `evaluate refine --seed 7 --count 6` hold; the median over the six
-/// of the factor that each would need is 3.4, and they scatter from 2.6 to 4.3.
-const MEMORY: f64 = 3.4;
 
 /// Factorisations in which the sheet of one evaluation has to come to rest: fewer than a drape's, since a fit tries
 /// fabrics that are not the scan's, and one that finds no rest soon is no better than one that finds none.
@@ -56,7 +55,9 @@ impl Default for FitOptions {
             first_model_m: 1.5e-3,
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
-            widen: [MEMORY; STIFFNESSES],
+            cells: [0.5, 0.4],
+            hold_sag_m: 30e-3,
+            rim_hold_sag_m: 1e-3,
             sim: SimOptions { iterations: EVALUATION, ..SimOptions::default() },
         }
     }
@@ -138,14 +139,21 @@ impl Squares<'_> {
             cost += off * off;
         }
         for (k, numbers) in bench.iter().enumerate() {
-            for (m, (value, sigma)) in numbers.iter().zip(self.options.bench_sigma).enumerate() {
+            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.believed()).enumerate() {
                 let at = STIFFNESSES + NUISANCES * k + m;
+                let off = (mean - value) / sigma;
                 priors[at] = sigma.powi(-2);
-                right[at] -= value / (sigma * sigma);
-                cost += (value / sigma).powi(2);
+                right[at] += off / sigma;
+                cost += off * off;
             }
         }
         State { ln, trials, bench, cost, data_cost, independent, normal, priors, right }
+    }
+
+    /// Mean and standard deviation of what is believed of each scan's numbers.
+    pub(super) fn believed(&self) -> [[f64; 2]; NUISANCES] {
+        let [a, b, c, d, e, f] = self.options.bench_sigma.map(|sigma| [0.0, sigma]);
+        [a, b, c, d, e, f, self.options.cells]
     }
 
     /// The bench's numbers that fit one drape best.
@@ -154,9 +162,9 @@ impl Squares<'_> {
         let mut matrix =
             sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
         let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
-        for (m, sigma) in self.options.bench_sigma.iter().enumerate() {
+        for (m, [mean, sigma]) in self.believed().into_iter().enumerate() {
             matrix[(m, m)] += sigma.powi(-2);
-            right[m] -= from[m] / (sigma * sigma);
+            right[m] += (mean - from[m]) / (sigma * sigma);
         }
         let change = matrix.cholesky().map(|factor| factor.solve(&right)).unwrap_or_default();
         std::array::from_fn(|m| from[m] + change[m])

@@ -8,12 +8,14 @@ use crate::sim::{Drape, Follower};
 
 use super::data::{SIDE, place_of};
 
-/// What a bench does not know beside the fabric: place and rotation of the specimen, tilt of the plate,
-/// and the height of its face in the scan's frame.
-pub(super) const NUISANCES: usize = 6;
+/// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the height of its face in
+/// the scan's frame.
+pub(super) const BENCH: usize = 6;
+/// What is not known beside the fabric: the bench, and how far the last cells are from cloth.
+pub(super) const NUISANCES: usize = BENCH + 1;
 
-/// The parameters with a sensitivity of their own: the stiffnesses, then the nuisances but the height.
-const PARAMETERS: [Parameter; STIFFNESSES + NUISANCES - 1] = {
+/// The parameters with a sensitivity of their own: the stiffnesses, then the bench but the height.
+const PARAMETERS: [Parameter; STIFFNESSES + BENCH - 1] = {
     let [a, b, c, d, e, f] = Parameter::STIFFNESSES;
     [
         a,
@@ -39,15 +41,16 @@ pub(super) struct Trial {
     pub moves: Vec<Vec<Vector3>>,
 }
 
-/// The sheet of `follower` as it is.
+/// The sheet of `follower` as it is. `finer` is the move of its places from coarser cells to its own, where that is known \[m\].
 ///
 /// # Errors
 /// When it is not at a stable rest.
-pub(super) fn trial_of(follower: &mut Follower) -> Result<Trial, SensitivityError> {
+pub(super) fn trial_of(
+    follower: &mut Follower,
+    finer: Option<&[Vector3]>,
+) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.sensitivities(&PARAMETERS)?;
     let (drape, setup) = (follower.drape(), *follower.setup());
-    let even = drape.grid.evenly(SIDE);
-    let at_places = |field: &[Vector3]| even.prolong(&drape.grid, field, 1.0);
     let values = setup.fabric.in_si();
     let mut moves: Vec<Vec<Vector3>> = sensitivities
         .iter()
@@ -55,11 +58,22 @@ pub(super) fn trial_of(follower: &mut Follower) -> Result<Trial, SensitivityErro
         .map(|(k, sensitivity)| {
             // d/d ln v = v d/dv
             let scale = if k < STIFFNESSES { values[k] } else { 1.0 };
-            at_places(&sensitivity.moves).into_iter().map(|m| m * scale).collect()
+            at_places(&drape, &sensitivity.moves).into_iter().map(|m| m * scale).collect()
         })
         .collect();
     moves.push(vec![Vector3::y(); SIDE * SIDE]);
-    Ok(Trial { at: at_places(&drape.positions_m), moves, drape })
+    moves.push(finer.map_or_else(|| vec![Vector3::zeros(); SIDE * SIDE], <[Vector3]>::to_vec));
+    Ok(Trial { at: places_of(&drape), moves, drape })
+}
+
+/// Where the places of [`crate::base::Surface`] lie in a drape \[m\].
+pub(super) fn places_of(drape: &Drape) -> Vec<Vector3> {
+    at_places(drape, &drape.positions_m)
+}
+
+/// A field on a drape's vertices at the places.
+fn at_places(drape: &Drape, field: &[Vector3]) -> Vec<Vector3> {
+    drape.grid.evenly(SIDE).prolong(&drape.grid, field, 1.0)
 }
 
 impl Trial {

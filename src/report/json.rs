@@ -131,6 +131,7 @@ fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
         ("folds", json!({ "scan": scan.nodes[0], "drape": scan.nodes[1] })),
         ("rim_mean_mm", json!(scan.rim_mean_m / M_PER_MM)),
         ("rim_largest_mm", json!(scan.rim_largest_m / M_PER_MM)),
+        ("held_rim_mean_mm", json!(scan.held_rim_mean_m / M_PER_MM)),
         ("arcs", json!(arcs)),
         ("bench", json!(bench)),
     ];

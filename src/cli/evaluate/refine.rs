@@ -3,8 +3,7 @@
 use super::super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::refine::{Case, Series, Summary};
-use scan2params::evaluate::scan::Setup;
+use scan2params::evaluate::refine::{Case, Series, Sight, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
@@ -15,7 +14,7 @@ const STIFFER_MM: f64 = 10.0;
 
 pub(super) fn run(given: &args::Refine) -> Outcome {
     let named = |name: &String| Mixture::named(name).map_err(Failure::usage);
-    let sensor = |name: &String| Setup::named(name).map_err(Failure::usage);
+    let sight = |name: &String| Sight::named(name).map_err(Failure::usage);
     let estimator = Estimator::shipped()?;
     if let Some(folder) = &given.keep {
         output::check_folder(folder).map_err(Failure::of_output)?;
@@ -26,7 +25,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     let evaluations = given.evaluations.unwrap_or(usual.evaluations);
     let series = Series {
         priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
-        setups: given.profiles.iter().map(sensor).collect::<Result<_, _>>()?,
+        sights: given.profiles.iter().map(sight).collect::<Result<_, _>>()?,
         estimator: &estimator,
         options: FitOptions { vertices, evaluations, ..usual },
         seed: given.seed,
@@ -38,29 +37,34 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     println!("{}", Case::COLUMNS);
     let cases = series.run(|case| println!("{}", case.row()))?;
     let mut sums = Vec::new();
-    for setup in &series.setups {
+    for sight in &series.sights {
         for (class, stiffer) in [("stiffer", true), ("softer", false)] {
             let inside = |case: &&Case| {
                 let length_mm = bending_length_m(&case.fabric) / M_PER_MM;
-                case.sensor == setup.name && (length_mm >= STIFFER_MM) == stiffer
+                case.sensor == sight.name() && (length_mm >= STIFFER_MM) == stiffer
             };
-            let group = format!("{} {class}", setup.name);
+            let group = format!("{} {class}", sight.name());
             sums.extend(Summary::of(&group, cases.iter().filter(inside)));
         }
     }
     println!(
-        "\ngroup, cases, answered, within_1_mm, within_2_mm, rim_median_mm, floor_median_mm, bending_median, bending_95, stretch_median, \
+        "\ngroup, cases, answered, within_1_mm, within_2_mm, within_5_mm, rim_median_mm, held_within_1_mm, held_rim_median_mm, network_within_5_mm, network_rim_median_mm, floor_median_mm, bending_median, bending_95, stretch_median, \
          network_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
     );
     for s in &sums {
         println!(
-            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
+            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
             s.group,
             s.cases,
             s.answered,
             s.within_mm[0],
             s.within_mm[1],
+            s.within_mm[2],
             s.rim_median_mm,
+            s.held_within_1_mm,
+            s.held_rim_median_mm,
+            s.network_within_5_mm,
+            s.network_rim_median_mm,
             s.floor_median_mm,
             s.bending_median,
             s.bending_95,

@@ -131,7 +131,7 @@ impl Default for Limits {
             novelty: steps(1.0, 2.0),               // M, C
             interval_cut: 0.2,                      // M
             density_factor: steps(1.0, 2.5),        // W
-            refined_misfit: steps(2.0, 5.0),        // C
+            refined_misfit: steps(0.65, 1.5),       // M, C
             shown: 0.3,                             // C
             resimulated_m: steps(14e-3, 22e-3),     // M, C
             resimulated_folds: steps(1.5, 3.5),     // M, C

@@ -1,4 +1,5 @@
 use super::super::prior::Z90;
+use super::super::refined::RefinedStiffness;
 use super::*;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, SurfacePoint};
@@ -67,13 +68,18 @@ fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() 
         (refined.ended, refined.drapes),
         refined.misfit
     );
-    assert!(errors[3..].iter().all(|e| e.abs() < 0.06), "{errors:?}");
+    assert!(errors[3..].iter().all(|e| e.abs() < 0.04), "{errors:?}");
     assert!(rim_mm < 0.3 && refined.is_on_branch(), "{rim_mm}");
     assert!(refined.misfit < 1.0 && told.get() <= 10);
-    for (stiffness, error) in refined.stiffnesses.iter().zip(errors) {
+    let holds = |(stiffness, error): (&RefinedStiffness, f64)| {
         let [low, high] = stiffness.interval90.map(|end| (end / stiffness.value).ln());
-        assert!(low < -error && -error < high, "{}: {error} in {low} to {high}", stiffness.key);
-    }
+        (low..high).contains(&-error)
+    };
+    // of six intervals at 90 % one may miss
+    let held = refined.stiffnesses.iter().zip(errors).filter(|pair| holds(*pair)).count();
+    assert!(held >= 5, "{held} of 6: {errors:?}");
+    // held, the rim lies as near as springs that weak can pull it
+    assert!(refined.scans[0].held_rim_mean_m < 0.2e-3);
     // the drape tells bending and hardly stretch
     let shown = refined.stiffnesses.map(|s| s.shown);
     assert!(shown[3..].iter().all(|&s| s > 0.8) && shown[0] < shown[3], "{shown:?}");
@@ -110,6 +116,31 @@ fn two_drops_together_show_more_than_one() {
 }
 
 #[test]
+fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
+    let truth = woven();
+    let fine = SimOptions { vertices: 61, ..sim() };
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &fine);
+    let sheet = sheet(&d, 0.2e-3);
+    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    let prior = prior(&truth, OFF, 0.6);
+    let fitted = |cells: [f64; 2]| {
+        let options = FitOptions { vertices: [31, 41], cells, ..options() };
+        let found = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
+        let half = found.stiffnesses.map(|s| 0.5 * (s.interval90[1] / s.interval90[0]).ln());
+        println!("{:.3?} of {half:.3?}, {:.2}", errors(&found, &truth), found.scans[0].cells);
+        (errors(&found, &truth), half, found.scans[0].cells)
+    };
+    let (errors, half, cells) = fitted(FitOptions::default().cells);
+    let (blind, narrow, _) = fitted([0.0, 1e-6]);
+    // observed: 0.14 for 0.18; cells of 10 and 7.5 mm are too coarse for the whole of it
+    let mean = |errors: [f64; STIFFNESSES]| errors.map(f64::abs).iter().sum::<f64>() / 6.0;
+    assert!(mean(errors) < 0.9 * mean(blind), "{} {}", mean(errors), mean(blind));
+    // bending is no surer for it
+    assert!((3..STIFFNESSES).all(|k| half[k] > narrow[k]), "{half:?} {narrow:?}");
+    assert!((0.0..2.0).contains(&cells), "{cells}");
+}
+
+#[test]
 fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let truth = woven();
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
@@ -140,8 +171,8 @@ fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
     let refined = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
     let worst = errors(&refined, &truth)[3..].iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
     println!("{worst:.3} {:.3} mm", refined.scans[0].rim_mean_m * 1e3);
-    // observed: 0.38 and 2.2 mm; a rim leads to a neighbouring minimum
-    assert!(worst < 0.6 && refined.scans[0].rim_mean_m < 3.5e-3);
+    // observed: 0.05 and 0.4 mm; 0.38 and 2.2 mm where nothing held the sheet
+    assert!(worst < 0.1 && refined.scans[0].rim_mean_m < 1e-3);
     assert_eq!(
         fit(&[], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap_err(),
         FitError::NothingObserved
