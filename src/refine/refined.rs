@@ -147,7 +147,7 @@ impl Ended {
 /// a shallow fold is counted or not.
 const ONE_BRANCH_M: f64 = 3e-3;
 /// Misfit of held sheets that nothing is wrong with. The intervals of fits that leave more are wider in proportion: on the 23
-/// scans of `evaluate refine --seed 7` whose intervals were looked at, those that missed the truth are those of fits that left 0.4 and more.
+/// scans of `evaluate refine --seed 7` that it was set on, most intervals that missed the truth were of fits that left 0.4 and more.
 const USUAL_MISFIT: f64 = 0.25;
 /// How near an end of what is allowed a logarithm counts as there.
 const AT_LIMIT: f64 = 1e-3;
