@@ -119,6 +119,8 @@ impl Target<'_> {
     }
 }
 
+/// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther from it.
+const RIM_ALONE: usize = 600;
 /// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
 const UNKNOWN_M: f64 = 1.0;
 
@@ -157,7 +159,14 @@ impl<'a> Fit<'a> {
                 None => DropStart::Guided(Box::new(scan.rim.clone())),
             },
             rim_hold_sag_m: options.rim_hold_sag_m,
-            options: SimOptions { experiment: scan.experiment, ..options.sim },
+            options: SimOptions {
+                experiment: scan.experiment,
+                iterations: match scan.sheet {
+                    Some(_) => options.sim.iterations,
+                    None => options.sim.iterations.max(RIM_ALONE),
+                },
+                ..options.sim
+            },
         };
         let squares = Squares { data: Vec::new(), density_kg_m2, prior, options };
         let targets = scans.iter().map(target).collect();
