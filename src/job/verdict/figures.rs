@@ -167,6 +167,13 @@ impl Refining {
             (!a.on_branch, a.rim_mean_m).partial_cmp(&(!b.on_branch, b.rim_mean_m)).unwrap_or(Equal)
         });
         let Some(scan) = farthest else { return Self::Failed("nothing was scanned".into()) };
+        let stop = scan.drape.stop;
+        if stop != Stop::AtRest {
+            let ended = stop.name();
+            return Self::Failed(format!(
+                "let go, the drape of the fabric found ended as `{ended}`"
+            ));
+        }
         if refinement.taken().is_none() {
             return Self::OffBranch { folds: scan.nodes, rim_m: scan.rim_mean_m };
         }
