@@ -18,7 +18,7 @@
 use rayon::prelude::*;
 
 use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
-use super::data::{DataOptions, SIDE, Scan, data_of, place_of};
+use super::data::{DataOptions, Scan, data_of, place_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
 use super::squares::{FitOptions, Squares, State};
@@ -86,36 +86,34 @@ pub fn fit(
     Err(last_error.map_or(FitError::NothingObserved, FitError::NeverAtRest))
 }
 
-/// One scan with what its drapes start from.
+/// One scan, and how its drapes are made.
 struct Target<'a> {
     scan: &'a Scan<'a>,
-    start: DropStart,
-    /// How weakly a rim alone holds the sheet that it led.
-    rim_hold_sag_m: f64,
     options: SimOptions,
 }
 
 impl Target<'_> {
-    /// A rim alone leads a drape of `fabric` on so many vertices a side; the sheet that all others start from is that drape with
-    /// the rim where it was scanned. Only the rim holds it.
-    fn find_sheet(&mut self, fabric: &Fabric, vertices: usize) {
-        if self.scan.sheet.is_some() {
-            return;
-        }
+    /// What all drapes start from: the scanned sheet, which goes on holding them. A rim alone leads a drape of `fabric` on so many
+    /// vertices a side; the sheet is that drape with the rim where it was scanned, and only the rim holds.
+    fn start(&self, fabric: &Fabric, vertices: usize, options: &FitOptions) -> DropStart {
+        let (surface, sag_m) = match self.scan.sheet {
+            Some(sheet) => (sheet.clone(), options.hold_sag_m),
+            None => (self.led_by_rim(fabric, vertices), options.rim_hold_sag_m),
+        };
+        DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
+    }
+
+    fn led_by_rim(&self, fabric: &Fabric, vertices: usize) -> Surface {
         let start = DropStart::Guided(Box::new(self.scan.rim.clone()));
-        let options = SimOptions { vertices, ..self.options };
-        let led = drape(fabric, &Drop { start }, &options);
+        let led = drape(fabric, &Drop { start }, &SimOptions { vertices, ..self.options });
         let unknown =
             |p: Vector3| SurfacePoint { position_m: p.into(), sigma_m: UNKNOWN_M, observed: false };
-        let even = led.grid.evenly(SIDE);
-        let places = even.prolong(&led.grid, &led.positions_m, 1.0);
-        let mut points: Vec<_> = places.into_iter().map(unknown).collect();
+        let mut points: Vec<_> = places_of(&led).into_iter().map(unknown).collect();
         for (index, point) in self.scan.rim.points().iter().enumerate() {
             let BoundaryPoint { position_m, sigma_m, observed } = *point;
             points[place_of(index)] = SurfacePoint { position_m, sigma_m, observed };
         }
-        let surface = Surface::new(points).unwrap_or_else(|_| unreachable!("a square of places"));
-        self.start = held(surface, self.rim_hold_sag_m);
+        Surface::new(points).unwrap_or_else(|_| unreachable!("a square of places"))
     }
 }
 
@@ -134,6 +132,8 @@ struct Best {
 /// A fit on its way.
 struct Fit<'a> {
     targets: Vec<Target<'a>>,
+    /// What each scan's drapes start from.
+    starts: Vec<DropStart>,
     squares: Squares<'a>,
     /// Vertices on a side of the present cells.
     vertices: usize,
@@ -154,11 +154,6 @@ impl<'a> Fit<'a> {
     ) -> Self {
         let target = |scan: &'a Scan<'a>| Target {
             scan,
-            start: match scan.sheet {
-                Some(sheet) => held(sheet.clone(), options.hold_sag_m),
-                None => DropStart::Guided(Box::new(scan.rim.clone())),
-            },
-            rim_hold_sag_m: options.rim_hold_sag_m,
             options: SimOptions {
                 experiment: scan.experiment,
                 iterations: match scan.sheet {
@@ -172,6 +167,7 @@ impl<'a> Fit<'a> {
         let targets = scans.iter().map(target).collect();
         let mut fit = Self {
             targets,
+            starts: Vec::new(),
             squares,
             vertices: 0,
             finer: Vec::new(),
@@ -196,7 +192,8 @@ impl<'a> Fit<'a> {
         let most = before + options.evaluations * self.targets.len();
         let [few, many] = options.vertices;
         let fabric = self.squares.fabric(start);
-        self.targets.par_iter_mut().for_each(|target| target.find_sheet(&fabric, few));
+        let held = |target: &Target| target.start(&fabric, few, options);
+        self.starts = self.targets.par_iter().map(held).collect();
         let (mut ln, mut coarse) = (*start, None);
         if few < many {
             self.on_cells(few, options.first_model_m);
@@ -265,14 +262,14 @@ impl<'a> Fit<'a> {
     }
 
     /// The scanned sheets at rest with the fabric of six logarithms.
-    fn lay(&mut self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
+    fn lay(&self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
         let fabric = self.squares.fabric(ln);
         let vertices = self.vertices;
-        let lay = |target: &Target| {
+        let lay = |(target, start): (&Target, &DropStart)| {
             let options = SimOptions { vertices, ..target.options };
-            Follower::drop(&fabric, &Drop { start: target.start.clone() }, &options)
+            Follower::drop(&fabric, &Drop { start: start.clone() }, &options)
         };
-        self.targets.par_iter().map(lay).collect()
+        self.targets.par_iter().zip(&self.starts).map(lay).collect()
     }
 
     /// The least squares around the sheets of `followers`; the bench's numbers begin at those of `near`.
@@ -299,11 +296,6 @@ impl<'a> Fit<'a> {
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
         Ok(self.squares.around(ln, trials, bench))
     }
-}
-
-/// A start on a surface that goes on holding the sheet.
-fn held(surface: Surface, sag_m: f64) -> DropStart {
-    DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
 }
 
 #[cfg(test)]

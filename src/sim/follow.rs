@@ -177,7 +177,7 @@ impl Follower {
         self.rested.model.grid.boundary(&self.rested.x)
     }
 
-    /// The springs that hold the sheet; none where it was let go.
+    /// The springs that hold the sheet across an outline; none where it was let go, or is held to a surface.
     #[must_use]
     pub fn held(&self) -> Vec<Held> {
         let Rested { model, x, .. } = &self.rested;
