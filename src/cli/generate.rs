@@ -7,11 +7,10 @@ use std::time::Instant;
 use super::{Failure, Outcome, args};
 use scan2params::dataset::{GenerateError, GenerateOptions, Progress, Walks, drapes, generate};
 use scan2params::fabric::Mixture;
-use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Generate) -> Outcome {
     let simulator = match given.walk {
-        Some(_) => SimOptions::default(),
+        Some(_) => drapes::walk_options(),
         None => drapes::dataset_options(),
     };
     let mut options = GenerateOptions::new(&given.out, given.count);

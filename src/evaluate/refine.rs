@@ -172,6 +172,8 @@ pub struct Series<'a> {
     pub fabrics: std::ops::Range<u64>,
     /// Drops of each fabric, which are refined together.
     pub drops: u64,
+    /// Whether they are the canonical drop, not perturbed ones.
+    pub canonical: bool,
     /// Vertices a side of the true drapes.
     pub truth_vertices: usize,
     /// Folder that keeps the true drapes.
@@ -223,14 +225,21 @@ impl Series<'_> {
     ) -> Result<Result<Truth, Unfit>, CaseError> {
         let name = |folder: &PathBuf| {
             let (seed, vertices) = (self.seed, self.truth_vertices);
-            let again = if drop > 0 { format!("-drop{drop}") } else { String::new() };
+            let again = match drop {
+                _ if self.canonical => "-canonical".into(),
+                0 => String::new(),
+                _ => format!("-drop{drop}"),
+            };
             folder.join(format!("{}-{seed}-{index}-{vertices}{again}.obj", prior.name()))
         };
         let path = self.keep.as_ref().map(name);
         if let Some(path) = path.as_deref().filter(|path| path.exists()) {
             return Ok(Ok(with_rim(read_drape(path)?)));
         }
-        let drop = Drop { start: DropStart::Perturbed(self.seed_of(index, drop)) };
+        let drop = match self.canonical {
+            true => Drop::canonical(),
+            false => Drop { start: DropStart::Perturbed(self.seed_of(index, drop)) },
+        };
         let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
         let drape = drape(fabric, &drop, &options);
         if drape.stop != Stop::AtRest || drape.intersections > 0 {
@@ -314,7 +323,7 @@ impl Series<'_> {
 impl Series<'_> {
     /// Mean distance of a true rim from that of a fabric led by what was seen and let go; NaN where that does not come to rest.
     fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> f64 {
-        let options = SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
+        let options = SimOptions { vertices: self.options.last_vertices(fabric), ..self.options.sim };
         let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
         let Drape { stop, boundary, .. } = &again.drape;
         if *stop == Stop::AtRest { rim.mean_distance_m(boundary) } else { f64::NAN }
@@ -501,10 +510,11 @@ mod tests {
             priors: vec![Mixture::measured()],
             sights: vec![Sight::named("structured-light").unwrap()],
             estimator: &estimator,
-            options: FitOptions { vertices: [41, 41], evaluations: 4, ..FitOptions::default() },
+            options: FitOptions { vertices: [41, 41, 41], evaluations: 4, ..FitOptions::default() },
             seed: 8,
             fabrics: 0..1,
             drops: 1,
+            canonical: false,
             truth_vertices: 61,
             keep: Some(folder.path().to_owned()),
         };

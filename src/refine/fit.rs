@@ -117,6 +117,8 @@ impl Target<'_> {
     }
 }
 
+/// What is believed of cells that there are no finer ones beside: any number, since it moves nothing.
+const NO_FINER: [f64; 2] = [0.0, 1.0];
 /// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther from it.
 const RIM_ALONE: usize = 600;
 /// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
@@ -163,7 +165,7 @@ impl<'a> Fit<'a> {
                 ..options.sim
             },
         };
-        let squares = Squares { data: Vec::new(), density_kg_m2, prior, options };
+        let squares = Squares { data: Vec::new(), cells: NO_FINER, density_kg_m2, prior, options };
         let targets = scans.iter().map(target).collect();
         let mut fit = Self {
             targets,
@@ -175,7 +177,7 @@ impl<'a> Fit<'a> {
             drapes: 0,
             least_rim_m: f64::INFINITY,
         };
-        fit.on_cells(options.vertices[1], options.data.model_m);
+        fit.on_cells(options.vertices[0], options.first_model_m);
         fit
     }
 
@@ -184,24 +186,28 @@ impl<'a> Fit<'a> {
         let options = DataOptions { model_m, ..self.squares.options.data };
         self.vertices = vertices;
         self.squares.data = self.targets.iter().map(|t| data_of(t.scan, &options)).collect();
+        let is_finer = vertices > self.squares.options.vertices[0];
+        self.squares.cells =
+            if is_finer { self.squares.options.believed_of_cells(vertices) } else { NO_FINER };
     }
 
     /// The best state from `start`, why it ended there and the drapes it took.
     fn from(&mut self, start: &[f64; STIFFNESSES]) -> Result<(Best, usize), SensitivityError> {
         let (before, options) = (self.drapes, self.squares.options);
         let most = before + options.evaluations * self.targets.len();
-        let [few, many] = options.vertices;
+        let few = options.vertices[0];
         let fabric = self.squares.fabric(start);
         let held = |target: &Target| target.start(&fabric, few, options);
         self.starts = self.targets.par_iter().map(held).collect();
-        let (mut ln, mut coarse) = (*start, None);
+        let only = options.vertices.iter().all(|&vertices| vertices <= few);
+        self.on_cells(few, if only { options.data.model_m } else { options.first_model_m });
+        let mut best = self.laid_and_descended(start, None, most)?;
+        let many = options.last_vertices(&self.squares.fabric(&best.state.ln));
         if few < many {
-            self.on_cells(few, options.first_model_m);
-            let Best { state, .. } = self.laid_and_descended(&ln, None, most)?;
-            (ln, coarse) = (state.ln, Some(state));
+            self.on_cells(many, options.data.model_m);
+            let Best { state: coarse, .. } = best;
+            best = self.laid_and_descended(&coarse.ln, Some(&coarse), most)?;
         }
-        self.on_cells(many, options.data.model_m);
-        let best = self.laid_and_descended(&ln, coarse.as_ref(), most)?;
         Ok((best, self.drapes - before))
     }
 

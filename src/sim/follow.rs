@@ -12,6 +12,9 @@
 //! before and after, and where the rim moved most. What is smaller than that is not told
 //! from the curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
 //!
+//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well. It has no factor that
+//! foretells its moves, so that its events mean little.
+//!
 //! Where it fails: a specimen's place and rotation act through the grips alone, so that a sheet is
 //! not carried farther than they slip; drop it anew for more than a tenth of a millimetre.
 
@@ -261,11 +264,11 @@ impl Follower {
     /// Leads the sheet to `to`, in steps of at most [`FollowOptions::longest_step`].
     ///
     /// # Errors
-    /// [`FollowError`] where the sheet is not at rest, or has another outline than `to`. A sheet
+    /// [`FollowError`] where the sheet is not at rest (or as near to it as its options ask), or has another outline than `to`. A sheet
     /// that does not come to rest on the way is a result: [`Followed::stop`] says so, and
     /// [`Followed::reached`] where.
     pub fn follow(&mut self, to: &Setup, how: &FollowOptions) -> Result<Followed, FollowError> {
-        if self.rested.stop != Stop::AtRest {
+        if !self.rested.stop.is_as_asked() {
             return Err(FollowError::NotAtRest(self.rested.stop));
         }
         let from = self.setup;
@@ -291,7 +294,7 @@ impl Follower {
             let next = if last { 1.0 } else { followed.reached + length };
             let setup = from.between(to, next);
             let tried = self.attempt(&setup, how);
-            if (tried.surprising || tried.stop != Stop::AtRest) && length > 1.5 * smallest {
+            if (tried.surprising || !tried.stop.is_as_asked()) && length > 1.5 * smallest {
                 length *= 0.5;
                 self.restore();
                 continue;
@@ -306,7 +309,7 @@ impl Follower {
             let surprised = event.is_some();
             followed.events.extend(event);
             let stopped = surprised && how.on_event == OnEvent::Stop;
-            if stopped || self.rested.stop != Stop::AtRest {
+            if stopped || !self.rested.stop.is_as_asked() {
                 break;
             }
             length = (2.0 * length).min(step);

@@ -153,6 +153,13 @@ impl Stop {
             Self::Iterations => "iterations",
         }
     }
+
+    /// Whether the search ended where its options wanted: at rest, or as near to it as
+    /// [`SimOptions::energy_drop`] asks.
+    #[must_use]
+    pub fn is_as_asked(self) -> bool {
+        matches!(self, Self::AtRest | Self::Slow)
+    }
 }
 
 #[cfg(test)]

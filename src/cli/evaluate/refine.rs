@@ -31,6 +31,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: given.drops,
+        canonical: given.canonical,
         truth_vertices: given.truth_vertices as usize,
         keep: given.keep.clone(),
     };
