@@ -12,8 +12,8 @@
 //! before and after, and where the rim moved most. What is smaller than that is not told
 //! from the curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
 //!
-//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well. It has no factor that
-//! foretells its moves, so that its events mean little.
+//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well, by descents alone. It has
+//! no factor that foretells its moves, so that its events mean little.
 //!
 //! Where it fails: a specimen's place and rotation act through the grips alone, so that a sheet is
 //! not carried farther than they slip; drop it anew for more than a tenth of a millimetre.
@@ -332,7 +332,13 @@ impl Follower {
         let foretold = newton.predict(&mut model, &mut x);
         let cell_n = setup.fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
         let limit_n = self.options.residual * cell_n;
-        let corrected = correct(&mut model, newton, &mut x, limit_n, self.options.step_m);
+        // a sheet whose search for rest ended early has no factor that foretells a move, and corrections from there hardly
+        // ever come to rest: the descents begin at once
+        let hopeless = foretold.is_none() && self.options.energy_drop > 0.0;
+        let corrected = match hopeless {
+            true => None,
+            false => correct(&mut model, newton, &mut x, limit_n, self.options.step_m),
+        };
         let (stop, residual_n) = match corrected {
             Some(residual_n) => (Stop::AtRest, residual_n),
             None => settle(&mut model, newton, &mut x, limit_n, &self.options),
