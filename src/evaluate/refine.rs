@@ -323,7 +323,8 @@ impl Series<'_> {
 impl Series<'_> {
     /// Mean distance of a true rim from that of a fabric led by what was seen and let go; NaN where that does not come to rest.
     fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> f64 {
-        let options = SimOptions { vertices: self.options.last_vertices(fabric), ..self.options.sim };
+        let options =
+            SimOptions { vertices: self.options.last_vertices(fabric), ..self.options.sim };
         let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
         let Drape { stop, boundary, .. } = &again.drape;
         if *stop == Stop::AtRest { rim.mean_distance_m(boundary) } else { f64::NAN }
