@@ -27,9 +27,7 @@ use crate::base::boundary::BoundaryPoint;
 use crate::base::{Surface, SurfacePoint, Vector3};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::sensitivity::SensitivityError;
-use crate::sim::{
-    Drape, Drop, DropStart, FollowOptions, Follower, HeldSurface, Kept, SimOptions, Stop, drape,
-};
+use crate::sim::{Drop, DropStart, FollowOptions, Follower, HeldSurface, Kept, SimOptions, drape};
 
 /// Why nothing was fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -74,11 +72,11 @@ pub fn fit(
     for (name, start) in [("estimate", prior.ln_mean)].iter().chain(others) {
         match fit.from(start) {
             Ok((Best { state, mut followers, ended }, drapes)) => {
-                let free = followers
-                    .par_iter_mut()
-                    .zip(scans)
-                    .map(|(sheet, scan)| let_go(sheet, scan))
-                    .collect();
+                let let_go = |follower: &mut Follower| {
+                    follower.let_go();
+                    follower.drape()
+                };
+                let free = followers.par_iter_mut().map(let_go).collect();
                 let how = (*name, ended, drapes);
                 return Ok(Refined::of(scans, &fit.squares, state, free, how));
             }
@@ -87,31 +85,6 @@ pub fn fit(
     }
     Err(last_error.map_or(FitError::NothingObserved, FitError::NeverAtRest))
 }
-
-/// The sheet let go: at once, and where that leads it off, little by little; whichever rests nearer to the scan. Soft cloth has
-/// several rests beside each other, and the scan shows one of them.
-fn let_go(sheet: &mut Follower, scan: &Scan<'_>) -> Drape {
-    let (held, rim) = (sheet.keep(), sheet.boundary());
-    let mut release = |shares: &[f64]| {
-        sheet.return_to(&held);
-        sheet.let_go(shares);
-        sheet.drape()
-    };
-    let at_once = release(&[]);
-    if at_once.stop == Stop::AtRest && at_once.boundary.mean_distance_m(&rim) < LED_OFF_M {
-        return at_once;
-    }
-    let slowly = release(&RELEASE);
-    let off_m = |drape: &Drape| drape.boundary.mean_distance_m(scan.rim);
-    let is_worse = slowly.stop != Stop::AtRest
-        || (at_once.stop == Stop::AtRest && off_m(&at_once) <= off_m(&slowly));
-    if is_worse { at_once } else { slowly }
-}
-
-/// Distance of a rim let go from the one held from which on the sheet is let go once more, little by little \[m\].
-const LED_OFF_M: f64 = 0.8e-3;
-/// Shares of their strength that the springs keep on the way.
-const RELEASE: [f64; 3] = [0.3, 0.1, 0.03];
 
 /// One scan, and how its drapes are made.
 struct Target<'a> {

@@ -209,18 +209,12 @@ impl Follower {
     }
 
     /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs, from the grips
-    /// that its friction has. Before that it comes to rest on springs of these `shares` of their strength, one after the other;
-    /// with none it is let go at once. Gives why the search for rest ended.
-    pub fn let_go(&mut self, shares: &[f64]) -> Stop {
-        let held = self.rested.model.guide.clone();
-        let weaker =
-            |share: &f64| Guide { stiffness_n_m: held.stiffness_n_m * share, ..held.clone() };
-        for guide in shares.iter().map(weaker).chain([Guide::default()]) {
-            self.rested.model.guide = guide;
-            let setup = self.setup;
-            let tried = self.attempt(&setup, &FollowOptions::default());
-            self.accept(tried, setup);
-        }
+    /// that its friction has. Gives why the search for rest ended.
+    pub fn let_go(&mut self) -> Stop {
+        self.rested.model.guide = Guide::default();
+        let setup = self.setup;
+        let tried = self.attempt(&setup, &FollowOptions::default());
+        self.accept(tried, setup);
         self.rested.stop
     }
 

@@ -145,16 +145,8 @@ fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_i
         let mut follower = held(&softer, sag_m);
         assert_eq!(follower.drape().stop, Stop::AtRest);
         let held_m = rim.mean_distance_m(&follower.boundary());
-        let held_sheet = follower.keep();
-        assert_eq!(follower.let_go(&[]), Stop::AtRest);
+        assert_eq!(follower.let_go(), Stop::AtRest);
         let free_m = rim.mean_distance_m(&follower.boundary());
-        // little by little it ends on the same branch here
-        follower.return_to(&held_sheet);
-        assert_eq!(rim.mean_distance_m(&follower.boundary()), held_m);
-        assert_eq!(follower.let_go(&[0.3, 0.1]), Stop::AtRest);
-        let slowly_m = rim.mean_distance_m(&follower.boundary());
-        println!("{:.2} mm little by little", slowly_m * 1e3);
-        assert!((slowly_m - free_m).abs() < 0.5e-3, "{slowly_m} {free_m}");
         println!("{:.0} mm: {:.2} mm, let go {:.2} mm", sag_m * 1e3, held_m * 1e3, free_m * 1e3);
         // observed: 2.3, 1.3 and 0.6 mm, let go 4.4
         assert!(held_m < 0.7 * free_m, "{held_m} {free_m}");
