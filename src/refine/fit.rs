@@ -199,13 +199,13 @@ impl<'a> Fit<'a> {
         let fabric = self.squares.fabric(start);
         let held = |target: &Target| target.start(&fabric, few, options);
         self.starts = self.targets.par_iter().map(held).collect();
-        let only = options.vertices.iter().all(|&vertices| vertices <= few);
-        self.on_cells(few, if only { options.data.model_m } else { options.first_model_m });
+        let no_last = options.vertices.iter().all(|&vertices| vertices <= few);
+        self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
         let mut best = self.laid_and_descended(start, None, most)?;
-        let many = options.last_vertices(&self.squares.fabric(&best.state.ln));
-        if few < many {
-            self.on_cells(many, options.data.model_m);
+        if !no_last {
             let Best { state: coarse, .. } = best;
+            let last = options.last_vertices(&self.squares.fabric(&coarse.ln));
+            self.on_cells(last, options.data.model_m);
             best = self.laid_and_descended(&coarse.ln, Some(&coarse), most)?;
         }
         Ok((best, self.drapes - before))
