@@ -331,6 +331,7 @@ fn calibrated() -> Calibration {
         drapes: drapes(3e-3),
         trace: Some(Trace {
             units: 4,
+            independent: scan2params::calibrate::independent::Independent::Specimens,
             plain: 100.0,
             alone: (0..EFFECTS.len()).map(ranked).collect(),
             chosen: vec![Choice { ranked: ranked(0), group: vec![ranked(1)] }],

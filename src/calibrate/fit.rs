@@ -32,7 +32,9 @@ use crate::fabric::{Fabric, STIFFNESSES};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::{Parameter, SensitivityError};
-use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Hold, Kept, SimOptions, Stop};
+use crate::sim::{
+    Drape, Drop, DropStart, FollowOptions, Follower, HeldSurface, Hold, Kept, SimOptions, Stop,
+};
 
 /// How far a fit is; told after every round of drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -507,6 +509,10 @@ fn lead_all(
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     match target.rim.as_deref() {
+        Some(Rim { sheet: Some(sheet), .. }) if options.scan_hold_sag_m > 0.0 => {
+            let (surface, sag_m) = (sheet.clone(), options.scan_hold_sag_m);
+            DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
+        }
         Some(Rim { sheet: Some(sheet), .. }) => DropStart::Surface(Box::new(sheet.clone())),
         Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
         None if options.hold_per_m > 0.0 => {

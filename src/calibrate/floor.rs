@@ -16,8 +16,10 @@ use crate::numeric::robust;
 /// What two outlines of a fabric have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Pairing {
-    /// Specimen and face: two captures of one drape, or of two drops of it.
+    /// The drape: two captures of it.
     Captures,
+    /// Specimen and face, dropped anew.
+    Drops,
     /// The specimen: its two faces.
     Faces,
     /// The face: two specimens.
@@ -26,23 +28,25 @@ pub enum Pairing {
 
 impl Pairing {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Captures, Self::Faces, Self::Specimens];
+    pub const ALL: [Self; 4] = [Self::Captures, Self::Drops, Self::Faces, Self::Specimens];
 
     /// The word in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Captures => "captures",
+            Self::Drops => "drops",
             Self::Faces => "faces",
             Self::Specimens => "specimens",
         }
     }
 
-    /// Of two units of a fabric; `None` for different specimens on different faces, or where one is unknown.
+    /// Of two outlines of a fabric; `None` for different specimens on different faces, or where one is unknown.
     #[must_use]
-    pub fn of(a: (Option<&str>, Option<Face>), b: (Option<&str>, Option<Face>)) -> Option<Self> {
-        match (a.0? == b.0?, a.1? == b.1?) {
-            (true, true) => Some(Self::Captures),
+    pub fn of(a: &Observed<'_>, b: &Observed<'_>) -> Option<Self> {
+        match (a.unit.0? == b.unit.0?, a.unit.1? == b.unit.1?) {
+            (true, true) if a.drape == b.drape => Some(Self::Captures),
+            (true, true) => Some(Self::Drops),
             (true, false) => Some(Self::Faces),
             (false, true) => Some(Self::Specimens),
             (false, false) => None,
@@ -57,6 +61,8 @@ pub struct Observed<'a> {
     pub outline: &'a Outline,
     /// Specimen and face.
     pub unit: (Option<&'a str>, Option<Face>),
+    /// Which drape of them it is: captures of one drape share the number.
+    pub drape: usize,
 }
 
 /// The distances of pairs of one kind.
@@ -79,7 +85,7 @@ pub struct Spread {
 pub fn spreads(outlines: &[Observed<'_>]) -> Vec<Spread> {
     let pairs: Vec<(Pairing, usize, usize)> = (0..outlines.len())
         .flat_map(|a| (a + 1..outlines.len()).map(move |b| (a, b)))
-        .filter_map(|(a, b)| Some((Pairing::of(outlines[a].unit, outlines[b].unit)?, a, b)))
+        .filter_map(|(a, b)| Some((Pairing::of(&outlines[a], &outlines[b])?, a, b)))
         .collect();
     let measured: Vec<(Pairing, f64, f64)> = pairs
         .par_iter()
@@ -225,7 +231,7 @@ mod tests {
         let (up, down) = (Some(Face::Up), Some(Face::Down));
         let (a, b, c) =
             (wavy(7.0, 0.0, [0.0; 2]), wavy(7.0, 0.1, [0.0; 2]), wavy(6.0, 0.3, [0.0; 2]));
-        let of = |outline, specimen, face| Observed { outline, unit: (specimen, face) };
+        let of = |outline, specimen, face| Observed { outline, unit: (specimen, face), drape: 0 };
         let all = [
             of(&a, Some("1"), up),
             of(&b, Some("1"), up),
@@ -239,5 +245,9 @@ mod tests {
         let wanted = [(Pairing::Captures, 1), (Pairing::Faces, 2), (Pairing::Specimens, 2)];
         assert_eq!(pairs, wanted);
         assert!(found[0].median_m < found[2].median_m);
+        // the same two, dropped anew between them
+        let anew = [all[0], Observed { drape: 1, ..all[1] }];
+        let pairs: Vec<_> = spreads(&anew).iter().map(|s| (s.pairing, s.pairs)).collect();
+        assert_eq!(pairs, [(Pairing::Drops, 1)]);
     }
 }

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::effect::{EFFECTS, Effect, FIELD, Number, PATTERNS};
 use super::fit::Fit;
+use super::independent::{Independent, Units};
 use super::pose::POSE;
 use super::squares::Sums;
 use crate::fabric::STIFFNESSES;
@@ -29,21 +30,25 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// `units[k]` is the specimen of the fit's k-th target. `None` where a sheet has no sensitivities.
-    pub fn of(fit: &mut Fit<'_>, units: &[usize]) -> Option<Self> {
+    /// The units are those of the fit's targets. `None` where a sheet has no sensitivities.
+    pub fn of(fit: &mut Fit<'_>, units: &Units) -> Option<Self> {
         let numbers: Vec<&'static Number> = known().flat_map(|effect| effect.numbers).collect();
         let state = fit.state_with(&numbers)?;
         let (precision, pull, _) = fit.squares(&numbers).prior(&state.shared);
         let drapes: Option<Vec<Quadratic>> = state.sums.iter().map(Quadratic::of).collect();
-        let count = units.iter().max().map_or(0, |most| most + 1);
-        let mut specimens: Vec<Option<Quadratic>> = (0..count).map(|_| None).collect();
-        for (drape, &unit) in drapes?.into_iter().zip(units) {
+        let mut specimens: Vec<Option<Quadratic>> = (0..units.count()).map(|_| None).collect();
+        for (drape, &unit) in drapes?.into_iter().zip(&units.of) {
             match &mut specimens[unit] {
                 Some(sum) => sum.add(&drape),
                 empty => *empty = Some(drape),
             }
         }
-        let specimens = specimens.into_iter().flatten().map(Quadratic::of_specimen).collect();
+        // drapes of one specimen differ by no factor
+        let of_unit = match units.independent {
+            Independent::Specimens => Quadratic::of_specimen,
+            Independent::Drapes => |drape| drape,
+        };
+        let specimens = specimens.into_iter().flatten().map(of_unit).collect();
         let declared = fit.declared();
         let is_declared = |effect: &&Effect| effect.numbers.iter().any(|n| declared.contains(&n));
         let declared = EFFECTS.iter().filter(is_declared).collect();

@@ -5,7 +5,7 @@
 //! specimens) -> `fit` (the fabric shared by all drapes, each held on its own branch; `believed` before it, `trial` a
 //! drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
 //! the least squares, `options` how well all this is known) -> `trace` (which effects of `effect` the residual asks for, by the
-//! sums over specimens of `linear`; `field` where on the cloth what they leave would come from; the
+//! sums over specimens of `linear`, held out in turn as `independent` says; `field` where on the cloth what they leave would come from; the
 //! effects are added by a fit again) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
 
 pub mod believed;
@@ -14,6 +14,7 @@ pub mod effect;
 pub mod field;
 pub mod fit;
 pub mod floor;
+pub mod independent;
 pub mod left;
 mod linear;
 pub mod manifest;
@@ -29,4 +30,4 @@ pub mod trace;
 pub mod trial;
 
 /// Raised where the same files give other numbers than before, so that nothing made by an earlier version is kept.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;

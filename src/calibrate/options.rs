@@ -11,6 +11,8 @@ pub struct FitOptions {
     pub outline_m: f64,
     /// Standard deviation by which a drape of the true fabric lies off on its branch \[m\].
     pub model_m: f64,
+    /// The same where a scan's sheet or rim leads it \[m\].
+    pub scan_model_m: f64,
     /// Length of outline over which errors are alike \[m\]: one point of it counts.
     pub alike_m: f64,
     /// Distance, in standard deviations, from which on a point pulls no harder.
@@ -28,6 +30,8 @@ pub struct FitOptions {
     pub scale_sigma: f64,
     /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\]; with 0 it is let go.
     pub hold_per_m: f64,
+    /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is let go.
+    pub scan_hold_sag_m: f64,
     /// Standard deviation of the springs' mean stretch from none \[m\].
     pub stretch_m: f64,
     /// Most drapes of an outline.
@@ -45,6 +49,7 @@ impl Default for FitOptions {
             outline_m: 1.2e-3,
             // rims of neighbouring minima: `docs/validation.md`
             model_m: 1.0e-3,
+            scan_model_m: 0.5e-3,
             // a quarter of a fold of seven
             alike_m: 25e-3,
             outlier: 3.0,
@@ -58,6 +63,8 @@ impl Default for FitOptions {
             scale_sigma: 0.0,
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
             hold_per_m: 150.0,
+            // as `refine::FitOptions` has it
+            scan_hold_sag_m: 30e-3,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,

@@ -3,9 +3,9 @@
 //! In: the rows of a manifest. Out: for each fabric what was measured, what it is known by, the plain fit and each drape
 //! beside its outline. A file that cannot be used is named with the reason, and the rest goes on.
 //!
-//! Of the captures of one unit (specimen and face), which nearly always show one drape, the first is simulated; all of
-//! them make the floor. Of a drape that was looked at again while it settled, every observation is simulated, and those of
-//! the first make the floor.
+//! Of the captures of one unit (specimen and face) those that show one drape make the floor, and the first of them is simulated.
+//! Silhouettes of a unit nearly always show one; rims in space tell by themselves whether the specimen was dropped anew. Of a
+//! drape that was looked at again while it settled, every observation is simulated, and those of the first make the floor.
 
 use std::fmt;
 
@@ -15,6 +15,7 @@ use super::believed::Believed;
 use super::effect::{Effect, Number, settled};
 use super::fit::{Beside, Fit, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
+use super::independent::Units;
 use super::left::{Left, left};
 use super::manifest::{Bench, Entry, Face, Kind, Role};
 use super::measures::{FoldRule, Measures};
@@ -439,25 +440,23 @@ pub fn fabric(
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Result<FabricResult, CalibrateError> {
     tell(Told::Floor(&name));
-    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
+    let drape_of = drapes_of(&measured);
     let observed: Vec<_> = measured
         .iter()
-        .filter(|m| m.entry.observation.is_none_or(|observation| observation == 1))
-        .map(|m| Observed {
+        .zip(&drape_of)
+        .filter(|(m, _)| m.entry.observation.is_none_or(|observation| observation == 1))
+        .map(|(m, &drape)| Observed {
             outline: &m.outline,
             unit: (m.entry.specimen.as_deref(), m.entry.face),
+            drape,
         })
         .collect();
     let floor = spreads(&observed);
     let density = measured.iter().find_map(|m| m.entry.density_kg_m2);
     let believed = Believed::of(&options.prior, density)?;
-    let first_of_unit = |&k: &usize| {
-        let own = unit(&measured[k]);
-        own.0.is_none() || measured[..k].iter().all(|before| unit(before) != own)
-    };
     let of_role = |role: Role| -> Vec<usize> {
-        let own = |k: &usize| measured[*k].entry.role == role;
-        (0..measured.len()).filter(own).filter(first_of_unit).collect()
+        let own = |k: &usize| measured[*k].entry.role == role && drape_of[*k] == *k;
+        (0..measured.len()).filter(own).collect()
     };
     let (to_fit, held_out) = (of_role(Role::Fit), of_role(Role::Holdout));
     let targets =
@@ -469,12 +468,15 @@ pub fn fabric(
     let own = targets(&to_fit);
     let (mut fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
         Ok(mut fit) => {
-            let units = units(&measured, &to_fit, &fit.lost());
+            let fitted = to_fit.iter().zip(fit.lost()).filter(|(_, lost)| !lost);
+            let specimens: Vec<Option<&str>> =
+                fitted.map(|(&k, _)| measured[k].entry.specimen.as_deref()).collect();
+            let units = Units::of(&specimens);
             let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
             let perspective = Effect::named("perspective").filter(|_| known);
             let without: Vec<_> = options.without.iter().copied().chain(perspective).collect();
             let trace = trace(&mut fit, &units, &without);
-            let added = trace.as_ref().and_then(|trace| add(&mut fit, trace, &units));
+            let added = trace.as_ref().and_then(|trace| add(&mut fit, trace, &units.of));
             (Ok(fit.plain()), trace, added)
         }
         Err(error) => (Err(error), None, None),
@@ -502,20 +504,34 @@ pub fn fabric(
     Ok(result)
 }
 
-/// The specimen of each drape that was not left out, as a number from 0 on; drapes of an unknown specimen are one each.
-fn units(measured: &[Measured], to_fit: &[usize], lost: &[bool]) -> Vec<usize> {
-    let mut names: Vec<Option<&str>> = Vec::new();
-    let kept = to_fit.iter().zip(lost).filter(|(_, lost)| !**lost);
-    kept.map(|(&k, _)| {
-        let own = measured[k].entry.specimen.as_deref();
-        let known = names.iter().position(|name| name.is_some() && *name == own);
-        known.unwrap_or_else(|| {
-            names.push(own);
-            names.len() - 1
-        })
-    })
-    .collect()
+/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen show one each.
+fn drapes_of(measured: &[Measured]) -> Vec<usize> {
+    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
+    let mut drapes: Vec<usize> = Vec::new();
+    for (k, own) in measured.iter().enumerate() {
+        let shows = |&before: &usize| {
+            let other = &measured[before];
+            let same_unit = own.entry.specimen.is_some() && unit(own) == unit(other);
+            same_unit && own.rim.as_ref().zip(other.rim.as_ref()).is_none_or(is_one_drape)
+        };
+        let first = (0..k).filter(|&before| drapes[before] == before).find(shows);
+        drapes.push(first.unwrap_or(k));
+    }
+    drapes
 }
+
+/// Whether two rims are of one drape.
+fn is_one_drape((a, b): (&Rim, &Rim)) -> bool {
+    let both = a.boundary.points().iter().zip(b.boundary.points());
+    let seen = both.filter(|(a, b)| a.observed && b.observed);
+    let squared: Vec<f64> =
+        seen.map(|(a, b)| (a.position_m - b.position_m).norm_squared()).collect();
+    squared.is_empty() || mean(&squared).sqrt() < ANEW_M
+}
+
+/// Root mean square distance of two rims of a specimen from which on it was dropped anew between them \[m\]: scans of one drape
+/// differ by up to two, drapes of two drops mostly by more than ten (`docs/validation.md`).
+const ANEW_M: f64 = 4e-3;
 
 /// Effects with the fit that has them.
 type Added = (Vec<FoundEffect>, Fitted);

@@ -36,7 +36,7 @@ pub struct Row {
 pub(super) struct Seen {
     /// The measured points.
     pub rows: Vec<Row>,
-    /// Distances of the measured from the simulated \[m\], and the standard deviation of each beside the model's \[m\].
+    /// Distances of the measured from the simulated \[m\], and the standard deviation of each \[m\].
     pub off_m: DVector<f64>,
     pub sigma_m: DVector<f64>,
     /// Distance of neighbouring points \[m\].
@@ -253,7 +253,7 @@ fn on_outline<'a>(
         };
         let off_m = foot.outwards_m;
         let row = Row { bearing_rad: z.atan2(x), outwards_m: off_m, across_m: off_m.abs() };
-        (row, Distance { at, off_m, sigma_m: options.outline_m })
+        (row, Distance { at, off_m, sigma_m: options.outline_m.hypot(options.model_m) })
     };
     let (rows, distances) = target.outline.evenly(POINTS).into_iter().map(beside).unzip();
     (rows, distances, target.outline.length_m() / POINTS as f64)
@@ -278,7 +278,7 @@ fn on_rim<'a>(
             measured[(index + 1) % RIM_POINTS] - measured[(index + RIM_POINTS - 1) % RIM_POINTS];
         let [level, upwards, along] = directions(&next, &place);
         let off = measured[index] - place;
-        let sigma_m = points[index].sigma_m;
+        let sigma_m = points[index].sigma_m.hypot(options.scan_model_m);
         for (normal, sigma_m) in
             [(level, sigma_m), (upwards, sigma_m), (along, sigma_m.hypot(options.along_m))]
         {

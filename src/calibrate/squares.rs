@@ -209,12 +209,11 @@ impl Squares<'_> {
         let counts = (seen.step_m / options.alike_m).min(1.0);
         let mut cost = 0.0;
         let mut weighted = seen.columns.clone();
-        for (r, (off_m, own_m)) in seen.off_m.iter().zip(&seen.sigma_m).enumerate() {
-            let sigma_m = own_m.hypot(options.model_m);
+        for (r, (off_m, sigma_m)) in seen.off_m.iter().zip(&seen.sigma_m).enumerate() {
             let far = off_m.abs() / sigma_m;
             let tamed = if far > options.outlier { options.outlier / far } else { 1.0 };
             cost += counts * far * far * tamed * (2.0 - tamed);
-            let weight = counts * tamed / (sigma_m * sigma_m);
+            let weight = counts * tamed / sigma_m.powi(2);
             weighted.row_mut(r).scale_mut(weight);
         }
         let mut right = weighted.tr_mul(&seen.off_m);

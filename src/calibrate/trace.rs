@@ -9,7 +9,8 @@
 //! standard errors its size is from nothing, these from the sizes that come out without each specimen (the jackknife). An
 //! effect is chosen where the held-out cost falls and its size is sure at a level of 1 % (Student's t, one side: of the ten or so
 //! effects that are asked some five are told apart). Specimens differ, and what two or three of them have in common by chance is no effect: so that the
-//! independent unit is the specimen, not the drape and not the point.
+//! independent unit is the specimen, not the drape and not the point. Of fewer specimens than three the drapes are held out in turn
+//! ([`Independent::Drapes`]).
 //!
 //! Patterns of the outline without any physics ([`PATTERNS`]) are asked the same, after the effects: where they foretell
 //! what no effect does, something is unexplained. Last a [`Field`] of curvature on the cloth, which shows where it may be.
@@ -20,6 +21,7 @@
 use super::effect::{EFFECTS, Effect, PATTERNS};
 use super::field::{Field, field};
 use super::fit::Fit;
+use super::independent::{FEWEST_UNITS, Independent, Units};
 use super::linear::{LEAST_GAIN, Linear, falls, positions};
 use crate::numeric::moments::{mean, mean_and_error};
 
@@ -46,8 +48,10 @@ pub struct Choice {
 /// What a residual asks for.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// Number of independent units: specimens.
+    /// Number of independent units.
     pub units: usize,
+    /// What they are.
+    pub independent: Independent,
     /// Held-out cost without effects, mean over the specimens \[squared standard deviations\].
     pub plain: f64,
     /// All effects, each alone, best first.
@@ -60,8 +64,6 @@ pub struct Trace {
     pub field: Option<Field>,
 }
 
-/// Fewest specimens that anything can be held out of.
-pub const FEWEST_UNITS: usize = 3;
 /// Most effects that are chosen.
 const MOST: usize = 2;
 /// Student's t beyond which one per cent lies, for 1, 2, ... degrees of freedom, and for more.
@@ -71,17 +73,17 @@ const STUDENT_BEYOND: f64 = 2.5;
 /// Standard errors beyond which one effect foretells less than another.
 const TOLD_APART: f64 = 2.0;
 
-/// What the residual of a plain fit asks for, some effects left out of the list; `units[k]` is the specimen of the fit's k-th
-/// target. `None` where there are fewer than [`FEWEST_UNITS`] of them, or a sheet has no sensitivities.
+/// What the residual of a plain fit asks for, some effects left out of the list; the units are those of the fit's
+/// targets. `None` where there are fewer than [`FEWEST_UNITS`] of them, or a sheet has no sensitivities.
 #[must_use]
-pub fn trace(fit: &mut Fit<'_>, units: &[usize], without: &[&'static Effect]) -> Option<Trace> {
-    if units.iter().max().is_none_or(|most| most + 1 < FEWEST_UNITS) {
+pub fn trace(fit: &mut Fit<'_>, units: &Units, without: &[&'static Effect]) -> Option<Trace> {
+    if units.count() < FEWEST_UNITS {
         return None;
     }
     let linear = Linear::of(fit, units)?;
     let is_asked = |effect: &&'static Effect| !without.contains(effect) && linear.moves(effect);
     let asked = EFFECTS.iter().filter(is_asked).collect();
-    Asked { asked, linear }.trace()
+    Asked { asked, linear, independent: units.independent }.trace()
 }
 
 /// A plain fit's specimens, and what they are asked.
@@ -89,6 +91,7 @@ struct Asked {
     linear: Linear,
     /// The effects that are looked for: of the list, those that move these drapes at all.
     asked: Vec<&'static Effect>,
+    independent: Independent,
 }
 
 impl Asked {
@@ -110,7 +113,8 @@ impl Asked {
         let unexplained = sure.max_by(|a, b| a.gain[0].total_cmp(&b.gain[0]));
         let plain = mean(&plain);
         let field = field(&self.linear, &with, &best);
-        Some(Trace { units: self.linear.specimens.len(), plain, alone, chosen, unexplained, field })
+        let (units, independent) = (self.linear.specimens.len(), self.independent);
+        Some(Trace { units, independent, plain, alone, chosen, unexplained, field })
     }
 
     /// What the plain model has, and the effects chosen.

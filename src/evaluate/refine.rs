@@ -60,6 +60,9 @@ pub struct Answer {
     pub floor_m: f64,
     /// The same of the fabric that the network said.
     pub network_rim_error_m: f64,
+    /// Mean distance of the true rim from those of the refined fabric and of the network's, each dropped as the true one was,
+    /// on its cells, and led by nothing: the paper's comparison. NaN where the drop was perturbed, or a drape does not come to rest.
+    pub redropped_m: [f64; 2],
     /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several drops, which
     /// share the machine's cores.
     pub cpu_s: f64,
@@ -313,6 +316,8 @@ impl Series<'_> {
             held_rim_error_m: of_held.sum::<f64>() / count,
             floor_m: floors.sum::<f64>() / count,
             network_rim_error_m: networks.sum::<f64>() / count,
+            redropped_m: [&refined.fabric, &estimates[0].fabric]
+                .map(|own| self.redropped_m(rims[0], own)),
             cpu_s: if scans.len() == 1 { cpu_s } else { f64::NAN },
             estimate: estimates.into_iter().next().unwrap_or_else(|| unreachable!("one a scan")),
             refined,
@@ -331,6 +336,19 @@ impl Series<'_> {
     }
 }
 
+impl Series<'_> {
+    /// Mean distance of a true rim from that of a fabric that is dropped as the true one was; NaN where no canonical drop
+    /// was, or it does not come to rest.
+    fn redropped_m(&self, rim: &Boundary, fabric: &Fabric) -> f64 {
+        if !self.canonical {
+            return f64::NAN;
+        }
+        let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
+        let Drape { stop, boundary, .. } = drape(fabric, &Drop::canonical(), &options);
+        if stop == Stop::AtRest { rim.mean_distance_m(&boundary) } else { f64::NAN }
+    }
+}
+
 /// A true drape and its rim.
 type Truth = (Mesh, Boundary);
 
@@ -341,7 +359,7 @@ fn with_rim(mesh: Mesh) -> Truth {
 
 impl Case {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, held_rim_error_mm, network_rim_mm, rim_from_scan_mm, floor_mm, misfit, \
+    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, held_rim_error_mm, network_rim_mm, rim_from_scan_mm, floor_mm, redropped_mm, network_redropped_mm, misfit, \
          network_ln_errors, ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
 
     /// The case as a row of a table.
@@ -352,19 +370,21 @@ impl Case {
         match &self.answer {
             Err(why) => {
                 let why = why.to_string().replace(", ", "; ");
-                format!("{begun}, , , , , , , , , , , , , , , {why}")
+                format!("{begun}, , , , , , , , , , , , , , , , , {why}")
             }
             Ok(answer) => {
                 let list = |values: [f64; STIFFNESSES]| values.map(|v| format!("{v:.3}")).join(" ");
                 let refined = &answer.refined;
                 format!(
-                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
+                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
                     answer.scan_error_m / M_PER_MM,
                     answer.rim_error_m / M_PER_MM,
                     answer.held_rim_error_m / M_PER_MM,
                     answer.network_rim_error_m / M_PER_MM,
                     refined.scans[0].rim_mean_m / M_PER_MM,
                     answer.floor_m / M_PER_MM,
+                    answer.redropped_m[0] / M_PER_MM,
+                    answer.redropped_m[1] / M_PER_MM,
                     refined.misfit,
                     list(answer.network_ln_errors(&self.fabric)),
                     list(answer.ln_errors(&self.fabric)),
@@ -424,6 +444,11 @@ pub struct Summary {
     pub network_rim_median_mm: f64,
     /// Share of those within 5 mm.
     pub network_within_5_mm: f64,
+    /// Of canonical drops, shares of the refined fabrics and of the network's that fall to within 5 mm of the true rim when they are
+    /// dropped the same way; null in files for perturbed drops.
+    pub redropped_within_5_mm: [Option<f64>; 2],
+    /// The medians of these distances \[mm\].
+    pub redropped_median_mm: [Option<f64>; 2],
     /// Median over fabrics and the three bending stiffnesses of abs(ln error).
     pub bending_median: f64,
     /// The same of the two stretch stiffnesses and shear.
@@ -457,6 +482,13 @@ impl Summary {
         let networks = answers.iter().map(|(_, a)| a.network_rim_error_m / M_PER_MM);
         let networks: Vec<f64> = networks.filter(|mm| !mm.is_nan()).collect();
         let within = |rims: &[f64], mm| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
+        // a drape that does not come to rest is far off
+        let redropped = [0, 1].map(|which| {
+            let own = answers.iter().map(|(_, a)| a.redropped_m[which] / M_PER_MM);
+            let own: Vec<f64> =
+                own.map(|mm| if mm.is_nan() { f64::INFINITY } else { mm }).collect();
+            own.iter().any(|mm| mm.is_finite()).then_some(own)
+        });
         let held_rims: Vec<f64> =
             answers.iter().map(|(_, a)| a.held_rim_error_m / M_PER_MM).collect();
         let some = |of: &dyn Fn(&Fabric, &Answer) -> [f64; STIFFNESSES],
@@ -487,6 +519,8 @@ impl Summary {
             rim_median_mm: quantile(rims.clone(), 0.5)?,
             floor_median_mm: quantile(floors, 0.5).unwrap_or(f64::NAN),
             network_within_5_mm: within(&networks, 5.0),
+            redropped_within_5_mm: redropped.clone().map(|own| Some(within(&own?, 5.0))),
+            redropped_median_mm: redropped.map(|own| quantile(own?, 0.5)),
             network_rim_median_mm: quantile(networks, 0.5).unwrap_or(f64::NAN),
             bending_median: quantile(errors.clone(), 0.5)?,
             bending_95: quantile(errors, 0.95)?,

@@ -216,6 +216,7 @@ fn of_trace(fabric: &FabricResult, trace: &Trace) -> Value {
     };
     json!({
         "specimens": trace.units,
+        "held_out_in_turn": trace.independent.name(),
         "held_out_cost": trace.plain,
         "alone": trace.alone.iter().map(of).collect::<Vec<_>>(),
         "chosen": trace.chosen.iter().map(chosen).collect::<Vec<_>>(),
@@ -534,8 +535,10 @@ fn effects_table(fabric: &FabricResult) -> String {
     let mut text = String::new();
     if let Some(trace) = &fabric.trace {
         text += &format!(
-            "  held out in turn, {} specimens, cost {:.0} each; its logarithm falls with\n",
-            trace.units, trace.plain
+            "  held out in turn, {} {}, cost {:.0} each; its logarithm falls with\n",
+            trace.units,
+            trace.independent.name(),
+            trace.plain
         );
         for ranked in &trace.alone {
             let [gain, error] = ranked.gain;

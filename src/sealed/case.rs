@@ -58,6 +58,8 @@ const KINDS: [Kind; 10] = [
 /// Bending lengths, the shortest and the longest of the three, with which a standard Cusick drape makes folds that cells of 5
 /// mm resolve \[m\].
 const BENDING_LENGTHS_M: [f64; 2] = [12e-3, 30e-3];
+/// Specimens that are scanned.
+const SCANNED: usize = 3;
 /// Fabrics of a prior that are tried for such bending lengths.
 const FABRICS: u64 = 20_000;
 
@@ -111,7 +113,10 @@ impl Case {
         let kind = KINDS[(index % KINDS.len() as u64) as usize];
         let cloth = Cloth { density_kg_m2: fabric.density_kg_m2 };
         let effects = effects(kind, bench, turn_of(seed, index), &cloth, &mut draw);
-        let specimens = draw.random_range(5..=6);
+        let specimens = match bench {
+            Bench::Cusick => draw.random_range(5..=6),
+            Bench::Square => SCANNED,
+        };
         let prior = prior.name().to_owned();
         Ok(Self { seed, index, kind, prior, fabric, effects, specimens, bench })
     }
@@ -234,7 +239,7 @@ mod tests {
         let priors: BTreeSet<&str> = cases.iter().map(|case| case.prior.as_str()).collect();
         assert_eq!(priors.len(), 2);
         for case in &cases {
-            assert!((5..=6).contains(&case.specimens));
+            assert!((if bench == Bench::Cusick { 5..=6 } else { 3..=3 }).contains(&case.specimens));
             let counts = match case.kind {
                 Kind::None => 0,
                 Kind::One | Kind::Unlisted => 1,

@@ -1,8 +1,8 @@
 //! A case's drapes, their pictures, the manifest, and the truth.
 //!
-//! In: a [`Case`], a folder. Out: two pictures of each disc (`S1_up_1.png`) or a virtual scan of each square (`S1_up.ply`),
-//! `manifest.csv` as `calibrate` reads it, and `sealed.json`, which it never reads. The first four specimens are to be fitted,
-//! the others are held out, both faces of each. The same case gives the same bytes.
+//! In: a [`Case`], a folder. Out: two pictures of each disc (`S1_up_1.png`) or a virtual scan of each square (`S1_up_1.ply`), two
+//! of those held out, `manifest.csv` as `calibrate` reads it, and `sealed.json`, which it never reads. The first specimens, four discs
+//! or two squares, are to be fitted, the others are held out, both faces of each. The same case gives the same bytes.
 //!
 //! Every drape has a drop of its own, perturbed; one that does not come to rest is dropped anew. The specimens lie with their
 //! warp to the picture's right, but for a degree or two. The size of what a case differs by is taken on each drape's
@@ -246,8 +246,8 @@ impl Sealed {
     }
 }
 
-/// Specimens that are marked to be fitted.
-const FITTED: usize = 4;
+/// Discs and squares that are marked to be fitted.
+const FITTED: [usize; 2] = [4, 2];
 
 /// A specimen with one side up.
 struct Unit {
@@ -256,16 +256,27 @@ struct Unit {
 }
 
 impl Unit {
-    /// The first four specimens are fitted: with fewer nothing can be held out of them in turn with any certainty.
-    fn role(&self) -> Role {
-        if self.specimen <= FITTED { Role::Fit } else { Role::Holdout }
+    /// The first specimens are fitted. Four discs, of which each is held out in turn; of squares, whose scans tell more, the four
+    /// drapes of two.
+    fn role(&self, bench: Bench) -> Role {
+        let [discs, squares] = FITTED;
+        let fitted = if bench == Bench::Cusick { discs } else { squares };
+        if self.specimen <= fitted { Role::Fit } else { Role::Holdout }
+    }
+
+    /// How often it is seen: of squares those held out are scanned twice, which gives the floor.
+    fn captures(&self, bench: Bench, options: &MakeOptions) -> usize {
+        match (bench, self.role(bench)) {
+            (Bench::Square, Role::Fit) => 1,
+            _ => options.captures,
+        }
     }
 
     fn file(&self, bench: Bench, capture: usize) -> String {
         let (specimen, face) = (self.specimen, self.face.name());
         match bench {
             Bench::Cusick => format!("S{specimen}_{face}_{capture}.png"),
-            Bench::Square => format!("S{specimen}_{face}.ply"),
+            Bench::Square => format!("S{specimen}_{face}_{capture}.ply"),
         }
     }
 
@@ -285,18 +296,16 @@ impl Unit {
     ) -> Result<SealedDrape, MakeError> {
         let (mut follower, drop_seed) = self.draped(case, options.vertices)?;
         let drape = follower.drape();
-        match case.bench {
-            Bench::Cusick => {
-                for capture in 1..=options.captures {
-                    self.pictured(case, &drape, capture, folder, options)?;
-                }
+        for capture in 1..=self.captures(case.bench, options) {
+            match case.bench {
+                Bench::Cusick => self.pictured(case, &drape, capture, folder, options)?,
+                Bench::Square => self.scanned(case, &drape, capture, folder, options)?,
             }
-            Bench::Square => self.scanned(case, &drape, folder, options)?,
         }
         Ok(SealedDrape {
             specimen: self.specimen,
             face: self.face.name().to_owned(),
-            role: self.role().name().to_owned(),
+            role: self.role(case.bench).name().to_owned(),
             drop_seed,
             folds: drape.nodes,
             size_m: size_m(case, &drape, &mut follower),
@@ -325,6 +334,7 @@ impl Unit {
         &self,
         case: &Case,
         drape: &Drape,
+        capture: usize,
         folder: &Path,
         options: &MakeOptions,
     ) -> Result<(), MakeError> {
@@ -332,11 +342,11 @@ impl Unit {
         let stand = Stand { plate_radius_m, ..Stand::MODIFIED_CUSICK };
         let mut scene = Scene::on(drape.mesh(), stand);
         scene.mark_warp_side(MARK)?;
-        let noise_seed = self.seed(case, "sealed noise", 1);
+        let noise_seed = self.seed(case, "sealed noise", capture as u64);
         let mut scan = sensor::scan(&scene, &default_ring(), &options.sensor, noise_seed)?;
         let larger = 1.0 + case.scale_by();
         scan.cloud.points.iter_mut().for_each(|point| *point *= larger);
-        Ok(write_ply(folder.join(self.file(case.bench, 1)), &scan.cloud, 1.0)?)
+        Ok(write_ply(folder.join(self.file(case.bench, capture)), &scan.cloud, 1.0)?)
     }
 
     /// The sheet at rest, and the seed of its drop.
@@ -415,11 +425,11 @@ fn manifest(case: &Case, units: &[Unit], options: &MakeOptions) -> String {
         .to_owned();
     let density = case.fabric.density_kg_m2 / KG_M2_PER_G_M2;
     let pixel_mm = options.pixel_m / M_PER_MM;
-    let captures = if case.bench == Bench::Cusick { options.captures } else { 1 };
     for unit in units {
-        for capture in 1..=captures {
+        for capture in 1..=unit.captures(case.bench, options) {
             let file = unit.file(case.bench, capture);
-            let (specimen, face, role) = (unit.specimen, unit.face.name(), unit.role().name());
+            let (specimen, face, role) =
+                (unit.specimen, unit.face.name(), unit.role(case.bench).name());
             let [kind, bench, pixel, warp] = match case.bench {
                 Bench::Cusick => ["silhouette", "cusick", &format!("{pixel_mm:.4}"), "0"],
                 Bench::Square => ["scan", "square", "", "mark:red"],

@@ -4,6 +4,7 @@ use super::*;
 use crate::base::Surface;
 use crate::calibrate::effect::Effect;
 use crate::calibrate::field::{Field, Layer};
+use crate::calibrate::independent::{Independent, Units};
 use crate::calibrate::pose::POSE;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
 use crate::calibrate::trial::outline_of;
@@ -41,6 +42,12 @@ fn options() -> FitOptions {
 /// A cotton-like fabric with a bending length near 24 mm.
 fn truth() -> Fabric {
     Fabric::from_paper_units([3e5, 4e5, 1.5e5, 2.2e4, 3.4e4, 2.6e4, 190.0])
+}
+
+/// So many drapes, two of each specimen.
+fn pairs(drapes: usize) -> Units {
+    let of = (0..drapes).map(|k| k / 2).collect();
+    Units { of, independent: Independent::Specimens }
 }
 
 #[test]
@@ -193,7 +200,7 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2], Field) {
     }
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let units: Vec<usize> = (0..8).map(|k| k / 2).collect();
+    let units = pairs(8);
     let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
     let of = |name: &str| trace.alone.iter().find(|r| r.effect.name == name).unwrap().gain;
     let group = trace.chosen.iter().take(1).flat_map(|c| {
@@ -330,7 +337,7 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let units: Vec<usize> = (0..8).map(|k| k / 2).collect();
+    let units = pairs(8);
     let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
     let first = trace.chosen.first().map(|choice| choice.ranked.effect.name);
     let alone: Vec<_> = trace.alone.iter().map(|r| (r.effect.name, r.gain, r.sure)).collect();
@@ -365,7 +372,7 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let units: Vec<usize> = (0..6).map(|k| k / 2).collect();
+    let units = pairs(6);
     let field = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap().field.unwrap();
     let strongest = field.strongest(&options.sim.experiment.specimen).unwrap();
     let said = format!("{strongest:?}, {:?}, step {}", field.gain, field.step_per_m);

@@ -49,12 +49,16 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         }
     }
     println!(
-        "\ngroup, cases, answered, within_1_mm, within_2_mm, within_5_mm, rim_median_mm, held_within_1_mm, held_rim_median_mm, network_within_5_mm, network_rim_median_mm, floor_median_mm, bending_median, bending_95, stretch_median, \
+        "\ngroup, cases, answered, within_1_mm, within_2_mm, within_5_mm, rim_median_mm, held_within_1_mm, held_rim_median_mm, network_within_5_mm, network_rim_median_mm, floor_median_mm, redropped_within_5_mm, redropped_median_mm, bending_median, bending_95, stretch_median, \
          network_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
     );
+    // refined and network, none of perturbed drops
+    let both = |values: [Option<f64>; 2]| {
+        values.map(|value| value.map_or("-".to_owned(), |value| format!("{value:.2}"))).join(" ")
+    };
     for s in &sums {
         println!(
-            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
+            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
             s.group,
             s.cases,
             s.answered,
@@ -67,6 +71,8 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
             s.network_within_5_mm,
             s.network_rim_median_mm,
             s.floor_median_mm,
+            both(s.redropped_within_5_mm),
+            both(s.redropped_median_mm),
             s.bending_median,
             s.bending_95,
             s.stretch_median,

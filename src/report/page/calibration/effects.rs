@@ -102,7 +102,7 @@ pub(super) fn ranking(trace: &Trace, added: &[FoundEffect]) -> Markup {
                 text .title x="500" y=(c(foot + 34.0)) text-anchor="end" { "fall of the logarithm of the held-out cost" }
             }
             figcaption {
-                "Each specimen of " (trace.units) " was foretold from the others. Dot and bar: mean and standard error of the fall; at the right: the effect\u{2019}s size \
+                "Each of " (trace.units) " " (trace.independent.name()) " was foretold from the others. Dot and bar: mean and standard error of the fall; at the right: the effect\u{2019}s size \
                  in its own standard errors. An effect must foretell, and be sure, to be chosen; of a chosen one and those that cannot be \
                  told from it, the one whose fit is best is added."
             }

@@ -5,9 +5,9 @@ use maud::{Markup, html};
 use crate::base::units::mm;
 use crate::calibrate::effect::Acts;
 use crate::calibrate::floor::Pairing;
+use crate::calibrate::independent::{FEWEST_UNITS, Independent};
 use crate::calibrate::manifest::{Face, Role};
 use crate::calibrate::run::{FabricResult, Verdict};
-use crate::calibrate::trace::FEWEST_UNITS;
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::report::page::number::{fixed, percent};
 use crate::report::page::units::words;
@@ -23,7 +23,8 @@ pub(super) fn effect(name: &str) -> String {
 /// What pairs of outlines have in common, in words.
 pub(super) fn pairing(pairing: Pairing) -> &'static str {
     match pairing {
-        Pairing::Captures => "specimen and face (captures)",
+        Pairing::Captures => "the drape (captures)",
+        Pairing::Drops => "specimen and face (dropped anew)",
         Pairing::Faces => "the specimen (its two faces)",
         Pairing::Specimens => "the face (two specimens)",
     }
@@ -57,10 +58,16 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
     let mut out = Vec::new();
     let Some(trace) = &fabric.trace else {
         out.push(format!(
-            "Too few specimens are marked \u{201c}fit\u{201d} to look for effects: {FEWEST_UNITS} at least, so that each can be foretold from the others."
+            "Too few specimens are marked \u{201c}fit\u{201d} to look for effects, or drapes of fewer: {FEWEST_UNITS} at least, so that each can be foretold from the others."
         ));
         return out;
     };
+    if trace.independent == Independent::Drapes {
+        out.push(format!(
+            "Of fewer than {FEWEST_UNITS} specimens the {} drapes themselves were foretold from each other: what is below may be a specimen\u{2019}s own and not the cloth\u{2019}s.",
+            trace.units
+        ));
+    }
     let names = |all: &[&'static str]| {
         all.iter().map(|name| effect(name)).collect::<Vec<_>>().join(" and ")
     };
@@ -93,7 +100,7 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
         let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
         out.push(format!("{} was chosen by what it foretells, but no fit with it is sure of it within what is tried.", names(&chosen)));
     } else {
-        out.push(format!("Of the effects looked for, none foretells the drapes of a specimen from those of the other {} better than the plain model.", trace.units - 1));
+        out.push(format!("Of the effects looked for, none foretells the drapes of one of {} {} from the others better than the plain model.", trace.units, trace.independent.name()));
     }
     if let Some(left) = &trace.unexplained {
         out.push(format!(
