@@ -234,6 +234,7 @@ fn beside(up: bool, out_m: f64, drape: &scan2params::Drape) -> Beside {
         measured,
         simulated,
         held_share: if up { 0.01 } else { 0.02 },
+        let_go_rms_m: None,
     }
 }
 

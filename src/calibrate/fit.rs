@@ -24,7 +24,7 @@ use super::options::FitOptions;
 use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
 use super::squares::{Squares, State, parameters, rms_m};
-use super::target::{Rim, Target};
+use super::target::{Rim, Target, share_of};
 use super::trial::{Trial, trial_of};
 use crate::base::Outline;
 use crate::base::frame::GRAVITY_M_S2;
@@ -32,9 +32,7 @@ use crate::fabric::{Fabric, STIFFNESSES};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::{Parameter, SensitivityError};
-use crate::sim::{
-    Drape, Drop, DropStart, FollowOptions, Follower, HeldSurface, Hold, Kept, SimOptions, Stop,
-};
+use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Hold, Kept, SimOptions, Stop};
 
 /// How far a fit is; told after every round of drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,8 +74,10 @@ pub struct Beside {
     /// What is counted on the drape's outline at the picture's scale, as on the measured one.
     pub measures: Measures,
     /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
-    /// edge; 0 of a drape that was let go.
+    /// edge, of a scanned sheet as a share of its own; 0 of a drape that was let go.
     pub held_share: f64,
+    /// Of a scanned sheet that was held and foretold, root mean square distance of the rims once it is let go \[m\].
+    pub let_go_rms_m: Option<f64>,
 }
 
 /// The fabric found.
@@ -234,8 +234,12 @@ impl Fit<'_> {
     pub(super) fn state_with(&mut self, numbers: &[&'static Number]) -> Option<State> {
         self.restore();
         let asked = parameters(numbers);
-        let trials: Option<Vec<Trial>> =
-            self.followers.par_iter_mut().map(|f| trial_of(f, &asked).ok()).collect();
+        let trials: Option<Vec<Trial>> = self
+            .followers
+            .par_iter_mut()
+            .zip(&self.targets)
+            .map(|(f, target)| trial_of(f, &asked, target.compared()).ok())
+            .collect();
         let shared = extended(&self.plain.shared, &self.declared, numbers);
         Some(self.squares(numbers).around(&shared, trials?, self.plain.poses.clone()))
     }
@@ -475,9 +479,15 @@ pub fn predict(
             trial = led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
         }
         let mut state = squares.around(&shared, vec![trial], vec![pose]);
+        let let_go_rms_m = target.held_to(options).and_then(|_| {
+            sheet.let_go();
+            let free = trial_of(&mut sheet, &asked, target.compared()).ok()?;
+            let free = squares.around(&shared, vec![free], state.poses.clone());
+            Some(rms_m(&free.seen[0].rows))
+        });
         let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
         let pose = (state.poses[0], cloth.view());
-        Ok(Beside::of(target, trial, pose, seen, options, rule))
+        Ok(Beside { let_go_rms_m, ..Beside::of(target, trial, pose, seen, options, rule) })
     };
     targets.par_iter().zip(led).map(beside).collect()
 }
@@ -498,7 +508,7 @@ fn lead_all(
         let sim = SimOptions { experiment, ..options.sim };
         let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
         let mut follower = Follower::drop(&cloth.fabric, &drop, &sim);
-        let trial = trial_of(&mut follower, asked)?;
+        let trial = trial_of(&mut follower, asked, target.compared())?;
         Ok((follower, trial))
     };
     targets.par_iter().zip(poses).map(lead).collect()
@@ -509,11 +519,10 @@ fn lead_all(
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     match target.rim.as_deref() {
-        Some(Rim { sheet: Some(sheet), .. }) if options.scan_hold_sag_m > 0.0 => {
-            let (surface, sag_m) = (sheet.clone(), options.scan_hold_sag_m);
-            DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
-        }
-        Some(Rim { sheet: Some(sheet), .. }) => DropStart::Surface(Box::new(sheet.clone())),
+        Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(options) {
+            Some(held) => DropStart::HeldSurface(Box::new(held)),
+            None => DropStart::Surface(Box::new(sheet.clone())),
+        },
         Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
         None if options.hold_per_m > 0.0 => {
             DropStart::Held(Box::new(Hold { outline: in_plan(), per_m: options.hold_per_m }))
@@ -540,7 +549,7 @@ fn led_on(
     let way = sheet.follow(&to, &FollowOptions::default());
     match way {
         Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
-        Ok(_) => trial_of(sheet, asked),
+        Ok(_) => trial_of(sheet, asked, target.compared()),
         Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
     }
 }
@@ -626,11 +635,12 @@ impl Beside {
             measured: target.outline.clone(),
             simulated: outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&as_seen, &target.bench, rule),
-            held_share: if target.rim.is_some() {
-                0.0
-            } else {
-                options.hold_per_m * trial.hold.rms_m
+            held_share: match target.held_to(options) {
+                Some(held) => share_of(&held, &trial.places),
+                None if target.rim.is_some() => 0.0,
+                None => options.hold_per_m * trial.hold.rms_m,
             },
+            let_go_rms_m: None,
             drape: trial.drape,
             pose,
             rows: seen.rows,

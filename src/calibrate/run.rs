@@ -628,6 +628,8 @@ pub struct Pair {
     pub measured: usize,
     /// Root mean square distance of the outlines, before and after \[m\].
     pub rms_m: [f64; 2],
+    /// The same of scanned sheets that were held, once they are let go \[m\].
+    pub let_go_rms_m: Option<[f64; 2]>,
     /// Drape coefficient less the measured one, before and after \[%\].
     pub dc_off: [f64; 2],
 }
@@ -682,7 +684,8 @@ impl FabricResult {
             };
             let (rms_m, dc_off) = ([a.rms_m, b.rms_m], [dc(a), dc(b)]);
             let held = measured.entry.role == Role::Holdout;
-            held.then_some(Pair { measured: before.measured, rms_m, dc_off })
+            let let_go_rms_m = a.let_go_rms_m.zip(b.let_go_rms_m).map(<[f64; 2]>::from);
+            held.then_some(Pair { measured: before.measured, rms_m, let_go_rms_m, dc_off })
         };
         both.filter_map(pair).collect()
     }

@@ -2,7 +2,7 @@
 //!
 //! Of a picture: even points of the measured outline, each from the simulated outline across the latter. Of a scan: the
 //! rim's points that were seen, each from its own place on the simulated rim, along three directions: across the rim and level,
-//! across the rim and upwards, and along it, which is known less well.
+//! across the rim and upwards, and along it, which is known less well; and places within the sheet, each across it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,12 +10,12 @@ use super::effect::{Acts, Cloth, Harmonic, Lies, Number, Stays, number_of, tilt_
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, frame_of, plan_of, scaled};
 use super::target::{Rim, Target};
-use super::trial::{Move, Trial};
+use super::trial::{Move, STRIDE, Trial, compared};
 use crate::base::boundary::POINTS as RIM_POINTS;
-use crate::base::{Outline, Vector3};
+use crate::base::{Outline, Surface, Vector3};
 use crate::fabric::STIFFNESSES;
-use crate::sim::Setup;
 use crate::sim::sensitivity::Parameter;
+use crate::sim::{Experiment, Setup};
 
 /// Even points of a measured outline.
 const POINTS: usize = 240;
@@ -39,8 +39,8 @@ pub(super) struct Seen {
     /// Distances of the measured from the simulated \[m\], and the standard deviation of each \[m\].
     pub off_m: DVector<f64>,
     pub sigma_m: DVector<f64>,
-    /// Distance of neighbouring points \[m\].
-    pub step_m: f64,
+    /// Share of an independent one that each of these is.
+    pub counts: DVector<f64>,
     /// Moves of the drape along these distances with each unknown: shared ones, then the pose \[m per unit\].
     pub columns: DMatrix<f64>,
     /// Mean stretch of the springs \[m\], and its change with each unknown.
@@ -63,6 +63,8 @@ enum On {
     Outline { segment: usize, fraction: f64 },
     /// A point of the rim.
     Rim(usize),
+    /// A place of the sheet, and how far out it lies: 0 at the plate's edge, 1 at the rim.
+    Sheet { index: usize, out: f64 },
 }
 
 /// A place of a drape and a direction in which a distance is measured there.
@@ -86,6 +88,7 @@ impl At<'_> {
                 self.normal.x * at[0] + self.normal.z * at[1]
             }
             On::Rim(index) => self.normal.dot(&move_.rim[index]),
+            On::Sheet { index, .. } => self.normal.dot(&move_.places[index]),
         }
     }
 
@@ -99,13 +102,17 @@ impl At<'_> {
                     let y = self.place.y;
                     self.normal.dot(&self.place) * y / (1.0 - self.per_height * y)
                 }
-                On::Rim(_) => 0.0,
+                On::Rim(_) | On::Sheet { .. } => 0.0,
             },
             Acts::Outline(harmonic) => {
                 let bearing_rad = self.place.z.atan2(self.place.x);
                 let outwards = Vector3::new(bearing_rad.cos(), 0.0, bearing_rad.sin());
-                let across =
-                    if let On::Rim(_) = self.on { self.normal.dot(&outwards) } else { 1.0 };
+                let across = match self.on {
+                    On::Outline { .. } => 1.0,
+                    On::Rim(_) => self.normal.dot(&outwards),
+                    // as cloth bends that is held at the plate's edge
+                    On::Sheet { out, .. } => out.powi(2) * self.normal.dot(&outwards),
+                };
                 across * harmonic.at(bearing_rad, lies)
             }
             acts => on_sheet(acts, lies, setup, moves),
@@ -174,6 +181,7 @@ struct Distance<'a> {
     at: At<'a>,
     off_m: f64,
     sigma_m: f64,
+    counts: f64,
 }
 
 /// A measured drape beside a simulated one in a pose: the latter is moved by the specimen's place and the springs' pull as far
@@ -182,8 +190,14 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     let moved = [pose[4], pose[5], pose[6] - trial.hold.pull_m];
     let view = of.cloth.view();
     let posed = scaled(pose, view.ln_scale);
-    let (rows, distances, step_m) = match &target.rim {
-        Some(rim) => on_rim(rim, trial, moved, &posed, of.options),
+    let (rows, distances) = match &target.rim {
+        Some(rim) => {
+            let (rows, mut distances) = on_rim(rim, trial, moved, &posed, of.options);
+            if let Some(sheet) = &rim.sheet {
+                distances.extend(on_sheet_of(sheet, target, trial, moved, &posed, of.options));
+            }
+            (rows, distances)
+        }
         None => on_outline(target, trial, (moved, target.seen_from(view)), &posed, of.options),
     };
     let lies = target.lies(pose);
@@ -218,10 +232,11 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     }
     let off_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.off_m));
     let sigma_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.sigma_m));
-    Seen { rows, off_m, sigma_m, step_m, columns, stretch_m, stretch }
+    let counts = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.counts));
+    Seen { rows, off_m, sigma_m, counts, columns, stretch_m, stretch }
 }
 
-type Measured<'a> = (Vec<Row>, Vec<Distance<'a>>, f64);
+type Measured<'a> = (Vec<Row>, Vec<Distance<'a>>);
 
 /// Even points of a measured outline beside the simulated one.
 fn on_outline<'a>(
@@ -240,6 +255,7 @@ fn on_outline<'a>(
     };
     let drape = Outline::new((0..points.len()).map(place).collect());
     let drape = drape.unwrap_or_else(|_| trial.outline.clone());
+    let counts = (target.outline.length_m() / POINTS as f64 / options.alike_m).min(1.0);
     let beside = |point: [f64; 2]| {
         let foot = drape.foot(plan_of(point, posed));
         let ([nx, nz], [x, z]) = (foot.normal, foot.at_m);
@@ -253,10 +269,9 @@ fn on_outline<'a>(
         };
         let off_m = foot.outwards_m;
         let row = Row { bearing_rad: z.atan2(x), outwards_m: off_m, across_m: off_m.abs() };
-        (row, Distance { at, off_m, sigma_m: options.outline_m.hypot(options.model_m) })
+        (row, Distance { at, off_m, sigma_m: options.outline_m.hypot(options.model_m), counts })
     };
-    let (rows, distances) = target.outline.evenly(POINTS).into_iter().map(beside).unzip();
-    (rows, distances, target.outline.length_m() / POINTS as f64)
+    target.outline.evenly(POINTS).into_iter().map(beside).unzip()
 }
 
 /// The points of a measured rim that were seen, beside their places on the simulated one.
@@ -271,6 +286,7 @@ fn on_rim<'a>(
     let points = rim.boundary.points();
     let measured: Vec<Vector3> =
         points.iter().map(|p| frame_of(&p.position_m.coords, posed)).collect();
+    let counts = (mean_step_m(&measured) / options.alike_m).min(1.0);
     let (mut rows, mut distances) = (Vec::new(), Vec::new());
     for index in (0..RIM_POINTS).filter(|&index| points[index].observed) {
         let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m]);
@@ -283,7 +299,7 @@ fn on_rim<'a>(
             [(level, sigma_m), (upwards, sigma_m), (along, sigma_m.hypot(options.along_m))]
         {
             let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial };
-            distances.push(Distance { at, off_m: normal.dot(&off), sigma_m });
+            distances.push(Distance { at, off_m: normal.dot(&off), sigma_m, counts });
         }
         rows.push(Row {
             bearing_rad: place.z.atan2(place.x),
@@ -291,7 +307,45 @@ fn on_rim<'a>(
             across_m: level.dot(&off).hypot(upwards.dot(&off)),
         });
     }
-    (rows, distances, mean_step_m(&measured))
+    (rows, distances)
+}
+
+/// The places of a scanned sheet that were seen, each from its own place on the simulated one across the former.
+fn on_sheet_of<'a>(
+    sheet: &'a Surface,
+    target: &'a Target,
+    trial: &'a Trial,
+    moved: [f64; 3],
+    posed: &'a Pose,
+    options: &'a FitOptions,
+) -> impl Iterator<Item = Distance<'a>> {
+    let own = PLACED.map(|p| trial.with(p));
+    let side = Surface::SIDE;
+    let measured =
+        move |i: usize, j: usize| frame_of(&sheet.points()[i * side + j].position_m.coords, posed);
+    let step_m = target.bench.specimen.weft_m * STRIDE as f64 / (side - 1) as f64;
+    let counts = (step_m / options.alike_m).min(1.0).powi(2);
+    compared().enumerate().filter_map(move |(index, [i, j])| {
+        let point = &sheet.points()[i * side + j];
+        let warp = measured(i + 1, j) - measured(i - 1, j);
+        let weft = measured(i, j + 1) - measured(i, j - 1);
+        let normal = warp.cross(&weft).try_normalize(0.0).filter(|_| point.observed)?;
+        let place = (0..3).fold(trial.places[index], |at, m| at + own[m].places[index] * moved[m]);
+        let on = On::Sheet { index, out: out_of([i, j], &target.bench) };
+        let at = At { normal, place, on, per_height: 0.0, trial };
+        let sigma_m = point.sigma_m.hypot(options.scan_model_m);
+        Some(Distance { at, off_m: normal.dot(&(measured(i, j) - place)), sigma_m, counts })
+    })
+}
+
+/// How far out a place of a square lies on its way from the plate's edge to the rim.
+fn out_of(place: [usize; 2], bench: &Experiment) -> f64 {
+    let half_m = 0.5 * bench.specimen.weft_m;
+    let [x, z] = place.map(|k| half_m * (2.0 * k as f64 / (Surface::SIDE - 1) as f64 - 1.0));
+    let (from_m, nearest_side) = (x.hypot(z), x.abs().max(z.abs()));
+    let plate_m = bench.plate.radius_m;
+    let rim_m = half_m * from_m / nearest_side.max(1e-9);
+    ((from_m - plate_m) / (rim_m - plate_m).max(1e-9)).clamp(0.0, 1.0)
 }
 
 /// Across a rim outwards and level, across it and mostly upwards, and along it.

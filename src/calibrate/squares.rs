@@ -206,10 +206,10 @@ impl Squares<'_> {
 
     fn sums_of(&self, seen: &Seen) -> Sums {
         let options = self.options;
-        let counts = (seen.step_m / options.alike_m).min(1.0);
         let mut cost = 0.0;
         let mut weighted = seen.columns.clone();
-        for (r, (off_m, sigma_m)) in seen.off_m.iter().zip(&seen.sigma_m).enumerate() {
+        let known = seen.sigma_m.iter().zip(&seen.counts);
+        for (r, (off_m, (sigma_m, counts))) in seen.off_m.iter().zip(known).enumerate() {
             let far = off_m.abs() / sigma_m;
             let tamed = if far > options.outlier { options.outlier / far } else { 1.0 };
             cost += counts * far * far * tamed * (2.0 - tamed);
@@ -222,7 +222,7 @@ impl Squares<'_> {
         right.axpy(-precision * seen.stretch_m, &seen.stretch, 1.0);
         normal.ger(precision, &seen.stretch, &seen.stretch, 1.0);
         cost += precision * seen.stretch_m.powi(2);
-        Sums { normal, right, cost, independent: counts * seen.off_m.len() as f64 }
+        Sums { normal, right, cost, independent: seen.counts.sum() }
     }
 
     /// Where a damped step leads, and by how much the cost is foretold to fall.

@@ -4,10 +4,12 @@ use super::effect::{Lies, View};
 use super::measures::each_bearing;
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, plan_of};
+use super::trial::{Compared, compared};
 use crate::base::boundary::POINTS;
-use crate::base::{Boundary, Outline, Surface};
-use crate::sim::Experiment;
+use crate::base::{Boundary, Outline, Surface, Vector3};
+use crate::numeric::moments::mean;
 use crate::sim::drop::rim_depth_m;
+use crate::sim::{Experiment, HeldSurface};
 
 /// A drape that is fitted or predicted.
 #[derive(Clone, Debug)]
@@ -69,6 +71,21 @@ impl Target {
         pose
     }
 
+    /// What of a drape is held against it.
+    pub(super) fn compared(&self) -> Compared {
+        match self.rim.as_deref() {
+            Some(Rim { sheet: Some(_), .. }) => Compared::Sheet,
+            _ => Compared::Rim,
+        }
+    }
+
+    /// The scanned sheet that a drape is held to, if it is.
+    pub(super) fn held_to(&self, options: &FitOptions) -> Option<HeldSurface> {
+        let surface = self.rim.as_ref()?.sheet.clone()?;
+        let sag_m = options.scan_hold_sag_m;
+        (sag_m > 0.0).then_some(HeldSurface { surface, sag_m })
+    }
+
     /// The standard deviations of its pose.
     pub(super) fn pose_sigma(&self, options: &FitOptions) -> Pose {
         if self.rim.is_some() {
@@ -107,6 +124,16 @@ impl Target {
         let face = if self.turned_over { -1.0 } else { 1.0 };
         Lies { face, bearing_rad: pose[2], settled: self.settled }
     }
+}
+
+/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight.
+pub(super) fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
+    let points = held.surface.points();
+    let both = compared().map(|[i, j]| &points[i * Surface::SIDE + j]).zip(places);
+    let both = both.filter(|(point, _)| point.observed);
+    let squared: Vec<f64> =
+        both.map(|(p, place)| (p.position_m.coords - place).norm_squared()).collect();
+    if squared.is_empty() { 0.0 } else { mean(&squared).sqrt() / held.sag_m }
 }
 
 impl Rim {

@@ -13,7 +13,7 @@
 //! bearing is cut off radially.
 
 use crate::base::boundary::POINTS;
-use crate::base::{Outline, Vector3};
+use crate::base::{Outline, Surface, Vector3};
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
 use crate::sim::{Drape, Follower};
 
@@ -33,6 +33,8 @@ pub struct Trial {
     pub heights_m: Vec<f64>,
     /// Its rim's points \[m\].
     pub rim: Vec<Vector3>,
+    /// The places of a scanned sheet that are compared, see [`compared`] \[m\]; none where the rim alone is.
+    pub places: Vec<Vector3>,
     /// How it moves with each parameter asked for.
     pub moves: Vec<Move>,
     /// The springs that hold it; nothing of a sheet that was let go.
@@ -48,6 +50,8 @@ pub struct Move {
     pub outline: Vec<[f64; 2]>,
     /// Moves of the rim's points \[m per SI unit\].
     pub rim: Vec<Vector3>,
+    /// Moves of the sheet's places \[m per SI unit\].
+    pub places: Vec<Vector3>,
     /// Change of the mean stretch of the springs \[m per SI unit\].
     pub stretch_m: f64,
 }
@@ -89,13 +93,32 @@ struct Source {
     distance_m: f64,
 }
 
-/// The sheet of `follower` seen from above.
+/// What of a drape is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// Its outline or its rim.
+    Rim,
+    /// The whole sheet as well.
+    Sheet,
+}
+
+/// Vertices of [`crate::base::Surface`] that are compared with a drape, as warp and weft: every third within the border. Neighbours err alike.
+pub fn compared() -> impl Iterator<Item = [usize; 2]> {
+    let inside = || (STRIDE..Surface::SIDE - 1).step_by(STRIDE);
+    inside().flat_map(move |i| inside().map(move |j| [i, j]))
+}
+
+/// Steps of the surface between two places that are compared.
+pub const STRIDE: usize = 3;
+
+/// The sheet of `follower` as it is seen.
 ///
 /// # Errors
 /// When it is not at a stable rest.
 pub fn trial_of(
     follower: &mut Follower,
     parameters: &[Parameter],
+    compared: Compared,
 ) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.sensitivities(parameters)?;
     let (drape, springs) = (follower.drape(), follower.held());
@@ -110,6 +133,7 @@ pub fn trial_of(
             parameter: sensitivity.parameter,
             outline: sources.iter().map(|source| source.at(&nodes)).collect(),
             rim: rim(&drape, &sensitivity.moves),
+            places: places(&drape, &sensitivity.moves, compared),
             stretch_m: if springs.is_empty() { 0.0 } else { along / count - pulled },
         }
     };
@@ -120,8 +144,9 @@ pub fn trial_of(
         pull_m: follower.pull_m(),
     };
     let rim = rim(&drape, &drape.positions_m);
+    let places = places(&drape, &drape.positions_m, compared);
     let heights_m = heights_m(&drape, &sources);
-    Ok(Trial { drape, outline, heights_m, rim, moves, hold })
+    Ok(Trial { drape, outline, heights_m, rim, places, moves, hold })
 }
 
 /// The outline of a drape seen from far above, plan of the simulation frame \[m\].
@@ -165,6 +190,15 @@ fn curve(drape: &Drape, sources: &[Source]) -> Outline {
 /// A field on the vertices at the rim's points.
 fn rim(drape: &Drape, field: &[Vector3]) -> Vec<Vector3> {
     drape.grid.boundary(field).positions_m().map(|p| p.coords).collect()
+}
+
+/// A field on the vertices at the places of a sheet that are compared.
+fn places(drape: &Drape, field: &[Vector3], of: Compared) -> Vec<Vector3> {
+    if of == Compared::Rim {
+        return Vec::new();
+    }
+    let all = drape.grid.evenly(Surface::SIDE).prolong(&drape.grid, field, 1.0);
+    compared().map(|[i, j]| all[i * Surface::SIDE + j]).collect()
 }
 
 /// A field on the vertices in the plan, at the rim's points and at the vertices.

@@ -34,6 +34,8 @@ pub struct Said {
     pub before_mm: f64,
     /// The same with the effects found \[mm\].
     pub after_mm: f64,
+    /// The same two of scanned sheets once they are let go \[mm\]; NaN of outlines.
+    pub let_go_mm: [f64; 2],
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
     pub floor_mm: f64,
 }
@@ -48,6 +50,11 @@ pub fn said_of(result: &FabricResult) -> Said {
     let plain_mm = mean(&result.held_out_rms_m()) / M_PER_MM;
     let [before_mm, after_mm] =
         if pairs.is_empty() { [plain_mm, plain_mm] } else { [of(0), of(1)] };
+    let of_free = |which: usize| -> f64 {
+        let own: Vec<f64> =
+            pairs.iter().filter_map(|pair| Some(pair.let_go_rms_m?[which])).collect();
+        mean(&own) / M_PER_MM
+    };
     let captures = result.floor.iter().find(|spread| spread.pairing == Pairing::Captures);
     let found = || result.after.iter().flat_map(|after| &after.effects);
     Said {
@@ -56,6 +63,7 @@ pub fn said_of(result: &FabricResult) -> Said {
         group: found().flat_map(|found| &found.group).map(|&name| name.to_owned()).collect(),
         before_mm,
         after_mm,
+        let_go_mm: [of_free(0), of_free(1)],
         floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
     }
 }
@@ -182,7 +190,7 @@ pub const LEAST_FLOORS: f64 = 3.0;
 
 impl Scored {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, verdict, effects, group, right, before_mm, after_mm, \
+    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, verdict, effects, group, right, before_mm, after_mm, let_go_before_mm, let_go_after_mm, \
          floor_mm, truth_mm, failure";
 
     /// How far the effects move an outline on its branch \[mm\], if that is known.
@@ -232,18 +240,20 @@ impl Scored {
         let right = if self.is_right() { "yes" } else { "no" };
         match &self.said {
             Ok(said) => format!(
-                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, ",
+                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, ",
                 said.verdict,
                 said.effects.join(" "),
                 said.group.join(" "),
                 said.before_mm,
                 said.after_mm,
+                said.let_go_mm[0],
+                said.let_go_mm[1],
                 said.floor_mm,
                 self.truth_mm
             ),
             Err(why) => {
                 let why = why.replace(", ", "; ");
-                format!("{begun}, , , , {right}, , , , {:.2}, {why}", self.truth_mm)
+                format!("{begun}, , , , {right}, , , , , , {:.2}, {why}", self.truth_mm)
             }
         }
     }
@@ -356,6 +366,7 @@ mod tests {
             group: names(group),
             before_mm: 5.0,
             after_mm,
+            let_go_mm: [f64::NAN; 2],
             floor_mm: 1.0,
         }
     }

@@ -277,6 +277,13 @@ fn of_holdout(fabric: &FabricResult) -> Value {
         text["pairs"] = json!(pairs.len());
         text["before_mm"] = json!(mean(&of(&|p| p.rms_m[0] / M_PER_MM)));
         text["after_mm"] = json!(mean(&of(&|p| p.rms_m[1] / M_PER_MM)));
+        let let_go: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.let_go_rms_m).collect();
+        if !let_go.is_empty() {
+            for (which, key) in ["let_go_before_mm", "let_go_after_mm"].into_iter().enumerate() {
+                let own: Vec<f64> = let_go.iter().map(|both| both[which] / M_PER_MM).collect();
+                text[key] = json!(mean(&own));
+            }
+        }
         text["se_mm"] = json!(finite(mean_and_error(&fall)[1]));
         text["dc_before"] = json!(mean(&of(&|p| p.dc_off[0].abs())));
         text["dc_after"] = json!(mean(&of(&|p| p.dc_off[1].abs())));

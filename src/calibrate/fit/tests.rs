@@ -7,7 +7,7 @@ use crate::calibrate::field::{Field, Layer};
 use crate::calibrate::independent::{Independent, Units};
 use crate::calibrate::pose::POSE;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
-use crate::calibrate::trial::outline_of;
+use crate::calibrate::trial::{Compared, outline_of};
 use crate::fabric::Mixture;
 use crate::sim::{Experiment, SimOptions};
 
@@ -104,14 +104,14 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
 fn the_outline_moves_as_its_sensitivities_say() {
     let (fabric, options) = (truth(), options());
     let mut follower = Follower::drop(&fabric, &Drop::canonical(), &options.sim);
-    let before = trial_of(&mut follower, &parameters(&[])).unwrap();
+    let before = trial_of(&mut follower, &parameters(&[]), Compared::Rim).unwrap();
     // one per cent more bending along the warp
     let share = 0.01;
     let mut si = fabric.in_si();
     let added = si[4] * share;
     si[4] += added;
     follower.follow_fabric(&Fabric::from_si(si), &FollowOptions::default()).unwrap();
-    let after = trial_of(&mut follower, &parameters(&[])).unwrap();
+    let after = trial_of(&mut follower, &parameters(&[]), Compared::Rim).unwrap();
     let (mut squared, mut off) = (0.0, 0.0);
     for (k, point) in before.outline.points_m().iter().enumerate() {
         let foot = before.outline.foot(*point);
@@ -167,7 +167,7 @@ fn a_held_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     sheet.hold(&hold, pull_m);
     let way = sheet.follow_fabric(&soft, &FollowOptions::default()).unwrap();
     assert!(way.reached >= 1.0);
-    let after = trial_of(&mut sheet, &parameters(&[])).unwrap();
+    let after = trial_of(&mut sheet, &parameters(&[]), Compared::Rim).unwrap();
     let move_ = before.with(Parameter::Pull);
     let foretold = before.hold.mean_m + pull_m * move_.stretch_m;
     let (moved, off) = (after.hold.mean_m - before.hold.mean_m, after.hold.mean_m - foretold);
