@@ -697,6 +697,30 @@ impl FabricResult {
         left(drapes.iter().filter_map(|drape| drape.beside.as_ref().ok()))
     }
 
+    /// By how much the squares of the distances of the drapes held out fall with the effects: of each drape, or of fewer than
+    /// [`FEWEST_DRAPES`] of each arc of their outlines \[m^2\].
+    fn falls(&self) -> Vec<f64> {
+        let pairs = self.pairs();
+        if pairs.len() >= FEWEST_DRAPES {
+            return pairs.iter().map(|p| p.rms_m[0].powi(2) - p.rms_m[1].powi(2)).collect();
+        }
+        let rows = |drapes: &[DrapeBeside], k: usize| -> Vec<f64> {
+            let own = drapes.iter().find(|drape| drape.measured == k);
+            let beside = own.and_then(|drape| drape.beside.as_ref().ok());
+            beside.iter().flat_map(|b| b.rows.iter().map(|row| row.across_m.powi(2))).collect()
+        };
+        let after = self.after.iter().map(|after| &after.drapes);
+        let of_pair = |(pair, after): (&Pair, &Vec<DrapeBeside>)| -> Vec<f64> {
+            let (before, after) = (rows(&self.drapes, pair.measured), rows(after, pair.measured));
+            let falls: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
+            falls.chunks(falls.len().div_ceil(ARCS).max(1)).map(mean).collect()
+        };
+        after
+            .flat_map(|after| pairs.iter().map(move |pair| (pair, after)))
+            .flat_map(of_pair)
+            .collect()
+    }
+
     fn judge(&self) -> Verdict {
         let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
         if self.after.is_none() {
@@ -706,9 +730,7 @@ impl FabricResult {
                 (None, false) => Verdict::Undecided,
             };
         }
-        let better: Vec<f64> =
-            self.pairs().iter().map(|p| p.rms_m[0].powi(2) - p.rms_m[1].powi(2)).collect();
-        let [mean, error] = mean_and_error(&better);
+        let [mean, error] = mean_and_error(&self.falls());
         if mean > CONFIRMED * error { Verdict::Found } else { Verdict::Undecided }
     }
 
@@ -760,6 +782,10 @@ impl FabricResult {
     }
 }
 
+/// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the arcs of their outlines does, each
+/// longer than what is alike along them.
+const FEWEST_DRAPES: usize = 3;
+const ARCS: usize = 8;
 /// Standard errors by which the drapes held out must be nearer with an effect than without.
 const CONFIRMED: f64 = 2.0;
 

@@ -33,6 +33,9 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     }
     if let Some(percent) = given.hold {
         options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
+        if percent == 0.0 {
+            options.fit.scan_hold_sag_m = 0.0;
+        }
     }
     let working = Working::on("reading the manifest's files");
     let tell = |told: Told<'_>| working.now(told.to_string());

@@ -406,6 +406,7 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
         "role": role,
         "rms_mm": beside.rms_m / M_PER_MM,
         "held_share": beside.held_share,
+        "let_go_rms_mm": beside.let_go_rms_m.map(|m| m / M_PER_MM),
         "drape_coefficient": beside.measures.drape_coefficient,
         "folds": beside.measures.folds,
         "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a / M_PER_MM),

@@ -95,6 +95,15 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                 fixed(of(1), 2),
                 fixed(gain, 2)
             ));
+            let free: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.let_go_rms_m).collect();
+            if !free.is_empty() {
+                let of = |k: usize| mean(&free.iter().map(|both| mm(both[k])).collect::<Vec<_>>());
+                out.push(format!(
+                    "Those are sheets held to their scans. Let go, they lie {} mm off without it and {} mm with it.",
+                    fixed(of(0), 2),
+                    fixed(of(1), 2)
+                ));
+            }
         }
     } else if !trace.chosen.is_empty() {
         let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
