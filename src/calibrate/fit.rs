@@ -24,11 +24,12 @@ use super::options::FitOptions;
 use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
 use super::squares::{Squares, State, parameters, rms_m};
-use super::target::{Rim, Target, share_of};
+use super::target::{Finer, Rim, Target, share_of};
 use super::trial::{Trial, trial_of};
 use crate::base::Outline;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::{Fabric, STIFFNESSES};
+use crate::numeric::moments::mean;
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::{Parameter, SensitivityError};
@@ -207,6 +208,31 @@ impl Fit<'_> {
             if gained < LED_GAIN {
                 break;
             }
+        }
+        self.restore();
+        self.look_finer();
+    }
+
+    /// Lays the held sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
+    /// goes on with the plain fit.
+    fn look_finer(&mut self) {
+        let declared = self.declared.clone();
+        let cloth = self.squares(&declared).cloth(&self.plain.shared);
+        let finer: Vec<_> = self
+            .targets
+            .par_iter()
+            .zip(&self.plain.poses)
+            .zip(&self.plain.trials)
+            .map(|((target, pose), trial)| finer_of(target, pose, &cloth, self.options, trial))
+            .collect();
+        if finer.iter().all(Option::is_none) {
+            return;
+        }
+        self.targets.iter_mut().zip(finer).for_each(|(target, finer)| target.finer = finer);
+        let most = self.simulated + self.options.evaluations * self.targets.len();
+        if let Some(state) = self.state_with(&declared) {
+            (self.plain, self.ended) = self.descend(&declared, state, most);
+            self.kept = self.followers.iter().map(Follower::keep).collect();
         }
         self.restore();
     }
@@ -470,7 +496,9 @@ pub fn predict(
     tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
     let beside = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
         let (mut sheet, mut trial) = sheet?;
-        let one = [target.clone()];
+        let finer = finer_of(target, &target.first_pose(), cloth, options, &trial);
+        let one = [Target { finer, ..target.clone() }];
+        let target = &one[0];
         let squares = Squares { targets: &one, believed, options, numbers: &numbers };
         let mut pose = target.first_pose();
         // the springs follow the pose, and the pose the drape
@@ -504,14 +532,44 @@ fn lead_all(
     asked: &[Parameter],
 ) -> Vec<Result<Sheet, SensitivityError>> {
     let lead = |(target, pose): (&Target, &Pose)| {
-        let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
-        let sim = SimOptions { experiment, ..options.sim };
-        let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
-        let mut follower = Follower::drop(&cloth.fabric, &drop, &sim);
+        let mut follower = laid(cloth, target, pose, options, options.sim.vertices);
         let trial = trial_of(&mut follower, asked, target.compared())?;
         Ok((follower, trial))
     };
     targets.par_iter().zip(poses).map(lead).collect()
+}
+
+/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side.
+fn laid(
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    vertices: usize,
+) -> Follower {
+    let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
+    let sim = SimOptions { experiment, vertices, ..options.sim };
+    let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
+    Follower::drop(&cloth.fabric, &drop, &sim)
+}
+
+/// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
+/// or in other folds.
+fn finer_of(
+    target: &Target,
+    pose: &Pose,
+    cloth: &Cloth,
+    options: &FitOptions,
+    trial: &Trial,
+) -> Option<Box<Finer>> {
+    target.held_to(options).filter(|_| options.finer > 1.0)?;
+    let cells = (options.sim.vertices - 1) as f64 * options.finer;
+    let drape = laid(cloth, target, pose, options, cells.round() as usize + 1).drape();
+    let (rim, places) = trial.moves_to(&drape);
+    let squared: Vec<f64> = rim.iter().map(|move_| move_.norm_squared()).collect();
+    let believed = options.believed_of_cells();
+    let is_near = drape.stop == Stop::AtRest && mean(&squared).sqrt() < OTHER_FOLDS_M;
+    is_near.then(|| Box::new(Finer { rim, places, believed }))
 }
 
 /// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
@@ -611,6 +669,8 @@ const LEAST_SHARE: f64 = 1e-3;
 const LOST: [f64; 2] = [1.2, 15.0];
 /// How often a predicted drape's pose and springs follow each other.
 const PREDICTIONS: usize = 2;
+/// Root mean square move of a rim to finer cells from which on the sheet has other folds there \[m\].
+const OTHER_FOLDS_M: f64 = 3e-3;
 /// Quantile of the standard normal beyond which 5 % lie on each side.
 const Z90: f64 = 1.6449;
 

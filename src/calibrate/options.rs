@@ -23,6 +23,12 @@ pub struct FitOptions {
     pub pose_sigma: Pose,
     /// The same in a scan's frame, which the scan path has laid on plate and specimen.
     pub scan_pose_sigma: Pose,
+    /// How many times finer the cells are on which held sheets are laid once more, so that it is known what cells do to them; with 1
+    /// none are.
+    pub finer: f64,
+    /// How far cloth lies beyond those finer cells, in parts of what an error that falls with the square of the cell foretells:
+    /// mean and standard deviation, as `refine::FitOptions` has them.
+    pub cells: [f64; 2],
     /// Standard deviation of the warp's bearing where it is not known \[rad\].
     pub unknown_bearing: f64,
     /// Standard deviation of the logarithm of the pictures' scale, which all pictures of a fabric share; with 0 the scale is
@@ -55,10 +61,14 @@ impl Default for FitOptions {
             outlier: 3.0,
             // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is marked to 3 degrees; the
             // pull is what it must be
-            pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3, 0.0, 0.0, 0.0],
+            pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3, 0.0, 0.0, 0.0, 0.0],
             // as `refine::FitOptions` has them
             along_m: 0.7e-3,
-            scan_pose_sigma: [0.5e-3, 0.5e-3, 5e-3, 0.0, 0.5e-3, 0.5e-3, 0.0, 0.3e-3, 3e-3, 3e-3],
+            scan_pose_sigma: [
+                0.5e-3, 0.5e-3, 5e-3, 0.0, 0.5e-3, 0.5e-3, 0.0, 0.3e-3, 3e-3, 3e-3, 0.0,
+            ],
+            finer: 1.5,
+            cells: [0.62, 0.5],
             unknown_bearing: 0.5,
             scale_sigma: 0.0,
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
@@ -80,6 +90,13 @@ impl FitOptions {
     pub fn declared(&self) -> Vec<&'static Number> {
         let scale = Effect::named("scale").filter(|_| self.scale_sigma > 0.0);
         scale.into_iter().flat_map(|effect| effect.numbers).collect()
+    }
+
+    /// How far cloth lies beyond the drapes' cells, in moves from them to the finer ones: mean and standard deviation.
+    pub(super) fn believed_of_cells(&self) -> [f64; 2] {
+        let second_order = 1.0 / (self.finer.powi(2) - 1.0);
+        let [mean, sigma] = self.cells.map(|part| part * second_order);
+        [1.0 + mean, sigma]
     }
 
     /// How large a number may be expected to be: standard deviation, SI.

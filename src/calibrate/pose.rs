@@ -3,7 +3,7 @@
 use crate::base::Vector3;
 
 /// Numbers of a pose.
-pub const POSE: usize = 10;
+pub const POSE: usize = 11;
 
 /// Names of the pose's numbers in files.
 pub const POSE_KEYS: [&str; POSE] = [
@@ -17,12 +17,14 @@ pub const POSE_KEYS: [&str; POSE] = [
     "height",
     "lean_x",
     "lean_z",
+    "cells",
 ];
 
 /// How a drape lies: the plate's axis beside the origin of what was measured, x and z \[m\]; the warp's bearing there, from
 /// +x towards +z \[rad\]; the logarithm of the scale over the one given; the specimen's centre beside the plate's axis, along
 /// warp and weft \[m\]; how far beyond the outline its springs pull \[m\]; and of a scan, in which heights are seen, the
-/// height of the plate's face \[m\] and by how much what is measured leans, as rises along warp and weft \[rad\].
+/// height of the plate's face \[m\] and by how much what is measured leans, as rises along warp and weft \[rad\]; and how far cloth
+/// lies beyond the drape's cells, in moves from them to finer ones ([`super::target::Finer`]).
 pub type Pose = [f64; POSE];
 
 /// A pose in a picture whose scale is off by a logarithm.
@@ -63,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_pose_maps_there_and_back() {
-        let pose = [2e-3, -1e-3, 0.4, 0.02, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0];
+        let pose = [2e-3, -1e-3, 0.4, 0.02, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.0];
         let p = [0.11, -0.03];
         let there = picture_of(p, &pose);
         let back = plan_of(there, &pose);
@@ -71,11 +73,13 @@ mod tests {
         let back = frame_of(&Vector3::new(there[0], 1e-3 - 0.05 * 0.02_f64.exp(), there[1]), &pose);
         assert!((back - Vector3::new(p[0], -0.05, p[1])).norm() < 1e-15);
         // the warp's bearing in the picture is the rotation
-        let turned = [0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let mut turned = [0.0; POSE];
+        turned[2] = 0.4;
         let [x, z] = picture_of([0.1, 0.0], &turned);
         assert!((z.atan2(x) - 0.4).abs() < 1e-12);
         // what rises along the warp is laid level
-        let leaning = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.01, 0.0];
+        let mut leaning = [0.0; POSE];
+        leaning[8] = -0.01;
         let level = frame_of(&Vector3::new(0.1, 1e-3, 0.0), &leaning);
         assert!(level.y.abs() < 1e-12 && (level.x - 0.1).abs() < 2e-5);
     }

@@ -75,6 +75,8 @@ struct At<'a> {
     on: On,
     per_height: f64,
     trial: &'a Trial,
+    /// The place's move to finer cells \[m\].
+    finer: Vector3,
 }
 
 impl At<'_> {
@@ -137,6 +139,7 @@ impl At<'_> {
             scale * ny,
             nx * y - ny * x,
             nz * y - ny * z,
+            self.normal.dot(&self.finer),
         ]
     }
 }
@@ -192,7 +195,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     let posed = scaled(pose, view.ln_scale);
     let (rows, distances) = match &target.rim {
         Some(rim) => {
-            let (rows, mut distances) = on_rim(rim, trial, moved, &posed, of.options);
+            let (rows, mut distances) = on_rim((rim, target), trial, moved, &posed, of.options);
             if let Some(sheet) = &rim.sheet {
                 distances.extend(on_sheet_of(sheet, target, trial, moved, &posed, of.options));
             }
@@ -266,6 +269,7 @@ fn on_outline<'a>(
             per_height,
             on: On::Outline { segment: foot.segment, fraction: foot.fraction },
             trial,
+            finer: Vector3::zeros(),
         };
         let off_m = foot.outwards_m;
         let row = Row { bearing_rad: z.atan2(x), outwards_m: off_m, across_m: off_m.abs() };
@@ -276,7 +280,7 @@ fn on_outline<'a>(
 
 /// The points of a measured rim that were seen, beside their places on the simulated one.
 fn on_rim<'a>(
-    rim: &Rim,
+    (rim, target): (&Rim, &Target),
     trial: &'a Trial,
     moved: [f64; 3],
     posed: &Pose,
@@ -289,7 +293,9 @@ fn on_rim<'a>(
     let counts = (mean_step_m(&measured) / options.alike_m).min(1.0);
     let (mut rows, mut distances) = (Vec::new(), Vec::new());
     for index in (0..RIM_POINTS).filter(|&index| points[index].observed) {
-        let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m]);
+        let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.rim[index]);
+        let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m])
+            + finer * posed[10];
         let next =
             measured[(index + 1) % RIM_POINTS] - measured[(index + RIM_POINTS - 1) % RIM_POINTS];
         let [level, upwards, along] = directions(&next, &place);
@@ -298,7 +304,7 @@ fn on_rim<'a>(
         for (normal, sigma_m) in
             [(level, sigma_m), (upwards, sigma_m), (along, sigma_m.hypot(options.along_m))]
         {
-            let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial };
+            let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial, finer };
             distances.push(Distance { at, off_m: normal.dot(&off), sigma_m, counts });
         }
         rows.push(Row {
@@ -330,9 +336,11 @@ fn on_sheet_of<'a>(
         let warp = measured(i + 1, j) - measured(i - 1, j);
         let weft = measured(i, j + 1) - measured(i, j - 1);
         let normal = warp.cross(&weft).try_normalize(0.0).filter(|_| point.observed)?;
-        let place = (0..3).fold(trial.places[index], |at, m| at + own[m].places[index] * moved[m]);
+        let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.places[index]);
+        let place = (0..3).fold(trial.places[index], |at, m| at + own[m].places[index] * moved[m])
+            + finer * posed[10];
         let on = On::Sheet { index, out: out_of([i, j], &target.bench) };
-        let at = At { normal, place, on, per_height: 0.0, trial };
+        let at = At { normal, place, on, per_height: 0.0, trial, finer };
         let sigma_m = point.sigma_m.hypot(options.scan_model_m);
         Some(Distance { at, off_m: normal.dot(&(measured(i, j) - place)), sigma_m, counts })
     })

@@ -28,6 +28,19 @@ pub struct Target {
     pub per_height: f64,
     /// Specimen and plate.
     pub bench: Experiment,
+    /// What finer cells move its drape by, once that is known.
+    pub finer: Option<Box<Finer>>,
+}
+
+/// How a held sheet moves from the fit's cells to finer ones.
+#[derive(Clone, Debug)]
+pub struct Finer {
+    /// Moves of the rim's points \[m\].
+    pub rim: Vec<Vector3>,
+    /// Moves of the places that are compared ([`compared`]) \[m\].
+    pub places: Vec<Vector3>,
+    /// How far cloth lies along these moves: mean and standard deviation of what is believed.
+    pub believed: [f64; 2],
 }
 
 /// A rim in space, simulation frame.
@@ -51,7 +64,16 @@ impl Target {
         let [cx, cz] = outline.centroid_m();
         let outline = outline.mapped(|[x, z]| [x - cx, z - cz]);
         let (rim, turned_over, settled, per_height) = (None, false, 0.0, 0.0);
-        Self { outline, rim, warp_rad, turned_over, settled, per_height, bench: *bench }
+        Self {
+            outline,
+            rim,
+            warp_rad,
+            turned_over,
+            settled,
+            per_height,
+            bench: *bench,
+            finer: None,
+        }
     }
 
     /// Of a rim whose frame has the warp along x, face up; `None` where seen from above it does not go around the plate.
@@ -60,7 +82,16 @@ impl Target {
         let outline = rim.from_above()?;
         let rim = Some(Box::new(rim));
         let (warp_rad, turned_over, settled, per_height) = (Some(0.0), false, 0.0, 0.0);
-        Some(Self { outline, rim, warp_rad, turned_over, settled, per_height, bench: *bench })
+        Some(Self {
+            outline,
+            rim,
+            warp_rad,
+            turned_over,
+            settled,
+            per_height,
+            bench: *bench,
+            finer: None,
+        })
     }
 
     /// The pose before anything is fitted.
@@ -68,6 +99,7 @@ impl Target {
     pub fn first_pose(&self) -> Pose {
         let mut pose = [0.0; POSE];
         pose[2] = self.warp_rad.unwrap_or(0.0);
+        pose[10] = self.finer.as_ref().map_or(0.0, |finer| finer.believed[0]);
         pose
     }
 
@@ -89,7 +121,9 @@ impl Target {
     /// The standard deviations of its pose.
     pub(super) fn pose_sigma(&self, options: &FitOptions) -> Pose {
         if self.rim.is_some() {
-            return options.scan_pose_sigma;
+            let mut sigma = options.scan_pose_sigma;
+            sigma[10] = self.finer.as_ref().map_or(0.0, |finer| finer.believed[1]);
+            return sigma;
         }
         let mut sigma = options.pose_sigma;
         if self.warp_rad.is_none() {

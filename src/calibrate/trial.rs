@@ -74,6 +74,16 @@ impl Trial {
         nearer(&self.outline, &self.heights_m, per_height)
     }
 
+    /// How the rim's points and the places lie in another drape beside this one \[m\].
+    pub(super) fn moves_to(&self, drape: &Drape) -> (Vec<Vector3>, Vec<Vector3>) {
+        let of = if self.places.is_empty() { Compared::Rim } else { Compared::Sheet };
+        let less = |there: Vec<Vector3>, here: &[Vector3]| -> Vec<Vector3> {
+            there.iter().zip(here).map(|(there, here)| there - here).collect()
+        };
+        let (rim, places) = (rim(drape, &drape.positions_m), places(drape, &drape.positions_m, of));
+        (less(rim, &self.rim), less(places, &self.places))
+    }
+
     /// How it moves with a parameter that was asked for.
     pub(super) fn with(&self, parameter: Parameter) -> &Move {
         match self.moves.iter().find(|m| m.parameter == parameter) {

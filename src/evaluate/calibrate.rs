@@ -36,6 +36,8 @@ pub struct Said {
     pub after_mm: f64,
     /// The same two of scanned sheets once they are let go \[mm\]; NaN of outlines.
     pub let_go_mm: [f64; 2],
+    /// What the fits leave, in standard deviations, without any effect and with those found.
+    pub misfit: [f64; 2],
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
     pub floor_mm: f64,
 }
@@ -55,6 +57,7 @@ pub fn said_of(result: &FabricResult) -> Said {
             pairs.iter().filter_map(|pair| Some(pair.let_go_rms_m?[which])).collect();
         mean(&own) / M_PER_MM
     };
+    let before = result.fitted.as_ref().map_or(f64::NAN, |fitted| fitted.misfit);
     let captures = result.floor.iter().find(|spread| spread.pairing == Pairing::Captures);
     let found = || result.after.iter().flat_map(|after| &after.effects);
     Said {
@@ -64,6 +67,7 @@ pub fn said_of(result: &FabricResult) -> Said {
         before_mm,
         after_mm,
         let_go_mm: [of_free(0), of_free(1)],
+        misfit: [before, result.after.as_ref().map_or(before, |after| after.fitted.misfit)],
         floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
     }
 }
@@ -190,7 +194,7 @@ pub const LEAST_FLOORS: f64 = 3.0;
 
 impl Scored {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, verdict, effects, group, right, before_mm, after_mm, let_go_before_mm, let_go_after_mm, \
+    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, verdict, effects, group, right, before_mm, after_mm, let_go_before_mm, let_go_after_mm, misfit_before, misfit_after, \
          floor_mm, truth_mm, failure";
 
     /// How far the effects move an outline on its branch \[mm\], if that is known.
@@ -240,7 +244,7 @@ impl Scored {
         let right = if self.is_right() { "yes" } else { "no" };
         match &self.said {
             Ok(said) => format!(
-                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, ",
+                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, ",
                 said.verdict,
                 said.effects.join(" "),
                 said.group.join(" "),
@@ -248,12 +252,14 @@ impl Scored {
                 said.after_mm,
                 said.let_go_mm[0],
                 said.let_go_mm[1],
+                said.misfit[0],
+                said.misfit[1],
                 said.floor_mm,
                 self.truth_mm
             ),
             Err(why) => {
                 let why = why.replace(", ", "; ");
-                format!("{begun}, , , , {right}, , , , , , {:.2}, {why}", self.truth_mm)
+                format!("{begun}, , , , {right}, , , , , , , , {:.2}, {why}", self.truth_mm)
             }
         }
     }
@@ -367,6 +373,7 @@ mod tests {
             before_mm: 5.0,
             after_mm,
             let_go_mm: [f64::NAN; 2],
+            misfit: [1.0, 0.5],
             floor_mm: 1.0,
         }
     }

@@ -398,6 +398,7 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
             "rotation" => ("rotation_deg".to_owned(), json!(value.to_degrees())),
             "ln_scale" => ("scale".to_owned(), json!(value.exp())),
             "lean_x" | "lean_z" => (format!("{key}_deg"), json!(value.to_degrees())),
+            "cells" => ("cells".to_owned(), json!(value)),
             key => (format!("{key}_mm"), json!(value / M_PER_MM)),
         })
         .collect();

@@ -68,6 +68,9 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
             trace.units
         ));
     }
+    if fabric.leaves() {
+        out.push("The scanned sheets leave more than scans and cells explain, and no effect that was looked for takes half of it away: something else is there.".to_owned());
+    }
     let names = |all: &[&'static str]| {
         all.iter().map(|name| effect(name)).collect::<Vec<_>>().join(" and ")
     };
