@@ -476,7 +476,9 @@ pub fn fabric(
             let perspective = Effect::named("perspective").filter(|_| known);
             let without: Vec<_> = options.without.iter().copied().chain(perspective).collect();
             let trace = trace(&mut fit, &units, &without);
-            let added = trace.as_ref().and_then(|trace| add(&mut fit, trace, &units.of));
+            let added = trace
+                .as_ref()
+                .and_then(|trace| add(&mut fit, trace, &units.of, scanned(&measured)));
             (Ok(fit.plain()), trace, added)
         }
         Err(error) => (Err(error), None, None),
@@ -538,10 +540,15 @@ type Added = (Vec<FoundEffect>, Fitted);
 
 /// Adds the effects that a residual asks for: of those that cannot be told apart by their moves, the one whose fit is best,
 /// if that fit is sure of its sign and has not run to an end of what is tried.
-fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize]) -> Option<Added> {
+/// Of scanned sheets nothing is added to an effect that leaves nothing: the choice is linear, and what a large effect does beyond
+/// that looks like another.
+fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bool) -> Option<Added> {
     let mut added: Option<Added> = None;
     let declared = fit.declared().to_vec();
     for choice in &trace.chosen {
+        if scanned && added.as_ref().is_some_and(|(_, fitted)| fitted.misfit < LEAVES) {
+            break;
+        }
         let before: Vec<&'static Effect> =
             added.iter().flat_map(|(effects, _)| effects.iter().map(|e| e.effect)).collect();
         let numbers = |effect: &'static Effect| -> Vec<&'static Number> {
@@ -725,12 +732,9 @@ impl FabricResult {
     /// and these, if there are any, take away less than half of it.
     #[must_use]
     pub fn leaves(&self) -> bool {
-        let fitted = |m: &&Measured| m.entry.role == Role::Fit;
-        let of_sheet = |m: &Measured| m.rim.as_ref().is_some_and(|rim| rim.sheet.is_some());
-        let scanned = self.measured.iter().filter(fitted).all(of_sheet);
         let before = self.fitted.as_ref().map_or(0.0, |fitted| fitted.misfit);
         let after = self.after.as_ref().map_or(before, |after| after.fitted.misfit);
-        scanned && is_left([before, after], self.after.is_some())
+        scanned(&self.measured) && is_left([before, after], self.after.is_some())
     }
 
     fn judge(&self) -> Verdict {
@@ -795,6 +799,12 @@ impl FabricResult {
             folds: [of(&|m, _| m.folds as f64)[0], of(&|_, b| b.measures.folds as f64)[0]],
         }
     }
+}
+
+/// Whether all drapes that are fitted are scanned sheets.
+fn scanned(measured: &[Measured]) -> bool {
+    let mut fitted = measured.iter().filter(|m| m.entry.role == Role::Fit);
+    fitted.all(|m| m.rim.as_ref().is_some_and(|rim| rim.sheet.is_some()))
 }
 
 /// Whether misfits before and after effects, or without any, say that something else is there.
