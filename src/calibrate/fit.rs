@@ -1,7 +1,8 @@
 //! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with effects.
 //!
 //! Each outline leads a sheet to its branch and holds it there by weak springs ([`DropStart::Held`]); at rest on them, the
-//! sheet is led from fabric to fabric. A scanned sheet is laid where it was scanned, a given rim leads one, and nothing holds either. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
+//! sheet is led from fabric to fabric. A scanned sheet is held to its scan ([`DropStart::HeldSurface`]), and laid once on finer cells, so that it is known
+//! what cells do to it; a given rim leads a sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
 //! effects that are asked for, shared by all drapes, and the pose of each, with the prior's Gaussian on the former. Where
 //! the steps end, the outlines lead sheets of the fabric found, and the steps go on as long as that gains.
 //!

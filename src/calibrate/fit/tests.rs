@@ -383,3 +383,36 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
     let [warp, weft] = strongest.place;
     assert!((warp - 0.75).hypot(weft - 0.25) < 0.15 && strongest.per_m > 0.0, "{said}");
 }
+
+#[test]
+fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
+    let (fabric, mut options) = (truth(), options());
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 31);
+    options.sim.experiment = Experiment::default();
+    let finer = SimOptions { vertices: 61, ..options.sim };
+    let target = |seed| {
+        let (rim, _) = scanned(&fabric, seed, &finer);
+        Target::of_rim(rim, &options.sim.experiment).unwrap()
+    };
+    let targets: Vec<Target> = (0..2).map(target).collect();
+    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let fitted = |finer: f64| {
+        let options = FitOptions { finer, ..options };
+        fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap().plain()
+    };
+    let (without, with) = (fitted(1.0), fitted(1.5));
+    let off = |fitted: &Fitted| -> f64 {
+        let off = |k: usize| (fitted.stiffnesses[k].value / fabric.in_si()[k]).ln().abs();
+        (3..STIFFNESSES).map(off).sum::<f64>() / 3.0
+    };
+    let said = format!(
+        "misfit {:.3} -> {:.3}, bending off by {:.3} -> {:.3}",
+        without.misfit,
+        with.misfit,
+        off(&without),
+        off(&with)
+    );
+    println!("{said}");
+    assert!(with.misfit < 0.8 * without.misfit, "{said}");
+}
