@@ -397,11 +397,12 @@ fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
     let targets: Vec<Target> = (0..2).map(target).collect();
     let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let fitted = |finer: f64| {
-        let options = FitOptions { finer, ..options };
-        fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap().plain()
+    let as_they_are = FitOptions { finer: 1.0, ..options };
+    let plain = |options: &FitOptions| {
+        let fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
+        fit.plain()
     };
-    let (without, with) = (fitted(1.0), fitted(1.5));
+    let (without, with) = (plain(&as_they_are), plain(&options));
     let off = |fitted: &Fitted| -> f64 {
         let off = |k: usize| (fitted.stiffnesses[k].value / fabric.in_si()[k]).ln().abs();
         (3..STIFFNESSES).map(off).sum::<f64>() / 3.0
