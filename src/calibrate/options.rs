@@ -2,6 +2,7 @@
 
 use super::effect::{Acts, Effect, Number};
 use super::pose::Pose;
+use crate::refine;
 use crate::sim::SimOptions;
 
 /// How a fabric is fitted to outlines and rims.
@@ -50,31 +51,31 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
+        let refined = refine::FitOptions::default();
         Self {
             // captures of one drape differ by 1 to 2.4 mm, each by that over the root of two
             outline_m: 1.2e-3,
             // rims of neighbouring minima: `docs/validation.md`
             model_m: 1.0e-3,
-            scan_model_m: 0.5e-3,
+            scan_model_m: refined.data.model_m,
             // a quarter of a fold of seven
             alike_m: 25e-3,
             outlier: 3.0,
             // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is marked to 3 degrees; the
             // pull is what it must be
             pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3, 0.0, 0.0, 0.0, 0.0],
+            along_m: refined.data.along_m,
             // as `refine::FitOptions` has them
-            along_m: 0.7e-3,
             scan_pose_sigma: [
                 0.5e-3, 0.5e-3, 5e-3, 0.0, 0.5e-3, 0.5e-3, 0.0, 0.3e-3, 3e-3, 3e-3, 0.0,
             ],
             finer: 1.5,
-            cells: [0.62, 0.5],
+            cells: refined.cells,
             unknown_bearing: 0.5,
             scale_sigma: 0.0,
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
             hold_per_m: 150.0,
-            // as `refine::FitOptions` has it
-            scan_hold_sag_m: 30e-3,
+            scan_hold_sag_m: refined.hold_sag_m,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,

@@ -80,18 +80,8 @@ impl Target {
     #[must_use]
     pub fn of_rim(rim: Rim, bench: &Experiment) -> Option<Self> {
         let outline = rim.from_above()?;
-        let rim = Some(Box::new(rim));
-        let (warp_rad, turned_over, settled, per_height) = (Some(0.0), false, 0.0, 0.0);
-        Some(Self {
-            outline,
-            rim,
-            warp_rad,
-            turned_over,
-            settled,
-            per_height,
-            bench: *bench,
-            finer: None,
-        })
+        let of_outline = Self::of(&outline, Some(0.0), bench);
+        Some(Self { outline, rim: Some(Box::new(rim)), ..of_outline })
     }
 
     /// The pose before anything is fitted.
