@@ -12,13 +12,14 @@ use scan2params::Fabric;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::effect::{Cloth, EFFECTS};
 use scan2params::calibrate::field::Field;
+use scan2params::calibrate::add::FoundEffect;
 use scan2params::calibrate::fit::{Beside, Fitted};
 use scan2params::calibrate::floor::{Pairing, Spread};
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
 use scan2params::calibrate::measures::{FoldRule, Measures};
 use scan2params::calibrate::pose::POSE;
 use scan2params::calibrate::run::{
-    After, Calibration, DrapeBeside, FabricResult, FoundEffect, Measured, Refused, Verdict,
+    After, Calibration, DrapeBeside, FabricResult, Measured, Refused, Verdict,
 };
 use scan2params::calibrate::seen::Row;
 use scan2params::calibrate::trace::{Choice, Ranked, Trace};

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::believed::Believed;
 use super::effect::{Cloth, Number, View};
 use super::measures::{FoldRule, Measures};
-use super::options::FitOptions;
+use super::options::{FitOptions, LEAVES};
 use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
 use super::squares::{Squares, State, parameters, rms_m};
@@ -212,6 +212,35 @@ impl Fit<'_> {
         }
         self.restore();
         self.look_finer();
+        self.start_otherwise();
+    }
+
+    /// Where scanned sheets leave more than the plain model should and stretch or shear has run off, begins again at stiffer ones with
+    /// the bending found: drapes tell these last, and on the way to their bending they may run to where no step leads back from.
+    fn start_otherwise(&mut self) {
+        let (declared, believed) = (self.declared.clone(), self.believed);
+        let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
+        let has_run_off =
+            (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt());
+        let scanned = self.targets.iter().all(|target| target.held_to(self.options).is_some());
+        if !scanned || !has_run_off || self.plain.misfit() < LEAVES {
+            return;
+        }
+        let mut shared = self.plain.shared.clone();
+        for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
+            let [low, high] = believed.ln_limits[k];
+            *shared = (believed.ln_mean[k] + OTHERWISE).clamp(low, high);
+        }
+        let most = self.simulated + self.options.evaluations * self.targets.len();
+        if let Some(state) = self.led(&declared, &shared) {
+            let (state, ended) = self.descend(&declared, state, most);
+            if state.cost < self.plain.cost - LED_GAIN {
+                (self.plain, self.ended) = (state, ended);
+                self.kept = self.followers.iter().map(Follower::keep).collect();
+                self.look_finer();
+            }
+        }
+        self.restore();
     }
 
     /// Lays the held sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
@@ -219,13 +248,7 @@ impl Fit<'_> {
     fn look_finer(&mut self) {
         let declared = self.declared.clone();
         let cloth = self.squares(&declared).cloth(&self.plain.shared);
-        let finer: Vec<_> = self
-            .targets
-            .par_iter()
-            .zip(&self.plain.poses)
-            .zip(&self.plain.trials)
-            .map(|((target, pose), trial)| finer_of(target, pose, &cloth, self.options, trial))
-            .collect();
+        let finer = self.finer(&cloth, &self.plain);
         if finer.iter().all(Option::is_none) {
             return;
         }
@@ -236,6 +259,13 @@ impl Fit<'_> {
             self.kept = self.followers.iter().map(Follower::keep).collect();
         }
         self.restore();
+    }
+
+    /// What finer cells do to the sheets of a cloth.
+    fn finer(&self, cloth: &Cloth, state: &State) -> Vec<Option<Box<Finer>>> {
+        let all = self.targets.par_iter().zip(&state.poses).zip(&state.trials);
+        all.map(|((target, pose), trial)| finer_of(target, pose, cloth, self.options, trial))
+            .collect()
     }
 
     /// For each outline given, whether its sheet was left out.
@@ -250,6 +280,12 @@ impl Fit<'_> {
         &self.declared
     }
 
+    /// Root mean square distance of an independent point of the plain fit in standard deviations.
+    #[must_use]
+    pub fn misfit(&self) -> f64 {
+        self.plain.misfit()
+    }
+
     /// What was found without effects.
     #[must_use]
     pub fn plain(&self) -> Fitted {
@@ -261,11 +297,13 @@ impl Fit<'_> {
     pub(super) fn state_with(&mut self, numbers: &[&'static Number]) -> Option<State> {
         self.restore();
         let asked = parameters(numbers);
-        let trials: Option<Vec<Trial>> = self
-            .followers
-            .par_iter_mut()
-            .zip(&self.targets)
-            .map(|(f, target)| trial_of(f, &asked, target.compared()).ok())
+        let cloth = self.squares(&self.declared).cloth(&self.plain.shared);
+        let (options, poses) = (self.options, &self.plain.poses);
+        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses);
+        let trials: Option<Vec<Trial>> = both
+            .map(|((sheet, target), pose)| {
+                seen_of(sheet, &cloth, target, pose, options, &asked).ok()
+            })
             .collect();
         let shared = extended(&self.plain.shared, &self.declared, numbers);
         Some(self.squares(numbers).around(&shared, trials?, self.plain.poses.clone()))
@@ -279,10 +317,22 @@ impl Fit<'_> {
         Some(self.fitted(numbers, state, ended))
     }
 
-    /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on; `None` where
-    /// one does not come to rest.
+    /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on, and with what finer
+    /// cells do to that cloth; `None` where one does not come to rest.
     pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
-        let state = self.led(numbers, &shared_of(&from.cloth))?;
+        let plain: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
+        let fitted = self.with_finer(numbers, &shared_of(&from.cloth));
+        self.targets.iter_mut().zip(plain).for_each(|(target, finer)| target.finer = finer);
+        fitted
+    }
+
+    fn with_finer(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<Fitted> {
+        let state = self.led(numbers, shared)?;
+        let cloth = self.squares(numbers).cloth(shared);
+        let finer = self.finer(&cloth, &state);
+        let both = self.targets.iter_mut().zip(finer);
+        both.filter(|(_, finer)| finer.is_some()).for_each(|(target, finer)| target.finer = finer);
+        let state = self.squares(numbers).around(shared, state.trials, state.poses);
         let most = self.simulated + self.options.evaluations * self.targets.len();
         let (state, ended) = self.descend(numbers, state, most);
         Some(self.fitted(numbers, state, ended))
@@ -534,13 +584,40 @@ fn lead_all(
 ) -> Vec<Result<Sheet, SensitivityError>> {
     let lead = |(target, pose): (&Target, &Pose)| {
         let mut follower = laid(cloth, target, pose, options, options.sim.vertices);
-        let trial = trial_of(&mut follower, asked, target.compared())?;
+        let trial = seen_of(&mut follower, cloth, target, pose, options, asked)?;
         Ok((follower, trial))
     };
     targets.par_iter().zip(poses).map(lead).collect()
 }
 
-/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side.
+/// What is seen of a sheet of a cloth at rest; of one that rests on a saddle once it has slid off it.
+fn seen_of(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    match trial_of(sheet, asked, target.compared()) {
+        Err(SensitivityError::Unstable) => {
+            led_on(sheet, &stiffer(cloth), target, pose, options, &parameters(&[])).ok();
+            led_on(sheet, cloth, target, pose, options, asked)
+        }
+        other => other,
+    }
+}
+
+/// A cloth a little stiffer to bend: a sheet that came to rest on a saddle slides off it on the way there and back.
+fn stiffer(cloth: &Cloth) -> Cloth {
+    let mut ln = cloth.ln();
+    ln[STIFFNESSES / 2..].iter_mut().for_each(|ln| *ln += OFF_A_SADDLE);
+    let fabric = Fabric::from_ln_stiffnesses(&ln, cloth.fabric.density_kg_m2);
+    Cloth { fabric, ..cloth.clone() }
+}
+
+/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side. Where the cloth with its effects does not
+/// come to rest there, it is led there without them first.
 fn laid(
     cloth: &Cloth,
     target: &Target,
@@ -548,10 +625,20 @@ fn laid(
     options: &FitOptions,
     vertices: usize,
 ) -> Follower {
-    let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
-    let sim = SimOptions { experiment, vertices, ..options.sim };
+    let lies = target.lies(pose);
     let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
-    Follower::drop(&cloth.fabric, &drop, &sim)
+    let dropped = |cloth: &Cloth| {
+        let experiment = cloth.setup(&target.bench, lies).experiment;
+        let sim = SimOptions { experiment, vertices, ..options.sim };
+        Follower::drop(&cloth.fabric, &drop, &sim)
+    };
+    let sheet = dropped(cloth);
+    if cloth.effects.is_empty() || sheet.drape().stop == Stop::AtRest {
+        return sheet;
+    }
+    let mut other = dropped(&Cloth::plain(cloth.fabric));
+    let way = other.follow(&cloth.setup(&target.bench, lies), &FollowOptions::default());
+    if way.is_ok_and(|way| way.reached == 1.0) { other } else { sheet }
 }
 
 /// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
@@ -662,12 +749,20 @@ const LENGTHS_M: [f64; 2] = [9e-3, 35e-3];
 /// How often the outlines lead at most, and the fall of the cost for which they do so again.
 const LEADINGS: usize = 2;
 const LED_GAIN: f64 = 1.0;
+/// The first of the six stiffnesses, which are not bending.
+const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
+/// Standard deviations from what is believed beyond which stretch or shear has run off.
+const RAN_OFF: f64 = 2.0;
+/// Factor, as a logarithm, on what is believed of stretch and shear with which a fit begins again.
+const OTHERWISE: f64 = 1.8;
 /// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
 const NEAR: f64 = 0.2;
 /// Foretold fall of the cost, as a share of it, that is not worth a round of drapes.
 const LEAST_SHARE: f64 = 1e-3;
 /// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off its fold.
 const LOST: [f64; 2] = [1.2, 15.0];
+/// Change of bending's logarithms that brings a sheet off a saddle.
+const OFF_A_SADDLE: f64 = 0.03;
 /// How often a predicted drape's pose and springs follow each other.
 const PREDICTIONS: usize = 2;
 /// Root mean square move of a rim to finer cells from which on the sheet has other folds there \[m\].

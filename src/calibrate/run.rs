@@ -11,9 +11,10 @@ use std::fmt;
 
 use rayon::prelude::*;
 
+use super::add::{Asked, CONFIRMED, FoundEffect, add, is_left};
 use super::believed::Believed;
-use super::effect::{Effect, Number, settled};
-use super::fit::{Beside, Fit, FitError, Fitted, Progress, fit, predict};
+use super::effect::{Effect, settled};
+use super::fit::{Beside, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
 use super::independent::Units;
 use super::left::{Left, left};
@@ -22,7 +23,7 @@ use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
 use super::silhouette::{self, SilhouetteLimits};
 use super::target::{Rim, Target};
-use super::trace::{Choice, Trace, trace};
+use super::trace::{Trace, trace};
 use crate::base::Outline;
 use crate::base::boundary::Orientation;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
@@ -142,17 +143,6 @@ pub struct After {
     pub drapes: Vec<DrapeBeside>,
 }
 
-/// An effect that was added.
-#[derive(Clone, Debug)]
-pub struct FoundEffect {
-    /// The effect.
-    pub effect: &'static Effect,
-    /// Its numbers with their values and 90 % intervals, SI.
-    pub numbers: Vec<(&'static Number, f64, [f64; 2])>,
-    /// Names of the effects that these drapes cannot tell from it.
-    pub group: Vec<&'static str>,
-}
-
 /// What was found of a fabric beyond the plain model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -163,7 +153,7 @@ pub enum Verdict {
     Undecided,
     /// Something comes back from specimen to specimen that no effect of the list explains.
     Unexplained,
-    /// Nothing comes back from specimen to specimen.
+    /// Nothing comes back from specimen to specimen, or what seemed to is nothing where its effect is fitted.
     None,
 }
 
@@ -466,7 +456,7 @@ pub fn fabric(
     let fitting = |progress| tell(Told::Fitting(&name, progress));
     let (rule, fit_options) = (&options.folds, &options.fit);
     let own = targets(&to_fit);
-    let (mut fitted, trace, added) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
+    let (mut fitted, trace, asked) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
         Ok(mut fit) => {
             let fitted = to_fit.iter().zip(fit.lost()).filter(|(_, lost)| !lost);
             let specimens: Vec<Option<&str>> =
@@ -476,12 +466,12 @@ pub fn fabric(
             let perspective = Effect::named("perspective").filter(|_| known);
             let without: Vec<_> = options.without.iter().copied().chain(perspective).collect();
             let trace = trace(&mut fit, &units, &without);
-            let added = trace
+            let asked = trace
                 .as_ref()
-                .and_then(|trace| add(&mut fit, trace, &units.of, scanned(&measured)));
-            (Ok(fit.plain()), trace, added)
+                .map_or(Asked::NotSure, |t| add(&mut fit, t, &units.of, scanned(&measured)));
+            (Ok(fit.plain()), trace, asked)
         }
-        Err(error) => (Err(error), None, None),
+        Err(error) => (Err(error), None, Asked::NotSure),
     };
     let predicting = |progress| tell(Told::Predicting(&name, progress));
     let held = targets(&held_out);
@@ -495,14 +485,19 @@ pub fn fabric(
         drapes
     };
     let drapes = fitted.as_mut().map(&beside).unwrap_or_default();
-    let after = added.map(|(effects, mut fitted)| {
-        let drapes = beside(&mut fitted);
-        After { effects, fitted, drapes }
-    });
+    let are_nothing = matches!(asked, Asked::Nothing);
+    let after = match asked {
+        Asked::Added(added) => {
+            let (effects, mut fitted) = *added;
+            let drapes = beside(&mut fitted);
+            Some(After { effects, fitted, drapes })
+        }
+        Asked::Nothing | Asked::NotSure => None,
+    };
     let verdict = Verdict::None;
     let mut result =
         FabricResult { name, believed, measured, floor, fitted, drapes, trace, after, verdict };
-    result.verdict = result.judge();
+    result.verdict = result.judge(are_nothing);
     Ok(result)
 }
 
@@ -534,99 +529,6 @@ fn is_one_drape((a, b): (&Rim, &Rim)) -> bool {
 /// Root mean square distance of two rims of a specimen from which on it was dropped anew between them \[m\]: scans of one drape
 /// differ by up to two, drapes of two drops mostly by more than ten (`docs/validation.md`).
 const ANEW_M: f64 = 4e-3;
-
-/// Effects with the fit that has them.
-type Added = (Vec<FoundEffect>, Fitted);
-
-/// Adds the effects that a residual asks for: of those that cannot be told apart by their moves, the one whose fit is best,
-/// if that fit is sure of its sign and has not run to an end of what is tried.
-/// Of scanned sheets nothing is added to an effect that leaves nothing: the choice is linear, and what a large effect does beyond
-/// that looks like another.
-fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bool) -> Option<Added> {
-    let mut added: Option<Added> = None;
-    let declared = fit.declared().to_vec();
-    for choice in &trace.chosen {
-        if scanned && added.as_ref().is_some_and(|(_, fitted)| fitted.misfit < LEAVES) {
-            break;
-        }
-        let before: Vec<&'static Effect> =
-            added.iter().flat_map(|(effects, _)| effects.iter().map(|e| e.effect)).collect();
-        let numbers = |effect: &'static Effect| -> Vec<&'static Number> {
-            let effects = before.iter().copied().chain([effect]).flat_map(|e| e.numbers);
-            declared.iter().copied().chain(effects).collect()
-        };
-        let mut tried: Vec<(&'static Effect, Fitted)> = Vec::new();
-        for effect in rivals(choice).into_iter().filter(|effect| !before.contains(effect)) {
-            tried.extend(fit.with(&numbers(effect)).map(|fitted| (effect, fitted)));
-        }
-        tried.retain(|(effect, fitted)| is_something(effect, fitted));
-        tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let Some((effect, mut fitted)) = tried.first().cloned() else { continue };
-        let again = fit.led_again(&numbers(effect), &fitted);
-        let better = |again: &Fitted| again.cost < fitted.cost && is_something(effect, again);
-        if let Some(again) = again.filter(better) {
-            fitted = again;
-        }
-        let best = &tried[0].1;
-        let near = best.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
-        let as_near = |f: &Fitted| f.cost < near || !is_nearer(best, f, units);
-        let other = tried[1..].iter().filter(|(_, f)| as_near(f));
-        let mut groups: Vec<Vec<&'static str>> = added
-            .map(|(effects, _)| effects.into_iter().map(|e| e.group).collect())
-            .unwrap_or_default();
-        groups.push(other.map(|(e, _)| e.name).collect());
-        let effects = [before, vec![effect]].concat();
-        // what is there as well is no alternative
-        let beside = |name: &&str| effects.iter().all(|effect| effect.name != *name);
-        groups.iter_mut().for_each(|group| group.retain(beside));
-        let all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
-        let mut values = all.skip(declared.len());
-        let found = effects.iter().zip(groups).map(|(&effect, group)| {
-            let own = values.by_ref().take(effect.numbers.len());
-            let numbers = own.map(|((number, value), ends)| (*number, *value, *ends)).collect();
-            FoundEffect { effect, numbers, group }
-        });
-        added = Some((found.collect(), fitted));
-    }
-    added
-}
-
-/// Whether a fit has an effect of some size, within what is tried.
-fn is_something(effect: &Effect, fitted: &Fitted) -> bool {
-    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90).zip(&fitted.at_limit);
-    let own: Vec<_> = all.filter(|(((number, _), _), _)| effect.numbers.contains(number)).collect();
-    let inside = own.iter().all(|(_, at_limit)| !**at_limit);
-    inside && own.iter().any(|((_, [low, high]), _)| low * high > 0.0)
-}
-
-/// Whether the drapes of one fit lie nearer to what was measured than those of another, on the mean over the specimens.
-fn is_nearer(one: &Fitted, other: &Fitted, units: &[usize]) -> bool {
-    let squared = |fitted: &Fitted| -> Vec<f64> {
-        fitted.drapes.iter().flatten().map(|beside| beside.rms_m.powi(2)).collect()
-    };
-    let farther: Vec<f64> =
-        squared(other).iter().zip(squared(one)).map(|(other, one)| other - one).collect();
-    let count = units.iter().max().map_or(0, |most| most + 1);
-    let of_unit = |unit: usize| {
-        let own = farther.iter().zip(units).filter(|(_, own)| **own == unit);
-        mean(&own.map(|(value, _)| *value).collect::<Vec<_>>())
-    };
-    let [mean, error] = mean_and_error(&(0..count).map(of_unit).collect::<Vec<_>>());
-    mean > CONFIRMED * error
-}
-
-/// The effects of a choice, best first, as many as are refitted.
-fn rivals(choice: &Choice) -> Vec<&'static Effect> {
-    let mut group = choice.group.clone();
-    group.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
-    let all = std::iter::once(choice.ranked.effect).chain(group.iter().map(|r| r.effect));
-    all.take(RIVALS).collect()
-}
-
-/// Effects of a group that are refitted.
-const RIVALS: usize = 3;
-/// Difference of costs, in units of the misfit, below which two effects are not told apart: the odds are then within 20.
-const TOLD_APART: f64 = 6.0;
 
 /// A drape held out, before and after effects were added.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -737,13 +639,14 @@ impl FabricResult {
         scanned(&self.measured) && is_left([before, after], self.after.is_some())
     }
 
-    fn judge(&self) -> Verdict {
+    /// The verdict, told whether the effects that were asked for are nothing in their own fits.
+    fn judge(&self, are_nothing: bool) -> Verdict {
         let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
         if self.leaves() {
             return Verdict::Unexplained;
         }
         if self.after.is_none() {
-            return match (&trace.unexplained, trace.chosen.is_empty()) {
+            return match (&trace.unexplained, trace.chosen.is_empty() || are_nothing) {
                 (Some(_), _) => Verdict::Unexplained,
                 (None, true) => Verdict::None,
                 (None, false) => Verdict::Undecided,
@@ -807,20 +710,10 @@ fn scanned(measured: &[Measured]) -> bool {
     fitted.all(|m| m.rim.as_ref().is_some_and(|rim| rim.sheet.is_some()))
 }
 
-/// Whether misfits before and after effects, or without any, say that something else is there.
-fn is_left([before, after]: [f64; 2], added: bool) -> bool {
-    after > LEAVES && (!added || after > 0.5 * before)
-}
-
-/// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself leave 0.16 to 0.24 with
-/// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/closing_the_loop.md`, "Sealed cases").
-const LEAVES: f64 = 0.6;
 /// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the arcs of their outlines does, each
 /// longer than what is alike along them.
 const FEWEST_DRAPES: usize = 3;
 const ARCS: usize = 8;
-/// Standard errors by which the drapes held out must be nearer with an effect than without.
-const CONFIRMED: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {
@@ -845,13 +738,6 @@ mod tests {
             observation: None,
             camera_height_m: None,
         }
-    }
-
-    #[test]
-    fn what_is_left_is_unexplained_unless_effects_take_half_of_it() {
-        assert!(!is_left([0.24, 0.24], false) && is_left([0.65, 0.65], false));
-        assert!(is_left([2.36, 2.28], true) && !is_left([2.05, 0.44], true));
-        assert!(!is_left([2.05, 0.9], true));
     }
 
     #[test]

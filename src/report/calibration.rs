@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::cloth_file;
+use crate::calibrate::add::FoundEffect;
 use crate::calibrate::effect::{Effect, FIELD_COMPONENTS, Number};
 use crate::calibrate::field::{Field, Layer};
 use crate::calibrate::fit::{Beside, Fitted};
@@ -16,7 +17,7 @@ use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
 use crate::calibrate::pose::POSE_KEYS;
 use crate::calibrate::run::{
-    Calibration, DrapeBeside, FabricResult, FoundEffect, Group, Measured, Pair, Refused,
+    Calibration, DrapeBeside, FabricResult, Group, Measured, Pair, Refused,
 };
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;

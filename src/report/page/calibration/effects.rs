@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::said::effect;
-use crate::calibrate::run::FoundEffect;
+use crate::calibrate::add::FoundEffect;
 use crate::calibrate::trace::Trace;
 use crate::report::page::number::{fixed, significant};
 use crate::report::page::svg::{Scale, c, ticks};

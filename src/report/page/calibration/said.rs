@@ -58,7 +58,7 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
     let mut out = Vec::new();
     let Some(trace) = &fabric.trace else {
         out.push(format!(
-            "Too few specimens are marked \u{201c}fit\u{201d} to look for effects, or drapes of fewer: {FEWEST_UNITS} at least, so that each can be foretold from the others."
+            "Too few specimens are marked \u{201c}fit\u{201d} to look for effects, or drapes of fewer: {FEWEST_UNITS} at least, so that each can be foretold from the others; or a sheet rests where it is not known how it would move."
         ));
         return out;
     };
@@ -110,7 +110,11 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
         }
     } else if !trace.chosen.is_empty() {
         let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
-        out.push(format!("{} was chosen by what it foretells, but no fit with it is sure of it within what is tried.", names(&chosen)));
+        let fitted = match fabric.verdict {
+            Verdict::None => "fitted, it is nothing",
+            _ => "no fit with it is sure of it within what is tried",
+        };
+        out.push(format!("{} was chosen by what it foretells, but {fitted}.", names(&chosen)));
     } else {
         out.push(format!("Of the effects looked for, none foretells the drapes of one of {} {} from the others better than the plain model.", trace.units, trace.independent.name()));
     }
@@ -211,7 +215,7 @@ pub(super) fn undecided(fabric: &FabricResult) -> Markup {
         ));
     }
     let one_face = fabric.measured.iter().all(|m| m.entry.face != Some(Face::Down));
-    let sided = |found: &&crate::calibrate::run::FoundEffect| {
+    let sided = |found: &&crate::calibrate::add::FoundEffect| {
         found.numbers.iter().any(|(n, ..)| matches!(n.acts, Acts::Face(_)))
     };
     if one_face {

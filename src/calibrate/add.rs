@@ -1,0 +1,274 @@
+//! Effects added to a plain fit, and whether what is left says that something is there at all.
+//!
+//! In: a plain fit and what its residual asks for ([`Trace`]). Out: the fit with the effects that were asked for, one after the
+//! other, each with those that the drapes do not tell from it. Every effect is fitted, not only ranked: its fit is not linear,
+//! must be sure of its sign and must not run to an end of what is tried.
+//!
+//! Scanned sheets know more than a trace of few units can be sure of: thousands of points that lie farther from the plain model's than scans
+//! and cells explain ([`LEAVES`]). Where that is so and the trace is sure of nothing, the effects that foretell most are fitted
+//! all the same, and one of them is added where its fit leaves nothing, or hardly anything.
+
+use super::effect::{Effect, Number};
+use super::fit::{Fit, Fitted};
+use super::options::LEAVES;
+use super::trace::{Choice, MOST, Trace};
+use crate::numeric::moments::{mean, mean_and_error};
+
+/// An effect that was added.
+#[derive(Clone, Debug)]
+pub struct FoundEffect {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// Its numbers with their values and 90 % intervals, SI.
+    pub numbers: Vec<(&'static Number, f64, [f64; 2])>,
+    /// Names of the effects that these drapes cannot tell from it.
+    pub group: Vec<&'static str>,
+}
+
+/// Effects with the fit that has them.
+pub(super) type Added = (Vec<FoundEffect>, Fitted);
+
+/// What became of the effects that a residual asks for.
+pub(super) enum Asked {
+    /// These were added.
+    Added(Box<Added>),
+    /// Each that was asked for is nothing in its own fit: its interval holds nothing, well within what is tried.
+    Nothing,
+    /// None was asked for, or none has a fit that is sure of it.
+    NotSure,
+}
+
+/// Adds the effects that a residual asks for; the units are those of the fit's drapes.
+/// Of scanned sheets nothing is added to an effect that leaves nothing: the choice is linear, and what a large effect does beyond
+/// that looks like another.
+pub(super) fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bool) -> Asked {
+    let mut added: Option<Added> = None;
+    let mut are_nothing = !trace.chosen.is_empty();
+    for choice in &trace.chosen {
+        if scanned && added.as_ref().is_some_and(|(_, fitted)| fitted.misfit < LEAVES) {
+            break;
+        }
+        let tried = tried(fit, added.as_ref(), &rivals(choice));
+        are_nothing &= tried.iter().all(|(effect, fitted)| is_nothing(effect, fitted));
+        if let Some(more) = nearest(fit, added.as_ref(), tried, units) {
+            added = Some(more);
+        }
+    }
+    while scanned && added.as_ref().map_or(0, |(effects, _)| effects.len()) < MOST {
+        let misfit = added.as_ref().map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit);
+        if misfit < LEAVES {
+            break;
+        }
+        let tried = tried(fit, added.as_ref(), &foretelling(trace));
+        let more = nearest(fit, added.as_ref(), tried, units);
+        match more.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit)) {
+            Some(more) => added = Some(more),
+            None => break,
+        }
+    }
+    match added {
+        Some(added) => Asked::Added(Box::new(added)),
+        None if are_nothing => Asked::Nothing,
+        None => Asked::NotSure,
+    }
+}
+
+/// The fits with one of some effects more.
+fn tried(
+    fit: &mut Fit<'_>,
+    added: Option<&Added>,
+    of: &[&'static Effect],
+) -> Vec<(&'static Effect, Fitted)> {
+    let before = effects_of(added);
+    let other = of.iter().copied().filter(|effect| !before.contains(effect));
+    let fitted = |effect| Some((effect, fit.with(&numbers_with(fit.declared(), &before, effect))?));
+    other.filter_map(fitted).collect()
+}
+
+fn effects_of(added: Option<&Added>) -> Vec<&'static Effect> {
+    added.map_or(Vec::new(), |(found, _)| found.iter().map(|found| found.effect).collect())
+}
+
+/// The numbers of a fit with one effect more.
+fn numbers_with(
+    declared: &[&'static Number],
+    before: &[&'static Effect],
+    effect: &'static Effect,
+) -> Vec<&'static Number> {
+    let effects = before.iter().copied().chain([effect]).flat_map(|effect| effect.numbers);
+    declared.iter().copied().chain(effects).collect()
+}
+
+/// Of some fits with one effect more the best that is sure of it, from sheets led anew.
+fn nearest(
+    fit: &mut Fit<'_>,
+    added: Option<&Added>,
+    mut tried: Vec<(&'static Effect, Fitted)>,
+    units: &[usize],
+) -> Option<Added> {
+    let (declared, before) = (fit.declared().to_vec(), effects_of(added));
+    tried.retain(|(effect, fitted)| is_something(effect, fitted));
+    tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let (effect, mut fitted) = tried.first().cloned()?;
+    let again = fit.led_again(&numbers_with(&declared, &before, effect), &fitted);
+    let better = |again: &Fitted| again.cost < fitted.cost && is_something(effect, again);
+    if let Some(again) = again.filter(better) {
+        fitted = again;
+    }
+    let best = &tried[0].1;
+    let near = best.cost + TOLD_APART * fitted.misfit.max(1.0).powi(2);
+    let as_near = |f: &Fitted| f.cost < near || !is_nearer(best, f, units);
+    let other = tried[1..].iter().filter(|(_, f)| as_near(f));
+    let found = added.map_or(&[][..], |(effects, _)| effects);
+    let mut groups: Vec<Vec<&'static str>> = found.iter().map(|e| e.group.clone()).collect();
+    groups.push(other.map(|(e, _)| e.name).collect());
+    let effects = [before, vec![effect]].concat();
+    // what is there as well is no alternative
+    let beside = |name: &&str| effects.iter().all(|effect| effect.name != *name);
+    groups.iter_mut().for_each(|group| group.retain(beside));
+    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+    let mut values = all.skip(declared.len());
+    let found = effects.iter().zip(groups).map(|(&effect, group)| {
+        let own = values.by_ref().take(effect.numbers.len());
+        let numbers = own.map(|((number, value), ends)| (*number, *value, *ends)).collect();
+        FoundEffect { effect, numbers, group }
+    });
+    Some((found.collect(), fitted))
+}
+
+/// Whether a fit has an effect of some size, within what is tried.
+fn is_something(effect: &Effect, fitted: &Fitted) -> bool {
+    let [inside, sure] = inside_and_sure(effect, fitted);
+    inside && sure
+}
+
+/// Whether a fit has an effect of no size, within what is tried.
+fn is_nothing(effect: &Effect, fitted: &Fitted) -> bool {
+    let [inside, sure] = inside_and_sure(effect, fitted);
+    inside && !sure
+}
+
+/// Whether all numbers of an effect are within what is tried, and whether one of them is sure of its sign.
+fn inside_and_sure(effect: &Effect, fitted: &Fitted) -> [bool; 2] {
+    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90).zip(&fitted.at_limit);
+    let own: Vec<_> = all.filter(|(((number, _), _), _)| effect.numbers.contains(number)).collect();
+    let inside = own.iter().all(|(_, at_limit)| !**at_limit);
+    [inside, own.iter().any(|((_, [low, high]), _)| low * high > 0.0)]
+}
+
+/// Whether the drapes of one fit lie nearer to what was measured than those of another, on the mean over the specimens.
+fn is_nearer(one: &Fitted, other: &Fitted, units: &[usize]) -> bool {
+    let squared = |fitted: &Fitted| -> Vec<f64> {
+        fitted.drapes.iter().flatten().map(|beside| beside.rms_m.powi(2)).collect()
+    };
+    let farther: Vec<f64> =
+        squared(other).iter().zip(squared(one)).map(|(other, one)| other - one).collect();
+    let count = units.iter().max().map_or(0, |most| most + 1);
+    let of_unit = |unit: usize| {
+        let own = farther.iter().zip(units).filter(|(_, own)| **own == unit);
+        mean(&own.map(|(value, _)| *value).collect::<Vec<_>>())
+    };
+    let [mean, error] = mean_and_error(&(0..count).map(of_unit).collect::<Vec<_>>());
+    mean > CONFIRMED * error
+}
+
+/// The effects of a choice, best first, as many as are refitted.
+fn rivals(choice: &Choice) -> Vec<&'static Effect> {
+    let mut group = choice.group.clone();
+    group.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
+    let all = std::iter::once(choice.ranked.effect).chain(group.iter().map(|r| r.effect));
+    all.take(RIVALS).collect()
+}
+
+/// The effects that foretell anything, each alone, best first, as many as are refitted; and softening, which next to all measured
+/// fabrics have (`docs/validation.md`) and which the moves of a cloth that does not soften hardly show once it is large.
+fn foretelling(trace: &Trace) -> Vec<&'static Effect> {
+    let foretell = trace.alone.iter().filter(|ranked| ranked.gain[0] > 0.0).take(RIVALS);
+    let mut effects: Vec<&'static Effect> = foretell.map(|ranked| ranked.effect).collect();
+    let mut asked = trace.alone.iter().map(|ranked| ranked.effect);
+    let softening = asked.find(|effect| effect.name == "softening");
+    effects.extend(softening.filter(|effect| !effects.contains(effect)));
+    effects
+}
+
+/// Whether misfits before and after effects, or without any, say that something else is there.
+pub(super) fn is_left([before, after]: [f64; 2], added: bool) -> bool {
+    after > LEAVES && (!added || after > 0.5 * before)
+}
+
+/// Effects that are refitted beside each other.
+const RIVALS: usize = 3;
+/// Difference of costs, in units of the misfit, below which two effects are not told apart: the odds are then within 20.
+const TOLD_APART: f64 = 6.0;
+/// Standard errors by which drapes must be nearer with an effect than without.
+pub(super) const CONFIRMED: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::effect::Cloth;
+    use crate::calibrate::independent::Independent;
+    use crate::calibrate::trace::Ranked;
+    use crate::fabric::{Fabric, TABLE_2};
+    use crate::refine::{Ended, RefinedStiffness};
+
+    #[test]
+    fn what_is_left_is_unexplained_unless_effects_take_half_of_it() {
+        assert!(!is_left([0.24, 0.24], false) && is_left([0.65, 0.65], false));
+        assert!(is_left([2.36, 2.28], true) && !is_left([2.05, 0.44], true));
+        assert!(!is_left([2.05, 0.9], true));
+    }
+
+    /// A fit that has one effect of some size.
+    fn fitted(effect: &'static Effect, value: f64, half: f64, at_limit: bool) -> Fitted {
+        let fabric = Fabric::from_paper_units(TABLE_2.map(|range| range.mean));
+        let effects = effect.numbers.iter().map(|number| (number, value)).collect();
+        Fitted {
+            cloth: Cloth { effects, ..Cloth::plain(fabric) },
+            stiffnesses: std::array::from_fn(|k| {
+                RefinedStiffness::of(k, 0.0, [0.1, 1.0], [-1.0, 1.0])
+            }),
+            intervals90: vec![[value - half, value + half]; effect.numbers.len()],
+            at_limit: vec![at_limit; effect.numbers.len()],
+            drapes: Vec::new(),
+            cost: 1.0,
+            misfit: 1.0,
+            ended: Ended::Converged,
+            simulated: 1,
+        }
+    }
+
+    #[test]
+    fn an_effect_is_something_or_nothing_only_within_what_is_tried() {
+        let effect = Effect::named("friction").unwrap();
+        let of = |value, half, at_limit| {
+            let fitted = fitted(effect, value, half, at_limit);
+            (is_something(effect, &fitted), is_nothing(effect, &fitted))
+        };
+        assert_eq!(of(0.3, 0.1, false), (true, false));
+        assert_eq!(of(0.05, 0.1, false), (false, true));
+        assert_eq!(of(0.7, 0.1, true), (false, false));
+    }
+
+    #[test]
+    fn softening_is_fitted_whatever_it_foretells() {
+        let ranked = |name: &str, gain: f64| {
+            let effect = Effect::named(name).unwrap();
+            Ranked { effect, gain: [gain, 0.01], sure: 1.0 }
+        };
+        let names = |alone: Vec<Ranked>| -> Vec<&'static str> {
+            let (units, independent) = (3, Independent::Drapes);
+            let (plain, chosen, unexplained, field) = (1.0, Vec::new(), None, None);
+            let trace = Trace { units, independent, plain, alone, chosen, unexplained, field };
+            foretelling(&trace).into_iter().map(|effect| effect.name).collect()
+        };
+        let all = ["tilt", "scale", "friction", "plate_radius", "softening"];
+        let with = |gains: [f64; 5]| {
+            all.iter().zip(gains).map(|(name, gain)| ranked(name, gain)).collect::<Vec<_>>()
+        };
+        let four = ["tilt", "scale", "friction", "softening"];
+        assert_eq!(names(with([0.5, 0.4, 0.3, 0.2, -0.1])), four);
+        assert_eq!(names(with([0.5, -0.1, -0.2, -0.3, -0.4])), ["tilt", "softening"]);
+        assert!(names(vec![ranked("tilt", -0.1)]).is_empty());
+    }
+}
