@@ -162,7 +162,7 @@ mod tests {
             (of("stiffening", "warp", 1.0, "mm"), "no effect `stiffening`; known are natural"),
             (of("softening", "wrap", 1.0, "mm"), "no part `wrap`; known are weft, warp, bias"),
             (of("softening", "warp", 1.0, "m"), "is in `mm`, not in `m`"),
-            (of("softening", "warp", 99.0, "mm"), "give a number from 0.000 to 5.000 mm"),
+            (of("softening", "warp", 99.0, "mm"), "give a number from 0.000 to 12.000 mm"),
             (json!([{ "name": "softening" }]), "has no `part`"),
             (json!({ "softening": 1.0 }), "no list"),
         ] {
