@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use scan2params::Fabric;
+use scan2params::calibrate::add::FoundEffect;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::effect::{Cloth, EFFECTS};
 use scan2params::calibrate::field::Field;
-use scan2params::calibrate::add::FoundEffect;
 use scan2params::calibrate::fit::{Beside, Fitted};
 use scan2params::calibrate::floor::{Pairing, Spread};
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};

@@ -8,8 +8,8 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::calibrate::cloth_file;
 use crate::calibrate::add::FoundEffect;
+use crate::calibrate::cloth_file;
 use crate::calibrate::effect::{Effect, FIELD_COMPONENTS, Number};
 use crate::calibrate::field::{Field, Layer};
 use crate::calibrate::fit::{Beside, Fitted};
