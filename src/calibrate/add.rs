@@ -5,7 +5,7 @@
 //! must be sure of its sign and must not run to an end of what is tried.
 //!
 //! Scanned sheets know more than a trace of few units can be sure of: thousands of points that lie farther from the plain model's than scans
-//! and cells explain ([`LEAVES`]). Where that is so and the trace is sure of nothing, the effects that foretell most are fitted
+//! and cells explain (a misfit above 0.6). Where that is so and the trace is sure of nothing, the effects that foretell most are fitted
 //! all the same, and one of them is added where its fit leaves nothing, or hardly anything.
 
 use super::effect::{Effect, Number};
