@@ -6,7 +6,7 @@
 //!
 //! Scanned sheets know more than a trace of few units can be sure of: thousands of points that lie farther from the plain model's than scans
 //! and cells explain (a misfit above 0.6). Where that is so and the trace is sure of nothing, the effects that foretell most are fitted
-//! all the same, and one of them is added where its fit leaves nothing, or hardly anything.
+//! all the same, and one of them is added where its fit leaves less than that and less than half.
 
 use super::effect::{Effect, Number};
 use super::fit::{Fit, Fitted};
