@@ -32,7 +32,7 @@ pub(super) type Added = (Vec<FoundEffect>, Fitted);
 pub(super) enum Asked {
     /// These were added.
     Added(Box<Added>),
-    /// Each that was asked for is nothing in its own fit: its interval holds nothing, well within what is tried.
+    /// Each that was asked for is nothing in its own fit: its interval holds nothing and ends before what may be expected.
     Nothing,
     /// None was asked for, or none has a fit that is sure of it.
     NotSure,
@@ -49,7 +49,7 @@ pub(super) fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bo
             break;
         }
         let tried = tried(fit, added.as_ref(), &rivals(choice));
-        are_nothing &= tried.iter().all(|(effect, fitted)| is_nothing(effect, fitted));
+        are_nothing &= are_all_nothing(&tried);
         if let Some(more) = nearest(fit, added.as_ref(), tried, units) {
             added = Some(more);
         }
@@ -138,22 +138,30 @@ fn nearest(
 
 /// Whether a fit has an effect of some size, within what is tried.
 fn is_something(effect: &Effect, fitted: &Fitted) -> bool {
-    let [inside, sure] = inside_and_sure(effect, fitted);
-    inside && sure
+    let own = numbers_of(effect, fitted);
+    let inside = own.iter().all(|(_, _, at_limit)| !at_limit);
+    inside && own.iter().any(|(_, [low, high], _)| low * high > 0.0)
 }
 
-/// Whether a fit has an effect of no size, within what is tried.
+/// Whether fits with one effect each say of every one that it is nothing. Where none could be fitted nothing is said.
+fn are_all_nothing(tried: &[(&'static Effect, Fitted)]) -> bool {
+    !tried.is_empty() && tried.iter().all(|(effect, fitted)| is_nothing(effect, fitted))
+}
+
+/// Whether a fit leaves no room for an effect: its numbers' intervals hold nothing, and end before what may be expected of it.
 fn is_nothing(effect: &Effect, fitted: &Fitted) -> bool {
-    let [inside, sure] = inside_and_sure(effect, fitted);
-    inside && !sure
+    let own = numbers_of(effect, fitted);
+    own.iter().all(|(number, [low, high], at_limit)| {
+        !at_limit && low * high <= 0.0 && -low < number.sigma && *high < number.sigma
+    })
 }
 
-/// Whether all numbers of an effect are within what is tried, and whether one of them is sure of its sign.
-fn inside_and_sure(effect: &Effect, fitted: &Fitted) -> [bool; 2] {
+/// The numbers of an effect in a fit, with their intervals and whether they are at an end of what is tried.
+fn numbers_of(effect: &Effect, fitted: &Fitted) -> Vec<(&'static Number, [f64; 2], bool)> {
     let all = fitted.cloth.effects.iter().zip(&fitted.intervals90).zip(&fitted.at_limit);
-    let own: Vec<_> = all.filter(|(((number, _), _), _)| effect.numbers.contains(number)).collect();
-    let inside = own.iter().all(|(_, at_limit)| !**at_limit);
-    [inside, own.iter().any(|((_, [low, high]), _)| low * high > 0.0)]
+    all.filter(|(((number, _), _), _)| effect.numbers.contains(number))
+        .map(|(((number, _), ends), at_limit)| (*number, *ends, *at_limit))
+        .collect()
 }
 
 /// Whether the drapes of one fit lie nearer to what was measured than those of another, on the mean over the specimens.
@@ -247,7 +255,15 @@ mod tests {
         };
         assert_eq!(of(0.3, 0.1, false), (true, false));
         assert_eq!(of(0.05, 0.1, false), (false, true));
+        // hardly shown is not nothing
+        assert_eq!(of(0.05, 0.5, false), (false, false));
         assert_eq!(of(0.7, 0.1, true), (false, false));
+        let tried = |sizes: &[f64]| -> Vec<_> {
+            sizes.iter().map(|&value| (effect, fitted(effect, value, 0.1, false))).collect()
+        };
+        assert!(are_all_nothing(&tried(&[0.05, 0.0])) && !are_all_nothing(&tried(&[0.05, 0.3])));
+        // no fit, nothing said
+        assert!(!are_all_nothing(&[]));
     }
 
     #[test]

@@ -222,7 +222,7 @@ impl Fit<'_> {
         let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
         let has_run_off =
             (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt());
-        let scanned = self.targets.iter().all(|target| target.held_to(self.options).is_some());
+        let scanned = self.targets.iter().all(|target| target.is_held(self.options));
         if !scanned || !has_run_off || self.plain.misfit() < LEAVES {
             return;
         }
@@ -558,12 +558,13 @@ pub fn predict(
             trial = led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
         }
         let mut state = squares.around(&shared, vec![trial], vec![pose]);
-        let let_go_rms_m = target.held_to(options).and_then(|_| {
+        let mut let_go = || {
             sheet.let_go();
             let free = trial_of(&mut sheet, &asked, target.compared()).ok()?;
             let free = squares.around(&shared, vec![free], state.poses.clone());
             Some(rms_m(&free.seen[0].rows))
-        });
+        };
+        let let_go_rms_m = if target.is_held(options) { let_go() } else { None };
         let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
         let pose = (state.poses[0], cloth.view());
         Ok(Beside { let_go_rms_m, ..Beside::of(target, trial, pose, seen, options, rule) })
@@ -611,13 +612,12 @@ fn seen_of(
 /// A cloth a little stiffer to bend: a sheet that came to rest on a saddle slides off it on the way there and back.
 fn stiffer(cloth: &Cloth) -> Cloth {
     let mut ln = cloth.ln();
-    ln[STIFFNESSES / 2..].iter_mut().for_each(|ln| *ln += OFF_A_SADDLE);
+    ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += OFF_A_SADDLE);
     let fabric = Fabric::from_ln_stiffnesses(&ln, cloth.fabric.density_kg_m2);
     Cloth { fabric, ..cloth.clone() }
 }
 
-/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side. Where the cloth with its effects does not
-/// come to rest there, it is led there without them first.
+/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side.
 fn laid(
     cloth: &Cloth,
     target: &Target,
@@ -625,20 +625,10 @@ fn laid(
     options: &FitOptions,
     vertices: usize,
 ) -> Follower {
-    let lies = target.lies(pose);
+    let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
+    let sim = SimOptions { experiment, vertices, ..options.sim };
     let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
-    let dropped = |cloth: &Cloth| {
-        let experiment = cloth.setup(&target.bench, lies).experiment;
-        let sim = SimOptions { experiment, vertices, ..options.sim };
-        Follower::drop(&cloth.fabric, &drop, &sim)
-    };
-    let sheet = dropped(cloth);
-    if cloth.effects.is_empty() || sheet.drape().stop == Stop::AtRest {
-        return sheet;
-    }
-    let mut other = dropped(&Cloth::plain(cloth.fabric));
-    let way = other.follow(&cloth.setup(&target.bench, lies), &FollowOptions::default());
-    if way.is_ok_and(|way| way.reached == 1.0) { other } else { sheet }
+    Follower::drop(&cloth.fabric, &drop, &sim)
 }
 
 /// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
@@ -650,7 +640,9 @@ fn finer_of(
     options: &FitOptions,
     trial: &Trial,
 ) -> Option<Box<Finer>> {
-    target.held_to(options).filter(|_| options.finer > 1.0)?;
+    if options.finer <= 1.0 || !target.is_held(options) {
+        return None;
+    }
     let cells = (options.sim.vertices - 1) as f64 * options.finer;
     let drape = laid(cloth, target, pose, options, cells.round() as usize + 1).drape();
     let (rim, places) = trial.moves_to(&drape);

@@ -101,6 +101,11 @@ impl Target {
         }
     }
 
+    /// Whether a drape is held to a scanned sheet.
+    pub(super) fn is_held(&self, options: &FitOptions) -> bool {
+        self.compared() == Compared::Sheet && options.scan_hold_sag_m > 0.0
+    }
+
     /// The scanned sheet that a drape is held to, if it is.
     pub(super) fn held_to(&self, options: &FitOptions) -> Option<HeldSurface> {
         let surface = self.rim.as_ref()?.sheet.clone()?;
