@@ -5,8 +5,9 @@
 //! must be sure of its sign and must not run to an end of what is tried.
 //!
 //! Scanned sheets know more than a trace of few units can be sure of: thousands of points that lie farther from the plain model's than scans
-//! and cells explain (a misfit above 0.6). Where that is so and the trace is sure of nothing, the effects that foretell most are fitted
-//! all the same, and one of them is added where its fit leaves less than that and less than half.
+//! and cells explain (a misfit above 0.6). Where that is so after what the trace is sure of, the effects that foretell most and softening are fitted
+//! all the same, first without the others: a large effect looks like several small ones to a linear choice. One of them is added where its
+//! fit leaves less than that and less than half.
 
 use super::effect::{Effect, Number};
 use super::fit::{Fit, Fitted};
@@ -54,23 +55,45 @@ pub(super) fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bo
             added = Some(more);
         }
     }
-    while scanned && added.as_ref().map_or(0, |(effects, _)| effects.len()) < MOST {
-        let misfit = added.as_ref().map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit);
-        if misfit < LEAVES {
-            break;
-        }
-        let tried = tried(fit, added.as_ref(), &foretelling(trace));
-        let more = nearest(fit, added.as_ref(), tried, units);
-        match more.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit)) {
-            Some(more) => added = Some(more),
-            None => break,
-        }
+    if scanned && leaves(fit, added.as_ref()) {
+        // what the linear choice took for small effects may be a large one
+        let beside = added.clone();
+        let other = explained(fit, None, trace, units);
+        added = other.or_else(|| explained(fit, Some(beside?), trace, units)).or(added);
     }
     match added {
         Some(added) => Asked::Added(Box::new(added)),
         None if are_nothing => Asked::Nothing,
         None => Asked::NotSure,
     }
+}
+
+/// Whether a fit leaves what the plain model should not.
+fn leaves(fit: &Fit<'_>, added: Option<&Added>) -> bool {
+    added.map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit) >= LEAVES
+}
+
+/// The effects that leave little and less than half of what was left before, on top of what was added already; `None` where there are none.
+fn explained(
+    fit: &mut Fit<'_>,
+    mut added: Option<Added>,
+    trace: &Trace,
+    units: &[usize],
+) -> Option<Added> {
+    let mut is_more = false;
+    while added.as_ref().map_or(0, |(effects, _)| effects.len()) < MOST
+        && leaves(fit, added.as_ref())
+    {
+        let misfit = added.as_ref().map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit);
+        let mut tried = tried(fit, added.as_ref(), &foretelling(trace));
+        soften(fit, added.as_ref(), &mut tried);
+        let more = nearest(fit, added.as_ref(), tried, units);
+        let Some(more) = more.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit)) else {
+            break;
+        };
+        (added, is_more) = (Some(more), true);
+    }
+    added.filter(|_| is_more)
 }
 
 /// The fits with one of some effects more.
@@ -83,6 +106,17 @@ fn tried(
     let other = of.iter().copied().filter(|effect| !before.contains(effect));
     let fitted = |effect| Some((effect, fit.with(&numbers_with(fit.declared(), &before, effect))?));
     other.filter_map(fitted).collect()
+}
+
+/// Puts the fit of a cloth that softens in place of the tried one where it begins nearer ([`Fit::softened`]).
+fn soften(fit: &mut Fit<'_>, added: Option<&Added>, tried: &mut [(&'static Effect, Fitted)]) {
+    let before = effects_of(added);
+    let own = tried.iter_mut().find(|(effect, _)| effect.name == SOFTENING);
+    let Some((effect, fitted)) = own else { return };
+    let other = fit.softened(&numbers_with(fit.declared(), &before, effect));
+    if let Some(other) = other.filter(|other| other.cost < fitted.cost) {
+        *fitted = other;
+    }
 }
 
 fn effects_of(added: Option<&Added>) -> Vec<&'static Effect> {
@@ -194,7 +228,7 @@ fn foretelling(trace: &Trace) -> Vec<&'static Effect> {
     let foretell = trace.alone.iter().filter(|ranked| ranked.gain[0] > 0.0).take(RIVALS);
     let mut effects: Vec<&'static Effect> = foretell.map(|ranked| ranked.effect).collect();
     let mut asked = trace.alone.iter().map(|ranked| ranked.effect);
-    let softening = asked.find(|effect| effect.name == "softening");
+    let softening = asked.find(|effect| effect.name == SOFTENING);
     effects.extend(softening.filter(|effect| !effects.contains(effect)));
     effects
 }
@@ -204,6 +238,8 @@ pub(super) fn is_left([before, after]: [f64; 2], added: bool) -> bool {
     after > LEAVES && (!added || after > 0.5 * before)
 }
 
+/// The effect that is fitted whatever it foretells.
+const SOFTENING: &str = "softening";
 /// Effects that are refitted beside each other.
 const RIVALS: usize = 3;
 /// Difference of costs, in units of the misfit, below which two effects are not told apart: the odds are then within 20.

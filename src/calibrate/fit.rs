@@ -24,6 +24,7 @@ use super::measures::{FoldRule, Measures};
 use super::options::{FitOptions, LEAVES};
 use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
+use super::softened::softened;
 use super::squares::{Squares, State, parameters, rms_m};
 use super::target::{Finer, Rim, Target, share_of};
 use super::trial::{Trial, trial_of};
@@ -320,8 +321,22 @@ impl Fit<'_> {
     /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on, and with what finer
     /// cells do to that cloth; `None` where one does not come to rest.
     pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
+        self.anew(numbers, &shared_of(&from.cloth))
+    }
+
+    /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain
+    /// fit's sheets ([`softened()`]), and with what finer cells do to that cloth; `None` where nothing softens, or a sheet does not
+    /// come to rest.
+    pub fn softened(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
+        let state = self.state_with(numbers)?;
+        let shared = softened(&state, numbers, &self.squares(numbers).limits())?;
+        self.anew(numbers, &shared)
+    }
+
+    /// The fit from sheets led anew with some shared unknowns, and with what finer cells do to that cloth.
+    fn anew(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<Fitted> {
         let plain: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let fitted = self.with_finer(numbers, &shared_of(&from.cloth));
+        let fitted = self.with_finer(numbers, shared);
         self.targets.iter_mut().zip(plain).for_each(|(target, finer)| target.finer = finer);
         fitted
     }
@@ -600,19 +615,21 @@ fn seen_of(
     options: &FitOptions,
     asked: &[Parameter],
 ) -> Result<Trial, SensitivityError> {
-    match trial_of(sheet, asked, target.compared()) {
-        Err(SensitivityError::Unstable) => {
-            led_on(sheet, &stiffer(cloth), target, pose, options, &parameters(&[])).ok();
-            led_on(sheet, cloth, target, pose, options, asked)
+    let mut trial = trial_of(sheet, asked, target.compared());
+    for by in OFF_A_SADDLE {
+        if !matches!(trial, Err(SensitivityError::Unstable)) {
+            break;
         }
-        other => other,
+        led_on(sheet, &stiffer(cloth, by), target, pose, options, &parameters(&[])).ok();
+        trial = led_on(sheet, cloth, target, pose, options, asked);
     }
+    trial
 }
 
-/// A cloth a little stiffer to bend: a sheet that came to rest on a saddle slides off it on the way there and back.
-fn stiffer(cloth: &Cloth) -> Cloth {
+/// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle slides off it on the way there and back.
+fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     let mut ln = cloth.ln();
-    ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += OFF_A_SADDLE);
+    ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += by);
     let fabric = Fabric::from_ln_stiffnesses(&ln, cloth.fabric.density_kg_m2);
     Cloth { fabric, ..cloth.clone() }
 }
@@ -753,8 +770,8 @@ const NEAR: f64 = 0.2;
 const LEAST_SHARE: f64 = 1e-3;
 /// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off its fold.
 const LOST: [f64; 2] = [1.2, 15.0];
-/// Change of bending's logarithms that brings a sheet off a saddle.
-const OFF_A_SADDLE: f64 = 0.03;
+/// Changes of bending's logarithms that bring a sheet off a saddle, tried in turn.
+const OFF_A_SADDLE: [f64; 2] = [0.03, 0.1];
 /// How often a predicted drape's pose and springs follow each other.
 const PREDICTIONS: usize = 2;
 /// Root mean square move of a rim to finer cells from which on the sheet has other folds there \[m\].

@@ -6,7 +6,7 @@
 //! drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
 //! the least squares, `options` how well all this is known) -> `trace` (which effects of `effect` the residual asks for, by the
 //! sums over specimens of `linear`, held out in turn as `independent` says; `field` where on the cloth what they leave would come from; the
-//! effects are added by fits again, in `add`) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
+//! effects are added by fits again, in `add`; that of softening begins where `softened` says) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
 
 pub mod add;
 pub mod believed;
@@ -25,10 +25,11 @@ pub mod pose;
 pub mod run;
 pub mod seen;
 pub mod silhouette;
+mod softened;
 mod squares;
 pub mod target;
 pub mod trace;
 pub mod trial;
 
 /// Raised where the same files give other numbers than before, so that nothing made by an earlier version is kept.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;

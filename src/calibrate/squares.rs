@@ -228,11 +228,14 @@ impl Squares<'_> {
     /// Where a damped step leads, and by how much the cost is foretold to fall.
     pub fn step(&self, at: &State, damping: f64) -> Option<(Vec<f64>, f64)> {
         let whole = &at.normal + &at.priors;
-        let of_numbers = self.numbers.iter().map(|n| self.options.limits_of(n));
-        let limits: Vec<[f64; 2]> =
-            self.believed.ln_limits.iter().copied().chain(of_numbers).collect();
         let longest = self.options.longest_step;
-        damped_step((&whole, &at.right), &at.shared, &limits, damping, longest)
+        damped_step((&whole, &at.right), &at.shared, &self.limits(), damping, longest)
+    }
+
+    /// Least and largest value of each shared unknown that is tried.
+    pub fn limits(&self) -> Vec<[f64; 2]> {
+        let of_numbers = self.numbers.iter().map(|n| self.options.limits_of(n));
+        self.believed.ln_limits.iter().copied().chain(of_numbers).collect()
     }
 }
 

@@ -39,7 +39,8 @@
 
 use super::curl;
 use super::signed::Signed;
-use super::softening::{FLOOR, combine, components};
+use super::softened::{MEASURED_TO_PER_M, Piece, SoftenedMoment};
+use super::softening::{combine, components};
 use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
@@ -52,28 +53,24 @@ use crate::sim::hessian_form::HessianForm;
 /// solver near rest. Chosen, not measured.
 pub const SMOOTHING_PER_M: f64 = 5.0;
 
-/// `c p(k)` without softening; with it the integral of `s(k) (c k - n k |k|)`.
+/// The integral of `a s(k) M(k)`, with the moment M of cloth that may soften.
 #[derive(Clone, Copy, Debug)]
 struct Law {
-    /// c \[N m\].
-    stiffness: f64,
-    /// n \[N m^2\].
-    cubic: f64,
-    /// From where on the softened moment is linear \[1/m\].
-    limit: f64,
+    /// a.
+    asymmetry: f64,
+    softened: SoftenedMoment,
 }
 
 impl Law {
     /// The law of an asymmetry `a` of this rigidity, softened by `soft_m`.
     fn new(a: f64, rigidity_nm: f64, soft_m: f64) -> Self {
-        let stiffness = a * rigidity_nm;
-        let limit = if soft_m > 0.0 { (1.0 - FLOOR) / (2.0 * soft_m) } else { f64::INFINITY };
-        Self { stiffness, cubic: stiffness * soft_m, limit }
+        let softened = SoftenedMoment::new(rigidity_nm, rigidity_nm * soft_m, MEASURED_TO_PER_M);
+        Self { asymmetry: a, softened }
     }
 
     /// Value, first and second derivative at the curvature `k`.
     fn at(&self, k: f64) -> [f64; 3] {
-        let (side, size) = (1.0_f64.copysign(k), k.abs());
+        let (side, size) = (self.asymmetry.copysign(self.asymmetry * k), k.abs());
         let root = |size: f64| size.hypot(SMOOTHING_PER_M);
         let r = root(size);
         // integrals of s, s k and s k^2, from 0
@@ -86,19 +83,17 @@ impl Law {
             let d = zeroth(size);
             d * d * (SMOOTHING_PER_M + d / 3.0)
         };
-        let inside = size.min(self.limit);
-        let mut value = self.stiffness * first(inside) - self.cubic * second(inside);
-        let mut moment = (self.stiffness - self.cubic * size) * size;
-        let mut tangent = self.stiffness - 2.0 * self.cubic * inside;
-        if size > self.limit {
-            let rest = self.cubic * inside * inside;
-            value += tangent * (first(size) - first(inside));
-            value += rest * (zeroth(size) - zeroth(inside));
-            moment = tangent * size + rest;
-        }
+        let integral = |piece: Piece, size: f64| {
+            piece.constant * zeroth(size)
+                + piece.linear * first(size)
+                + piece.quadratic * second(size)
+        };
+        let parts = self.softened.up_to(size);
+        let value: f64 = parts.map(|(p, to)| integral(p, to) - integral(p, p.from)).sum();
+        let [_, moment, tangent] = self.softened.at(size);
         let s = size / r;
-        tangent = s * tangent + moment * (SMOOTHING_PER_M / r).powi(2) / r;
-        [side * value, s * moment, side * tangent]
+        let tangent = s * tangent + moment * (SMOOTHING_PER_M / r).powi(2) / r;
+        [side * value, self.asymmetry * s * moment, side * tangent]
     }
 }
 
@@ -137,7 +132,7 @@ impl AsymmetryEnergy {
             let naturals = curl::natural_at(grid, &experiment.curl, v);
             for ((parts, law), natural_per_m) in sides.into_iter().zip(naturals) {
                 let combination = combine(grid, v, parts, &around[v]);
-                let Some(mut a) = combination.filter(|_| law.stiffness != 0.0) else {
+                let Some(mut a) = combination.filter(|_| law.asymmetry != 0.0) else {
                     continue;
                 };
                 a.iter_mut().for_each(|(_, weight)| *weight *= unit);
@@ -214,8 +209,10 @@ mod tests {
                 // curvatures of some k0, and of ten times as much
                 for noise in [0.01, 0.2] {
                     let x = flat_with_noise(&grid, noise);
-                    let beyond =
-                        |p: &&Sided| (p.place.at(&x).part - p.natural_per_m).abs() > p.law.limit;
+                    let beyond = |p: &&Sided| {
+                        (p.place.at(&x).part - p.natural_per_m).abs()
+                            > p.law.softened.pieces[1].from
+                    };
                     let beyond = energy.places.iter().filter(beyond).count();
                     let softened = softening != Softening::default() && noise == 0.2;
                     assert_eq!(beyond > 5, softened, "{beyond}");
@@ -237,10 +234,9 @@ mod tests {
 
     #[test]
     fn value_slope_and_curvature_of_the_law_are_difference_quotients_on_both_sides_of_every_case() {
-        for cubic in [0.0, 3e-9] {
-            let limit = if cubic > 0.0 { 60.0 } else { f64::INFINITY };
-            let law = Law { stiffness: 1e-6, cubic, limit };
-            for k in [-200.0, -60.1, -59.9, -20.0, -5.0, -0.1, 0.1, 4.0, 30.0, 59.9, 60.1, 150.0] {
+        for soft_m in [0.0, 6e-3] {
+            let law = Law::new(0.5, 2e-6, soft_m);
+            for k in [-200.0, -80.0, -79.0, -20.0, -5.0, -0.1, 0.1, 4.0, 30.0, 79.0, 80.0, 150.0] {
                 let step = 1e-4;
                 let [_, slope, rise] = law.at(k);
                 let (above, below) = (law.at(k + step), law.at(k - step));
@@ -250,8 +246,9 @@ mod tests {
             }
             let [value, slope, rise] = law.at(0.0);
             assert!(value == 0.0 && slope == 0.0 && rise == 0.0);
-            // C2 at the softening's limit
-            let (before, after) = (law.at(60.0 - 1e-9), law.at(60.0 + 1e-9));
+            // C2 where the parabola ends
+            let limit = law.softened.pieces[1].from.min(60.0);
+            let (before, after) = (law.at(limit - 1e-9), law.at(limit + 1e-9));
             assert!((before[2] - after[2]).abs() < 1e-8 * 1e-6);
         }
     }

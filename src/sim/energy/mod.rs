@@ -9,5 +9,6 @@ pub mod hysteresis;
 pub mod membrane;
 pub mod plate;
 mod signed;
+mod softened;
 pub mod softening;
 mod stencil;

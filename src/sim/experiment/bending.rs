@@ -4,9 +4,10 @@
 //! In: nothing but numbers (SI). Out: what the energies of the same names are made of; their limits
 //! stand in `Experiment::check`.
 
-/// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`,
-/// the law of Feng et al. 2022 with s = -NL / L, up to the curvature at which the
-/// tangent stiffness has fallen to a twentieth; from there on linear.
+/// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`, the law of Feng et al. 2022 with s = -NL / L,
+/// up to 100 /m, and no farther than where the tangent stiffness has fallen to a twentieth. From there to 100 /m that stiffness stays; beyond
+/// 100 /m, where nothing is taken to have been measured, the tangent is what the law has there, and at least half of B
+/// (`energy/softened.rs`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Softening {
