@@ -56,21 +56,23 @@ pub const SMOOTHING_PER_M: f64 = 5.0;
 /// The integral of `a s(k) M(k)`, with the moment M of cloth that may soften.
 #[derive(Clone, Copy, Debug)]
 struct Law {
-    /// a.
-    asymmetry: f64,
+    /// The sign of a; 0 without asymmetry.
+    sign: f64,
+    /// |a| M.
     softened: SoftenedMoment,
 }
 
 impl Law {
     /// The law of an asymmetry `a` of this rigidity, softened by `soft_m`.
     fn new(a: f64, rigidity_nm: f64, soft_m: f64) -> Self {
-        let softened = SoftenedMoment::new(rigidity_nm, rigidity_nm * soft_m, MEASURED_TO_PER_M);
-        Self { asymmetry: a, softened }
+        let stiffness = a.abs() * rigidity_nm;
+        let softened = SoftenedMoment::new(stiffness, stiffness * soft_m, MEASURED_TO_PER_M);
+        Self { sign: if a == 0.0 { 0.0 } else { a.signum() }, softened }
     }
 
     /// Value, first and second derivative at the curvature `k`.
     fn at(&self, k: f64) -> [f64; 3] {
-        let (side, size) = (self.asymmetry.copysign(self.asymmetry * k), k.abs());
+        let (side, size) = (self.sign * 1.0_f64.copysign(k), k.abs());
         let root = |size: f64| size.hypot(SMOOTHING_PER_M);
         let r = root(size);
         // integrals of s, s k and s k^2, from 0
@@ -93,7 +95,7 @@ impl Law {
         let [_, moment, tangent] = self.softened.at(size);
         let s = size / r;
         let tangent = s * tangent + moment * (SMOOTHING_PER_M / r).powi(2) / r;
-        [side * value, self.asymmetry * s * moment, side * tangent]
+        [side * value, self.sign * s * moment, side * tangent]
     }
 }
 
@@ -132,7 +134,7 @@ impl AsymmetryEnergy {
             let naturals = curl::natural_at(grid, &experiment.curl, v);
             for ((parts, law), natural_per_m) in sides.into_iter().zip(naturals) {
                 let combination = combine(grid, v, parts, &around[v]);
-                let Some(mut a) = combination.filter(|_| law.asymmetry != 0.0) else {
+                let Some(mut a) = combination.filter(|_| law.sign != 0.0) else {
                     continue;
                 };
                 a.iter_mut().for_each(|(_, weight)| *weight *= unit);
@@ -247,7 +249,8 @@ mod tests {
             let [value, slope, rise] = law.at(0.0);
             assert!(value == 0.0 && slope == 0.0 && rise == 0.0);
             // C2 where the parabola ends
-            let limit = law.softened.pieces[1].from.min(60.0);
+            let limit = law.softened.pieces[1].from;
+            let limit = if limit.is_finite() { limit } else { 60.0 };
             let (before, after) = (law.at(limit - 1e-9), law.at(limit + 1e-9));
             assert!((before[2] - after[2]).abs() < 1e-8 * 1e-6);
         }

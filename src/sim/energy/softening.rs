@@ -16,9 +16,8 @@
 //! curvature that changes within cells; one term of the same order, beta = 0.04, makes up for
 //! most of both in a cantilever.
 //!
-//! From where on the parabola is no longer followed, and how the moment goes on there, `softened.rs` says. Total curvature
-//! counts, not that beyond the
-//! natural one. With D12 = 0 linear and softening bending together are convex, and the
+//! From where on the parabola is no longer followed, and how the moment goes on there, `softened.rs` says.
+//! Total curvature counts, not that beyond the natural one. With D12 = 0 linear and softening bending together are convex, and the
 //! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
 //! energy out.
 
@@ -39,6 +38,7 @@ use crate::sim::hessian_form::HessianForm;
 struct Law {
     /// Q \[N m^3\].
     quartic: f64,
+    /// The softened moment less the linear one.
     softening: SoftenedMoment,
 }
 
