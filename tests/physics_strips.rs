@@ -163,7 +163,7 @@ fn softening_bends_a_strip_in_any_direction_as_the_elastica_with_it() {
         let length = strip.clamped_length_m();
         let softening = 0.04;
         let s = softening * length;
-        let softening_m = Softening { weft_m: s, warp_m: s, bias_m: s };
+        let softening_m = Softening::uniform(s);
         let experiment = Experiment { softening: softening_m, ..Experiment::default() };
         let end = |experiment| {
             let strip = cantilever(&knit(10.0, length), &strip, experiment);

@@ -224,7 +224,7 @@ impl Effect {
                 e.curl.edge = EdgeCurl { curvature_per_m, width_m };
             }
             Self::Softening { length_m } => {
-                e.softening = Softening { weft_m: length_m, warp_m: length_m, bias_m: length_m };
+                e.softening = Softening::uniform(length_m);
             }
             Self::Friction { coefficient } => e.plate.friction = coefficient,
             Self::PlateRadius { by_m } => e.plate.radius_m += by_m,

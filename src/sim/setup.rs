@@ -77,6 +77,7 @@ fn experiment_between(from: &Experiment, to: &Experiment, t: f64) -> Experiment 
             weft_m: at(from.softening.weft_m, to.softening.weft_m),
             warp_m: at(from.softening.warp_m, to.softening.warp_m),
             bias_m: at(from.softening.bias_m, to.softening.bias_m),
+            measured_to_per_m: to.softening.measured_to_per_m,
         },
         asymmetric_bending: AsymmetricBending {
             weft: at(asymmetric.weft, to.asymmetric_bending.weft),

@@ -227,6 +227,7 @@ pub fn bending_618(data: &Path, count: usize) -> Result<Vec<Measured>, DataError
                 weft_m: soft(l_weft, nl_weft),
                 warp_m: soft(l_warp, nl_warp),
                 bias_m: soft(l_bias, nl_bias),
+                ..Softening::default()
             },
             drape: None,
         });

@@ -39,7 +39,7 @@
 
 use super::curl;
 use super::signed::Signed;
-use super::softened::{MEASURED_TO_PER_M, Piece, SoftenedMoment};
+use super::softened::{Piece, SoftenedMoment};
 use super::softening::{combine, components};
 use crate::base::Vector3;
 use crate::fabric::Fabric;
@@ -63,10 +63,10 @@ struct Law {
 }
 
 impl Law {
-    /// The law of an asymmetry `a` of this rigidity, softened by `soft_m`.
-    fn new(a: f64, rigidity_nm: f64, soft_m: f64) -> Self {
+    /// The law of an asymmetry `a` of this rigidity, softened by `soft_m`, which was measured up to a curvature.
+    fn new(a: f64, rigidity_nm: f64, soft_m: f64, measured_to_per_m: f64) -> Self {
         let stiffness = a.abs() * rigidity_nm;
-        let softened = SoftenedMoment::new(stiffness, stiffness * soft_m, MEASURED_TO_PER_M);
+        let softened = SoftenedMoment::new(stiffness, stiffness * soft_m, measured_to_per_m);
         Self { sign: if a == 0.0 { 0.0 } else { a.signum() }, softened }
     }
 
@@ -124,8 +124,8 @@ impl AsymmetryEnergy {
         let (a, soft) = (&experiment.asymmetric_bending, &experiment.softening);
         let [weft, warp, _] = components(grid);
         let sides = [
-            (weft, Law::new(a.weft, fabric.bending_weft_nm, soft.weft_m)),
-            (warp, Law::new(a.warp, fabric.bending_warp_nm, soft.warp_m)),
+            (weft, Law::new(a.weft, fabric.bending_weft_nm, soft.weft_m, soft.measured_to_per_m)),
+            (warp, Law::new(a.warp, fabric.bending_warp_nm, soft.warp_m, soft.measured_to_per_m)),
         ];
         let unit = grid.spacing_m.powi(-2);
         let around = grid.cells_around();
@@ -203,7 +203,8 @@ mod tests {
 
     #[test]
     fn gradient_and_hessian_are_difference_quotients_around_zero_and_beyond_the_limit() {
-        let softening = Softening { weft_m: 5e-3, warp_m: 8e-3, bias_m: 4e-3 };
+        let softening =
+            Softening { weft_m: 5e-3, warp_m: 8e-3, bias_m: 4e-3, ..Softening::default() };
         for softening in [Softening::default(), softening] {
             for grid in grids() {
                 let energy =
@@ -237,7 +238,7 @@ mod tests {
     #[test]
     fn value_slope_and_curvature_of_the_law_are_difference_quotients_on_both_sides_of_every_case() {
         for soft_m in [0.0, 6e-3] {
-            let law = Law::new(0.5, 2e-6, soft_m);
+            let law = Law::new(0.5, 2e-6, soft_m, 100.0);
             for k in [-200.0, -80.0, -79.0, -20.0, -5.0, -0.1, 0.1, 4.0, 30.0, 79.0, 80.0, 150.0] {
                 let step = 1e-4;
                 let [_, slope, rise] = law.at(k);

@@ -3,7 +3,7 @@
 //! In: a stiffness and the parabola that was measured of its moment, `M = B k - N k^2` (Feng et al. 2022). Out: the moment
 //! as three pieces, each a parabola or a line, with a continuous tangent but for one step:
 //!
-//! - the measured parabola, up to where its tangent has fallen to [`FLOOR`] of B or where [`MEASURED_TO_PER_M`] is reached;
+//! - the measured parabola, up to where its tangent has fallen to [`FLOOR`] of B or where the curvature is reached up to which it was measured;
 //! - from the former to the latter that tangent: the parabola falls from there on and must not be followed;
 //! - beyond what was measured the tangent that the parabola has there, and at least [`BEYOND`] of B.
 //!
@@ -14,8 +14,6 @@
 pub(super) const FLOOR: f64 = 0.05;
 /// Least tangent stiffness over the linear one beyond it.
 pub(super) const BEYOND: f64 = 0.5;
-/// Curvature up to which the parabola is taken to have been measured \[1/m\].
-pub(super) const MEASURED_TO_PER_M: f64 = 100.0;
 
 /// A piece of a moment: `constant + linear k + quadratic k^2` from a curvature on.
 #[derive(Clone, Copy, Debug)]
@@ -92,16 +90,16 @@ mod tests {
 
     #[test]
     fn the_moment_is_the_parabola_where_it_was_measured_and_never_falls() {
-        let stiffness = 1e-6;
+        let (stiffness, measured_to) = (1e-6, 100.0);
         for (s_m, parabola_to) in [(1e-3, 100.0), (2.5e-3, 100.0), (6e-3, 79.0), (12e-3, 39.5)] {
-            let law = SoftenedMoment::new(stiffness, s_m * stiffness, MEASURED_TO_PER_M);
+            let law = SoftenedMoment::new(stiffness, s_m * stiffness, measured_to);
             for k in (0..600).map(f64::from) {
                 let [_, moment, tangent] = law.at(k);
                 if k < parabola_to {
                     let nominal = stiffness * k * (1.0 - s_m * k);
                     assert!((moment - nominal).abs() < 1e-12 * stiffness, "{s_m} {k}");
                 }
-                let least = if k < MEASURED_TO_PER_M { FLOOR } else { BEYOND };
+                let least = if k < measured_to { FLOOR } else { BEYOND };
                 assert!(tangent >= least * stiffness * (1.0 - 1e-12), "{s_m} {k}: {tangent:e}");
                 assert!(tangent <= stiffness * (1.0 + 1e-12));
             }

@@ -24,7 +24,7 @@
 use nalgebra::Matrix3;
 
 use super::bending::{PlateRigidity, mean_twist, twist_of};
-use super::softened::{MEASURED_TO_PER_M, SoftenedMoment};
+use super::softened::SoftenedMoment;
 use super::stencil::Stencil;
 use crate::base::Vector3;
 use crate::fabric::Fabric;
@@ -94,15 +94,16 @@ impl SofteningEnergy {
         let weft = softening.weft_m * fabric.bending_weft_nm;
         let warp = softening.warp_m * fabric.bending_warp_nm;
         let bias = softening.bias_m * fabric.bending_bias_nm;
+        let measured_to = softening.measured_to_per_m;
         let laws = [
-            Law::new(weft, fold * fabric.bending_weft_nm, rigidity.weft_nm, MEASURED_TO_PER_M),
-            Law::new(warp, fold * fabric.bending_warp_nm, rigidity.warp_nm, MEASURED_TO_PER_M),
+            Law::new(weft, fold * fabric.bending_weft_nm, rigidity.weft_nm, measured_to),
+            Law::new(warp, fold * fabric.bending_warp_nm, rigidity.warp_nm, measured_to),
             // about a line at 45 degrees the twist is half the curvature
             Law::new(
                 8.0 * bias - weft - warp,
                 fold * twist_fold,
                 4.0 * rigidity.twist_nm,
-                0.5 * MEASURED_TO_PER_M,
+                0.5 * measured_to,
             ),
         ];
         let components = components(grid);
@@ -244,7 +245,8 @@ mod tests {
     use rand::RngExt as _;
     use std::sync::Arc;
 
-    const SOFTENING: Softening = Softening { weft_m: 2.0e-3, warp_m: 3.0e-3, bias_m: 2.4e-3 };
+    const SOFTENING: Softening =
+        Softening { weft_m: 2.0e-3, warp_m: 3.0e-3, bias_m: 2.4e-3, measured_to_per_m: 100.0 };
 
     fn fabric() -> Fabric {
         Fabric::from_paper_units([1e5, 1e5, 1e5, 1000.0, 1500.0, 1300.0, 200.0])

@@ -8,7 +8,7 @@
 /// up to 100 /m, and no farther than where the tangent stiffness has fallen to a twentieth. From there to 100 /m that stiffness stays; beyond
 /// 100 /m, where nothing is taken to have been measured, the tangent is what the law has there, and at least half of B
 /// (`energy/softened.rs`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Softening {
     /// The law's s for bending along the weft \[m\].
@@ -17,13 +17,30 @@ pub struct Softening {
     pub warp_m: f64,
     /// The law's s for bending about a line at 45 degrees \[m\].
     pub bias_m: f64,
+    /// Curvature up to which the law was measured, above zero \[1/m\]. With infinity the tangent that is lost stays lost, as in the first drapes
+    /// that softened. No file has it.
+    #[serde(skip)]
+    pub measured_to_per_m: f64,
+}
+
+impl Default for Softening {
+    fn default() -> Self {
+        let [weft_m, warp_m, bias_m] = [0.0; 3];
+        Self { weft_m, warp_m, bias_m, measured_to_per_m: 100.0 }
+    }
 }
 
 impl Softening {
+    /// The same s in all directions \[m\].
+    #[must_use]
+    pub fn uniform(s_m: f64) -> Self {
+        Self { weft_m: s_m, warp_m: s_m, bias_m: s_m, ..Self::default() }
+    }
+
     /// Whether bending is linear.
     #[must_use]
     pub fn is_off(&self) -> bool {
-        *self == Self::default()
+        [self.weft_m, self.warp_m, self.bias_m] == [0.0; 3]
     }
 }
 

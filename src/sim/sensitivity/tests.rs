@@ -43,7 +43,7 @@ struct Case {
 
 impl Case {
     fn new() -> Self {
-        let softening = Softening { weft_m: 1e-4, warp_m: 1e-4, bias_m: 1e-4 };
+        let softening = Softening::uniform(1e-4);
         Self {
             fabric: Fabric::from_paper_units([40e3, 50e3, 20e3, 9000.0, 7000.0, 8200.0, 180.0]),
             experiment: Experiment { softening, ..Experiment::default() },
