@@ -325,7 +325,7 @@ impl Fit<'_> {
     }
 
     /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain
-    /// fit's sheets ([`softened()`]), and with what finer cells do to that cloth; `None` where nothing softens, or a sheet does not
+    /// fit's sheets (`softened.rs`), and with what finer cells do to that cloth; `None` where nothing softens, or a sheet does not
     /// come to rest.
     pub fn softened(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
         let state = self.state_with(numbers)?;
