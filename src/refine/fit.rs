@@ -25,9 +25,11 @@ use super::squares::{FitOptions, Squares, State};
 use super::trial::{Trial, places_of, trial_of};
 use crate::base::boundary::BoundaryPoint;
 use crate::base::{Surface, SurfacePoint, Vector3};
-use crate::fabric::{Fabric, STIFFNESSES};
+use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::SensitivityError;
-use crate::sim::{Drop, DropStart, FollowOptions, Follower, HeldSurface, Kept, SimOptions, drape};
+use crate::sim::{
+    Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, Kept, SimOptions,
+};
 
 /// Why nothing was fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -93,28 +95,38 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// What all drapes start from: the scanned sheet, which goes on holding them. A rim alone leads a drape of `fabric` on so many
-    /// vertices a side; the sheet is that drape with the rim where it was scanned, and only the rim holds.
-    fn start(&self, fabric: &Fabric, vertices: usize, options: &FitOptions) -> DropStart {
-        let (surface, sag_m) = match self.scan.sheet {
-            Some(sheet) => (sheet.clone(), options.hold_sag_m),
-            None => (self.led_by_rim(fabric, vertices), options.rim_hold_sag_m),
-        };
-        DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
+    /// What the first drapes start from, and what goes on holding them: the scanned sheet, or a rim alone.
+    fn start(&self, options: &FitOptions) -> DropStart {
+        let rim = || HeldRim { rim: self.scan.rim.clone(), sag_m: options.rim_hold_sag_m };
+        match self.scan.sheet {
+            Some(sheet) => held(sheet.clone(), options.hold_sag_m),
+            None => DropStart::HeldRim(Box::new(rim())),
+        }
     }
 
-    fn led_by_rim(&self, fabric: &Fabric, vertices: usize) -> Surface {
-        let start = DropStart::Guided(Box::new(self.scan.rim.clone()));
-        let led = drape(fabric, &Drop { start }, &SimOptions { vertices, ..self.options });
-        let unknown =
-            |p: Vector3| SurfacePoint { position_m: p.into(), sigma_m: UNKNOWN_M, observed: false };
-        let mut points: Vec<_> = places_of(&led).into_iter().map(unknown).collect();
+    /// Where a rim alone held the first drapes: the sheet of the last of them with the rim where it was scanned, and only the rim holds.
+    fn start_beside(&self, first: &Trial, options: &FitOptions) -> Option<DropStart> {
+        if self.scan.sheet.is_some() {
+            return None;
+        }
+        let unknown = |p: &Vector3| SurfacePoint {
+            position_m: (*p).into(),
+            sigma_m: UNKNOWN_M,
+            observed: false,
+        };
+        let mut points: Vec<_> = first.at.iter().map(unknown).collect();
         for (index, point) in self.scan.rim.points().iter().enumerate() {
             let BoundaryPoint { position_m, sigma_m, observed } = *point;
             points[place_of(index)] = SurfacePoint { position_m, sigma_m, observed };
         }
-        Surface::new(points).unwrap_or_else(|_| unreachable!("a square of places"))
+        let surface = Surface::new(points).unwrap_or_else(|_| unreachable!("a square of places"));
+        Some(held(surface, options.rim_hold_sag_m))
     }
+}
+
+/// A sheet held to a surface.
+fn held(surface: Surface, sag_m: f64) -> DropStart {
+    DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
 }
 
 /// What is believed of cells that there are no finer ones beside: any number, since it moves nothing.
@@ -196,19 +208,34 @@ impl<'a> Fit<'a> {
         let (before, options) = (self.drapes, self.squares.options);
         let most = before + options.evaluations * self.targets.len();
         let few = options.vertices[0];
-        let fabric = self.squares.fabric(start);
-        let held = |target: &Target| target.start(&fabric, few, options);
-        self.starts = self.targets.par_iter().map(held).collect();
+        self.starts = self.targets.iter().map(|target| target.start(options)).collect();
         let no_last = options.vertices.iter().all(|&vertices| vertices <= few);
         self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
         let mut best = self.laid_and_descended(start, None, most)?;
         if !no_last {
             let Best { state: coarse, .. } = best;
+            self.begin_beside(&coarse);
             let last = options.last_vertices(&self.squares.fabric(&coarse.ln));
             self.on_cells(last, options.data.model_m);
             best = self.laid_and_descended(&coarse.ln, Some(&coarse), most)?;
+        } else if self.begin_beside(&best.state) {
+            let ln = best.state.ln;
+            best = self.laid_and_descended(&ln, None, most).unwrap_or(best);
         }
         Ok((best, self.drapes - before))
+    }
+
+    /// Sheets that are laid from now on start from what a rim alone has held so far, so that what they remember is of a fabric near the
+    /// one found; whether there are such.
+    fn begin_beside(&mut self, first: &State) -> bool {
+        let options = self.squares.options;
+        let trials = self.targets.iter().zip(&first.trials);
+        let beside: Vec<_> = trials.map(|(t, trial)| t.start_beside(trial, options)).collect();
+        let is_any = beside.iter().any(Option::is_some);
+        for (start, beside) in self.starts.iter_mut().zip(beside) {
+            *start = beside.unwrap_or_else(|| start.clone());
+        }
+        is_any
     }
 
     /// The scanned sheets laid with one fabric, and where the steps from there end. `coarse` is the same fabric on coarser

@@ -3,7 +3,7 @@
 //!
 //! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of each scan's
 //! bench. A place that lies more than a few standard deviations off pulls no harder than one at that
-//! distance (Huber 1964).
+//! distance (Huber 1964); nor does the prior of a stiffness.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,6 +32,8 @@ pub struct FitOptions {
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
     /// \[rad\], height of the plate's face \[m\].
     pub bench_sigma: [f64; BENCH],
+    /// Distance, in its standard deviations, from which on what is believed of a stiffness before pulls no harder.
+    pub prior_outlier: f64,
     /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls with the square of the cell
     /// foretells from the moves between the first cells and the last: mean and standard deviation of what is believed.
     pub cells: [f64; 2],
@@ -57,6 +59,7 @@ impl Default for FitOptions {
             first_model_m: 1.5e-3,
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
+            prior_outlier: 2.0,
             cells: [0.62, 0.5],
             hold_sag_m: 30e-3,
             rim_hold_sag_m: 1e-3,
@@ -159,9 +162,10 @@ impl Squares<'_> {
         let mut cost = data_cost;
         for k in 0..STIFFNESSES {
             let off = (self.prior.ln_mean[k] - ln[k]) / self.prior.ln_sigma[k];
-            priors[k] = self.prior.ln_sigma[k].powi(-2);
-            right[k] += off / self.prior.ln_sigma[k];
-            cost += off * off;
+            let tamed = tamed(off.abs(), self.options.prior_outlier);
+            priors[k] = tamed * self.prior.ln_sigma[k].powi(-2);
+            right[k] += tamed * off / self.prior.ln_sigma[k];
+            cost += off * off * tamed * (2.0 - tamed);
         }
         for (k, numbers) in bench.iter().enumerate() {
             for (m, (value, [mean, sigma])) in numbers.iter().zip(self.believed()).enumerate() {
@@ -205,6 +209,11 @@ impl Squares<'_> {
     }
 }
 
+/// Weight of what lies so many standard deviations off: from `outlier` on it pulls no harder (Huber 1964).
+fn tamed(far: f64, outlier: f64) -> f64 {
+    if far > outlier { outlier / far } else { 1.0 }
+}
+
 /// Columns of one scan: stiffnesses and bench.
 const COLUMNS: usize = STIFFNESSES + NUISANCES;
 
@@ -233,7 +242,7 @@ impl Sums {
             let pull = datum.information * off;
             // per coordinate, so that a place of three coordinates is as far as one of one
             let far = (off.dot(&pull) / 3.0).sqrt();
-            let tamed = if far > outlier { outlier / far } else { 1.0 };
+            let tamed = tamed(far, outlier);
             let weight = datum.counts * tamed;
             sums.cost += 3.0 * datum.counts * far * far * tamed * (2.0 - tamed);
             sums.independent += 3.0 * datum.counts;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use crate::base::{Boundary, Vector3};
 use crate::fabric::Fabric;
 use crate::geom::Mesh;
-use crate::sim::drop::{Drop, DropStart, guide, holding, start_positions};
+use crate::sim::drop::{Drop, DropStart, clasping, guide, holding, start_positions};
 use crate::sim::effort::Effort;
 use crate::sim::experiment::{MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
@@ -256,10 +256,10 @@ pub(super) fn rest(
         evolve(&mut model, &mut newton, &mut x, pace, options.settle_steps, SETTLED_M_S);
         // at rest on its springs, so that little is left to move when they are gone
         descend(&mut model, &mut newton, &mut x, &mut Memory::default(), limit_n, GUIDED_DROP);
-        model.guide = match &drop.start {
-            DropStart::Held(hold) => holding(hold, grid, fabric, &options.experiment),
-            _ => Guide::default(),
-        };
+        if let Some(springs) = clasping(&drop.start, grid, fabric) {
+            release(&mut model, &mut newton, &mut x, springs, limit_n);
+        }
+        model.guide = holding(&drop.start, grid, fabric, &options.experiment);
     } else if let Some(laid) = laid {
         if let Some(springs) = laid.springs() {
             release(&mut model, &mut newton, &mut x, springs, limit_n);

@@ -24,7 +24,7 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::base::{Boundary, Vector3};
 use crate::fabric::Fabric;
 use crate::sim::drape::{Drape, Rested, count_nodes, fallen, rest};
-use crate::sim::drop::{Drop, Hold, holding};
+use crate::sim::drop::{Drop, Hold, across_outline};
 use crate::sim::effort::Effort;
 use crate::sim::guide::{Guide, Target};
 use crate::sim::model::Model;
@@ -204,7 +204,7 @@ impl Follower {
     pub fn hold(&mut self, hold: &Hold, outwards_m: f64) {
         let model = &mut self.rested.model;
         let Setup { fabric, experiment } = &self.setup;
-        model.guide = holding(hold, &model.grid, fabric, experiment);
+        model.guide = across_outline(hold, &model.grid, fabric, experiment);
         model.guide.outwards_m = outwards_m;
     }
 

@@ -21,6 +21,15 @@ pub struct Target {
     pub weight: f64,
 }
 
+/// Weight of a spring to a place with this standard deviation \[m\].
+pub(super) fn known(sigma_m: f64) -> f64 {
+    1.0 / (1.0 + (sigma_m / HALF_WEIGHT_SIGMA_M).powi(2))
+}
+
+/// Standard deviation of a place at which its spring has half the stiffness \[m\]: well above
+/// that of an observed place, well below that of a wide bridge.
+const HALF_WEIGHT_SIGMA_M: f64 = 0.3e-3;
+
 /// Springs that pull some vertices to places in space.
 #[derive(Clone, Debug, Default)]
 pub struct Guide {

@@ -141,6 +141,27 @@ fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
 }
 
 #[test]
+fn what_was_believed_and_is_far_off_gives_way_to_what_the_drape_shows() {
+    let truth = woven();
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
+    let sheet = sheet(&d, 0.2e-3);
+    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    // five standard deviations off in the stretch stiffnesses, which drapes show least
+    let prior = prior(&truth, [-1.2, -1.2, -1.2, 0.2, -0.2, 0.2], 0.24);
+    let fitted = |prior_outlier: f64| {
+        let options = FitOptions { prior_outlier, ..options() };
+        let found = fit(&[scan], truth.density_kg_m2, &prior, &[], &options, |_| ()).unwrap();
+        println!("{:.3?} {:.3?}", errors(&found, &truth), found.stiffnesses.map(|s| s.shown));
+        errors(&found, &truth).map(f64::abs)
+    };
+    let (ours, all_pull) = (fitted(options().prior_outlier), fitted(f64::INFINITY));
+    let stretch = |errors: [f64; STIFFNESSES]| errors[..3].iter().sum::<f64>() / 3.0;
+    // observed: 0.125 and 0.148
+    assert!(stretch(ours) < 0.95 * stretch(all_pull), "{} {}", stretch(ours), stretch(all_pull));
+    assert!(ours[3..].iter().all(|e| *e < 0.05), "{ours:?}");
+}
+
+#[test]
 fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let truth = woven();
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());

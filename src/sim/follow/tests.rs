@@ -1,6 +1,7 @@
 use super::*;
+use crate::base::boundary::BoundaryPoint;
 use crate::base::{Surface, SurfacePoint};
-use crate::sim::drop::{DropStart, HeldSurface};
+use crate::sim::drop::{DropStart, HeldRim, HeldSurface};
 
 /// On a 31 x 31 grid: rests within a second.
 fn options() -> SimOptions {
@@ -202,4 +203,39 @@ fn a_held_sheet_follows_its_fabric_as_its_sensitivities_foretell_and_the_springs
     let way = follower.follow_fabric(&heavy, &FollowOptions::default()).unwrap();
     assert_eq!(way.stop, Stop::AtRest);
     assert!(after.boundary.mean_distance_m(&follower.boundary()) < 1e-6);
+}
+
+#[test]
+fn a_sheet_led_by_its_rim_stays_while_that_is_held_but_for_what_is_not_known() {
+    let woven = Fabric::from_paper_units([131e3, 164e3, 75e3, 11_200.0, 9_200.0, 10_200.0, 180.0]);
+    let truth = Follower::drop(&woven, &Drop { start: DropStart::Perturbed(1) }, &options());
+    let rim = truth.boundary();
+    let held = |rim: &Boundary| {
+        let start = DropStart::HeldRim(Box::new(HeldRim { rim: rim.clone(), sag_m: 1e-3 }));
+        let follower = Follower::drop(&woven, &Drop { start }, &options());
+        assert_eq!(follower.drape().stop, Stop::AtRest);
+        follower
+    };
+    let mut follower = held(&rim);
+    let near_m = rim.mean_distance_m(&follower.boundary());
+    // the inner sheet is the true one, which nothing told
+    let inner_m = root_mean_square(
+        follower.drape().positions_m.iter().zip(&truth.drape().positions_m).map(|(a, b)| a - b),
+    );
+    assert_eq!(follower.let_go(), Stop::AtRest);
+    let let_go_m = rim.mean_distance_m(&follower.boundary());
+    println!("held {near_m:.2e}, inner {inner_m:.2e}, let go {let_go_m:.2e} m");
+    assert!(near_m < 0.3e-3 && near_m < let_go_m && inner_m < 1.5e-3, "{near_m} {inner_m}");
+    // a side that is said to be unknown, 20 mm off, pulls nowhere
+    let moved = rim.points().iter().enumerate().map(|(index, point)| match index / 61 {
+        2 => BoundaryPoint {
+            position_m: point.position_m + Vector3::new(0.0, 20e-3, 0.0),
+            sigma_m: 20e-3,
+            observed: false,
+        },
+        _ => *point,
+    });
+    let unsure = held(&Boundary::new(moved.collect()).unwrap());
+    let off_m = rim.mean_distance_m(&unsure.boundary());
+    assert!(off_m < 1.5e-3, "{off_m}");
 }
