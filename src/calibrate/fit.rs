@@ -216,32 +216,65 @@ impl Fit<'_> {
         self.start_otherwise();
     }
 
-    /// Where scanned sheets leave more than the plain model should and stretch or shear has run off, begins again at stiffer ones with
-    /// the bending found: drapes tell these last, and on the way to their bending they may run to where no step leads back from.
+    /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch and shear, as long as that helps.
+    ///
+    /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch before it is known what finer ones do, and
+    /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
+    /// the first step. Last, where stretch or shear has run off, once more at what is believed of them.
     fn start_otherwise(&mut self) {
-        let (declared, believed) = (self.declared.clone(), self.believed);
-        let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
-        let has_run_off =
-            (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt());
-        let scanned = self.targets.iter().all(|target| target.is_held(self.options));
-        if !scanned || !has_run_off || self.plain.misfit() < LEAVES {
+        if !self.targets.iter().all(|target| target.is_held(self.options)) {
             return;
         }
-        let mut shared = self.plain.shared.clone();
-        for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
-            let [low, high] = believed.ln_limits[k];
-            *shared = (believed.ln_mean[k] + OTHERWISE).clamp(low, high);
-        }
-        let most = self.simulated + self.options.evaluations * self.targets.len();
-        if let Some(state) = self.led(&declared, &shared) {
-            let (state, ended) = self.descend(&declared, state, most);
-            if state.cost < self.plain.cost - LED_GAIN {
-                (self.plain, self.ended) = (state, ended);
-                self.kept = self.followers.iter().map(Follower::keep).collect();
-                self.look_finer();
+        for _ in 0..STARTS {
+            let stiffer = self.with_stretch(|_, ln| ln + STIFFER);
+            if self.plain.misfit() < LEAVES || !self.begin_again(&stiffer) {
+                break;
             }
         }
+        if self.plain.misfit() >= LEAVES && self.has_run_off() {
+            let believed = self.believed;
+            self.begin_again(&self.with_stretch(|k, _| believed.ln_mean[k] + OTHERWISE));
+        }
+    }
+
+    /// Whether stretch or shear lies far from what is believed.
+    fn has_run_off(&self) -> bool {
+        let believed = self.believed;
+        let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
+        (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt())
+    }
+
+    /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is tried.
+    fn with_stretch(&self, other: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+        let mut shared = self.plain.shared.clone();
+        for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
+            let [low, high] = self.believed.ln_limits[k];
+            *shared = other(k, *shared).clamp(low, high);
+        }
+        shared
+    }
+
+    /// Begins the plain fit again with sheets led anew by a cloth, and with what finer cells do to that cloth; whether it ends nearer.
+    fn begin_again(&mut self, shared: &[f64]) -> bool {
+        let declared = self.declared.clone();
+        let before: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
+        let state = self.finely_led(&declared, shared);
+        let is_nearer = match state {
+            Some((state, ended)) if state.cost < self.plain.cost - LED_GAIN => {
+                (self.plain, self.ended) = (state, ended);
+                self.kept = self.followers.iter().map(Follower::keep).collect();
+                true
+            }
+            _ => {
+                self.targets
+                    .iter_mut()
+                    .zip(before)
+                    .for_each(|(target, finer)| target.finer = finer);
+                false
+            }
+        };
         self.restore();
+        is_nearer
     }
 
     /// Lays the held sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
@@ -342,6 +375,16 @@ impl Fit<'_> {
     }
 
     fn with_finer(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<Fitted> {
+        let (state, ended) = self.finely_led(numbers, shared)?;
+        Some(self.fitted(numbers, state, ended))
+    }
+
+    /// Where the least squares end from sheets led anew with some shared unknowns, with what finer cells do to that cloth.
+    fn finely_led(
+        &mut self,
+        numbers: &[&'static Number],
+        shared: &[f64],
+    ) -> Option<(State, Ended)> {
         let state = self.led(numbers, shared)?;
         let cloth = self.squares(numbers).cloth(shared);
         let finer = self.finer(&cloth, &state);
@@ -349,8 +392,7 @@ impl Fit<'_> {
         both.filter(|(_, finer)| finer.is_some()).for_each(|(target, finer)| target.finer = finer);
         let state = self.squares(numbers).around(shared, state.trials, state.poses);
         let most = self.simulated + self.options.evaluations * self.targets.len();
-        let (state, ended) = self.descend(numbers, state, most);
-        Some(self.fitted(numbers, state, ended))
+        Some(self.descend(numbers, state, most))
     }
 
     /// Sheets of a cloth led by the outlines anew, in the plain fit's poses, and the least squares around them; `None`, and
@@ -762,7 +804,11 @@ const LED_GAIN: f64 = 1.0;
 const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
 /// Standard deviations from what is believed beyond which stretch or shear has run off.
 const RAN_OFF: f64 = 2.0;
-/// Factor, as a logarithm, on what is believed of stretch and shear with which a fit begins again.
+/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most: locked cells have been seen
+/// to end 0.5 too low, and a start that is too stiff comes down by itself.
+const STIFFER: f64 = 1.0;
+const STARTS: usize = 2;
+/// The same on what is believed of them.
 const OTHERWISE: f64 = 1.8;
 /// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
 const NEAR: f64 = 0.2;

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::base::units::M_PER_MM;
 use crate::calibrate::effect::{Cloth, Effect};
+use crate::calibrate::field::Field;
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
@@ -20,6 +21,7 @@ use crate::calibrate::target::Target;
 use crate::numeric::moments::mean;
 use crate::numeric::robust::median;
 use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
+use crate::sim::Experiment;
 
 /// What a calibration said of a fabric.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,6 +42,9 @@ pub struct Said {
     pub misfit: [f64; 2],
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
     pub floor_mm: f64,
+    /// Where the field of curvature is strongest that would explain what the effects leave, as fractions of the specimen's sides along warp and
+    /// weft; none where no field foretells anything.
+    pub strongest: Option<[f64; 2]>,
 }
 
 /// What a fabric's result says; the one place that knows how.
@@ -69,7 +74,14 @@ pub fn said_of(result: &FabricResult) -> Said {
         let_go_mm: [of_free(0), of_free(1)],
         misfit: [before, result.after.as_ref().map_or(before, |after| after.fitted.misfit)],
         floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
+        strongest: strongest(result),
     }
+}
+
+/// Where the field of a trace is strongest, if it is anything.
+fn strongest(result: &FabricResult) -> Option<[f64; 2]> {
+    let field = result.trace.as_ref()?.field.filter(Field::is_something)?;
+    Some(field.strongest(&result.measured.first()?.bench.specimen)?.place)
 }
 
 /// A sealed case beside what was said of it.
@@ -83,6 +95,8 @@ pub struct Scored {
     pub truth_mm: f64,
     /// Effects that the calibration did not look for.
     pub without: Vec<&'static str>,
+    /// Specimen and plate of even cloth.
+    pub bench: Experiment,
 }
 
 /// Why a case is not scored.
@@ -152,7 +166,7 @@ impl Series {
             None => (unanswered(&"no picture could be used"), f64::NAN),
         };
         let without = self.calibrate.without.iter().map(|effect| effect.name);
-        Ok(Scored { sealed, said, truth_mm, without: without.collect() })
+        Ok(Scored { sealed, said, truth_mm, without: without.collect(), bench: case.plain() })
     }
 
     /// The held-out error of the truth.
@@ -194,8 +208,8 @@ pub const LEAST_FLOORS: f64 = 3.0;
 
 impl Scored {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, verdict, effects, group, right, before_mm, after_mm, let_go_before_mm, let_go_after_mm, misfit_before, misfit_after, \
-         floor_mm, truth_mm, failure";
+    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, left_mm, verdict, effects, group, right, before_mm, after_mm, let_go_before_mm, let_go_after_mm, misfit_before, misfit_after, \
+         floor_mm, truth_mm, strongest, in_region, region_share, failure";
 
     /// How far the effects move an outline on its branch \[mm\], if that is known.
     #[must_use]
@@ -203,11 +217,46 @@ impl Scored {
         self.sealed.size_m().map(|size_m| size_m / M_PER_MM)
     }
 
+    /// What six stiffnesses and the drapes' poses leave of that \[mm\], if it is known.
+    #[must_use]
+    pub fn left_mm(&self) -> Option<f64> {
+        self.sealed.left_m().map(|left_m| left_m / M_PER_MM)
+    }
+
     /// Whether the effects move an outline by more than [`LEAST_FLOORS`]; where nothing was said, by any known distance.
     #[must_use]
     pub fn is_large(&self) -> bool {
+        self.is_above(self.size_mm())
+    }
+
+    /// Whether what stiffnesses and poses leave of it does.
+    #[must_use]
+    pub fn stays_large(&self) -> bool {
+        self.is_above(self.left_mm())
+    }
+
+    fn is_above(&self, size_mm: Option<f64>) -> bool {
         let floor_mm = self.said.as_ref().map_or(0.0, |said| said.floor_mm);
-        self.size_mm().is_some_and(|size_mm| size_mm > LEAST_FLOORS * floor_mm)
+        size_mm.is_some_and(|size_mm| size_mm > LEAST_FLOORS * floor_mm)
+    }
+
+    /// The effect with a region on the specimen, if there is one.
+    fn regional(&self) -> Option<(&crate::sealed::Effect, f64)> {
+        let mut own = self.sealed.effects.iter();
+        own.find_map(|effect| Some((effect, effect.share(&self.bench)?)))
+    }
+
+    /// Whether the tracer's field is strongest where the effect acts; `None` where the effect has no region, or no field is anything.
+    #[must_use]
+    pub fn is_in_region(&self) -> Option<bool> {
+        let (effect, _) = self.regional()?;
+        effect.acts_at(&self.bench, self.said.as_ref().ok()?.strongest?)
+    }
+
+    /// The share of the specimen at which the effect acts.
+    #[must_use]
+    pub fn region_share(&self) -> Option<f64> {
+        self.regional().map(|(_, share)| share)
     }
 
     /// Whether what was said is right. Of cases with effects on the list: each is named or within the group, and nothing
@@ -238,13 +287,15 @@ impl Scored {
     pub fn row(&self) -> String {
         let Sealed { index, kind, effects, drapes, .. } = &self.sealed;
         let truth: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
-        let size = self.size_mm().map_or(String::new(), |size| format!("{size:.2}"));
-        let begun =
-            format!("{index}, {}, {}, {}, {size}", kind.name(), truth.join(" "), drapes.len());
+        let known = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.2}"));
+        let (size, left) = (known(self.size_mm()), known(self.left_mm()));
+        let (names, drapes) = (truth.join(" "), drapes.len());
+        let begun = format!("{index}, {}, {names}, {drapes}, {size}, {left}", kind.name());
+        let region = known(self.region_share());
         let right = if self.is_right() { "yes" } else { "no" };
         match &self.said {
             Ok(said) => format!(
-                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, ",
+                "{begun}, {}, {}, {}, {right}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {region}, ",
                 said.verdict,
                 said.effects.join(" "),
                 said.group.join(" "),
@@ -255,11 +306,18 @@ impl Scored {
                 said.misfit[0],
                 said.misfit[1],
                 said.floor_mm,
-                self.truth_mm
+                self.truth_mm,
+                said.strongest.map_or(String::new(), |[warp, weft]| format!("{warp:.2} {weft:.2}")),
+                match self.is_in_region() {
+                    Some(true) => "yes",
+                    Some(false) => "no",
+                    None => "",
+                },
             ),
             Err(why) => {
                 let why = why.replace(", ", "; ");
-                format!("{begun}, , , , {right}, , , , , , , , {:.2}, {why}", self.truth_mm)
+                let truth_mm = self.truth_mm;
+                format!("{begun}, , , , {right}, , , , , , , , {truth_mm:.2}, , , {region}, {why}")
             }
         }
     }
@@ -278,6 +336,10 @@ pub struct Summary {
     pub large: usize,
     /// Share of the large ones that are right.
     pub named: Option<f64>,
+    /// Those whose effect moves outlines by more than [`LEAST_FLOORS`] after six stiffnesses and the poses took up what they can.
+    pub staying: usize,
+    /// Share of these that are right.
+    pub staying_named: Option<f64>,
     /// Share of the cases with two effects that are right.
     pub both_named: Option<f64>,
     /// Cases without effects.
@@ -288,6 +350,12 @@ pub struct Summary {
     pub unlisted: usize,
     /// Share of these that were called unexplained.
     pub unexplained: Option<f64>,
+    /// Those of them whose effect has a region on the specimen, and of which a field is drawn.
+    pub drawn: usize,
+    /// Share of the drawn ones whose field is strongest in that region.
+    pub in_region: Option<f64>,
+    /// Mean share of the specimen that these regions are: what places drawn at random would score.
+    pub region_share: Option<f64>,
     /// Median, over the large ones, of the held-out error after over that before.
     pub after_over_before: Option<f64>,
     /// Median, over the same, of the held-out error after over the floor.
@@ -310,6 +378,12 @@ impl Summary {
         let (one, none) = (of_kind(Kind::One), of_kind(Kind::None));
         let unlisted = of_kind(Kind::Unlisted);
         let large: Vec<&Scored> = one.iter().copied().filter(|case| case.is_large()).collect();
+        let staying: Vec<&Scored> = one.iter().copied().filter(|case| case.stays_large()).collect();
+        let drawn = unlisted.iter().filter_map(|c| Some((c.is_in_region()?, c.region_share()?)));
+        let drawn: Vec<(bool, f64)> = drawn.collect();
+        let of_drawn = |value: &dyn Fn(&(bool, f64)) -> f64| {
+            (!drawn.is_empty()).then(|| mean(&drawn.iter().map(value).collect::<Vec<_>>()))
+        };
         let ratio = |over: &dyn Fn(&Said, &Scored) -> f64| {
             let ratios = large.iter().filter_map(|case| {
                 let said = case.said.as_ref().ok()?;
@@ -323,11 +397,16 @@ impl Summary {
             one: one.len(),
             large: large.len(),
             named: right(&large),
+            staying: staying.len(),
+            staying_named: right(&staying),
             both_named: right(&of_kind(Kind::Two)),
             none: none.len(),
             false_alarms: right(&none).map(|right| 1.0 - right),
             unlisted: unlisted.len(),
             unexplained: right(&unlisted),
+            drawn: drawn.len(),
+            in_region: of_drawn(&|(is_in, _)| f64::from(u8::from(*is_in))),
+            region_share: of_drawn(&|(_, share)| *share),
             after_over_before: ratio(&|said, _| said.before_mm),
             after_over_floor: ratio(&|said, _| said.floor_mm),
             after_over_truth: ratio(&|_, case| case.truth_mm),
@@ -339,6 +418,7 @@ impl Summary {
 mod tests {
     use super::*;
     use crate::sealed::{Effect, SealedDrape};
+    use crate::sim::experiment::Hem;
 
     fn scored(kind: Kind, effects: Vec<Effect>, size_m: Option<f64>, said: Said) -> Scored {
         let drape = SealedDrape {
@@ -348,6 +428,7 @@ mod tests {
             drop_seed: 1,
             folds: 7,
             size_m,
+            left_m: size_m.map(|size_m| 0.5 * size_m),
         };
         let sealed = Sealed {
             schema: String::new(),
@@ -361,7 +442,8 @@ mod tests {
             sensor: None,
             drapes: vec![drape],
         };
-        Scored { sealed, said: Ok(said), truth_mm: 0.5, without: Vec::new() }
+        let bench = Experiment::default();
+        Scored { sealed, said: Ok(said), truth_mm: 0.5, without: Vec::new(), bench }
     }
 
     fn said(verdict: &str, effects: &[&str], group: &[&str], after_mm: f64) -> Said {
@@ -375,6 +457,7 @@ mod tests {
             let_go_mm: [f64::NAN; 2],
             misfit: [1.0, 0.5],
             floor_mm: 1.0,
+            strongest: None,
         }
     }
 
@@ -407,7 +490,8 @@ mod tests {
         let cases = [
             scored(Kind::One, friction(), Some(4e-3), said("found", &["friction"], &[], 1.0)),
             scored(Kind::One, friction(), Some(5e-3), said("none", &[], &[], 5.0)),
-            scored(Kind::One, friction(), Some(6e-3), said("found", &["friction"], &[], 2.0)),
+            // half of it stays: above three floors in this one alone
+            scored(Kind::One, friction(), Some(6.2e-3), said("found", &["friction"], &[], 2.0)),
             // smaller than three floors, and of no known size
             scored(Kind::One, friction(), Some(2e-3), said("none", &[], &[], 5.0)),
             scored(Kind::One, friction(), None, said("none", &[], &[], 5.0)),
@@ -417,9 +501,38 @@ mod tests {
         let summary = Summary::of(&cases);
         assert_eq!((summary.cases, summary.one, summary.large, summary.none), (7, 5, 3, 2));
         assert_eq!((summary.named, summary.false_alarms), (Some(2.0 / 3.0), Some(0.5)));
+        assert_eq!((summary.staying, summary.staying_named), (1, Some(1.0)));
         assert_eq!((summary.unexplained, summary.both_named), (None, None));
+        assert_eq!((summary.drawn, summary.in_region, summary.region_share), (0, None, None));
         assert_eq!((summary.after_over_floor, summary.after_over_truth), (Some(2.0), Some(4.0)));
         assert!((summary.after_over_before.unwrap() - 0.4).abs() < 1e-12);
+        for case in &cases {
+            let columns = Scored::COLUMNS.split(", ").count();
+            assert_eq!(case.row().split(", ").count(), columns, "{}", case.row());
+        }
+    }
+
+    #[test]
+    fn a_field_is_held_against_the_place_where_an_unlisted_effect_acts() {
+        let hem = Hem { added_kg_m2: 0.2, width_m: 20e-3, toward_rad: 0.0 };
+        let drawn = |effect: Effect, strongest: Option<[f64; 2]>| {
+            let said = Said { strongest, ..said("unexplained", &[], &[], 5.0) };
+            scored(Kind::Unlisted, vec![effect], Some(4e-3), said)
+        };
+        let hem = Effect::Hem(hem);
+        let scale = Effect::Scale { by: 0.01 };
+        let cases = [
+            drawn(hem, Some([1.0, 0.5])),
+            drawn(hem, Some([0.0, 0.5])),
+            // nothing drawn, and no region
+            drawn(hem, None),
+            drawn(scale, Some([1.0, 0.5])),
+        ];
+        let is_in: Vec<_> = cases.iter().map(Scored::is_in_region).collect();
+        assert_eq!(is_in, [Some(true), Some(false), None, None]);
+        let summary = Summary::of(&cases);
+        assert_eq!((summary.drawn, summary.in_region), (2, Some(0.5)));
+        assert!((summary.region_share.unwrap() - 0.19).abs() < 0.02);
         for case in &cases {
             let columns = Scored::COLUMNS.split(", ").count();
             assert_eq!(case.row().split(", ").count(), columns, "{}", case.row());

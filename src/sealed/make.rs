@@ -16,15 +16,18 @@ use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Kind};
 use super::effect::Effect;
-use crate::base::Vector3;
+use super::left::{Moved, at_rest, left_m, of_outline, of_scan};
 use crate::base::boundary::POINTS;
 use crate::base::seed::rng;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use crate::base::{Outline, Vector3};
 use crate::calibrate::floor::distance_m;
 use crate::calibrate::manifest::{Bench, Face, Role};
-use crate::calibrate::trial::outline_seen;
-use crate::fabric::Fabric;
+use crate::calibrate::options::FitOptions;
+use crate::calibrate::trial::{Trial, outline_seen};
+use crate::fabric::{Fabric, STIFFNESSES};
 use crate::io::{WriteError, atomically, write_ply, write_png};
+use crate::numeric::moments::mean;
 use crate::sensor::silhouette::{SilhouetteCamera, SilhouetteErrors, silhouette};
 use crate::sensor::{self, Profile, Scene, SceneError, Stand, default_ring};
 use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Setup, SimOptions, Stop};
@@ -94,6 +97,10 @@ pub struct SealedDrape {
     /// Root mean square distance that the effects move its outline by on its branch \[m\]; none where there is no effect, or where
     /// the branch ends.
     pub size_m: Option<f64>,
+    /// What is left of it once six stiffnesses, the same for all drapes, and the drape's pose have taken up what they can \[m\]; none where
+    /// `size_m` is, and in files of before this was asked.
+    #[serde(default)]
+    pub left_m: Option<f64>,
 }
 
 /// Version of `sealed.json`.
@@ -176,7 +183,7 @@ pub fn make(case: &Case, folder: &Path, options: &MakeOptions) -> Result<Sealed,
         .flat_map(|specimen| [Face::Up, Face::Down].map(|face| Unit { specimen, face }))
         .collect();
     let drapes = units.par_iter().map(|unit| unit.made(case, folder, options));
-    let drapes: Vec<SealedDrape> = drapes.collect::<Result<_, _>>()?;
+    let drapes = with_left(drapes.collect::<Result<_, _>>()?);
     let text = manifest(case, &units, options);
     atomically(folder.join(MANIFEST), |out| out.write_all(text.as_bytes()))?;
     let sealed = Sealed {
@@ -235,8 +242,13 @@ impl Sealed {
     /// where no branch holds.
     #[must_use]
     pub fn size_m(&self) -> Option<f64> {
-        let sizes: Vec<f64> = self.drapes.iter().filter_map(|drape| drape.size_m).collect();
-        (!sizes.is_empty()).then(|| sizes.iter().sum::<f64>() / sizes.len() as f64)
+        mean_of(self.drapes.iter().filter_map(|drape| drape.size_m))
+    }
+
+    /// The same of what six stiffnesses and the drapes' poses leave of it \[m\].
+    #[must_use]
+    pub fn left_m(&self) -> Option<f64> {
+        mean_of(self.drapes.iter().filter_map(|drape| drape.left_m))
     }
 
     fn is_of(&self, case: &Case) -> bool {
@@ -244,6 +256,22 @@ impl Sealed {
         own == (case.seed, case.index, case.fabric.in_si(), &case.effects)
             && self.drapes.len() == 2 * case.specimens
     }
+}
+
+/// The mean of some values, if there are any.
+fn mean_of(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| mean(&values))
+}
+
+/// Drapes with what is left of the effects' moves of each.
+fn with_left(made: Vec<(SealedDrape, Option<Moved>)>) -> Vec<SealedDrape> {
+    let moved: Vec<&Moved> = made.iter().filter_map(|(_, moved)| moved.as_ref()).collect();
+    let mut left = left_m(&moved).unwrap_or_default().into_iter();
+    let own: Vec<Option<f64>> =
+        made.iter().map(|(_, moved)| moved.as_ref().and_then(|_| left.next())).collect();
+    let both = made.into_iter().zip(own);
+    both.map(|((drape, _), left_m)| SealedDrape { left_m, ..drape }).collect()
 }
 
 /// Discs and squares that are marked to be fitted.
@@ -293,7 +321,7 @@ impl Unit {
         case: &Case,
         folder: &Path,
         options: &MakeOptions,
-    ) -> Result<SealedDrape, MakeError> {
+    ) -> Result<(SealedDrape, Option<Moved>), MakeError> {
         let (mut follower, drop_seed) = self.draped(case, options.vertices)?;
         let drape = follower.drape();
         for capture in 1..=self.captures(case.bench, options) {
@@ -302,14 +330,18 @@ impl Unit {
                 Bench::Square => self.scanned(case, &drape, capture, folder, options)?,
             }
         }
-        Ok(SealedDrape {
+        let size = size_of(case, &drape, &mut follower);
+        let (size_m, moved) = size.map_or((None, None), |(size_m, moved)| (Some(size_m), moved));
+        let drape = SealedDrape {
             specimen: self.specimen,
             face: self.face.name().to_owned(),
             role: self.role(case.bench).name().to_owned(),
             drop_seed,
             folds: drape.nodes,
-            size_m: size_m(case, &drape, &mut follower),
-        })
+            size_m,
+            left_m: None,
+        };
+        Ok((drape, moved))
     }
 
     /// Takes a picture of a drape.
@@ -387,36 +419,68 @@ impl Unit {
     }
 }
 
-/// Root mean square distance that the effects move a drape's outline or rim by \[m\], from a part of them.
-fn size_m(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<f64> {
+/// Root mean square distance that the effects move a drape's outline or rim by \[m\], from a part of them, and the moves of what is measured
+/// of it, where it has sensitivities.
+fn size_of(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<(f64, Option<Moved>)> {
     if case.effects.is_empty() {
         return None;
     }
     let plain = Setup { fabric: case.fabric, experiment: case.plain() };
-    let rim = |drape: &Drape, part: f64| -> Vec<Vector3> {
-        let scale = 1.0 + part * case.scale_by();
-        drape.boundary.positions_m().map(|p| p.coords * scale).collect()
-    };
-    let seen = |drape: &Drape, part: f64| {
-        let scale = 1.0 + part * case.scale_by();
-        outline_seen(drape, part * case.per_height()).mapped(|p| p.map(|v| v * scale))
-    };
-    let moved_m = |now: &Drape, part: f64| match case.bench {
-        Bench::Cusick => distance_m(&seen(drape, 1.0), &seen(now, part)),
-        Bench::Square => {
-            let both = rim(drape, 1.0).into_iter().zip(rim(now, part));
-            let squared: f64 = both.map(|(a, b)| (a - b).norm_squared()).sum();
-            (squared / POINTS as f64).sqrt()
-        }
-    };
     let here = follower.keep();
-    TAKEN_AWAY.into_iter().find_map(|part| {
+    let (now, part) = TAKEN_AWAY.into_iter().find_map(|part| {
         follower.return_to(&here);
         let to = follower.setup().between(&plain, part);
         let way = follower.follow(&to, &FollowOptions::default()).ok()?;
         let kept = way.reached >= 1.0 && way.stop == Stop::AtRest && way.events.is_empty();
-        kept.then(|| moved_m(&follower.drape(), 1.0 - part) / part)
-    })
+        kept.then(|| (follower.drape(), part))
+    })?;
+    follower.return_to(&here);
+    let trial = at_rest(follower, case.bench);
+    let moved = trial.map(|trial| moved_by(case, &trial, &now, part));
+    Some((size_m(case, drape, &now, part), moved))
+}
+
+/// Root mean square distance of a drape from one with a part of the effects taken away, as if it were all of them \[m\].
+fn size_m(case: &Case, drape: &Drape, now: &Drape, part: f64) -> f64 {
+    let moved_m = match case.bench {
+        Bench::Cusick => distance_m(&seen(case, drape, 1.0), &seen(case, now, 1.0 - part)),
+        Bench::Square => {
+            let rim = |drape: &Drape, share: f64| -> Vec<Vector3> {
+                let scale = 1.0 + share * case.scale_by();
+                drape.boundary.positions_m().map(|p| p.coords * scale).collect()
+            };
+            let both = rim(drape, 1.0).into_iter().zip(rim(now, 1.0 - part));
+            let squared: f64 = both.map(|(a, b)| (a - b).norm_squared()).sum();
+            (squared / POINTS as f64).sqrt()
+        }
+    };
+    moved_m / part
+}
+
+/// The outline of a drape in a picture with a share of the effects.
+fn seen(case: &Case, drape: &Drape, share: f64) -> Outline {
+    let scale = 1.0 + share * case.scale_by();
+    outline_seen(drape, share * case.per_height()).mapped(|p| p.map(|v| v * scale))
+}
+
+/// How what is measured of a drape moves with the effects, a part of which `now` has not.
+fn moved_by(case: &Case, trial: &Trial, now: &Drape, part: f64) -> Moved {
+    let ln = case.fabric.in_si().map(f64::ln);
+    let (ln, options) = (&ln[..STIFFNESSES], FitOptions::default());
+    let (own, other) = (1.0 + case.scale_by(), 1.0 + (1.0 - part) * case.scale_by());
+    match case.bench {
+        Bench::Square => {
+            let both = trial.drape.positions_m.iter().zip(&now.positions_m);
+            let by: Vec<Vector3> = both.map(|(a, b)| (a * own - b * other) / part).collect();
+            of_scan(trial, &by, ln, &options)
+        }
+        Bench::Cusick => {
+            let other = seen(case, now, 1.0 - part);
+            let own = seen(case, &trial.drape, 1.0);
+            let across = own.points_m().iter().map(|&p| other.foot(p).outwards_m / part);
+            of_outline(trial, &across.collect::<Vec<_>>(), ln, &options)
+        }
+    }
 }
 
 /// The manifest of a case: what somebody who measured the drapes would know of them.

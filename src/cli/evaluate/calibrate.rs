@@ -40,6 +40,11 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
     println!("answered, , {} of {}", sum.cases - sum.failed, sum.cases);
     let large = format!("{} of {} above {LEAST_FLOORS:.0} floors", sum.large, sum.one);
     println!("one effect: named, {}, {large}", share(sum.named));
+    let staying = format!(
+        "{} of {} above {LEAST_FLOORS:.0} floors after stiffnesses and poses",
+        sum.staying, sum.one
+    );
+    println!("one effect: named, {}, {staying}", share(sum.staying_named));
     println!(
         "one effect: held-out error after over before, {}, {large}",
         share(sum.after_over_before)
@@ -56,6 +61,12 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
     println!("two effects: both named, {}, {two}", share(sum.both_named));
     println!("no effect: false alarms, {}, {}", share(sum.false_alarms), sum.none);
     println!("on no list: called unexplained, {}, {}", share(sum.unexplained), sum.unlisted);
+    let drawn = format!("{} of {} with a field and a region", sum.drawn, sum.unlisted);
+    println!("on no list: field strongest where it acts, {}, {drawn}", share(sum.in_region));
+    println!(
+        "on no list: share of the specimen where it acts, {}, {drawn}",
+        share(sum.region_share)
+    );
     if given.json {
         println!("{}", serde_json::to_string(&sum)?);
     }
