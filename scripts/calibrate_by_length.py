@@ -23,7 +23,6 @@ import train
 
 NOISE_SEEDS = (1, 2, 3)
 QUARTERS = 4
-GRAVITY_M_S2 = 9.80665
 
 
 class Shipped:
@@ -47,12 +46,7 @@ class Shipped:
         mean, sigma = self.network(*inputs)
         truth = (np.log(drapes.stiffness) - self.ln_min) / (self.ln_max - self.ln_min)
         said = np.exp(self.ln_min + np.clip(mean, 0.0, 1.0) * (self.ln_max - self.ln_min))
-        return np.abs(mean - truth) / (sigma * self.quantile), bending_length_mm(said, inputs[1].astype(float))
-
-
-def bending_length_mm(stiffness, density):
-    """The shortest of the three, as `sim::experiment::bending_length_m`."""
-    return 1e3 * (1e-9 * stiffness[:, 3:6].min(1) / (1e-3 * density * GRAVITY_M_S2)) ** (1 / 3)
+        return np.abs(mean - truth) / (sigma * self.quantile), drape_data.bending_length_mm(said, inputs[1].astype(float))
 
 
 def quarter_factors(scores, lengths):
@@ -86,7 +80,7 @@ def main():
     print(f"{args.calibrate}: {len(calibration.density)} drapes in {groups} groups; edges {np.round(edges, 1)} mm, factors {np.round(factors, 3)}")
     for folder in args.test:
         drapes = read(folder)
-        true_mm = bending_length_mm(drapes.stiffness, drapes.density)
+        true_mm = drape_data.bending_length_mm(drapes.stiffness, drapes.density)
         quarter = np.searchsorted(np.quantile(true_mm, np.arange(1, QUARTERS) / QUARTERS), true_mm)
         for name, seeds in (("clean", [None]), ("scan noise", NOISE_SEEDS)):
             drawn = [shipped.scores(drapes, seed) for seed in seeds]
