@@ -107,6 +107,14 @@ def joined(folders, parts):
     )
 
 
+GRAVITY_M_S2 = 9.80665
+
+
+def bending_length_mm(stiffness, density):
+    """The shortest of the three, as `sim::experiment::bending_length_m`; paper's units."""
+    return 1e3 * (1e-9 * stiffness[:, 3:6].min(1) / (1e-3 * density * GRAVITY_M_S2)) ** (1 / 3)
+
+
 def flat_xz_mm():
     """The flat specimen's (x, z) at each index: the walk of src/base/boundary.rs."""
     t = np.arange(POINTS_PER_SIDE) * 5.0 - 150.0

@@ -164,6 +164,20 @@ def test_conformal_quantile_covers_at_least_its_level():
     assert 0.895 < np.mean(covered) < 0.92, np.mean(covered)
 
 
+def test_coverage_by_quarter_finds_the_soft_quarter_that_is_not_held():
+    class Scaling:
+        ln_min, ln_max = np.zeros(6), np.full(6, 10.0)
+
+    truth, density = np.random.default_rng(4).uniform(0, 1, (100, 6)), np.full(100, 200.0)
+    length = drape_data.bending_length_mm(np.exp(10 * truth), density)
+    covered = np.ones((100, 6), bool)
+    covered[length < np.quantile(length, 0.25)] = False
+    assert train.coverage_by_quarter(covered, truth, density, Scaling) == [0.0, 1.0, 1.0, 1.0]
+    # the mean fabric of Table 2: 8.1 mm
+    mean = np.array([[131e3, 164e3, 75e3, 1119.74, 1370.87, 1245.30]])
+    assert abs(drape_data.bending_length_mm(mean, np.array([214.02]))[0] - 8.11) < 0.01
+
+
 def test_the_mixture_of_the_measured_prior_finds_two_groups_again():
     rng = np.random.default_rng(1)
     groups = [rng.normal([0.0, 1.0], [0.2, 0.4], (400, 2)), rng.normal([3.0, -1.0], [0.5, 0.3], (400, 2))]

@@ -241,6 +241,14 @@ def scores(prediction, truth, scaling):
     return {"rmse": float(rmse.mean()), "r2": float(r2.mean()), "rmse_each": rmse.tolist(), "r2_each": r2.tolist()}
 
 
+def coverage_by_quarter(covered, truth, density, scaling):
+    """Share of the intervals that hold the truth in each quarter of the true bending length, softest first."""
+    stiffness = np.exp(scaling.ln_min + truth * (scaling.ln_max - scaling.ln_min))
+    length = drape_data.bending_length_mm(stiffness, density.astype(np.float64))
+    quarter = np.searchsorted(np.quantile(length, [0.25, 0.5, 0.75]), length)
+    return [float(covered[quarter == k].mean()) for k in range(4)]
+
+
 def evaluate(network, inputs, truth, quantile, scaling):
     mean, sigma = network(*inputs)
     half = sigma * quantile
@@ -251,6 +259,7 @@ def evaluate(network, inputs, truth, quantile, scaling):
     result |= {
         "coverage": float(covered.mean()),
         "coverage_each": covered.mean(0).tolist(),
+        "coverage_quarters": coverage_by_quarter(covered, truth, inputs[1], scaling),
         "median_interval_factor_each": factor.tolist(),
     }
     return result

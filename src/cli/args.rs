@@ -727,19 +727,17 @@ pub(crate) enum Evaluate {
         #[arg(long, value_name = "STAGE.NAME=VALUE", value_parser = key_value)]
         tune: Vec<(String, String)>,
     },
-    /// Accuracy, widths and coverage of the estimate on rims that the model has not seen,
-    /// beside a baseline that ignores the scan.
-    Estimate {
-        /// A folder of `generate`, of another seed than the model's
-        #[arg(value_name = "DRAPES", required_unless_present = "count")]
+    /// Accuracy, widths and coverage of the estimate on rims that the model has not seen, clean and with the scan noise
+    /// of its training, by bending length, beside a baseline that ignores the scan.
+    Estimate(HeldOut),
+    /// Fabrics that fall again with what is estimated from their rims: the paper's Figs. 8 and 9.
+    Redrape(Redrape),
+    /// The paper's Table 3 beside ours from the model's record, each with the size of its data.
+    Table3 {
+        /// Recompute ours on this folder of `generate`, of another seed than the model's
+        #[arg(value_name = "DRAPES")]
         drapes: Option<PathBuf>,
-        /// Drape so many fabrics of the model's prior afresh, as `generate` does
-        #[arg(long, conflicts_with = "drapes", value_parser = clap::value_parser!(u64).range(1..))]
-        count: Option<u64>,
-        /// Seed of their fabrics and drops
-        #[arg(long, default_value_t = 2, conflicts_with = "drapes")]
-        seed: u64,
-        /// Print the scores as JSON
+        /// Print the lines as JSON
         #[arg(long)]
         json: bool,
     },
@@ -831,6 +829,55 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 0)]
         index: u64,
     },
+}
+
+/// `evaluate estimate`.
+#[derive(Debug, Args)]
+pub(crate) struct HeldOut {
+    /// A folder of `generate`, of another seed than the model's
+    #[arg(value_name = "DRAPES", required_unless_present = "count")]
+    pub(crate) drapes: Option<PathBuf>,
+    /// Drape so many fabrics of the model's prior afresh, as `generate` does
+    #[arg(long, conflicts_with = "drapes", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: Option<u64>,
+    /// Seed of their fabrics and drops, and of the scan noise
+    #[arg(long, default_value_t = 2)]
+    pub(crate) seed: u64,
+    /// Draw them evenly from the prior's whole box instead: most are like none of its fabrics
+    #[arg(long, requires = "count")]
+    pub(crate) anywhere: bool,
+    /// Print the scores as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `evaluate redrape`.
+#[derive(Debug, Args)]
+pub(crate) struct Redrape {
+    /// Shipped prior that the fabrics are drawn from: `knit-2020`, as the paper's, `measured` or `union`
+    #[arg(long, default_value = DEFAULT_PRIOR)]
+    pub(crate) prior: String,
+    /// Fabrics; the paper has 200
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of the fabrics
+    #[arg(long, default_value_t = 11)]
+    pub(crate) seed: u64,
+    /// Fit a linear regression to this folder of `generate`, and drape its answers too
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) train: Option<PathBuf>,
+    /// Refine the network's answers on the rims, and drape these too: some ten drapes each
+    #[arg(long)]
+    pub(crate) refine: bool,
+    /// Folder for the histogram, `redrape.png`
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the sums as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

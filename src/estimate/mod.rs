@@ -20,10 +20,11 @@ use std::path::Path;
 
 pub use model::{Model, ModelError};
 pub use runtime::RuntimeError;
+pub use symmetry::{View, views};
 
 use crate::base::Boundary;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::fabric::{Fabric, Fault, STIFFNESSES, TABLE_2, check_density};
+use crate::fabric::{Fabric, Fault, Likeness, Mixture, STIFFNESSES, TABLE_2, check_density};
 use model::SWAPPED;
 use runtime::{Network, Output};
 
@@ -177,6 +178,8 @@ pub enum EstimateError {
 pub struct Estimator {
     model: Model,
     network: Network,
+    /// That of the training, if it ships.
+    prior: Option<Mixture>,
 }
 
 impl Estimator {
@@ -207,7 +210,14 @@ impl Estimator {
     }
 
     fn new(model: Model, onnx: &[u8]) -> Result<Self, EstimateError> {
-        Ok(Self { network: Network::new(onnx)?, model })
+        let prior = Mixture::named(&model.prior).ok();
+        Ok(Self { network: Network::new(onnx)?, model, prior })
+    }
+
+    /// The prior of the fabrics that the model was trained on, if it ships.
+    #[must_use]
+    pub fn prior(&self) -> Option<&Mixture> {
+        self.prior.as_ref()
     }
 
     /// What is known of the model.
@@ -372,6 +382,13 @@ impl Estimate {
     pub fn of_candidates(candidates: Vec<Candidate>, other: &Self) -> Self {
         let interval90 = covering(&candidates);
         Self { fabric: candidates[0].fabric, interval90, candidates, ..other.clone() }
+    }
+
+    /// Where the stiffnesses lie in a prior.
+    #[must_use]
+    pub fn likeness(&self, prior: &Mixture) -> Likeness {
+        let readings = self.candidates.iter().map(|c| (c.fabric, c.interval90));
+        Likeness::of(prior, &readings.collect::<Vec<_>>())
     }
 
     /// The stiffnesses in the paper's order and units.

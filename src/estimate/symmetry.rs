@@ -6,7 +6,7 @@ use crate::base::{Boundary, BoundaryPoint, Point3};
 
 /// One rim as a symmetric experiment would have shown it.
 #[derive(Clone, Debug)]
-pub(super) struct View {
+pub struct View {
     /// The rim, again in the order and frame of [`crate::base::boundary`].
     pub boundary: Boundary,
     /// Whether what is weft in this view is warp in the original.
@@ -15,7 +15,8 @@ pub(super) struct View {
 
 /// All eight views; the first is the rim itself, the first four keep weft and
 /// warp.
-pub(super) fn views(boundary: &Boundary) -> Vec<View> {
+#[must_use]
+pub fn views(boundary: &Boundary) -> Vec<View> {
     [0, 2, 1, 3]
         .into_iter()
         .flat_map(|quarters| {

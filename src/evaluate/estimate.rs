@@ -7,16 +7,25 @@
 //! logarithms, as the network is trained; the root mean square is divided by the logarithmic
 //! width of the prior's box, as in Table 3 of the paper.
 //!
-//! Where it fails: rims of the simulator without a scan's noise, drawn from the prior of the
-//! training; nothing here says how the estimate does on real cloth.
+//! [`noisy`] has the same rims with the scan noise of the training, [`quarters`] the scores by bending length,
+//! [`by_likeness`] by the part of the prior that the answer is said to be like.
+//!
+//! Where it fails: rims of the simulator, drawn from the prior of the training (or, [`anywhere`], from the whole box);
+//! nothing here says how the estimate does on real cloth.
 
 use serde::Serialize;
 
+use rand::RngExt as _;
+
+use super::rim_noise::RimNoise;
+use crate::base::seed;
+use crate::base::units::M_PER_MM;
 use crate::dataset::{Manifest, Row};
 use crate::estimate::{EstimateError, EstimateWarning, Estimator};
-use crate::fabric::{Fabric, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2};
+use crate::fabric::{Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2};
 use crate::numeric::robust;
 use crate::sim::NUMERICS_VERSION;
+use crate::sim::experiment::bending_length_m;
 
 /// Level of the intervals.
 const LEVEL: f64 = 0.9;
@@ -48,6 +57,40 @@ pub fn answer(estimator: &Estimator, row: &Row) -> Result<Answer, EstimateError>
         interval90: parameters.map(|p| p.interval90),
         novel: estimate.warnings.iter().any(|w| matches!(w, EstimateWarning::NovelRim { .. })),
     })
+}
+
+/// The rows as scans with the training's noise give them: rim and density; the truth that scores are held against is
+/// that of the rows themselves.
+#[must_use]
+pub fn noisy(rows: &[Row], noise: &RimNoise, seed: u64) -> Vec<Row> {
+    let with_noise = |row: &Row| {
+        let mut row = row.clone();
+        let density_kg_m2 = row.fabric.density_kg_m2;
+        (row.drape.boundary, row.fabric.density_kg_m2) =
+            noise.on(&row.drape.boundary, density_kg_m2, seed, row.index);
+        row
+    };
+    rows.iter().map(with_noise).collect()
+}
+
+/// Areal density of the fabrics of [`anywhere`] \[g/m^2\]; which one it is moves no drape.
+const ANYWHERE_G_M2: f64 = 200.0;
+
+/// Fabric `index` drawn evenly over the logarithms of a prior's box, with a positive bending energy: most of them are like
+/// none of its fabrics.
+#[must_use]
+pub fn anywhere(prior: &Mixture, seed: u64, index: u64) -> Fabric {
+    let [low, high] = prior.limits();
+    let mut rng = seed::rng(seed, "anywhere", index);
+    loop {
+        let mut drawn: [f64; PARAMETERS] =
+            std::array::from_fn(|i| low[i] * (high[i] / low[i]).powf(rng.random::<f64>()));
+        drawn[STIFFNESSES] = ANYWHERE_G_M2;
+        let fabric = Fabric::from_paper_units(drawn);
+        if fabric.bending_is_positive() {
+            return fabric;
+        }
+    }
 }
 
 /// An estimator that ignores the scan: it knows the prior alone, and says the same of every
@@ -234,6 +277,76 @@ impl Scores {
     }
 }
 
+/// The scores of some of the drapes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Group {
+    /// Which drapes: their bending lengths \[mm\], or the parts of the prior that the answers are like.
+    pub name: String,
+    /// Their scores. Shares of variance are within the group.
+    pub scores: Scores,
+}
+
+/// The scores of each quarter of the drapes by their true bending length, softest first; fewer than four groups for fewer
+/// than four drapes.
+#[must_use]
+pub fn quarters(
+    truths: &[Fabric],
+    answers: &[Answer],
+    box_limits: [[f64; PARAMETERS]; 2],
+) -> Vec<Group> {
+    let length_mm = |k: &usize| bending_length_m(&truths[*k]) / M_PER_MM;
+    let mut order: Vec<usize> = (0..truths.len()).collect();
+    order.sort_by(|a, b| length_mm(a).total_cmp(&length_mm(b)));
+    let ends: [usize; 5] = std::array::from_fn(|q| (q * order.len() + 2) / 4);
+    let quarters = ends.windows(2).map(|ends| &order[ends[0]..ends[1]]);
+    let named = quarters.filter_map(|own| {
+        let (first, last) = own.first().zip(own.last())?;
+        let name = format!("{:.1} to {:.1} mm", length_mm(first), length_mm(last));
+        Some(group(name, own, truths, answers, box_limits))
+    });
+    named.collect()
+}
+
+/// The scores of the drapes whose answers are called like the same parts of the prior.
+#[must_use]
+pub fn by_likeness(prior: &Mixture, truths: &[Fabric], answers: &[Answer]) -> Vec<Group> {
+    let called = |(truth, answer): (&Fabric, &Answer)| {
+        let fabric = |values: [f64; STIFFNESSES]| {
+            let [a, b, c, d, e, f] = values;
+            Fabric {
+                density_kg_m2: truth.density_kg_m2,
+                ..Fabric::from_paper_units([a, b, c, d, e, f, 1.0])
+            }
+        };
+        let interval90 = [0, 1].map(|end| fabric(answer.interval90.map(|ends| ends[end])));
+        let likeness = Likeness::of(prior, &[(fabric(answer.value), interval90)]);
+        let mut names: Vec<String> = likeness.like().iter().map(|p| p.name.clone()).collect();
+        names.sort();
+        if names.is_empty() { "neither".to_owned() } else { names.join(" or ") }
+    };
+    let names: Vec<String> = truths.iter().zip(answers).map(called).collect();
+    let mut kinds = names.clone();
+    kinds.sort();
+    kinds.dedup();
+    let of_kind = |kind: String| {
+        let own: Vec<usize> = (0..names.len()).filter(|k| names[*k] == kind).collect();
+        group(kind, &own, truths, answers, prior.limits())
+    };
+    kinds.into_iter().map(of_kind).collect()
+}
+
+fn group(
+    name: String,
+    own: &[usize],
+    truths: &[Fabric],
+    answers: &[Answer],
+    box_limits: [[f64; PARAMETERS]; 2],
+) -> Group {
+    let truths: Vec<Fabric> = own.iter().map(|k| truths[*k]).collect();
+    let answers: Vec<Answer> = own.iter().map(|k| answers[*k]).collect();
+    Group { name, scores: Scores::of(&truths, &answers, box_limits) }
+}
+
 fn score(
     i: usize,
     truths: &[Fabric],
@@ -294,6 +407,49 @@ mod tests {
             assert!((p.median_half_width_factor - 1.15).abs() < 1e-12);
         }
         assert!((scores.half_width_factor - 1.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn quarters_go_by_bending_length_and_have_all_drapes_once() {
+        // soft ones are answered right, stiff ones not at all
+        let values: Vec<f64> = (1..=10).map(|k| 10.0 * f64::from(k)).rev().collect();
+        let truths = fabrics(&values);
+        let answers: Vec<Answer> =
+            values.iter().map(|v| answer_of(if *v > 50.0 { 2.0 * v } else { *v }, 1.1)).collect();
+        let groups = quarters(&truths, &answers, LIMITS);
+        let counts: Vec<usize> = groups.iter().map(|g| g.scores.drapes).collect();
+        assert_eq!((counts.iter().sum::<usize>(), counts.len()), (10, 4));
+        assert!(counts.iter().all(|count| (2..=3).contains(count)), "{counts:?}");
+        assert!((groups[0].scores.coverage - 1.0).abs() < 1e-12, "{groups:?}");
+        assert!(groups[3].scores.coverage.abs() < 1e-12, "{groups:?}");
+        assert_eq!(quarters(&truths[..2], &answers[..2], LIMITS).len(), 2);
+    }
+
+    #[test]
+    fn fabrics_from_anywhere_lie_in_the_box_and_are_mostly_like_neither() {
+        let prior = Mixture::union();
+        let truths: Vec<Fabric> = (0..200).map(|k| anywhere(&prior, 3, k)).collect();
+        let [low, high] = prior.limits();
+        for (k, fabric) in truths.iter().enumerate() {
+            let values = fabric.to_paper_units();
+            let inside = |i: usize| (low[i] * 0.999..=high[i] * 1.001).contains(&values[i]);
+            assert!((0..STIFFNESSES).all(inside) && fabric.bending_is_positive(), "{k}");
+        }
+        let exact = |fabric: &Fabric| {
+            let [a, b, c, d, e, f, _] = fabric.to_paper_units();
+            let value = [a, b, c, d, e, f];
+            Answer { value, interval90: value.map(|v| [v, v]), novel: false }
+        };
+        let answers: Vec<Answer> = truths.iter().map(exact).collect();
+        let groups = by_likeness(&prior, &truths, &answers);
+        let drapes =
+            |name: &str| groups.iter().find(|g| g.name == name).map_or(0, |g| g.scores.drapes);
+        assert!(drapes("neither") > 150, "{}", drapes("neither"));
+        let own: Vec<Fabric> = (0..200).map(|k| prior.sample(3, k).unwrap()).collect();
+        let answers: Vec<Answer> = own.iter().map(exact).collect();
+        let groups = by_likeness(&prior, &own, &answers);
+        let neither = groups.iter().find(|g| g.name == "neither").map_or(0, |g| g.scores.drapes);
+        assert!(neither < 10, "{neither}");
     }
 
     #[test]

@@ -5,14 +5,18 @@
 pub mod calibrate;
 pub mod estimate;
 pub mod follow;
+pub mod linear;
 pub mod physics;
+pub mod redrape;
 pub mod refine;
+pub mod rim_noise;
 pub mod scan;
 mod setup;
 pub mod soak;
 pub mod speed;
 pub mod stages;
 pub mod start;
+pub mod table3;
 pub mod timed;
 pub mod verdict;
 pub mod walks;

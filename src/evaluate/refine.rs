@@ -91,7 +91,7 @@ pub enum NoAnswer {
 }
 
 /// How the search for rest of a true drape ended that is no truth, and its crossing pairs of triangles.
-type Unfit = (Stop, usize);
+pub(super) type Unfit = (Stop, usize);
 
 /// Why a case cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -219,7 +219,7 @@ impl Series<'_> {
     }
 
     /// The true drape, kept or made, or why there is none.
-    fn truth(
+    pub(super) fn truth(
         &self,
         prior: &Mixture,
         fabric: &Fabric,
@@ -259,7 +259,7 @@ impl Series<'_> {
         self.seed ^ index ^ (drop << 32)
     }
 
-    fn answer(
+    pub(super) fn answer(
         &self,
         sight: &Sight,
         truths: &[Truth],
@@ -339,7 +339,7 @@ impl Series<'_> {
 impl Series<'_> {
     /// Mean distance of a true rim from that of a fabric that is dropped as the true one was; NaN where no canonical drop
     /// was, or it does not come to rest.
-    fn redropped_m(&self, rim: &Boundary, fabric: &Fabric) -> f64 {
+    pub(super) fn redropped_m(&self, rim: &Boundary, fabric: &Fabric) -> f64 {
         if !self.canonical {
             return f64::NAN;
         }
@@ -350,7 +350,7 @@ impl Series<'_> {
 }
 
 /// A true drape and its rim.
-type Truth = (Mesh, Boundary);
+pub(super) type Truth = (Mesh, Boundary);
 
 fn with_rim(mesh: Mesh) -> Truth {
     let rim = rim_of(&mesh).unwrap_or_else(|| unreachable!("a square grid of vertices"));

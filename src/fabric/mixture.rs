@@ -22,7 +22,7 @@ use rand_distr::StandardNormal;
 use serde::Deserialize;
 
 use super::digest::sha256_hex;
-use super::range::{PARAMETERS, TABLE_2};
+use super::range::{PARAMETERS, STIFFNESSES, TABLE_2};
 use super::values::Fabric;
 use crate::base::seed;
 
@@ -52,6 +52,8 @@ pub struct Mixture {
     min: [f64; PARAMETERS],
     max: [f64; PARAMETERS],
     components: Vec<Component>,
+    /// The priors that were joined; none of a prior of one part.
+    joined: Vec<Self>,
 }
 
 #[derive(Clone, Debug)]
@@ -60,6 +62,13 @@ struct Component {
     cholesky_ln: Matrix,
     min: [f64; PARAMETERS],
     max: [f64; PARAMETERS],
+}
+
+/// A component in logarithms of stiffness over density, without its box.
+#[derive(Clone, Debug)]
+pub(super) struct RatioComponent {
+    pub mean: [f64; STIFFNESSES],
+    pub covariance: [[f64; STIFFNESSES]; STIFFNESSES],
 }
 
 /// Why a prior cannot be used.
@@ -166,6 +175,7 @@ impl Mixture {
             min: end(f64::min, |part| part.min),
             max: end(f64::max, |part| part.max),
             components: (0..turns).flat_map(of_turn).collect(),
+            joined: parts.to_vec(),
         }
     }
 
@@ -228,6 +238,7 @@ impl Mixture {
             provenance: file.provenance,
             min: file.min,
             max: file.max,
+            joined: Vec::new(),
         })
     }
 
@@ -253,6 +264,30 @@ impl Mixture {
     #[must_use]
     pub fn limits(&self) -> [[f64; PARAMETERS]; 2] {
         [self.min, self.max]
+    }
+
+    /// The priors that this one has by turns: itself, if it is not joined.
+    #[must_use]
+    pub fn parts(&self) -> &[Self] {
+        if self.joined.is_empty() { std::slice::from_ref(self) } else { &self.joined }
+    }
+
+    /// The components in logarithms of stiffness over density, without the box.
+    pub(super) fn ratios(&self) -> Vec<RatioComponent> {
+        let ratio = |component: &Component| {
+            let covariance = component.cholesky_ln * component.cholesky_ln.transpose();
+            let density = STIFFNESSES;
+            RatioComponent {
+                mean: std::array::from_fn(|i| component.mean_ln[i] - component.mean_ln[density]),
+                covariance: std::array::from_fn(|i| {
+                    std::array::from_fn(|j| {
+                        covariance[(i, j)] - covariance[(i, density)] - covariance[(j, density)]
+                            + covariance[(density, density)]
+                    })
+                }),
+            }
+        };
+        self.components.iter().map(ratio).collect()
     }
 
     /// Fabric `index` of the run `seed`.

@@ -15,7 +15,7 @@ pub use verdict::Verdict;
 
 use crate::base::units::M_PER_MM;
 use crate::estimate::{Estimate, Estimator};
-use crate::fabric::check_density;
+use crate::fabric::{Likeness, check_density};
 use crate::intake::{Rim, rim};
 use crate::io::ReadOptions;
 use crate::refine::{Resimulation, resimulate};
@@ -55,6 +55,8 @@ pub struct Outcome {
     pub rim: Rim,
     /// The stiffnesses: the refined ones where the refinement was taken, else the network's.
     pub estimate: Estimate,
+    /// Where the stiffnesses lie in the prior that the model was trained on; `None` if no such prior ships.
+    pub likeness: Option<Likeness>,
     /// What refining found, if asked for.
     pub refinement: Option<Refinement>,
     /// The drape of the estimate, if asked for.
@@ -235,6 +237,7 @@ impl Job {
             }),
         };
         let model = [estimator.model().id.clone(), estimator.model().onnx_sha256.clone()];
+        let likeness = estimator.prior().map(|prior| estimate.likeness(prior));
         let verdict = verdict::of_job(
             &rim,
             &self.scan,
@@ -242,6 +245,6 @@ impl Job {
             refinement.as_ref(),
             resimulation.as_ref(),
         );
-        Ok(Outcome { job: self, rim, estimate, refinement, resimulation, verdict, model })
+        Ok(Outcome { job: self, rim, estimate, likeness, refinement, resimulation, verdict, model })
     }
 }

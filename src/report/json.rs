@@ -5,6 +5,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
+use crate::fabric::Likeness;
 use crate::job::{Outcome, Refinement};
 use crate::refine::ScanFit;
 use crate::scan::ScannedBoundary;
@@ -42,6 +43,7 @@ pub fn params(outcome: &Outcome) -> Value {
             "unit": DENSITY_UNIT,
         },
         "candidates": candidates,
+        "prior": outcome.likeness.as_ref().map(likeness),
         "refinement": outcome.refinement.as_ref().map(refinement),
         "boundary": boundary(outcome),
         "read": outcome.rim.notes().map(|notes| json!({
@@ -65,6 +67,24 @@ pub fn params(outcome: &Outcome) -> Value {
         "experiment": (outcome.job.experiment != Experiment::default()).then_some(outcome.job.experiment),
         "note": "simulation parameters, not measured mechanical properties",
     })
+}
+
+/// Where the stiffnesses lie in the prior of the training.
+fn likeness(likeness: &Likeness) -> Value {
+    let parts: Vec<Value> = likeness
+        .parts
+        .iter()
+        .map(|part| {
+            json!({
+                "name": part.name,
+                "probability": part.probability,
+                "distance": part.distance,
+                "limit": part.limit,
+            })
+        })
+        .collect();
+    let like: Vec<&str> = likeness.like().iter().map(|part| part.name.as_str()).collect();
+    json!({ "name": likeness.prior, "like": like, "parts": parts, "text": likeness.words() })
 }
 
 /// What refining found; lengths in mm, angles in degrees, correlations of logarithms in the paper's order.

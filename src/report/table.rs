@@ -30,6 +30,9 @@ pub fn text(outcome: &Outcome) -> String {
             p.key, p.symbol, p.unit
         );
     }
+    if let Some(likeness) = &outcome.likeness {
+        let _ = writeln!(out, "the fabric is    {}", likeness.words());
+    }
     if let Some(found) = &outcome.refinement {
         out += &refinement(found);
     }

@@ -1,16 +1,16 @@
 //! `evaluate`: the tables of docs/validation.md.
 
 mod calibrate;
+mod estimate;
 mod follow;
+mod redrape;
 mod refine;
 mod scan;
 mod start;
+mod table3;
 mod verdict;
 
-use std::io::IsTerminal as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
 
 use anyhow::Context as _;
 use clap::ValueEnum as _;
@@ -19,18 +19,16 @@ use rayon::prelude::*;
 use super::{Failure, Outcome, args, print};
 use scan::Sweep;
 use scan2params::base::clock::Stage;
-use scan2params::dataset::drapes::{dataset_options, simulate};
-use scan2params::dataset::{Manifest, Row, Sample, read_folder};
-use scan2params::estimate::Estimator;
-use scan2params::evaluate::estimate::{self as held_out, Answer, Baseline, Scores};
+use scan2params::dataset::drapes::dataset_options;
+use scan2params::dataset::{Row, read_folder};
 use scan2params::evaluate::physics::{branches, drapes, effects, schemes, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
 use scan2params::evaluate::{speed, stages, walks};
-use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;
-use scan2params::sim::{NUMERICS_VERSION, Numerics, SimOptions};
+use scan2params::sim::{Numerics, SimOptions};
 
 pub(crate) fn run(given: &args::Evaluate) -> Outcome {
     // Without a reader the tables are for nobody, and some take hours.
@@ -41,13 +39,9 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
             let tuning = scan::tuned(tune)?;
             scan::run(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref(), tuning })
         }
-        args::Evaluate::Estimate { drapes, count, seed, json } => {
-            let drapes = match (drapes, count) {
-                (Some(folder), _) => Drapes::Folder(folder),
-                (None, count) => Drapes::Fresh { count: count.unwrap_or(1), seed: *seed },
-            };
-            estimate(drapes, *json)
-        }
+        args::Evaluate::Estimate(given) => estimate::run(given),
+        args::Evaluate::Redrape(given) => redrape::run(given),
+        args::Evaluate::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
         args::Evaluate::Physics(given) => run_physics(given),
@@ -66,84 +60,6 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Calibrate(given) => calibrate::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
-}
-
-/// Drapes that an estimate is held against.
-#[derive(Clone, Copy)]
-enum Drapes<'a> {
-    /// As `generate` left them.
-    Folder(&'a Path),
-    /// Made here.
-    Fresh { count: u64, seed: u64 },
-}
-
-fn estimate(drapes: Drapes<'_>, as_json: bool) -> Outcome {
-    let estimator = Estimator::shipped()?;
-    let prior = Mixture::named(&estimator.model().prior)?;
-    let rows = match drapes {
-        Drapes::Folder(folder) => {
-            held_out::check_folder(&estimator, &Manifest::read(folder)?)?;
-            read_folder(folder)?
-        }
-        Drapes::Fresh { count, seed } => {
-            held_out::check_unseen(&estimator, prior.name(), seed, NUMERICS_VERSION)
-                .map_err(Failure::usage)?;
-            fresh(&prior, count, seed)?
-        }
-    };
-    let made = rows.len();
-    let rows = held_out::at_rest(rows)?;
-    let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
-    let answers = rows.iter().map(|row| held_out::answer(&estimator, row));
-    let answers: Vec<Answer> = answers.collect::<Result<_, _>>()?;
-    let baseline = vec![Baseline::of(&prior)?.answer(); rows.len()];
-    let [shipped, baseline] =
-        [answers, baseline].map(|answers| Scores::of(&truths, &answers, prior.limits()));
-    if as_json {
-        let id = &estimator.model().id;
-        let all = serde_json::json!({
-            "model": id, "drapes": made, "at_rest": rows.len(),
-            "shipped": shipped, "ignoring_the_scan": baseline,
-        });
-        println!("{}", serde_json::to_string_pretty(&all)?);
-        return Ok(());
-    }
-    println!("{} of {made} drapes are at rest", rows.len());
-    println!("by, parameter, median_abs_ln_error, rmse, r2, coverage, half_width_factor, novel");
-    for (name, scores) in
-        [(estimator.model().id.as_str(), shipped), ("ignoring-the-scan", baseline)]
-    {
-        for p in &scores.parameters {
-            println!(
-                "{name}, {}, {:.3}, {:.4}, {:.3}, {:.3}, {:.2}, ",
-                p.key, p.median_abs_ln_error, p.rmse, p.r2, p.coverage, p.median_half_width_factor
-            );
-        }
-        println!(
-            "{name}, all, , {:.4}, {:.3}, {:.3}, {:.2}, {:.3}",
-            scores.rmse, scores.r2, scores.coverage, scores.half_width_factor, scores.novel_share
-        );
-    }
-    Ok(())
-}
-
-/// Drapes as `generate` makes them, on all cores.
-fn fresh(prior: &Mixture, count: u64, seed: u64) -> Result<Vec<Row>, Failure> {
-    let (options, start) = (dataset_options(), Instant::now());
-    let made = AtomicU64::new(0);
-    let row = |index: u64| {
-        let fabric = prior.sample(seed, index)?;
-        let sample = Sample { index, fabric_index: index, fabric, run_seed: seed };
-        let drape = simulate(&sample, &options);
-        let made = made.fetch_add(1, Ordering::Relaxed) + 1;
-        if std::io::stderr().is_terminal() {
-            let left = start.elapsed().as_secs_f64() / made as f64 * (count - made) as f64;
-            eprintln!("{made}/{count} drapes, {left:.0} s left");
-        }
-        Ok(Row { index, fabric_index: index, fabric, drape })
-    };
-    let rows = (0..count).into_par_iter().map(row);
-    Ok(rows.collect::<Result<Vec<Row>, MixtureError>>()?)
 }
 
 fn compare_walks(walked: &Path, fallen: &Path) -> Outcome {

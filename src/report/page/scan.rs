@@ -99,6 +99,11 @@ fn parameters_section(outcome: &Outcome, all: &[Stiffness]) -> Markup {
             h2 id="parameters-title" { "Parameters" }
             (parameters::table(all, density, "what the network was trained on", "the network"))
             (parameters::in_units(all, density))
+            @if let Some(likeness) = &outcome.likeness {
+                p .caption {
+                    "For its weight, the fabric is " b { (likeness.words()) } ", on which the network was trained."
+                }
+            }
             p .note { (super::number::sentence(super::shell::NOTE)) }
         }
     }

@@ -1,0 +1,141 @@
+//! `evaluate estimate`: the shipped estimate held against drapes that it has not seen.
+
+use std::io::IsTerminal as _;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use anyhow::Context as _;
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::super::{Failure, Outcome, args};
+use scan2params::dataset::drapes::{dataset_options, simulate};
+use scan2params::dataset::{Manifest, Row, Sample, read_folder};
+use scan2params::estimate::{EstimateError, Estimator};
+use scan2params::evaluate::estimate::{
+    self as held_out, Answer, Baseline, Group, Scores, UnfitDrapes, anywhere, by_likeness, noisy,
+    quarters,
+};
+use scan2params::evaluate::rim_noise::RimNoise;
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::sim::NUMERICS_VERSION;
+
+pub(super) fn run(given: &args::HeldOut) -> Outcome {
+    let estimator = Estimator::shipped()?;
+    let prior = Mixture::named(&estimator.model().prior)?;
+    let made = match &given.drapes {
+        Some(folder) => unseen(&estimator, folder)?,
+        None => {
+            held_out::check_unseen(&estimator, prior.name(), given.seed, NUMERICS_VERSION)
+                .map_err(Failure::usage)?;
+            fresh(&prior, given)?
+        }
+    };
+    let count = made.len();
+    let rows = held_out::at_rest(made)?;
+    let noise = estimator.model().record.get("noise").context("the model says no scan noise")?;
+    let noise: RimNoise = serde_json::from_value(noise.clone())?;
+    let scanned = noisy(&rows, &noise, given.seed);
+    let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
+    let answers = |rows: &[Row]| -> Result<Vec<Answer>, EstimateError> {
+        rows.par_iter().map(|row| held_out::answer(&estimator, row)).collect()
+    };
+    let (clean, scanned) = (answers(&rows)?, answers(&scanned)?);
+    let ignoring = vec![Baseline::of(&prior)?.answer(); rows.len()];
+    let limits = prior.limits();
+    let id = estimator.model().id.clone();
+    let all = [
+        (id.clone(), &clean),
+        (format!("{id}, scan noise"), &scanned),
+        ("ignoring-the-scan".into(), &ignoring),
+    ];
+    let scores = all.map(|(name, answers)| (name, Scores::of(&truths, answers, limits)));
+    let by_length = [&clean, &scanned].map(|answers| quarters(&truths, answers, limits));
+    let likeness = [&clean, &scanned].map(|answers| by_likeness(&prior, &truths, answers));
+    if given.json {
+        let [(_, shipped), (_, with_noise), (_, baseline)] = &scores;
+        let all = json!({
+            "model": id, "drapes": count, "at_rest": rows.len(),
+            "shipped": shipped, "scan_noise": with_noise, "ignoring_the_scan": baseline,
+            "quarters": { "clean": by_length[0], "scan_noise": by_length[1] },
+            "likeness": { "clean": likeness[0], "scan_noise": likeness[1] },
+        });
+        println!("{}", serde_json::to_string_pretty(&all)?);
+        return Ok(());
+    }
+    println!("{} of {count} drapes are at rest", rows.len());
+    println!("by, parameter, median_abs_ln_error, rmse, r2, coverage, half_width_factor, novel");
+    for (name, scores) in &scores {
+        table(&name.replace(", ", " with "), scores);
+    }
+    groups("quarter of bending length", &by_length);
+    groups("answer is like", &likeness);
+    Ok(())
+}
+
+/// The rows of a folder of another seed than the training's.
+pub(super) fn unseen(estimator: &Estimator, folder: &Path) -> Result<Vec<Row>, Failure> {
+    let manifest = Manifest::read(folder)?;
+    let checked: Result<(), UnfitDrapes> = held_out::check_folder(estimator, &manifest);
+    checked?;
+    Ok(read_folder(folder)?)
+}
+
+fn table(name: &str, scores: &Scores) {
+    for p in &scores.parameters {
+        println!(
+            "{name}, {}, {:.3}, {:.4}, {:.3}, {:.3}, {:.2}, ",
+            p.key, p.median_abs_ln_error, p.rmse, p.r2, p.coverage, p.median_half_width_factor
+        );
+    }
+    println!(
+        "{name}, all, , {:.4}, {:.3}, {:.3}, {:.2}, {:.3}",
+        scores.rmse, scores.r2, scores.coverage, scores.half_width_factor, scores.novel_share
+    );
+}
+
+/// Groups of clean rims, then the same with scan noise: coverage of each stiffness, and over all.
+fn groups(by: &str, [clean, scanned]: &[Vec<Group>; 2]) {
+    println!(
+        "\n{by}, rims, drapes, rmse, half_width_factor, coverage of S^u S^v H B^u B^v B^h, all"
+    );
+    for (rims, groups) in [("clean", clean), ("scan noise", scanned)] {
+        for Group { name, scores } in groups {
+            let each: Vec<String> =
+                scores.parameters.iter().map(|p| format!("{:.2}", p.coverage)).collect();
+            println!(
+                "{name}, {rims}, {}, {:.4}, {:.2}, {}, {:.3}",
+                scores.drapes,
+                scores.rmse,
+                scores.half_width_factor,
+                each.join(" "),
+                scores.coverage
+            );
+        }
+    }
+}
+
+/// Drapes as `generate` makes them, on all cores.
+fn fresh(prior: &Mixture, given: &args::HeldOut) -> Result<Vec<Row>, Failure> {
+    let (count, seed) = (given.count.unwrap_or(1), given.seed);
+    let (options, start) = (dataset_options(), Instant::now());
+    let made = AtomicU64::new(0);
+    let row = |index: u64| {
+        let fabric = if given.anywhere {
+            anywhere(prior, seed, index)
+        } else {
+            prior.sample(seed, index)?
+        };
+        let sample = Sample { index, fabric_index: index, fabric, run_seed: seed };
+        let drape = simulate(&sample, &options);
+        let made = made.fetch_add(1, Ordering::Relaxed) + 1;
+        if std::io::stderr().is_terminal() {
+            let left = start.elapsed().as_secs_f64() / made as f64 * (count - made) as f64;
+            eprintln!("{made}/{count} drapes, {left:.0} s left");
+        }
+        Ok(Row { index, fabric_index: index, fabric, drape })
+    };
+    let rows = (0..count).into_par_iter().map(row);
+    Ok(rows.collect::<Result<Vec<Row>, MixtureError>>()?)
+}

@@ -1,0 +1,59 @@
+//! `evaluate redrape`: fabrics that fall again with what is estimated from their rims.
+
+use super::super::{Failure, Outcome, args};
+use scan2params::dataset::read_folder;
+use scan2params::estimate::Estimator;
+use scan2params::evaluate::estimate::at_rest;
+use scan2params::evaluate::linear::Linear;
+use scan2params::evaluate::redrape::{self, Redraped, Tally};
+use scan2params::evaluate::refine::{Series, Sight};
+use scan2params::fabric::Mixture;
+use scan2params::io::output;
+use scan2params::refine::FitOptions;
+use scan2params::report::files;
+use scan2params::sim::SimOptions;
+
+pub(super) fn run(given: &args::Redrape) -> Outcome {
+    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let estimator = Estimator::shipped()?;
+    if let Some(folder) = &given.out {
+        output::check_folder(folder).map_err(Failure::of_output)?;
+        std::fs::create_dir_all(folder)?;
+    }
+    let linear = match &given.train {
+        Some(folder) => Some(Linear::fit(&at_rest(read_folder(folder)?)?, &Mixture::union())?),
+        None => None,
+    };
+    let vertices = SimOptions::default().vertices;
+    let usual = FitOptions::default();
+    let series = Series {
+        priors: vec![prior],
+        sights: vec![Sight::Rim],
+        estimator: &estimator,
+        options: FitOptions { vertices: [vertices; 3], ..usual },
+        seed: given.seed,
+        fabrics: given.first..given.first.saturating_add(given.count),
+        drops: 1,
+        canonical: true,
+        truth_vertices: vertices,
+        keep: None,
+    };
+    if let Some(linear) = &linear {
+        println!("linear regression on {} drapes", linear.rows);
+    }
+    println!("{}", Redraped::COLUMNS);
+    let cases =
+        redrape::run(&series, linear.as_ref(), given.refine, |case| println!("{}", case.row()))?;
+    let tallies = Tally::all(&cases);
+    println!("\n{}", Tally::COLUMNS);
+    for tally in &tallies {
+        println!("{}", tally.row());
+    }
+    if let Some(folder) = &given.out {
+        files::picture(&folder.join("redrape.png"), &redrape::histogram(&cases))?;
+    }
+    if given.json {
+        println!("{}", serde_json::to_string(&tallies)?);
+    }
+    Ok(())
+}

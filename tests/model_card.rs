@@ -1,0 +1,123 @@
+//! The numbers of docs/model_card.md: they are those of the model's own file, `src/estimate/model/snn.json`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::Value;
+
+const BEGIN: &str = "<!-- model -->";
+const END: &str = "<!-- /model -->";
+/// Set to write the tables into docs/model_card.md instead of comparing them.
+const WRITE: &str = "SCAN2PARAMS_WRITE_MODEL_CARD";
+
+fn path(name: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+fn record() -> Value {
+    let text = std::fs::read_to_string(path("src/estimate/model/snn.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn list(values: &Value, show: impl Fn(f64) -> String) -> String {
+    let values = values.as_array().unwrap().iter().map(|v| show(v.as_f64().unwrap()));
+    values.collect::<Vec<_>>().join(" | ")
+}
+
+/// The tables as markdown.
+fn rendered(record: &Value) -> String {
+    let number = |pointer: &str| record.pointer(pointer).and_then(Value::as_f64).unwrap();
+    let text = |key: &str| record[key].as_str().unwrap();
+    let left_out: f64 =
+        record["rows"]["left_out"].as_object().unwrap().values().filter_map(Value::as_f64).sum();
+    let read = number("/rows/read");
+    let inputs = record["input"]["min"].as_array().unwrap().len();
+    let end = |which: &str| number(&format!("/input/{which}/{}", inputs - 1));
+    let widths = list(&record["widths"], |v| v.to_string()).replace(" | ", "-");
+    let mut out = String::from("| what | value |\n|---|---|\n");
+    for (what, value) in [
+        ("name", format!("`{}`", text("id"))),
+        ("SHA-256 of the ONNX file", format!("`{}`", text("onnx_sha256"))),
+        ("fabrics", format!("{} of the prior `{}`", record["fabrics"], text("prior"))),
+        ("seed of the data, numerics of the simulator", format!("{}, {}", record["data_seed"], record["simulator_numerics"])),
+        ("drapes", format!("{read}, of which {:.1} % at rest", 100.0 * (read - left_out) / read)),
+        (
+            "of these to train, to calibrate, to test (split by walks)",
+            format!("{}, {}, {}", record["rows"]["train"], record["rows"]["calibration"], record["rows"]["test"]),
+        ),
+        ("widths of each of the two streams, weights", format!("{widths}, {}", text("weights"))),
+        ("trained with", format!("`{}`", text("command"))),
+        ("density that it is asked for", format!("{} g/m^2", number("/input/asked_density_g_m2"))),
+        ("densities in training", format!("{:.0} to {:.0} g/m^2", end("min"), end("max"))),
+        ("a rim is novel from", format!("{:.2} mm (rms)", number("/input/novelty_limit_mm"))),
+    ] {
+        writeln!(out, "| {what} | {value} |").unwrap();
+    }
+    out += "\n| on | RMSE | R2 | coverage of 90 % intervals |\n|---|---|---|---|\n";
+    for (key, name) in [
+        ("test", "test split, clean"),
+        ("test_noisy", "test split, scan noise"),
+        ("other_test", "falls of other fabrics, clean"),
+        ("linear_regression", "linear regression, test split, clean"),
+        ("linear_regression_noisy", "linear regression, test split, scan noise"),
+    ] {
+        let metrics = &record["metrics"][key];
+        let of = |key: &str| metrics[key].as_f64();
+        let coverage = of("coverage").map_or_else(String::new, |v| format!("{v:.3}"));
+        let (rmse, r2) = (of("rmse").unwrap(), of("r2").unwrap());
+        writeln!(out, "| {name} | {rmse:.4} | {r2:.3} | {coverage} |").unwrap();
+    }
+    let test = &record["metrics"]["test"];
+    out += "\n| | S^u | S^v | H | B^u | B^v | B^h |\n|---|---|---|---|---|---|---|\n";
+    for (name, row) in [
+        ("RMSE, test split, clean", list(&test["rmse_each"], |v| format!("{v:.3}"))),
+        ("R2", list(&test["r2_each"], |v| format!("{v:.3}"))),
+        ("factor of the median interval's ends", list(&test["median_interval_factor_each"], |v| format!("{v:.2}"))),
+        ("coverage", list(&test["coverage_each"], |v| format!("{v:.3}"))),
+        ("conformal quantile, in sigmas", list(&record["interval"]["quantile"], |v| format!("{v:.2}"))),
+        ("least stiffness over density of the training", list(&record["output"]["ln_min"], |v| format!("{:.3}", v.exp() / 200.0))),
+        ("most", list(&record["output"]["ln_max"], |v| format!("{:.0}", v.exp() / 200.0))),
+    ] {
+        writeln!(out, "| {name} | {row} |").unwrap();
+    }
+    out
+}
+
+fn card_with(tables: &str) -> (String, String) {
+    let before = std::fs::read_to_string(path("docs/model_card.md")).unwrap();
+    let (head, rest) = before.split_once(BEGIN).expect("docs/model_card.md has no marker");
+    let (_, tail) = rest.split_once(END).expect("docs/model_card.md has no end marker");
+    let now = format!("{head}{BEGIN}\n\n{tables}\n{END}{tail}");
+    (before, now)
+}
+
+#[test]
+fn the_card_shows_the_numbers_of_the_model() {
+    let (before, now) = card_with(&rendered(&record()));
+    let write = std::env::var_os(WRITE).is_some();
+    if write {
+        std::fs::write(path("docs/model_card.md"), &now).unwrap();
+    }
+    assert!(
+        write || now == before,
+        "docs/model_card.md does not show src/estimate/model/snn.json as it is: run \
+         `{WRITE}=1 cargo test --release --test model_card`"
+    );
+}
+
+#[test]
+fn another_model_has_another_card() {
+    let own = rendered(&record());
+    for pointer in ["/metrics/test/r2", "/metrics/other_test/rmse", "/interval/quantile/3", "/rows/train"] {
+        let mut other = record();
+        let value = other.pointer_mut(pointer).unwrap();
+        *value = serde_json::json!(value.as_f64().unwrap() + 1.0);
+        assert_ne!(rendered(&other), own, "{pointer}");
+    }
+}
+
+/// The densities that stiffnesses are over are those that the model is asked for.
+#[test]
+fn the_ranges_over_density_are_of_the_density_asked() {
+    assert_eq!(record()["input"]["asked_density_g_m2"], 200.0);
+}
