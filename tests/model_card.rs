@@ -39,11 +39,17 @@ fn rendered(record: &Value) -> String {
         ("name", format!("`{}`", text("id"))),
         ("SHA-256 of the ONNX file", format!("`{}`", text("onnx_sha256"))),
         ("fabrics", format!("{} of the prior `{}`", record["fabrics"], text("prior"))),
-        ("seed of the data, numerics of the simulator", format!("{}, {}", record["data_seed"], record["simulator_numerics"])),
+        (
+            "seed of the data, numerics of the simulator",
+            format!("{}, {}", record["data_seed"], record["simulator_numerics"]),
+        ),
         ("drapes", format!("{read}, of which {:.1} % at rest", 100.0 * (read - left_out) / read)),
         (
             "of these to train, to calibrate, to test (split by walks)",
-            format!("{}, {}, {}", record["rows"]["train"], record["rows"]["calibration"], record["rows"]["test"]),
+            format!(
+                "{}, {}, {}",
+                record["rows"]["train"], record["rows"]["calibration"], record["rows"]["test"]
+            ),
         ),
         ("widths of each of the two streams, weights", format!("{widths}, {}", text("weights"))),
         ("trained with", format!("`{}`", text("command"))),
@@ -72,10 +78,19 @@ fn rendered(record: &Value) -> String {
     for (name, row) in [
         ("RMSE, test split, clean", list(&test["rmse_each"], |v| format!("{v:.3}"))),
         ("R2", list(&test["r2_each"], |v| format!("{v:.3}"))),
-        ("factor of the median interval's ends", list(&test["median_interval_factor_each"], |v| format!("{v:.2}"))),
+        (
+            "factor of the median interval's ends",
+            list(&test["median_interval_factor_each"], |v| format!("{v:.2}")),
+        ),
         ("coverage", list(&test["coverage_each"], |v| format!("{v:.3}"))),
-        ("conformal quantile, in sigmas", list(&record["interval"]["quantile"], |v| format!("{v:.2}"))),
-        ("least stiffness over density of the training", list(&record["output"]["ln_min"], |v| format!("{:.3}", v.exp() / 200.0))),
+        (
+            "conformal quantile, in sigmas",
+            list(&record["interval"]["quantile"], |v| format!("{v:.2}")),
+        ),
+        (
+            "least stiffness over density of the training",
+            list(&record["output"]["ln_min"], |v| format!("{:.3}", v.exp() / 200.0)),
+        ),
         ("most", list(&record["output"]["ln_max"], |v| format!("{:.0}", v.exp() / 200.0))),
     ] {
         writeln!(out, "| {name} | {row} |").unwrap();
@@ -108,7 +123,9 @@ fn the_card_shows_the_numbers_of_the_model() {
 #[test]
 fn another_model_has_another_card() {
     let own = rendered(&record());
-    for pointer in ["/metrics/test/r2", "/metrics/other_test/rmse", "/interval/quantile/3", "/rows/train"] {
+    for pointer in
+        ["/metrics/test/r2", "/metrics/other_test/rmse", "/interval/quantile/3", "/rows/train"]
+    {
         let mut other = record();
         let value = other.pointer_mut(pointer).unwrap();
         *value = serde_json::json!(value.as_f64().unwrap() + 1.0);

@@ -152,6 +152,9 @@ impl Redraped {
     }
 }
 
+/// Some fabrics by bending length \[mm\]: what they are called, and whether one is of them.
+type Class = (&'static str, fn(f64) -> bool);
+
 /// How near the answers of one come, of some fabrics.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tally {
@@ -174,7 +177,7 @@ impl Tally {
     /// Of each who answers, all fabrics and by bending length.
     #[must_use]
     pub fn all(cases: &[Redraped]) -> Vec<Self> {
-        let groups: [(&'static str, fn(f64) -> bool); 3] = [
+        let groups: [Class; 3] = [
             ("all", |_| true),
             ("6 mm and above", |mm| mm >= STIFFER_MM),
             ("below 6 mm", |mm| mm < STIFFER_MM),
