@@ -18,14 +18,13 @@ mod symmetry;
 
 use std::path::Path;
 
-pub use model::{Model, ModelError};
+pub use model::{Model, ModelError, SWAPPED};
 pub use runtime::RuntimeError;
 pub use symmetry::{View, views};
 
 use crate::base::Boundary;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::{Fabric, Fault, Likeness, Mixture, STIFFNESSES, TABLE_2, check_density};
-use model::SWAPPED;
 use runtime::{Network, Output};
 
 /// How near the end of the trained range a normalised value counts as pinned

@@ -11,7 +11,7 @@ const SCHEMA: &str = "scan2params/model/1";
 /// Inputs of the network: coordinates and the density.
 pub(super) const INPUTS: usize = 3 * POINTS + 1;
 /// The paper's order with weft and warp exchanged.
-pub(super) const SWAPPED: [usize; STIFFNESSES] = [1, 0, 2, 4, 3, 5];
+pub const SWAPPED: [usize; STIFFNESSES] = [1, 0, 2, 4, 3, 5];
 
 /// A model that cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -10,16 +10,15 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::base::Boundary;
+use crate::base::boundary::POINTS;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::dataset::Row;
-use crate::estimate::views;
+use crate::estimate::{SWAPPED, View, views};
 use crate::fabric::{Fabric, Mixture, STIFFNESSES};
 
 /// Ridge on scaled inputs, and the least range that an input is scaled by \[mm, g/m^2\]: those of `scripts/train.py`.
 const RIDGE: f64 = 1e-3;
 const LEAST_RANGE: f64 = 5.0;
-/// The paper's order with weft and warp exchanged.
-const SWAPPED: [usize; STIFFNESSES] = [1, 0, 2, 4, 3, 5];
 
 /// A fitted linear regression.
 #[derive(Clone, Debug)]
@@ -51,7 +50,7 @@ impl Linear {
         let of_row = |row: &Row| -> Vec<(DVector<f64>, [f64; STIFFNESSES])> {
             let values = row.fabric.to_paper_units().map(f64::ln);
             let density_kg_m2 = row.fabric.density_kg_m2;
-            let view = |view: &crate::estimate::View| {
+            let view = |view: &View| {
                 let target = |i: usize| values[if view.swapped { SWAPPED[i] } else { i }];
                 (inputs(&view.boundary, density_kg_m2), std::array::from_fn(target))
             };
@@ -101,7 +100,7 @@ impl Linear {
 fn inputs(rim: &Boundary, density_kg_m2: f64) -> DVector<f64> {
     let coordinates = rim.positions_m().flat_map(|p| [p.x, p.y, p.z].map(|m| m / M_PER_MM));
     let all = coordinates.chain([density_kg_m2 / KG_M2_PER_G_M2]);
-    DVector::from_iterator(3 * crate::base::boundary::POINTS + 1, all)
+    DVector::from_iterator(3 * POINTS + 1, all)
 }
 
 #[cfg(test)]

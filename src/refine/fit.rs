@@ -97,10 +97,12 @@ struct Target<'a> {
 impl Target<'_> {
     /// What the first drapes start from, and what goes on holding them: the scanned sheet, or a rim alone.
     fn start(&self, options: &FitOptions) -> DropStart {
-        let rim = || HeldRim { rim: self.scan.rim.clone(), sag_m: options.rim_hold_sag_m };
         match self.scan.sheet {
             Some(sheet) => held(sheet.clone(), options.hold_sag_m),
-            None => DropStart::HeldRim(Box::new(rim())),
+            None => DropStart::HeldRim(Box::new(HeldRim {
+                rim: self.scan.rim.clone(),
+                sag_m: options.rim_hold_sag_m,
+            })),
         }
     }
 
