@@ -58,7 +58,10 @@ pub struct Answer {
     /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no fit
     /// can be blamed for. NaN where it does not come to rest.
     pub floor_m: f64,
-    /// The same of the fabric that the network said.
+    /// The same of the refined fabric's rims and of those of the floor, each turned about the plate's axis to where it lies best: a sheet
+    /// that is let go may whirl, and its own place around the axis is what nothing but friction decides \[m\].
+    pub turned_m: [f64; 2],
+    /// The same as the floor, of the fabric that the network said.
     pub network_rim_error_m: f64,
     /// Mean distance of the true rim from those of the refined fabric and of the network's, each dropped as the true one was,
     /// on its cells, and led by nothing: the paper's comparison. NaN where the drop was perturbed, or a drape does not come to rest.
@@ -153,6 +156,15 @@ impl Sight {
     }
 }
 
+/// Where a fit begins; what is believed is the network's answer all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// At what the network says, as `estimate --refine` does.
+    Network,
+    /// At the mean fabric of the prior that the true one is of.
+    Prior,
+}
+
 /// What is seen of a drape.
 struct Seen {
     rim: Boundary,
@@ -167,6 +179,8 @@ pub struct Series<'a> {
     pub sights: Vec<Sight>,
     /// Who begins.
     pub estimator: &'a Estimator,
+    /// Where the fits begin.
+    pub begin: Begin,
     /// How the fit is made.
     pub options: FitOptions,
     /// Seed of fabrics, drops and scans.
@@ -205,9 +219,13 @@ impl Series<'_> {
         let truths = (0..self.drops).map(|drop| self.truth(prior, &fabric, index, drop));
         let truths: Result<Vec<Truth>, Unfit> =
             truths.collect::<Result<Vec<_>, CaseError>>()?.into_iter().collect();
+        let begin = match self.begin {
+            Begin::Network => None,
+            Begin::Prior => Some(mean_of(prior, fabric.density_kg_m2)?),
+        };
         let case = |sight: &Sight| {
             let answer = match &truths {
-                Ok(truths) => self.answer(sight, truths, &fabric, index)?,
+                Ok(truths) => self.answer(sight, truths, &fabric, (index, begin))?,
                 Err((stop, intersections)) => {
                     Err(NoAnswer::Truth { stop: *stop, intersections: *intersections })
                 }
@@ -264,7 +282,7 @@ impl Series<'_> {
         sight: &Sight,
         truths: &[Truth],
         fabric: &Fabric,
-        index: u64,
+        (index, begin): (u64, Option<[f64; STIFFNESSES]>),
     ) -> Result<Result<Answer, NoAnswer>, CaseError> {
         let mut seen = Vec::new();
         for (truth, drop) in truths.iter().zip(0..) {
@@ -274,7 +292,7 @@ impl Series<'_> {
             }
         }
         let rims: Vec<&Boundary> = truths.iter().map(|(_, rim)| rim).collect();
-        Ok(self.refined(&seen, &rims, fabric))
+        Ok(self.refined(&seen, &rims, fabric, begin))
     }
 
     /// The fit to the scans of one fabric's drops beside the true rims.
@@ -283,6 +301,7 @@ impl Series<'_> {
         seen: &[Seen],
         rims: &[&Boundary],
         fabric: &Fabric,
+        begin: Option<[f64; STIFFNESSES]>,
     ) -> Result<Answer, NoAnswer> {
         let density_kg_m2 = fabric.density_kg_m2;
         let estimates = seen
@@ -296,7 +315,10 @@ impl Series<'_> {
             .collect();
         let prior = Prior::together(&estimates.iter().map(Prior::of_estimate).collect::<Vec<_>>());
         let cpu = thread_cpu_s();
-        let starts = prior.starts_beside();
+        let mut starts = prior.starts().to_vec();
+        if let Some(mean) = begin {
+            starts.insert(0, ("prior", mean));
+        }
         let refined = fit(&scans, density_kg_m2, &prior, &starts, &self.options, |_| ())?;
         let cpu_s = cpu.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
         // a drape that whirled as it fell lies turned, and no scan can tell
@@ -306,16 +328,23 @@ impl Series<'_> {
         let of_scans = turned.iter().zip(seen).map(|(rim, seen)| rim.mean_distance_m(&seen.rim));
         let of_drapes = turned.iter().zip(&refined.scans);
         let of_held = of_drapes.clone().map(|(rim, fit)| rim.mean_distance_m(&fit.held_rim));
-        let of_drapes = of_drapes.map(|(rim, fit)| rim.mean_distance_m(&fit.drape.boundary));
+        let of_drapes = of_drapes.map(|(rim, fit)| beside(rim, &fit.drape.boundary));
+        let mean = |pairs: Vec<[f64; 2]>| {
+            [0, 1].map(|k| pairs.iter().map(|pair| pair[k]).sum::<f64>() / count)
+        };
+        let drapes = mean(of_drapes.collect());
         let floors = turned.iter().zip(seen).map(|(rim, seen)| self.laid_m(rim, seen, fabric));
+        let floors = mean(floors.collect());
         let networks = turned.iter().zip(seen).zip(&estimates);
         let networks = networks.map(|((rim, seen), own)| self.laid_m(rim, seen, &own.fabric));
+        let networks = mean(networks.collect());
         Ok(Answer {
             scan_error_m: of_scans.sum::<f64>() / count,
-            rim_error_m: of_drapes.sum::<f64>() / count,
+            rim_error_m: drapes[0],
             held_rim_error_m: of_held.sum::<f64>() / count,
-            floor_m: floors.sum::<f64>() / count,
-            network_rim_error_m: networks.sum::<f64>() / count,
+            floor_m: floors[0],
+            turned_m: [drapes[1], floors[1]],
+            network_rim_error_m: networks[0],
             redropped_m: [&refined.fabric, &estimates[0].fabric]
                 .map(|own| self.redropped_m(rims[0], own)),
             cpu_s: if scans.len() == 1 { cpu_s } else { f64::NAN },
@@ -326,13 +355,14 @@ impl Series<'_> {
 }
 
 impl Series<'_> {
-    /// Mean distance of a true rim from that of a fabric led by what was seen and let go; NaN where that does not come to rest.
-    fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> f64 {
+    /// Mean distance of a true rim from that of a fabric led by what was seen and let go, as it lies and turned; NaN where that does not
+    /// come to rest.
+    fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> [f64; 2] {
         let options =
             SimOptions { vertices: self.options.last_vertices(fabric), ..self.options.sim };
         let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
         let Drape { stop, boundary, .. } = &again.drape;
-        if *stop == Stop::AtRest { rim.mean_distance_m(boundary) } else { f64::NAN }
+        if *stop == Stop::AtRest { beside(rim, boundary) } else { [f64::NAN; 2] }
     }
 }
 
@@ -349,6 +379,26 @@ impl Series<'_> {
     }
 }
 
+/// Logarithms of the mean fabric of a prior, at a density: a drape depends on stiffness over weight.
+fn mean_of(prior: &Mixture, density_kg_m2: f64) -> Result<[f64; STIFFNESSES], MixtureError> {
+    let mut sum = [0.0; STIFFNESSES];
+    for index in 0..MEAN_OF {
+        let fabric = prior.sample(MEAN_SEED, index)?;
+        let heavier = density_kg_m2 / fabric.density_kg_m2;
+        sum.iter_mut().zip(fabric.in_si()).for_each(|(sum, v)| *sum += (v * heavier).ln());
+    }
+    Ok(sum.map(|sum| sum / MEAN_OF as f64))
+}
+
+/// Fabrics that the mean of a prior is taken over, and their seed.
+const MEAN_OF: u64 = 1000;
+const MEAN_SEED: u64 = 1;
+
+/// Mean distance of two rims, as they lie and once the second is turned about the plate's axis onto the first.
+fn beside(rim: &Boundary, other: &Boundary) -> [f64; 2] {
+    [rim.mean_distance_m(other), rim.mean_distance_m(&other.turned_onto(rim))]
+}
+
 /// A true drape and its rim.
 pub(super) type Truth = (Mesh, Boundary);
 
@@ -359,8 +409,8 @@ fn with_rim(mesh: Mesh) -> Truth {
 
 impl Case {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, held_rim_error_mm, network_rim_mm, rim_from_scan_mm, floor_mm, redropped_mm, network_redropped_mm, misfit, \
-         network_ln_errors, ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
+    pub const COLUMNS: &str = "prior, fabric, sensor, bending_length_mm, scan_error_mm, rim_error_mm, held_rim_error_mm, network_rim_mm, rim_from_scan_mm, floor_mm, turned_rim_error_mm, turned_floor_mm, redropped_mm, network_redropped_mm, misfit, \
+         network_ln_errors, balance_ln_errors, ln_errors, half_widths, shown, ended, drapes, cpu_s, refusal";
 
     /// The case as a row of a table.
     #[must_use]
@@ -370,23 +420,26 @@ impl Case {
         match &self.answer {
             Err(why) => {
                 let why = why.to_string().replace(", ", "; ");
-                format!("{begun}, , , , , , , , , , , , , , , , , {why}")
+                format!("{begun}, , , , , , , , , , , , , , , , , , , , {why}")
             }
             Ok(answer) => {
                 let list = |values: [f64; STIFFNESSES]| values.map(|v| format!("{v:.3}")).join(" ");
                 let refined = &answer.refined;
                 format!(
-                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {:.1}, ",
+                    "{begun}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {}, {}, {}, {:.1}, ",
                     answer.scan_error_m / M_PER_MM,
                     answer.rim_error_m / M_PER_MM,
                     answer.held_rim_error_m / M_PER_MM,
                     answer.network_rim_error_m / M_PER_MM,
                     refined.scans[0].rim_mean_m / M_PER_MM,
                     answer.floor_m / M_PER_MM,
+                    answer.turned_m[0] / M_PER_MM,
+                    answer.turned_m[1] / M_PER_MM,
                     answer.redropped_m[0] / M_PER_MM,
                     answer.redropped_m[1] / M_PER_MM,
                     refined.misfit,
                     list(answer.network_ln_errors(&self.fabric)),
+                    list(answer.balance_ln_errors(&self.fabric)),
                     list(answer.ln_errors(&self.fabric)),
                     list(answer.half_widths()),
                     list(refined.stiffnesses.map(|s| s.shown)),
@@ -405,6 +458,13 @@ impl Answer {
     pub fn ln_errors(&self, truth: &Fabric) -> [f64; STIFFNESSES] {
         let truth = truth.in_si();
         std::array::from_fn(|k| (self.refined.stiffnesses[k].value / truth[k]).ln())
+    }
+
+    /// The same of the balance of forces on the first sheets.
+    #[must_use]
+    pub fn balance_ln_errors(&self, truth: &Fabric) -> [f64; STIFFNESSES] {
+        let truth = truth.in_si();
+        std::array::from_fn(|k| (self.refined.of_balance[k] / truth[k]).ln())
     }
 
     /// The same of what the network said.
@@ -440,7 +500,11 @@ pub struct Summary {
     pub held_rim_median_mm: f64,
     /// The same of the true fabric laid on the scan; null in files where that is not known.
     pub floor_median_mm: f64,
-    /// The same of the fabric that the network said.
+    /// Share of the rims let go within 1 mm of the true one once turned about the plate's axis, and of the true fabric's.
+    pub turned_within_1_mm: [f64; 2],
+    /// The medians of these distances \[mm\].
+    pub turned_median_mm: [f64; 2],
+    /// The same as the floor, of the fabric that the network said.
     pub network_rim_median_mm: f64,
     /// Share of those within 5 mm.
     pub network_within_5_mm: f64,
@@ -455,6 +519,8 @@ pub struct Summary {
     pub stretch_median: f64,
     /// The same of the bending stiffnesses that the network said, of the first drop.
     pub network_bending_median: f64,
+    /// The same of the balance of forces on the first sheets.
+    pub balance_bending_median: f64,
     /// The 95th percentile of the refined.
     pub bending_95: f64,
     /// Share of the intervals of each stiffness that hold the truth.
@@ -479,6 +545,10 @@ impl Summary {
         let rims: Vec<f64> = answers.iter().map(|(_, a)| a.rim_error_m / M_PER_MM).collect();
         let floors = answers.iter().map(|(_, a)| a.floor_m / M_PER_MM).filter(|mm| !mm.is_nan());
         let floors: Vec<f64> = floors.collect();
+        let turned = [0, 1].map(|which| {
+            let own = answers.iter().map(|(_, a)| a.turned_m[which] / M_PER_MM);
+            own.filter(|mm| !mm.is_nan()).collect::<Vec<f64>>()
+        });
         let networks = answers.iter().map(|(_, a)| a.network_rim_error_m / M_PER_MM);
         let networks: Vec<f64> = networks.filter(|mm| !mm.is_nan()).collect();
         let within = |rims: &[f64], mm| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
@@ -501,6 +571,7 @@ impl Summary {
         let stretch = some(&|fabric, answer| answer.ln_errors(fabric), 0..3);
         let errors = bending(&|fabric, answer| answer.ln_errors(fabric));
         let network = bending(&|fabric, answer| answer.network_ln_errors(fabric));
+        let balance = bending(&|fabric, answer| answer.balance_ln_errors(fabric));
         let held = std::array::from_fn(|k| {
             let holds = |(fabric, answer): &&(&Fabric, &Answer)| {
                 let [low, high] = answer.refined.stiffnesses[k].interval90;
@@ -518,6 +589,8 @@ impl Summary {
             held_rim_median_mm: quantile(held_rims, 0.5)?,
             rim_median_mm: quantile(rims.clone(), 0.5)?,
             floor_median_mm: quantile(floors, 0.5).unwrap_or(f64::NAN),
+            turned_within_1_mm: turned.each_ref().map(|own| within(own, 1.0)),
+            turned_median_mm: turned.map(|own| quantile(own, 0.5).unwrap_or(f64::NAN)),
             network_within_5_mm: within(&networks, 5.0),
             redropped_within_5_mm: redropped.clone().map(|own| Some(within(&own?, 5.0))),
             redropped_median_mm: redropped.map(|own| quantile(own?, 0.5)),
@@ -526,6 +599,7 @@ impl Summary {
             bending_95: quantile(errors, 0.95)?,
             stretch_median: quantile(stretch, 0.5)?,
             network_bending_median: quantile(network, 0.5)?,
+            balance_bending_median: quantile(balance, 0.5)?,
             held,
             bending_factor: quantile(bending(&|_, answer| answer.half_widths()), 0.5)?.exp(),
             cpu_s: [quantile(times.clone(), 0.5)?, quantile(times, 0.95)?],
@@ -545,6 +619,7 @@ mod tests {
             priors: vec![Mixture::measured()],
             sights: vec![Sight::named("structured-light").unwrap()],
             estimator: &estimator,
+            begin: Begin::Network,
             options: FitOptions { vertices: [41, 41, 41], evaluations: 4, ..FitOptions::default() },
             seed: 8,
             fabrics: 0..1,

@@ -70,7 +70,7 @@ impl Refinement {
             &scans,
             density_kg_m2,
             &prior,
-            &prior.starts_beside(),
+            &prior.starts(),
             &FitOptions::default(),
             heard,
         );

@@ -10,7 +10,7 @@
 //! place that lies more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!
 //! The first start is the prior's mean. Where the sheet does not come to rest with it, others are tried. Tried beside it
-//! where it ends badly: the same end, for three times the cost.
+//! where it ends badly: the same end, for three times the cost. The first step from the held sheet is the balance of forces on it ([`Refined::of_balance`]).
 //!
 //! Where it fails: far from the scan's fabric the held sheet still snaps, and the least squares see a step there. A step
 //! that does not lower the cost is shortened a few times, and the best drape stays.
@@ -54,7 +54,7 @@ pub struct Progress {
 }
 
 /// Looks for the fabric of `scans`: one fabric of the given density \[kg/m^2\], dropped once or several times.
-/// `others` are starts beside the prior's mean, with their names, for where no sheet comes to rest with it.
+/// Of `starts`, logarithms of SI values with their names, the first is taken with which the sheets come to rest ([`Prior::starts`]).
 ///
 /// # Errors
 /// [`FitError`].
@@ -62,7 +62,7 @@ pub fn fit(
     scans: &[Scan<'_>],
     density_kg_m2: f64,
     prior: &Prior,
-    others: &[(&'static str, [f64; STIFFNESSES])],
+    starts: &[(&'static str, [f64; STIFFNESSES])],
     options: &FitOptions,
     tell: impl Fn(Progress),
 ) -> Result<Refined, FitError> {
@@ -71,7 +71,7 @@ pub fn fit(
         return Err(FitError::NothingObserved);
     }
     let mut last_error = None;
-    for (name, start) in [("estimate", prior.ln_mean)].iter().chain(others) {
+    for (name, start) in starts {
         match fit.from(start) {
             Ok((Best { state, mut followers, ended }, drapes)) => {
                 let let_go = |follower: &mut Follower| {
@@ -80,7 +80,8 @@ pub fn fit(
                 };
                 let free = followers.par_iter_mut().map(let_go).collect();
                 let how = (*name, ended, drapes);
-                return Ok(Refined::of(scans, &fit.squares, state, free, how));
+                let of_balance = fit.of_balance.unwrap_or(*start);
+                return Ok(Refined::of(scans, &fit.squares, state, free, how, of_balance));
             }
             Err(error) => last_error = Some(error),
         }
@@ -155,6 +156,8 @@ struct Fit<'a> {
     vertices: usize,
     /// The moves of each scan's places from the first cells to the last \[m\]; none before the last.
     finer: Vec<Vec<Vector3>>,
+    /// Logarithms of the six after one undamped step from the first sheets of the present start.
+    of_balance: Option<[f64; STIFFNESSES]>,
     tell: &'a dyn Fn(Progress),
     drapes: usize,
     least_rim_m: f64,
@@ -187,6 +190,7 @@ impl<'a> Fit<'a> {
             squares,
             vertices: 0,
             finer: Vec::new(),
+            of_balance: None,
             tell,
             drapes: 0,
             least_rim_m: f64::INFINITY,
@@ -208,6 +212,7 @@ impl<'a> Fit<'a> {
     /// The best state from `start`, why it ended there and the drapes it took.
     fn from(&mut self, start: &[f64; STIFFNESSES]) -> Result<(Best, usize), SensitivityError> {
         let (before, options) = (self.drapes, self.squares.options);
+        self.of_balance = None;
         let most = before + options.evaluations * self.targets.len();
         let few = options.vertices[0];
         self.starts = self.targets.iter().map(|target| target.start(options)).collect();
@@ -255,6 +260,9 @@ impl<'a> Fit<'a> {
         let trials = coarse.iter().flat_map(|coarse| &coarse.trials);
         self.finer = followers.iter().zip(trials).map(moves).collect();
         let mut state = self.state(&mut followers, coarse)?;
+        if self.of_balance.is_none() {
+            self.of_balance = self.squares.step(&state, 0.0).map(|(ln, _)| ln);
+        }
         let ended = self.descend(&mut state, &mut followers, most);
         Ok(Best { state, followers, ended })
     }
@@ -326,7 +334,7 @@ impl<'a> Fit<'a> {
         let scans = self.targets.len();
         self.least_rim_m = self.least_rim_m.min(sum / scans as f64);
         (self.tell)(Progress { drapes: self.drapes, rim_m: self.least_rim_m });
-        let means = self.squares.believed().map(|[mean, _]| mean);
+        let means = self.squares.means();
         let bench = near.map_or_else(|| vec![means; scans], |near| near.bench.clone());
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
         Ok(self.squares.around(ln, trials, bench))

@@ -59,16 +59,17 @@ impl Prior {
         }
     }
 
-    /// Starts beside the mean, with their names: all six stiffer, and softer, within the limits.
+    /// Where a fit begins, with names: at the mean, and where no sheet comes to rest with that, with all six stiffer, and softer,
+    /// within the limits.
     #[must_use]
-    pub fn starts_beside(&self) -> [(&'static str, [f64; STIFFNESSES]); 2] {
+    pub fn starts(&self) -> [(&'static str, [f64; STIFFNESSES]); 3] {
         let moved = |by: f64| {
             std::array::from_fn(|k| {
                 let [low, high] = self.ln_limits[k];
                 (self.ln_mean[k] + by).clamp(low, high)
             })
         };
-        [("stiffer", moved(BESIDE)), ("softer", moved(-BESIDE))]
+        [("estimate", self.ln_mean), ("stiffer", moved(BESIDE)), ("softer", moved(-BESIDE))]
     }
 }
 

@@ -31,6 +31,9 @@ pub struct Refined {
     pub start: &'static str,
     /// Drapes from there to the end.
     pub drapes: usize,
+    /// The six, SI, after one step from the first sheets held to the scans, undamped: since the energy is linear in the six, the
+    /// stiffnesses that balance the forces on those sheets best, weighted by the compliance.
+    pub of_balance: [f64; STIFFNESSES],
 }
 
 /// One stiffness of a fit.
@@ -159,6 +162,7 @@ impl Refined {
         state: State,
         free: Vec<Drape>,
         (start, ended, drapes): (&'static str, Ended, usize),
+        ln_of_balance: [f64; STIFFNESSES],
     ) -> Self {
         let misfit = state.misfit();
         let covariance = covariance(&state, (misfit / USUAL_MISFIT).max(1.0));
@@ -180,7 +184,8 @@ impl Refined {
             .zip(&bench)
             .map(|((scan, drapes), bench)| ScanFit::of(scan, squares, drapes, bench))
             .collect();
-        Self { fabric, stiffnesses, correlation, scans, misfit, ended, start, drapes }
+        let of_balance = ln_of_balance.map(f64::exp);
+        Self { fabric, stiffnesses, correlation, scans, misfit, ended, start, drapes, of_balance }
     }
 
     /// Whether every scan's branch is the fabric's.
@@ -192,10 +197,11 @@ impl Refined {
 
 /// Covariance of the six logarithms, the bench's numbers as uncertain as they are.
 fn covariance(state: &State, misfit: f64) -> DMatrix<f64> {
-    let precision = &state.normal / (misfit * misfit) + DMatrix::from_diagonal(&state.priors);
+    let precision = &state.normal / (misfit * misfit) + &state.priors;
     let size = precision.nrows();
-    let whole = precision.cholesky().map_or_else(
-        || DMatrix::from_diagonal(&state.priors.map(|p| 1.0 / p)),
+    let factor = precision.cholesky().or_else(|| state.priors.clone().cholesky());
+    let whole = factor.map_or_else(
+        || DMatrix::identity(size, size),
         |factor| factor.solve(&DMatrix::identity(size, size)),
     );
     whole.view((0, 0), (STIFFNESSES, STIFFNESSES)).into_owned()

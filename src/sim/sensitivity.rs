@@ -20,6 +20,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::base::Vector3;
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::sim::experiment::{CURL_NODES, CurvatureComponent};
@@ -358,7 +360,8 @@ pub(super) fn sensitivities(
     parameters: &[Parameter],
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
     parameters.iter().try_for_each(|parameter| parameter.check())?;
-    let loads: Vec<_> = parameters.iter().map(|&p| load(model, x, setup, p)).collect();
+    let model_now = &*model;
+    let loads: Vec<_> = parameters.par_iter().map(|&p| load(model_now, x, setup, p)).collect();
     let moves = newton.solve_loads(model, x, &loads).ok_or(SensitivityError::Unstable)?;
     let both = parameters.iter().zip(moves);
     Ok(both.map(|(&parameter, moves)| Sensitivity { parameter, moves }).collect())

@@ -6,7 +6,7 @@ use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::at_rest;
 use scan2params::evaluate::linear::Linear;
 use scan2params::evaluate::redrape::{self, Redraped, Tally};
-use scan2params::evaluate::refine::{Series, Sight};
+use scan2params::evaluate::refine::{Begin, Series, Sight};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
@@ -30,6 +30,7 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
         priors: vec![prior],
         sights: vec![Sight::Rim],
         estimator: &estimator,
+        begin: Begin::Network,
         options: FitOptions { vertices: [vertices; 3], ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),

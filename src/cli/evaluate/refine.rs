@@ -3,7 +3,7 @@
 use super::super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::refine::{Case, Series, Sight, Summary};
+use scan2params::evaluate::refine::{Begin, Case, Series, Sight, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
@@ -23,11 +23,13 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     let usual = FitOptions::default();
     let vertices = given.vertices.unwrap_or(usual.vertices);
     let evaluations = given.evaluations.unwrap_or(usual.evaluations);
+    let cells_alike = given.cells_alike.unwrap_or(usual.cells_alike);
     let series = Series {
         priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
         sights: given.profiles.iter().map(sight).collect::<Result<_, _>>()?,
         estimator: &estimator,
-        options: FitOptions { vertices, evaluations, ..usual },
+        begin: if given.from_prior { Begin::Prior } else { Begin::Network },
+        options: FitOptions { vertices, evaluations, cells_alike, ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: given.drops,
@@ -49,16 +51,16 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         }
     }
     println!(
-        "\ngroup, cases, answered, within_1_mm, within_2_mm, within_5_mm, rim_median_mm, held_within_1_mm, held_rim_median_mm, network_within_5_mm, network_rim_median_mm, floor_median_mm, redropped_within_5_mm, redropped_median_mm, bending_median, bending_95, stretch_median, \
-         network_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
+        "\ngroup, cases, answered, within_1_mm, within_2_mm, within_5_mm, rim_median_mm, held_within_1_mm, held_rim_median_mm, network_within_5_mm, network_rim_median_mm, floor_median_mm, turned_within_1_mm, turned_median_mm, redropped_within_5_mm, redropped_median_mm, bending_median, bending_95, stretch_median, \
+         network_bending_median, balance_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
     );
-    // refined and network, none of perturbed drops
+    // refined and floor, refined and network; none of perturbed drops
     let both = |values: [Option<f64>; 2]| {
         values.map(|value| value.map_or("-".to_owned(), |value| format!("{value:.2}"))).join(" ")
     };
     for s in &sums {
         println!(
-            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
+            "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {:.3}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
             s.group,
             s.cases,
             s.answered,
@@ -71,12 +73,15 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
             s.network_within_5_mm,
             s.network_rim_median_mm,
             s.floor_median_mm,
+            both(s.turned_within_1_mm.map(Some)),
+            both(s.turned_median_mm.map(Some)),
             both(s.redropped_within_5_mm),
             both(s.redropped_median_mm),
             s.bending_median,
             s.bending_95,
             s.stretch_median,
             s.network_bending_median,
+            s.balance_bending_median,
             s.held.map(|share| format!("{share:.2}")).join(" "),
             s.bending_factor,
             s.cpu_s[0],

@@ -121,6 +121,46 @@ struct Pair {
     value: f64,
 }
 
+/// The lower half of a matrix whose rows reach two lines of vertices back.
+struct Sums {
+    n: usize,
+    rows: Vec<[f64; WINDOW]>,
+}
+
+/// Lines of vertices that a second difference and the twist beside it lie apart at most.
+const REACH: usize = 2;
+/// Vertices of a row's square window, up to its own line.
+const WINDOW: usize = (REACH + 1) * (2 * REACH + 1);
+
+impl Sums {
+    fn of(grid: &Grid) -> Self {
+        Self { n: grid.n, rows: vec![[0.0; WINDOW]; grid.vertices()] }
+    }
+
+    /// Adds to an entry, but for those above the diagonal, which are those below it again.
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        if row < column {
+            return;
+        }
+        let n = self.n;
+        let lines_back = row / n - column / n;
+        let along = column % n + REACH - row % n;
+        self.rows[row][(REACH - lines_back) * (2 * REACH + 1) + along] += value;
+    }
+
+    /// Row, column and value of what is not zero, in their order.
+    fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let n = self.n;
+        self.rows.iter().enumerate().flat_map(move |(row, window)| {
+            let filled = window.iter().enumerate().filter(|(_, value)| **value != 0.0);
+            filled.map(move |(place, &value)| {
+                let (line, along) = (place / (2 * REACH + 1), place % (2 * REACH + 1));
+                (row, row + along - REACH - (REACH - line) * n, value)
+            })
+        })
+    }
+}
+
 /// The mixed derivative of cell `k`, times the square of the spacing, as weights of its corners.
 pub(super) fn twist_of(grid: &Grid, k: usize) -> [(usize, f64); 4] {
     let [a, b, c, d] = grid.cells[k].map(|v| v as usize);
@@ -148,13 +188,13 @@ impl Bending {
     /// The same with `factor` times the rigidity at each vertex, and times the mean of its corners in a cell.
     #[must_use]
     pub fn scaled(grid: &Grid, rigidity: &PlateRigidity, factor: impl Fn(usize) -> f64) -> Self {
-        let mut sums = std::collections::BTreeMap::<(usize, usize), f64>::new();
+        let mut sums = Sums::of(grid);
         let mut add = |a: &[(usize, f64)], b: &[(usize, f64)], weight: f64| {
             for &(p, u) in a {
                 for &(q, v) in b {
                     // symmetrised: 1/2 (a b^T + b a^T)
-                    *sums.entry((p, q)).or_default() += 0.5 * weight * u * v;
-                    *sums.entry((q, p)).or_default() += 0.5 * weight * u * v;
+                    sums.add(p, q, 0.5 * weight * u * v);
+                    sums.add(q, p, 0.5 * weight * u * v);
                 }
             }
         };
@@ -188,13 +228,10 @@ impl Bending {
             add(&twist, &twist, rigidity.ij * unit * (fraction * grid.cell_size(cell) * mean));
         }
         let mut bending = Self { diagonal: vec![0.0; grid.vertices()], pairs: Vec::new() };
-        for ((row, column), value) in sums {
+        for (row, column, value) in sums.entries() {
             if row == column {
                 bending.diagonal[row] = value;
-            } else if row > column
-                && value != 0.0
-                && let Some(slot) = grid.analysis.pattern().slot(row, column)
-            {
+            } else if let Some(slot) = grid.analysis.pattern().slot(row, column) {
                 let (row, column) = (row as u32, column as u32);
                 bending.pairs.push(Pair { row, column, slot, value });
             }

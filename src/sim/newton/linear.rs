@@ -7,6 +7,7 @@
 //! with whichever factor there is, give the direction.
 
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 use super::workspace::{Inertia, Newton, dot, largest};
 use crate::base::Vector3;
@@ -100,12 +101,20 @@ impl Newton {
         if !exact && !self.substitute(model, x) {
             return None;
         }
+        if exact && self.tangent.outside.is_empty() {
+            let solved = |load: &Vec<Vector3>| {
+                let mut move_m = load.clone();
+                self.factor.solve_with(&mut self.factor.work(), &mut move_m);
+                move_m
+            };
+            return charge(&mut self.effort.solve_s, || {
+                Some(loads.par_iter().map(solved).collect())
+            });
+        }
         let mut moves = Vec::with_capacity(loads.len());
         for load in loads {
             self.direction.copy_from_slice(load);
-            if exact && self.tangent.outside.is_empty() {
-                charge(&mut self.effort.solve_s, || self.factor.solve(&mut self.direction));
-            } else if !self.conjugate_gradients(model, exact, LOAD_TOLERANCE) {
+            if !self.conjugate_gradients(model, exact, LOAD_TOLERANCE) {
                 return None;
             }
             moves.push(self.direction.clone());
