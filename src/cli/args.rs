@@ -378,14 +378,13 @@ fn threads(text: &str) -> Result<usize, String> {
     threads.filter(|&threads| threads <= MOST).ok_or_else(|| format!("give 0 to {MOST}"))
 }
 
-/// Vertices a side of a fit's grids, of which the last can be left out; fewer than the least show no folds.
-fn grids(text: &str) -> Result<[usize; 3], String> {
+/// Vertices a side of a fit's grids; fewer than the least show no folds.
+fn grids(text: &str) -> Result<[usize; 2], String> {
     const LEAST: usize = 21;
     let counts: Option<Vec<usize>> = text.split(',').map(|count| count.parse().ok()).collect();
     match counts.as_deref() {
-        Some(&[first, last]) if first.min(last) >= LEAST => Ok([first, last, last]),
-        Some(&[first, last, soft]) if first.min(last).min(soft) >= LEAST => Ok([first, last, soft]),
-        _ => Err(format!("give two or three counts, {LEAST} or more each: 61,91,111")),
+        Some(&[first, last]) if first.min(last) >= LEAST => Ok([first, last]),
+        _ => Err(format!("give two counts, {LEAST} or more each: 61,111")),
     }
 }
 
@@ -977,10 +976,10 @@ pub(crate) struct Refine {
     /// Vertices a side of the true drapes, finer than any that the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
-    /// Vertices a side of the fit's drapes: of the first steps, of the last, and of the last of cloth with a bending length
-    /// below 10 mm; those of `estimate --refine` unless they are given
-    #[arg(long, value_parser = grids, value_name = "FIRST,LAST[,SOFT]")]
-    pub(crate) vertices: Option<[usize; 3]>,
+    /// Vertices a side of the fit's drapes, of the first steps and of the last; those of `estimate --refine` unless they are
+    /// given
+    #[arg(long, value_parser = grids, value_name = "FIRST,LAST")]
+    pub(crate) vertices: Option<[usize; 2]>,
     /// Most drapes of a fit, likewise
     #[arg(long, value_name = "DRAPES")]
     pub(crate) evaluations: Option<usize>,

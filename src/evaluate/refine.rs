@@ -359,7 +359,7 @@ impl Series<'_> {
     /// come to rest.
     fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> [f64; 2] {
         let options =
-            SimOptions { vertices: self.options.last_vertices(fabric), ..self.options.sim };
+            SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
         let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
         let Drape { stop, boundary, .. } = &again.drape;
         if *stop == Stop::AtRest { beside(rim, boundary) } else { [f64::NAN; 2] }
@@ -620,7 +620,7 @@ mod tests {
             sights: vec![Sight::named("structured-light").unwrap()],
             estimator: &estimator,
             begin: Begin::Network,
-            options: FitOptions { vertices: [41, 41, 41], evaluations: 4, ..FitOptions::default() },
+            options: FitOptions { vertices: [41, 41], evaluations: 4, ..FitOptions::default() },
             seed: 8,
             fabrics: 0..1,
             drops: 1,

@@ -72,15 +72,16 @@ pub fn fit(
     }
     let mut last_error = None;
     for (name, start) in starts {
-        match fit.from(start) {
-            Ok((Best { state, mut followers, ended }, drapes)) => {
+        match fit.from(start, First::Descends) {
+            Ok(best) => {
+                let of_balance = fit.of_balance.unwrap_or(*start);
+                let Best { state, mut followers, ended } = fit.begun_again(best);
                 let let_go = |follower: &mut Follower| {
                     follower.let_go();
                     follower.drape()
                 };
                 let free = followers.par_iter_mut().map(let_go).collect();
-                let how = (*name, ended, drapes);
-                let of_balance = fit.of_balance.unwrap_or(*start);
+                let how = (*name, ended, fit.drapes);
                 return Ok(Refined::of(scans, &fit.squares, state, free, how, of_balance));
             }
             Err(error) => last_error = Some(error),
@@ -146,6 +147,23 @@ struct Best {
     ended: Ended,
 }
 
+/// What the sheets on the first cells are for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum First {
+    /// The first steps.
+    Descends,
+    /// To know what finer cells move, and nothing else.
+    Stays,
+}
+
+/// Misfit from which on a fit begins again: the verdict's `model_leaves` is near.
+const LEAVES: f64 = 0.6;
+/// Factor, as a logarithm, on the stretch and shear found with which it does, and how often at most.
+const STIFFER: f64 = 1.0;
+const AGAIN: usize = 2;
+/// The first of the six stiffnesses, which are not bending.
+const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
+
 /// A fit on its way.
 struct Fit<'a> {
     targets: Vec<Target<'a>>,
@@ -209,27 +227,49 @@ impl<'a> Fit<'a> {
             if is_finer { self.squares.options.believed_of_cells(vertices) } else { NO_FINER };
     }
 
-    /// The best state from `start`, why it ended there and the drapes it took.
-    fn from(&mut self, start: &[f64; STIFFNESSES]) -> Result<(Best, usize), SensitivityError> {
-        let (before, options) = (self.drapes, self.squares.options);
+    /// Where a fit leaves more than the simulator should, where it ends if it begins again at stiffer stretch and shear, as long as that
+    /// is nearer. What coarse cells lock is taken for softer cloth before it is known what finer ones do, and from there no step
+    /// leads back; so the first cells take no step here.
+    fn begun_again(&mut self, mut best: Best) -> Best {
+        for _ in 0..AGAIN {
+            if best.state.misfit() < LEAVES {
+                break;
+            }
+            let limits = &self.squares.prior.ln_limits;
+            let stiffer = std::array::from_fn(|k| {
+                let [low, high] = limits[k];
+                let by = if k < STRETCH_AND_SHEAR { STIFFER } else { 0.0 };
+                (best.state.ln[k] + by).clamp(low, high)
+            });
+            match self.from(&stiffer, First::Stays) {
+                Ok(other) if other.state.cost < best.state.cost - LEAST_GAIN => best = other,
+                _ => break,
+            }
+        }
+        best
+    }
+
+    /// The best state from `start`, and why it ended there.
+    fn from(&mut self, start: &[f64; STIFFNESSES], first: First) -> Result<Best, SensitivityError> {
+        let options = self.squares.options;
         self.of_balance = None;
-        let most = before + options.evaluations * self.targets.len();
+        let most = self.drapes + options.evaluations * self.targets.len();
         let few = options.vertices[0];
         self.starts = self.targets.iter().map(|target| target.start(options)).collect();
         let no_last = options.vertices.iter().all(|&vertices| vertices <= few);
         self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
-        let mut best = self.laid_and_descended(start, None, most)?;
+        let most_first = if first == First::Stays && !no_last { 0 } else { most };
+        let mut best = self.laid_and_descended(start, None, most_first)?;
         if !no_last {
             let Best { state: coarse, .. } = best;
             self.begin_beside(&coarse);
-            let last = options.last_vertices(&self.squares.fabric(&coarse.ln));
-            self.on_cells(last, options.data.model_m);
+            self.on_cells(options.vertices[1], options.data.model_m);
             best = self.laid_and_descended(&coarse.ln, Some(&coarse), most)?;
         } else if self.begin_beside(&best.state) {
             let ln = best.state.ln;
             best = self.laid_and_descended(&ln, None, most).unwrap_or(best);
         }
-        Ok((best, self.drapes - before))
+        Ok(best)
     }
 
     /// Sheets that are laid from now on start from what a rim alone has held so far, so that what they remember is of a fabric near the

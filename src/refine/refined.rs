@@ -77,6 +77,9 @@ pub struct ScanFit {
     pub held_rim: Boundary,
     /// Mean distance of its points from the scan's \[m\].
     pub held_rim_mean_m: f64,
+    /// Force of the springs that held it there, root mean square, as a share of the sheet's weight: what a simulator would have to
+    /// bear beside the fabric for the sheet to stay on the scan.
+    pub held_share: f64,
     /// Mean distance of corresponding rim points \[m\].
     pub rim_mean_m: f64,
     /// The largest \[m\].
@@ -236,6 +239,7 @@ impl ScanFit {
                 && (nodes[0] == nodes[1] || rim_mean_m < ONE_BRANCH_M),
             held_rim_mean_m: held.rim_distance_m(scan.rim),
             held_rim: held.drape.boundary.clone(),
+            held_share: held.held_share(scan, squares.options),
             rim_mean_m,
             rim_largest_m: distances.iter().copied().fold(0.0, f64::max),
             arcs,

@@ -13,7 +13,6 @@ use super::prior::Prior;
 use super::trial::{BENCH, NUISANCES, Trial};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::SimOptions;
-use crate::sim::experiment::bending_length_m;
 
 /// How a fit is made.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -22,9 +21,8 @@ pub struct FitOptions {
     pub data: DataOptions,
     /// Most drapes of a scan from one start.
     pub evaluations: usize,
-    /// Vertices on a side of the cells of the first steps, and of the last for stiff cloth and for soft; as many as the first
-    /// have: no last steps.
-    pub vertices: [usize; 3],
+    /// Vertices on a side of the cells of the first steps, and of the last; as many as the first have: no last steps.
+    pub vertices: [usize; 2],
     /// Standard deviation by which drapes on the first cells lie off \[m\].
     pub first_model_m: f64,
     /// Largest change of a logarithm in one step.
@@ -57,7 +55,7 @@ impl Default for FitOptions {
         Self {
             data: DataOptions::default(),
             evaluations: 16,
-            vertices: [61, 91, 111],
+            vertices: [61, 111],
             first_model_m: 1.5e-3,
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
@@ -71,18 +69,7 @@ impl Default for FitOptions {
     }
 }
 
-/// Bending length below which cloth counts as soft and has finer cells last \[m\]: on 3.3 mm cells the true fabric, let go, rests
-/// 2.5 mm beside such scans in the median and 0.4 mm beside others (`docs/validation.md`, "Refinement").
-const SOFT_M: f64 = 10e-3;
-
 impl FitOptions {
-    /// Vertices on a side of the last cells of a fabric.
-    #[must_use]
-    pub fn last_vertices(&self, fabric: &Fabric) -> usize {
-        let [_, stiff, soft] = self.vertices;
-        if bending_length_m(fabric) < SOFT_M { soft } else { stiff }
-    }
-
     /// What is believed of how far cloth lies beyond cells of so many vertices a side, in moves from the first cells to these:
     /// mean and standard deviation.
     pub(super) fn believed_of_cells(&self, vertices: usize) -> [f64; 2] {
@@ -311,14 +298,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn soft_cloth_has_finer_cells_beyond_which_less_is_believed_to_lie() {
+    fn less_is_believed_to_lie_beyond_finer_cells() {
         let options = FitOptions::default();
-        let of = |bending: f64| {
-            Fabric::from_paper_units([150e3, 150e3, 60e3, bending, bending, bending, 200.0])
-        };
-        let (soft, stiff) = (of(1.9e3), of(2.0e3));
-        assert!(bending_length_m(&soft) < SOFT_M && bending_length_m(&stiff) > SOFT_M);
-        assert_eq!([&soft, &stiff].map(|fabric| options.last_vertices(fabric)), [111, 91]);
         // an error of 4 on the first cells is one of 1 on cells half as wide: a third of the way between them
         let halved = FitOptions { cells: [1.0, 0.5], ..options };
         let [mean, sigma] = halved.believed_of_cells(121);

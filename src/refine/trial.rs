@@ -6,7 +6,8 @@ use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::{Parameter, SensitivityError};
 use crate::sim::{Drape, Follower};
 
-use super::data::{SIDE, place_of};
+use super::data::{SIDE, Scan, place_of};
+use super::squares::FitOptions;
 
 /// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the height of its face in
 /// the scan's frame.
@@ -66,6 +67,11 @@ pub(super) fn trial_of(
     Ok(Trial { at: places_of(&drape), moves, drape })
 }
 
+fn root_mean(squares: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
+    (sum / f64::from(count.max(1))).sqrt()
+}
+
 /// Where the places of [`crate::base::Surface`] lie in a drape \[m\].
 pub(super) fn places_of(drape: &Drape) -> Vec<Vector3> {
     at_places(drape, &drape.positions_m)
@@ -81,5 +87,25 @@ impl Trial {
     pub(super) fn rim_distance_m(&self, rim: &Boundary) -> f64 {
         let distance = |(index, p): (usize, Point3)| (p.coords - self.at[place_of(index)]).norm();
         rim.positions_m().enumerate().map(distance).sum::<f64>() / POINTS as f64
+    }
+
+    /// Force of the springs that hold it to a scan, root mean square, as a share of its weight. Springs that are weaker where the scan is
+    /// less sure count as if they were not.
+    pub(super) fn held_share(&self, scan: &Scan<'_>, options: &FitOptions) -> f64 {
+        let stretched = |(to, at): (Point3, &Vector3)| (to.coords - at).norm_squared();
+        match scan.sheet {
+            Some(sheet) => {
+                let places = sheet.points().iter().zip(&self.at).filter(|(to, _)| to.observed);
+                let squares = places.map(|(to, at)| stretched((to.position_m, at)));
+                root_mean(squares) / options.hold_sag_m
+            }
+            None => {
+                let rim = scan.rim.positions_m().enumerate();
+                let squares = rim.map(|(index, to)| stretched((to, &self.at[place_of(index)])));
+                // each of the border's vertices holds as much as a cell weighs
+                let (border, cells) = (self.drape.grid.border().len(), self.drape.grid.cells.len());
+                root_mean(squares) / options.rim_hold_sag_m * border as f64 / cells as f64
+            }
+        }
     }
 }

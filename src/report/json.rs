@@ -152,6 +152,7 @@ fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
         ("rim_mean_mm", json!(scan.rim_mean_m / M_PER_MM)),
         ("rim_largest_mm", json!(scan.rim_largest_m / M_PER_MM)),
         ("held_rim_mean_mm", json!(scan.held_rim_mean_m / M_PER_MM)),
+        ("held_share", json!(scan.held_share)),
         ("arcs", json!(arcs)),
         ("bench", json!(bench)),
     ];

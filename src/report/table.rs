@@ -71,6 +71,13 @@ fn refinement(found: &Refinement) -> String {
     let shown: Vec<String> =
         refined.stiffnesses.iter().map(|s| format!("{} {:.0} %", s.key, 100.0 * s.shown)).collect();
     let _ = writeln!(out, "the drape shows  {}", shown.join(", "));
+    let own = &refined.scans[0];
+    let _ = writeln!(
+        out,
+        "held to the scan {:>12.2} mm off at the rim, by springs that bear {:.1} % of the cloth's weight",
+        own.held_rim_mean_m / M_PER_MM,
+        100.0 * own.held_share
+    );
     for (companion, fit) in found.companions.iter().zip(&refined.scans[1..]) {
         let _ = writeln!(
             out,

@@ -31,7 +31,7 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
         sights: vec![Sight::Rim],
         estimator: &estimator,
         begin: Begin::Network,
-        options: FitOptions { vertices: [vertices; 3], ..usual },
+        options: FitOptions { vertices: [vertices; 2], ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: 1,

@@ -13,7 +13,7 @@ fn sim() -> SimOptions {
 
 /// On the very cells that the truth was made on.
 fn options() -> FitOptions {
-    FitOptions { sim: sim(), vertices: [31, 31, 31], ..FitOptions::default() }
+    FitOptions { sim: sim(), vertices: [31, 31], ..FitOptions::default() }
 }
 
 fn woven() -> Fabric {
@@ -124,7 +124,7 @@ fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     let prior = prior(&truth, OFF, 0.6);
     let fitted = |cells: [f64; 2]| {
-        let options = FitOptions { vertices: [31, 41, 41], cells, ..options() };
+        let options = FitOptions { vertices: [31, 41], cells, ..options() };
         let found = fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
         let half = found.stiffnesses.map(|s| 0.5 * (s.interval90[1] / s.interval90[0]).ln());
         println!("{:.3?} of {half:.3?}, {:.2}", errors(&found, &truth), found.scans[0].cells);
