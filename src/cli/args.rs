@@ -986,9 +986,6 @@ pub(crate) struct Refine {
     /// Begin at the mean fabric of the prior, not at what the network says; what is believed stays the network's
     #[arg(long)]
     pub(crate) from_prior: bool,
-    /// Part of what is not known of the cells' error that all drops of a fabric share, from 0 to below 1, likewise
-    #[arg(long, value_name = "PART")]
-    pub(crate) cells_alike: Option<f64>,
     /// Folder that keeps the true drapes from run to run; on fine cells they take up to minutes
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,

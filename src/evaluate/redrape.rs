@@ -107,7 +107,8 @@ fn of_fabric(
         linear.map(|linear| series.redropped_m(rim, &linear.fabric(rim, fabric.density_kg_m2)));
     let refined_m = if refine {
         // no fit is far off, as no rest is
-        let answer = series.answer(&Sight::Rim, std::slice::from_ref(&truth), &fabric, (index, None))?;
+        let answer =
+            series.answer(&Sight::Rim, std::slice::from_ref(&truth), &fabric, (index, None))?;
         Some(answer.map_or(f64::NAN, |answer| answer.redropped_m[0]))
     } else {
         None

@@ -358,8 +358,7 @@ impl Series<'_> {
     /// Mean distance of a true rim from that of a fabric led by what was seen and let go, as it lies and turned; NaN where that does not
     /// come to rest.
     fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> [f64; 2] {
-        let options =
-            SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
+        let options = SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
         let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
         let Drape { stop, boundary, .. } = &again.drape;
         if *stop == Stop::AtRest { beside(rim, boundary) } else { [f64::NAN; 2] }

@@ -66,14 +66,8 @@ impl Refinement {
                 rim_m / M_PER_MM
             ));
         };
-        let result = fit(
-            &scans,
-            density_kg_m2,
-            &prior,
-            &prior.starts(),
-            &FitOptions::default(),
-            heard,
-        );
+        let result =
+            fit(&scans, density_kg_m2, &prior, &prior.starts(), &FitOptions::default(), heard);
         let wall_s = start.elapsed().as_secs_f64();
         Self { result, network: network.clone(), companions, wall_s }
     }

@@ -3,14 +3,15 @@
 //! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six numbers of the
 //! bench for each scan, with priors on all. The scanned sheet is laid with the first fabric and comes to rest held by weak
 //! springs ([`DropStart::HeldSurface`]); from there it is led from fabric to fabric, held all the way. Let go, even
-//! the true fabric moves on by 0.2 to 3 mm into an equilibrium beside the scan's, for lack of what friction
-//! remembers of the fall and of finer cells, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
+//! the true fabric moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to nothing, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
 //! fabric does to the sheet shows against the springs. In the end the sheet is let go: that drape is the answer's.
 //! The bench's numbers are small and enter through their sensitivities alone. A
 //! place that lies more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!
 //! The first start is the prior's mean. Where the sheet does not come to rest with it, others are tried. Tried beside it
 //! where it ends badly: the same end, for three times the cost. The first step from the held sheet is the balance of forces on it ([`Refined::of_balance`]).
+//!
+//! A fit that leaves more than it should ([`FitOptions::leaves`]) begins again at stiffer stretch and shear.
 //!
 //! Where it fails: far from the scan's fabric the held sheet still snaps, and the least squares see a step there. A step
 //! that does not lower the cost is shortened a few times, and the best drape stays.
@@ -156,9 +157,7 @@ enum First {
     Stays,
 }
 
-/// Misfit from which on a fit begins again: the verdict's `model_leaves` is near.
-const LEAVES: f64 = 0.6;
-/// Factor, as a logarithm, on the stretch and shear found with which it does, and how often at most.
+/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most.
 const STIFFER: f64 = 1.0;
 const AGAIN: usize = 2;
 /// The first of the six stiffnesses, which are not bending.
@@ -232,7 +231,7 @@ impl<'a> Fit<'a> {
     /// leads back; so the first cells take no step here.
     fn begun_again(&mut self, mut best: Best) -> Best {
         for _ in 0..AGAIN {
-            if best.state.misfit() < LEAVES {
+            if best.state.misfit() < self.squares.options.leaves {
                 break;
             }
             let limits = &self.squares.prior.ln_limits;
@@ -374,7 +373,7 @@ impl<'a> Fit<'a> {
         let scans = self.targets.len();
         self.least_rim_m = self.least_rim_m.min(sum / scans as f64);
         (self.tell)(Progress { drapes: self.drapes, rim_m: self.least_rim_m });
-        let means = self.squares.means();
+        let means = self.squares.believed().map(|[mean, _]| mean);
         let bench = near.map_or_else(|| vec![means; scans], |near| near.bench.clone());
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
         Ok(self.squares.around(ln, trials, bench))

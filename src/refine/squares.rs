@@ -32,11 +32,11 @@ pub struct FitOptions {
     pub bench_sigma: [f64; BENCH],
     /// Distance, in its standard deviations, from which on what is believed of a stiffness before pulls no harder.
     pub prior_outlier: f64,
+    /// Misfit from which on a fit begins again at stiffer stretch and shear.
+    pub leaves: f64,
     /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls with the square of the cell
     /// foretells from the moves between the first cells and the last: mean and standard deviation of what is believed.
     pub cells: [f64; 2],
-    /// Part of the variance of that belief which all scans of one fabric have in common.
-    pub cells_alike: f64,
     /// How far the weight of a piece of cloth stretches the springs that hold it to the scanned sheet \[m\].
     pub hold_sag_m: f64,
     /// The same of the springs on the rim of a scan that has no sheet; they are few.
@@ -60,8 +60,8 @@ impl Default for FitOptions {
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
             prior_outlier: 2.0,
+            leaves: 0.6,
             cells: [0.62, 0.5],
-            cells_alike: 0.0,
             hold_sag_m: 30e-3,
             rim_hold_sag_m: 1e-3,
             sim: SimOptions { iterations: EVALUATION, ..SimOptions::default() },
@@ -101,9 +101,9 @@ pub(super) struct State {
     /// The data's part of it, and the number of independent coordinates.
     pub(super) data_cost: f64,
     pub(super) independent: f64,
-    /// Normal matrix of the data alone and of the priors, and right-hand side of both.
+    /// Normal matrix of the data alone and of the priors (diagonal), and right-hand side of both.
     pub(super) normal: DMatrix<f64>,
-    pub(super) priors: DMatrix<f64>,
+    pub(super) priors: DVector<f64>,
     pub(super) right: DVector<f64>,
 }
 
@@ -129,7 +129,7 @@ impl Squares<'_> {
     ) -> State {
         for _ in 0..BENCH_ROUNDS {
             for (k, data) in self.data.iter().enumerate() {
-                bench[k] = self.bench_of(data, &trials[k], &bench[k], self.believed(&bench, k));
+                bench[k] = self.bench_of(data, &trials[k], &bench[k]);
             }
         }
         let size = STIFFNESSES + NUISANCES * self.data.len();
@@ -148,78 +148,40 @@ impl Squares<'_> {
             data_cost += sums.cost;
             independent += sums.independent;
         }
-        let mut priors = DMatrix::zeros(size, size);
+        let mut priors = DVector::zeros(size);
         let mut cost = data_cost;
         for k in 0..STIFFNESSES {
             let off = (self.prior.ln_mean[k] - ln[k]) / self.prior.ln_sigma[k];
             let tamed = tamed(off.abs(), self.options.prior_outlier);
-            priors[(k, k)] = tamed * self.prior.ln_sigma[k].powi(-2);
+            priors[k] = tamed * self.prior.ln_sigma[k].powi(-2);
             right[k] += tamed * off / self.prior.ln_sigma[k];
             cost += off * off * tamed * (2.0 - tamed);
         }
-        let precision = self.bench_precision(bench.len());
-        let means = std::iter::repeat_n(self.means(), bench.len()).flatten();
-        let numbers = bench.iter().flatten().zip(means);
-        let off = DVector::from_iterator(precision.nrows(), numbers.map(|(value, mean)| mean - value));
-        let pull = &precision * &off;
-        cost += off.dot(&pull);
-        let mut of_bench = right.rows_mut(STIFFNESSES, off.len());
-        of_bench += pull;
-        priors
-            .view_mut((STIFFNESSES, STIFFNESSES), precision.shape())
-            .copy_from(&precision);
+        for (k, numbers) in bench.iter().enumerate() {
+            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.believed()).enumerate() {
+                let at = STIFFNESSES + NUISANCES * k + m;
+                let off = (mean - value) / sigma;
+                priors[at] = sigma.powi(-2);
+                right[at] += off / sigma;
+                cost += off * off;
+            }
+        }
         State { ln, trials, bench, cost, data_cost, independent, normal, priors, right }
     }
 
-    /// Means of what is believed of each scan's numbers.
-    pub(super) fn means(&self) -> [f64; NUISANCES] {
-        std::array::from_fn(|m| if m == CELLS { self.cells[0] } else { 0.0 })
-    }
-
-    /// Mean and standard deviation of what is believed of the numbers of scan `k`, given those of the others: what cells do to one drape of a
-    /// fabric they do, in part, to the next.
-    fn believed(&self, bench: &[[f64; NUISANCES]], k: usize) -> [[f64; 2]; NUISANCES] {
-        let precision = self.bench_precision(bench.len());
-        let means = self.means();
-        std::array::from_fn(|m| {
-            let at = |scan: usize| NUISANCES * scan + m;
-            let own = precision[(at(k), at(k))];
-            let others = (0..bench.len()).filter(|&other| other != k);
-            let pulled = others.map(|j| precision[(at(k), at(j))] * (bench[j][m] - means[m]));
-            [means[m] - pulled.sum::<f64>() / own, own.powf(-0.5)]
-        })
-    }
-
-    /// Inverse covariance of what is believed of the numbers of so many scans, scan by scan.
-    fn bench_precision(&self, scans: usize) -> DMatrix<f64> {
-        let (alike, others) = (self.options.cells_alike, scans as f64 - 1.0);
-        // inverse of a matrix of ones on the diagonal and `alike` beside it
-        let beside = -alike / ((1.0 - alike) * (1.0 + others * alike));
-        let own = 1.0 / (1.0 - alike) + beside;
-        DMatrix::from_fn(NUISANCES * scans, NUISANCES * scans, |a, b| {
-            let m = a % NUISANCES;
-            match (a == b, m == b % NUISANCES && m == CELLS) {
-                (true, true) => own * self.cells[1].powi(-2),
-                (true, false) => self.options.bench_sigma[m].powi(-2),
-                (false, true) => beside * self.cells[1].powi(-2),
-                (false, false) => 0.0,
-            }
-        })
+    /// Mean and standard deviation of what is believed of each scan's numbers.
+    pub(super) fn believed(&self) -> [[f64; 2]; NUISANCES] {
+        let [a, b, c, d, e, f] = self.options.bench_sigma.map(|sigma| [0.0, sigma]);
+        [a, b, c, d, e, f, self.cells]
     }
 
     /// The bench's numbers that fit one drape best.
-    fn bench_of(
-        &self,
-        data: &[Datum],
-        trial: &Trial,
-        from: &[f64; NUISANCES],
-        believed: [[f64; 2]; NUISANCES],
-    ) -> [f64; NUISANCES] {
+    fn bench_of(&self, data: &[Datum], trial: &Trial, from: &[f64; NUISANCES]) -> [f64; NUISANCES] {
         let sums = Sums::of(data, trial, from, self.options.data.outlier);
         let mut matrix =
             sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
         let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
-        for (m, [mean, sigma]) in believed.into_iter().enumerate() {
+        for (m, [mean, sigma]) in self.believed().into_iter().enumerate() {
             matrix[(m, m)] += sigma.powi(-2);
             right[m] += (mean - from[m]) / (sigma * sigma);
         }
@@ -229,7 +191,7 @@ impl Squares<'_> {
 
     /// Where a damped step leads, and by how much the cost is foretold to fall.
     pub(super) fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
-        let whole = &at.normal + &at.priors;
+        let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
         let longest = self.options.longest_step;
         let limits = &self.prior.ln_limits;
         let (next, foretold) = damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
@@ -242,8 +204,6 @@ fn tamed(far: f64, outlier: f64) -> f64 {
     if far > outlier { outlier / far } else { 1.0 }
 }
 
-/// The place of what finer cells would move among a scan's numbers.
-const CELLS: usize = BENCH;
 /// Columns of one scan: stiffnesses and bench.
 const COLUMNS: usize = STIFFNESSES + NUISANCES;
 

@@ -7,7 +7,6 @@ use crate::sim::sensitivity::{Parameter, SensitivityError};
 use crate::sim::{Drape, Follower};
 
 use super::data::{SIDE, Scan, place_of};
-use super::squares::FitOptions;
 
 /// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the height of its face in
 /// the scan's frame.
@@ -89,22 +88,23 @@ impl Trial {
         rim.positions_m().enumerate().map(distance).sum::<f64>() / POINTS as f64
     }
 
-    /// Force of the springs that hold it to a scan, root mean square, as a share of its weight. Springs that are weaker where the scan is
+    /// Force of the springs that hold it to a scan, root mean square, as a share of its weight; the springs are as weak as
+    /// [`FitOptions::hold_sag_m`](super::FitOptions::hold_sag_m) says, those of a rim alone as `rim_hold_sag_m`. Springs that are weaker where the scan is
     /// less sure count as if they were not.
-    pub(super) fn held_share(&self, scan: &Scan<'_>, options: &FitOptions) -> f64 {
+    pub(super) fn held_share(&self, scan: &Scan<'_>, hold_sag_m: f64, rim_hold_sag_m: f64) -> f64 {
         let stretched = |(to, at): (Point3, &Vector3)| (to.coords - at).norm_squared();
         match scan.sheet {
             Some(sheet) => {
                 let places = sheet.points().iter().zip(&self.at).filter(|(to, _)| to.observed);
                 let squares = places.map(|(to, at)| stretched((to.position_m, at)));
-                root_mean(squares) / options.hold_sag_m
+                root_mean(squares) / hold_sag_m
             }
             None => {
                 let rim = scan.rim.positions_m().enumerate();
                 let squares = rim.map(|(index, to)| stretched((to, &self.at[place_of(index)])));
                 // each of the border's vertices holds as much as a cell weighs
                 let (border, cells) = (self.drape.grid.border().len(), self.drape.grid.cells.len());
-                root_mean(squares) / options.rim_hold_sag_m * border as f64 / cells as f64
+                root_mean(squares) / rim_hold_sag_m * border as f64 / cells as f64
             }
         }
     }

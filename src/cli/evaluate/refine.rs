@@ -23,13 +23,12 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     let usual = FitOptions::default();
     let vertices = given.vertices.unwrap_or(usual.vertices);
     let evaluations = given.evaluations.unwrap_or(usual.evaluations);
-    let cells_alike = given.cells_alike.unwrap_or(usual.cells_alike);
     let series = Series {
         priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
         sights: given.profiles.iter().map(sight).collect::<Result<_, _>>()?,
         estimator: &estimator,
         begin: if given.from_prior { Begin::Prior } else { Begin::Network },
-        options: FitOptions { vertices, evaluations, cells_alike, ..usual },
+        options: FitOptions { vertices, evaluations, ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: given.drops,

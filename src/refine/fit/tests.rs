@@ -94,7 +94,8 @@ fn two_drops_together_show_more_than_one() {
     let scan = |k: usize| Scan { rim: &drapes[k].boundary, sheet: Some(&sheets[k]), experiment };
     let (prior, options) = (prior(&truth, OFF, 0.4), options());
     let fitted = |scans: &[Scan<'_>]| {
-        let found = fit(scans, truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+        let found = fit(scans, truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
+            .unwrap();
         println!("{:.3?} {:.3?}", errors(&found, &truth), found.stiffnesses.map(|s| s.shown));
         found
     };
@@ -125,7 +126,9 @@ fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
     let prior = prior(&truth, OFF, 0.6);
     let fitted = |cells: [f64; 2]| {
         let options = FitOptions { vertices: [31, 41], cells, ..options() };
-        let found = fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+        let found =
+            fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
+                .unwrap();
         let half = found.stiffnesses.map(|s| 0.5 * (s.interval90[1] / s.interval90[0]).ln());
         println!("{:.3?} of {half:.3?}, {:.2}", errors(&found, &truth), found.scans[0].cells);
         (errors(&found, &truth), half, found.scans[0].cells)
@@ -150,7 +153,9 @@ fn what_was_believed_and_is_far_off_gives_way_to_what_the_drape_shows() {
     let prior = prior(&truth, [-1.2, -1.2, -1.2, 0.2, -0.2, 0.2], 0.24);
     let fitted = |prior_outlier: f64| {
         let options = FitOptions { prior_outlier, ..options() };
-        let found = fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+        let found =
+            fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
+                .unwrap();
         println!("{:.3?} {:.3?}", errors(&found, &truth), found.stiffnesses.map(|s| s.shown));
         errors(&found, &truth).map(f64::abs)
     };
@@ -159,6 +164,30 @@ fn what_was_believed_and_is_far_off_gives_way_to_what_the_drape_shows() {
     // observed: 0.125 and 0.148
     assert!(stretch(ours) < 0.95 * stretch(all_pull), "{} {}", stretch(ours), stretch(all_pull));
     assert!(ours[3..].iter().all(|e| *e < 0.05), "{ours:?}");
+}
+
+#[test]
+fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
+    // a fabric that coarse cells lock, believed to be much softer in its plane
+    let truth = Fabric::from_paper_units([600e3, 700e3, 90e3, 2_600.0, 2_900.0, 2_700.0, 180.0]);
+    let fine = SimOptions { vertices: 61, ..sim() };
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(3) }, &fine);
+    let sheet = sheet(&d, 0.2e-3);
+    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    let prior = prior(&truth, [-1.4, -1.1, -0.3, 0.2, -0.2, -0.2], 0.45);
+    let fitted = |leaves: f64| {
+        let options = FitOptions { vertices: [31, 51], leaves, ..options() };
+        let starts = &prior.starts()[..1];
+        let found = fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
+        println!("{:.3?} {:.2} {}", errors(&found, &truth), found.misfit, found.drapes);
+        found
+    };
+    let (once, again) = (fitted(f64::INFINITY), fitted(options().leaves));
+    assert!(once.misfit > options().leaves && again.drapes > once.drapes);
+    // observed: 1.57 and 1.05; bending 0.14 and 0.07 off in the mean
+    assert!(again.misfit < 0.9 * once.misfit, "{} {}", again.misfit, once.misfit);
+    let bending = |of: &Refined| errors(of, &truth)[3..].iter().map(|e| e.abs()).sum::<f64>();
+    assert!(bending(&again) < 0.8 * bending(&once), "{} {}", bending(&again), bending(&once));
 }
 
 #[test]
@@ -174,7 +203,8 @@ fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let scan = Scan { rim: &rim, sheet: Some(&raised), experiment: Experiment::default() };
     let options = options();
     let prior = prior(&truth, [0.0; STIFFNESSES], 0.4);
-    let refined = fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+    let refined =
+        fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
     let height = refined.scans[0].bench[5];
     assert_eq!(height.key, "plate_height");
     assert!((height.value - 0.4e-3).abs() < 0.15e-3, "{height:?}");
@@ -189,7 +219,8 @@ fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
     let scan = Scan { rim: &d.boundary, sheet: None, experiment: Experiment::default() };
     let options = options();
     let prior = prior(&truth, OFF, 0.4);
-    let refined = fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+    let refined =
+        fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
     let worst = errors(&refined, &truth)[3..].iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
     println!("{worst:.3} {:.3} mm", refined.scans[0].rim_mean_m * 1e3);
     // observed: 0.05 and 0.4 mm; 0.38 and 2.2 mm where nothing held the sheet
