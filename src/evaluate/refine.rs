@@ -59,7 +59,7 @@ pub struct Answer {
     /// can be blamed for. NaN where it does not come to rest.
     pub floor_m: f64,
     /// The same of the refined fabric's rims and of those of the floor, each turned about the plate's axis to where it lies best: a sheet
-    /// that is let go may whirl, and its own place around the axis is what nothing but friction decides \[m\].
+    /// that is let go may whirl as a whole \[m\].
     pub turned_m: [f64; 2],
     /// The same as the floor, of the fabric that the network said.
     pub network_rim_error_m: f64,
