@@ -11,8 +11,8 @@ use std::process::Output;
 use scan2params::Fabric;
 use scan2params::calibrate::add::FoundEffect;
 use scan2params::calibrate::believed::Believed;
-use scan2params::calibrate::effect::{Cloth, EFFECTS};
-use scan2params::calibrate::field::Field;
+use scan2params::calibrate::effect::{Cloth, EFFECTS, FIELDS, FieldOf, Layer};
+use scan2params::calibrate::field::{Field, FieldLayer};
 use scan2params::calibrate::fit::{Beside, Fitted};
 use scan2params::calibrate::floor::{Pairing, Spread};
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
@@ -29,7 +29,7 @@ use scan2params::refine::{Ended, RefinedStiffness};
 use scan2params::report::calibration::write;
 use scan2params::report::page::calibration::{Source, page};
 use scan2params::report::page::provenance::InputFile;
-use scan2params::sim::experiment::Curl;
+use scan2params::sim::experiment::{CURL_NODES, NodeField};
 use scan2params::{Drop, Experiment, SimOptions, drape};
 
 fn root() -> &'static Path {
@@ -338,7 +338,7 @@ fn calibrated() -> Calibration {
             alone: (0..EFFECTS.len()).map(ranked).collect(),
             chosen: vec![Choice { ranked: ranked(0), group: vec![ranked(1)] }],
             unexplained: None,
-            field: Some(field()),
+            fields: vec![field(), weight()],
         }),
         after: Some(After { effects, fitted: fitted(), drapes: drapes(1e-3) }),
         verdict: Verdict::Found,
@@ -352,10 +352,40 @@ fn calibrated() -> Calibration {
 
 /// A field that is strongest at a node between plate and rim, along the warp, of what turns over.
 fn field() -> Field {
-    let mut layers = [Curl::default(); 2];
-    layers[0].nodes[3][1] = [0.0, -20.0, 0.0];
-    let errors = [Curl::uniform([1.0, 1.0, 0.0]); 2];
-    Field { layers, errors, step_per_m: 15.0, gain: [0.4, 0.1] }
+    let mut layers: Vec<FieldLayer> = FIELDS[0].1.iter().map(layer(1.0)).collect();
+    layers[1].values.nodes[3][1] = -20.0;
+    Field {
+        name: "curvature",
+        layers,
+        step: 15.0,
+        is_even: false,
+        gain: [0.4, 0.1],
+        least_gain: 0.05,
+        of_scans: true,
+    }
+}
+
+/// One of weight that foretells nothing.
+fn weight() -> Field {
+    let layers = FIELDS[1].1.iter().map(layer(0.1)).collect();
+    Field {
+        name: "weight",
+        layers,
+        step: 0.3,
+        is_even: false,
+        gain: [0.02, 0.1],
+        least_gain: 0.05,
+        of_scans: true,
+    }
+}
+
+fn layer(error: f64) -> impl Fn(&(FieldOf, Layer)) -> FieldLayer {
+    move |(of, layer)| FieldLayer {
+        of: *of,
+        layer: *layer,
+        values: NodeField::default(),
+        errors: NodeField { nodes: [[error; CURL_NODES]; CURL_NODES] },
+    }
 }
 
 #[test]
@@ -391,7 +421,8 @@ fn a_calibration_has_its_page_with_before_and_after() {
         "edge curl",
         "What the residual asks for",
         "Where on the cloth the rest would come from",
-        "strongest along the warp, \u{2212}20.0 \u{b1} 1.0 /m, at 75 mm along the warp and \u{2212}75 mm along the weft",
+        "strongest along the warp, turns over, \u{2212}20.00 \u{b1} 1.00 1/m, at 75 mm along the warp and \u{2212}75 mm along the weft",
+        "No field of weight foretells what is left",
         "Drapes held out",
         "Drape coefficient, measured against simulated",
         "By role and face",
@@ -417,7 +448,7 @@ fn a_calibration_has_its_page_with_before_and_after() {
     assert!(whole.matches("class=\"square down\"").count() > 100);
     // a field that foretells nothing is said to, and not drawn
     let mut chance = calibration.clone();
-    chance.fabrics[0].trace.as_mut().unwrap().field = Some(Field { gain: [0.1, 0.1], ..field() });
+    chance.fabrics[0].trace.as_mut().unwrap().fields = vec![Field { gain: [0.1, 0.1], ..field() }];
     let page_of_chance = of(&chance);
     check(&page_of_chance);
     assert!(page_of_chance.contains("No field of natural curvature foretells what is left"));

@@ -310,8 +310,8 @@ mod tests {
         };
         let names = |alone: Vec<Ranked>| -> Vec<&'static str> {
             let (units, independent) = (3, Independent::Drapes);
-            let (plain, chosen, unexplained, field) = (1.0, Vec::new(), None, None);
-            let trace = Trace { units, independent, plain, alone, chosen, unexplained, field };
+            let (plain, chosen, unexplained, fields) = (1.0, Vec::new(), None, Vec::new());
+            let trace = Trace { units, independent, plain, alone, chosen, unexplained, fields };
             foretelling(&trace).into_iter().map(|effect| effect.name).collect()
         };
         let all = ["tilt", "scale", "friction", "plate_radius", "softening"];

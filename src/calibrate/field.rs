@@ -1,88 +1,116 @@
-//! The smoothest field of natural curvature on the cloth that would explain what a fit leaves: a tracer of effects that are on
-//! no list.
+//! The smoothest field on the cloth that would explain what a fit leaves, of natural curvature, of weight or of bending: a tracer of effects
+//! that are on no list.
 //!
-//! In: the least squares around a plain fit by specimens, the effects chosen. Out: [`Field`], curvatures along weft and warp at 5 x 5
-//! nodes over the specimen, in two layers: what turns over with the specimen, as the cloth's own curl does, and what bends it
-//! upwards whichever face is up, as a lighter or stiffer place does against a heavier or limper one. How far neighbouring nodes may
+//! In: the least squares around a plain fit by specimens, the effects chosen. Out: [`Field`]s, numbers at 5 x 5 nodes over the specimen.
+//! Curvatures along weft and warp come in two layers: what turns over with the specimen, as the cloth's own curl does, and what bends it
+//! upwards whichever face is up. Weight and bending are what they are with either face up. How far neighbouring nodes may
 //! differ is what foretells the drapes of specimens held out best; the least of what is tried leaves a field that is even.
 //!
-//! It shows where on the cloth something is, and not what: whatever moves the outline as a curvature at that place would is
-//! drawn as one. Where drapes are seen from above alone, much of the plate's cloth moves nothing, and the field there is
-//! that of its neighbours.
+//! It shows where on the cloth something is, and hardly what: whatever moves the sheet as a curvature at that place would is
+//! drawn as one. The three are told beside each other, the one that foretells most first. Where drapes are seen from above alone, much of
+//! the plate's cloth moves nothing, and the field there is that of its neighbours.
 
 use nalgebra::DMatrix;
 
-use super::effect::{Effect, FIELD, FIELD_COMPONENTS, FIELD_NUMBERS};
+use super::effect::{Effect, FIELDS, FieldOf, LAYER_NODES, Layer, Layers};
 use super::linear::{LEAST_GAIN, Linear, falls, positions};
 use crate::numeric::moments::mean_and_error;
-use crate::sim::experiment::{CURL_NODES, Curl, Outline, Specimen};
+use crate::sim::experiment::{CURL_NODES, NodeField, Outline, Specimen};
 
-/// What a field's two layers do when the specimen is turned over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layer {
-    /// It turns over with it.
-    Turns,
-    /// It bends upwards with either face up.
-    Stays,
-}
-
-impl Layer {
-    /// Both, in the order of [`FIELD`].
-    pub const ALL: [Self; 2] = [Self::Turns, Self::Stays];
-
-    /// The word in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Turns => "turns",
-            Self::Stays => "stays",
-        }
-    }
-}
-
-/// A field of natural curvature.
+/// One layer of a field.
 #[derive(Clone, Copy, Debug)]
+pub struct FieldLayer {
+    /// What it is of.
+    pub of: FieldOf,
+    /// What it does when the specimen is turned over.
+    pub layer: Layer,
+    /// Its numbers \[1/m of curvatures, else 1\]; curvatures are positive towards the face of a specimen that lies with it up.
+    pub values: NodeField,
+    /// Standard errors of these, over the specimens (the jackknife).
+    pub errors: NodeField,
+}
+
+/// A field on the cloth.
+#[derive(Clone, Debug)]
 pub struct Field {
-    /// The layers of [`Layer::ALL`]: curvatures \[1/m\], positive towards the face of a specimen that lies with it up.
-    pub layers: [Curl; 2],
-    /// Standard errors of these, over the specimens (the jackknife) \[1/m\].
-    pub errors: [Curl; 2],
-    /// How far neighbouring nodes may differ: standard deviation \[1/m\].
-    pub step_per_m: f64,
+    /// What it is of, as files have it: `curvature`, `weight` or `bending`.
+    pub name: &'static str,
+    /// Its layers, in the order of [`FIELDS`].
+    pub layers: Vec<FieldLayer>,
+    /// How far neighbouring nodes may differ: standard deviation, in the layers' unit.
+    pub step: f64,
+    /// Whether that is the least of what is tried, so that the field is the same all over the cloth.
+    pub is_even: bool,
     /// Fall of the logarithm of the held-out cost with it, mean over the specimens and standard error.
     pub gain: [f64; 2],
+    /// The least such fall that is more than chance.
+    pub least_gain: f64,
+    /// Whether it is of scanned sheets.
+    pub of_scans: bool,
 }
 
 /// Where a field is strongest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strongest {
-    /// In which layer.
-    pub layer: Layer,
-    /// Which curvature, of [`FIELD_COMPONENTS`].
-    pub component: usize,
+    /// Which of its layers.
+    pub layer: usize,
     /// Place on the specimen as fractions of its sides along warp and weft, 0 to 1.
     pub place: [f64; 2],
-    /// The curvature there \[1/m\].
-    pub per_m: f64,
-    /// Its standard error \[1/m\].
-    pub error_per_m: f64,
+    /// Its value there \[1/m of curvatures, else 1\].
+    pub value: f64,
+    /// The standard error of that.
+    pub error: f64,
 }
 
-/// Standard deviations between neighbouring nodes that are tried \[1/m\].
-const STEPS_PER_M: [f64; 6] = [0.5, 1.5, 5.0, 15.0, 50.0, 150.0];
-/// Standard deviation of a curvature whatever its neighbours are \[1/m\].
-const SIGMA_PER_M: f64 = 60.0;
+/// Standard deviations between neighbouring nodes that are tried, in units of [`unit_of`].
+const STEPS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
+/// Standard deviation of a number whatever its neighbours are, in the same units.
+const SIGMA: f64 = 1.2;
+/// The same of the mean over the cloth of weight and of bending, which are the cloth's own.
+const MEAN: f64 = 0.01;
+/// Least fall of the logarithm of the held-out cost with a field of scanned sheets that is more than chance: its nodes bend to what cells and
+/// scans leave of cloth without effects (0.05 at most in four cases; 0.19 with a hem of one of twenty parts of the cloth).
+const LEAST_GAIN_SCANNED: f64 = 0.1;
 /// Parts of a specimen's side between the places at which a field is looked at.
 const LOOKS: usize = 40;
 
-/// The field that foretells most of what some effects leave, whose held-out costs are `best`.
-pub(super) fn field(linear: &Linear, with: &[&'static Effect], best: &[f64]) -> Option<Field> {
-    let all = [with, &[&FIELD]].concat();
-    let own = positions(&all, &FIELD);
+/// A large number of a field: curvature \[1/m\], share of the weight, logarithm of a factor on bending.
+fn unit_of(of: FieldOf) -> f64 {
+    match of {
+        FieldOf::CurvatureWeft | FieldOf::CurvatureWarp => 50.0,
+        FieldOf::Weight => 0.5,
+        FieldOf::Bending => 1.0,
+    }
+}
+
+/// The fields that foretell most of what some effects leave, whose held-out costs are `best`, best first: one of each of [`FIELDS`], of
+/// outlines and rims of curvature alone. These have been seen to ask for cloth of negative weight.
+pub(super) fn fields(linear: &Linear, with: &[&'static Effect], best: &[f64]) -> Vec<Field> {
+    let asked = if linear.is_scan { FIELDS.len() } else { 1 };
+    let of =
+        |(effect, layers): &'static (Effect, Layers)| field(linear, with, best, effect, layers);
+    let mut fields: Vec<Field> = FIELDS.iter().take(asked).filter_map(of).collect();
+    fields.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
+    fields
+}
+
+fn field(
+    linear: &Linear,
+    with: &[&'static Effect],
+    best: &[f64],
+    effect: &'static Effect,
+    layers: Layers,
+) -> Option<Field> {
+    let all = [with, &[effect]].concat();
+    let own = positions(&all, effect);
     let base = linear.precision(&all);
-    let tried = STEPS_PER_M.iter().filter_map(|&step_per_m| {
+    let unit = unit_of(layers[0].0);
+    let tried = STEPS.iter().filter_map(|step| {
         let mut precision = base.clone();
-        let smooth = smoothness(step_per_m);
+        let mut smooth = smoothness(layers.len(), step * unit, SIGMA * unit);
+        if matches!(layers[0].0, FieldOf::Weight | FieldOf::Bending) {
+            smooth.add_scalar_mut((MEAN * LAYER_NODES as f64).powi(-2));
+        }
         for (a, &row) in own.iter().enumerate() {
             for (b, &column) in own.iter().enumerate() {
                 precision[(row, column)] = smooth[(a, b)];
@@ -90,26 +118,34 @@ pub(super) fn field(linear: &Linear, with: &[&'static Effect], best: &[f64]) -> 
         }
         let foretold = linear.held_out_with(&all, &precision)?;
         let gain = mean_and_error(&falls(best, &foretold.costs));
-        Some((step_per_m, precision, foretold, gain))
+        Some((*step, precision, foretold, gain))
     });
-    let (step_per_m, precision, foretold, gain) = tried.max_by(|a, b| a.3[0].total_cmp(&b.3[0]))?;
+    let (step, precision, foretold, gain) = tried.max_by(|a, b| a.3[0].total_cmp(&b.3[0]))?;
     let change = linear.fitted(&all, &precision, None)?;
     let values: Vec<f64> = own.iter().map(|&at| change[at]).collect();
     let errors = foretold.errors(&own);
-    Some(Field { layers: layers(&values), errors: layers(&errors), step_per_m, gain })
+    Some(Field {
+        name: effect.name,
+        layers: layers_of(layers, &values, &errors),
+        step: step * unit,
+        is_even: step <= STEPS[0],
+        gain,
+        least_gain: if linear.is_scan { LEAST_GAIN_SCANNED } else { LEAST_GAIN },
+        of_scans: linear.is_scan,
+    })
 }
 
 /// The precision of a field's numbers: each from nothing, and neighbours from each other.
-fn smoothness(step_per_m: f64) -> DMatrix<f64> {
-    let mut precision =
-        DMatrix::from_diagonal_element(FIELD_NUMBERS, FIELD_NUMBERS, SIGMA_PER_M.powi(-2));
-    let stiff = step_per_m.powi(-2);
+fn smoothness(layers: usize, step: f64, sigma: f64) -> DMatrix<f64> {
+    let numbers = layers * LAYER_NODES;
+    let mut precision = DMatrix::from_diagonal_element(numbers, numbers, sigma.powi(-2));
+    let stiff = step.powi(-2);
     let mut spring = |a: usize, b: usize| {
         for (row, column, sign) in [(a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)] {
             precision[(row, column)] += sign * stiff;
         }
     };
-    for k in 0..FIELD_NUMBERS {
+    for k in 0..numbers {
         if k % CURL_NODES + 1 < CURL_NODES {
             spring(k, k + 1);
         }
@@ -120,17 +156,40 @@ fn smoothness(step_per_m: f64) -> DMatrix<f64> {
     precision
 }
 
-/// Numbers in the order of [`FIELD`] as two layers.
-fn layers(values: &[f64]) -> [Curl; 2] {
-    let mut layers = [Curl::default(); 2];
-    let of_component = CURL_NODES * CURL_NODES;
-    for (k, value) in values.iter().enumerate() {
-        let (layer, component) =
-            (k / of_component / FIELD_COMPONENTS.len(), k / of_component % FIELD_COMPONENTS.len());
-        let component = FIELD_COMPONENTS[component] as usize;
-        layers[layer].nodes[k / CURL_NODES % CURL_NODES][k % CURL_NODES][component] = *value;
+/// Numbers in the order of a field's layers.
+fn layers_of(layers: Layers, values: &[f64], errors: &[f64]) -> Vec<FieldLayer> {
+    let nodes = |all: &[f64], layer: usize| {
+        let of_layer = &all[layer * LAYER_NODES..][..LAYER_NODES];
+        let node = |i: usize, j: usize| of_layer[i * CURL_NODES + j];
+        NodeField { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
+    };
+    let layer = |(k, (of, layer)): (usize, &(FieldOf, Layer))| FieldLayer {
+        of: *of,
+        layer: *layer,
+        values: nodes(values, k),
+        errors: nodes(errors, k),
+    };
+    layers.iter().enumerate().map(layer).collect()
+}
+
+impl FieldLayer {
+    /// What it is of, in words.
+    #[must_use]
+    pub fn title(&self) -> String {
+        match (self.of, self.layer) {
+            (FieldOf::Weight | FieldOf::Bending, _) => self.of.name().to_owned(),
+            (of, Layer::Turns) => format!("along the {}, turns over", of.name()),
+            (of, Layer::Stays) => format!("along the {}, stays up", of.name()),
+        }
     }
-    layers
+
+    /// What is left of it at a place, given as fractions of the specimen's sides along warp and weft, less two standard errors, with
+    /// its sign.
+    #[must_use]
+    pub fn sure_at(&self, [warp, weft]: [f64; 2]) -> f64 {
+        let (value, error) = (self.values.at(warp, weft), self.errors.at(warp, weft));
+        value.signum() * (value.abs() - 2.0 * error).max(0.0)
+    }
 }
 
 impl Field {
@@ -139,33 +198,7 @@ impl Field {
     #[must_use]
     pub fn is_something(&self) -> bool {
         let [gain, error] = self.gain;
-        gain > LEAST_GAIN && gain > 2.0 * error
-    }
-
-    /// Whether it is the smoothest that is tried: the same all over the cloth.
-    #[must_use]
-    pub fn is_even(&self) -> bool {
-        self.step_per_m <= STEPS_PER_M[0]
-    }
-
-    /// A curvature of a layer at a place on the specimen, given as fractions of its sides along warp and weft \[1/m\].
-    #[must_use]
-    pub fn at(&self, layer: Layer, component: usize, [warp, weft]: [f64; 2]) -> f64 {
-        self.layers[layer as usize].at(warp, weft)[FIELD_COMPONENTS[component] as usize]
-    }
-
-    /// Its standard error there \[1/m\].
-    #[must_use]
-    pub fn error_at(&self, layer: Layer, component: usize, [warp, weft]: [f64; 2]) -> f64 {
-        self.errors[layer as usize].at(warp, weft)[FIELD_COMPONENTS[component] as usize]
-    }
-
-    /// What is left of it there less two standard errors, with its sign \[1/m\].
-    #[must_use]
-    pub fn sure_at(&self, layer: Layer, component: usize, place: [f64; 2]) -> f64 {
-        let (value, error) =
-            (self.at(layer, component, place), self.error_at(layer, component, place));
-        value.signum() * (value.abs() - 2.0 * error).max(0.0)
+        gain > self.least_gain && gain > 2.0 * error
     }
 
     /// Where it is strongest on a specimen, less two standard errors.
@@ -174,19 +207,13 @@ impl Field {
         let places = (0..=LOOKS).flat_map(|i| (0..=LOOKS).map(move |j| [i, j]));
         let places = places.map(|place| place.map(|k| k as f64 / LOOKS as f64));
         let places = places.filter(|place| is_on(specimen, *place));
-        let all = places.flat_map(|place| {
-            Layer::ALL.into_iter().flat_map(move |layer| {
-                (0..FIELD_COMPONENTS.len()).map(move |component| (layer, component, place))
-            })
+        let all = places.flat_map(|place| (0..self.layers.len()).map(move |layer| (layer, place)));
+        let strongest = all.map(|(layer, place)| {
+            let FieldLayer { values, errors, .. } = &self.layers[layer];
+            let [value, error] = [values, errors].map(|field| field.at(place[0], place[1]));
+            Strongest { layer, place, value, error }
         });
-        let strongest = all.map(|(layer, component, place)| Strongest {
-            layer,
-            component,
-            place,
-            per_m: self.at(layer, component, place),
-            error_per_m: self.error_at(layer, component, place),
-        });
-        let sure = |s: &Strongest| self.sure_at(s.layer, s.component, s.place).abs();
+        let sure = |s: &Strongest| self.layers[s.layer].sure_at(s.place).abs();
         strongest.max_by(|a, b| sure(a).total_cmp(&sure(b)))
     }
 }
@@ -207,39 +234,44 @@ mod tests {
 
     #[test]
     fn an_even_field_costs_nothing_but_its_size() {
-        let even = nalgebra::DVector::from_element(FIELD_NUMBERS, 3.0);
-        let cost = even.dot(&(smoothness(0.5) * &even));
-        assert!((cost - FIELD_NUMBERS as f64 * 9.0 / SIGMA_PER_M.powi(2)).abs() < 1e-9);
+        let even = nalgebra::DVector::from_element(2 * LAYER_NODES, 3.0);
+        let cost = even.dot(&(smoothness(2, 0.5, 60.0) * &even));
+        assert!((cost - 2.0 * LAYER_NODES as f64 * 9.0 / 60_f64.powi(2)).abs() < 1e-9);
         // one node that stands out pulls at its four neighbours
-        let mut node = nalgebra::DVector::zeros(FIELD_NUMBERS);
+        let mut node = nalgebra::DVector::zeros(2 * LAYER_NODES);
         node[12] = 2.0;
-        let cost = node.dot(&(smoothness(0.5) * &node));
-        assert!((cost - (4.0 * 4.0 / 0.25 + 4.0 / SIGMA_PER_M.powi(2))).abs() < 1e-9);
+        let cost = node.dot(&(smoothness(2, 0.5, 60.0) * &node));
+        assert!((cost - (4.0 * 4.0 / 0.25 + 4.0 / 60_f64.powi(2))).abs() < 1e-9);
     }
 
     #[test]
     fn a_field_is_strongest_where_its_node_is_unless_there_is_no_cloth() {
-        let mut values = vec![0.0; FIELD_NUMBERS];
-        // the layer that stays, warp, node 3 along the warp and 1 along the weft; and a larger one in a corner
-        values[75 + 3 * CURL_NODES + 1] = -7.0;
-        values[75] = 9.0;
+        let (_, layers) = &FIELDS[0];
+        let mut values = vec![0.0; 4 * LAYER_NODES];
+        // what stays, along the warp, node 3 along the warp and 1 along the weft; and a larger one in a corner
+        values[3 * LAYER_NODES + 3 * CURL_NODES + 1] = -7.0;
+        values[3 * LAYER_NODES] = 9.0;
         // and a still larger one that is not sure
         values[6] = 30.0;
-        let mut errors = vec![1.0; FIELD_NUMBERS];
+        let mut errors = vec![1.0; 4 * LAYER_NODES];
         errors[6] = 15.0;
         let field = Field {
-            layers: layers(&values),
-            errors: layers(&errors),
-            step_per_m: 5.0,
+            name: "curvature",
+            layers: layers_of(layers, &values, &errors),
+            step: 5.0,
+            is_even: false,
             gain: [0.5, 0.2],
+            least_gain: 0.05,
+            of_scans: false,
         };
         let disc = Specimen { outline: Outline::Disc, ..Specimen::default() };
         let found = field.strongest(&disc).unwrap();
-        assert_eq!((found.layer, found.component), (Layer::Stays, 1));
-        assert_eq!((found.place, found.per_m, found.error_per_m), ([0.75, 0.25], -7.0, 1.0));
+        let own = &field.layers[found.layer];
+        assert_eq!((own.of, own.layer), (FieldOf::CurvatureWarp, Layer::Stays));
+        assert_eq!((found.place, found.value, found.error), ([0.75, 0.25], -7.0, 1.0));
         assert_eq!(field.strongest(&Specimen::default()).unwrap().place, [0.0, 0.0]);
-        assert!(field.is_something() && !field.is_even());
-        assert!(!Field { gain: [0.5, 0.3], ..field }.is_something());
+        assert!(field.is_something());
+        assert!(!Field { gain: [0.5, 0.3], ..field.clone() }.is_something());
         assert!(!Field { gain: [0.01, 0.001], ..field }.is_something());
     }
 }

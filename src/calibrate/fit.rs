@@ -27,7 +27,7 @@ use super::seen::{Row, Seen};
 use super::softened::softened;
 use super::squares::{Squares, State, parameters, rms_m};
 use super::target::{Finer, Rim, Target, share_of};
-use super::trial::{Trial, trial_of};
+use super::trial::{Compared, Trial, steadied_trial_of, trial_of};
 use crate::base::Outline;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -227,7 +227,7 @@ impl Fit<'_> {
         }
         for _ in 0..STARTS {
             let stiffer = self.with_stretch(|_, ln| ln + STIFFER);
-            if self.plain.misfit() < LEAVES || !self.begin_again(&stiffer) {
+            if self.plain.misfit() < AGAIN || !self.begin_again(&stiffer) {
                 break;
             }
         }
@@ -306,6 +306,12 @@ impl Fit<'_> {
     #[must_use]
     pub fn lost(&self) -> Vec<bool> {
         self.lost.iter().map(Option::is_some).collect()
+    }
+
+    /// For each sheet of the fit, whether it was scanned.
+    pub(super) fn scanned(&self) -> Vec<bool> {
+        let is_scanned = |target: &Target| target.compared() == Compared::Sheet;
+        self.targets.iter().map(is_scanned).collect()
     }
 
     /// The numbers of effects that are declared to be known no better: a part of every fit, and no effects.
@@ -466,7 +472,8 @@ impl Fit<'_> {
     }
 
     /// The sheets led to another cloth, held by their outlines in the poses of the state before, and the least squares around
-    /// them; `None` where one does not come to rest there. A sheet that lost its fold on the way is led by its outline again.
+    /// them; `None` where one does not come to rest there. A sheet that lost its fold on the way, or does not find it, is led by its
+    /// outline again.
     fn moved(
         &mut self,
         numbers: &[&'static Number],
@@ -480,7 +487,8 @@ impl Fit<'_> {
         let both = self.followers.par_iter_mut().zip(targets).zip(poses);
         let trials: Option<Vec<Trial>> = both
             .map(|((sheet, target), pose)| {
-                led_on(sheet, &cloth, target, pose, options, &asked).ok()
+                let way = steadily_led_on(sheet, &cloth, target, pose, options, &asked);
+                way.or_else(|_| led_anew(sheet, &cloth, target, pose, options, &asked)).ok()
             })
             .collect();
         let mut state = self.squares(numbers).around(shared, trials?, poses.clone());
@@ -612,12 +620,14 @@ pub fn predict(
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
             pose = squares.around(&shared, vec![trial], vec![pose]).poses[0];
-            trial = led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
+            trial = steadily_led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
         }
         let mut state = squares.around(&shared, vec![trial], vec![pose]);
         let mut let_go = || {
             sheet.let_go();
-            let free = trial_of(&mut sheet, &asked, target.compared()).ok()?;
+            let free = trial_of(&mut sheet, &asked, target.compared())
+                .or_else(|_| steadied_trial_of(&mut sheet, &asked, target.compared()))
+                .ok()?;
             let free = squares.around(&shared, vec![free], state.poses.clone());
             Some(rms_m(&free.seen[0].rows))
         };
@@ -648,7 +658,8 @@ fn lead_all(
     targets.par_iter().zip(poses).map(lead).collect()
 }
 
-/// What is seen of a sheet of a cloth at rest; of one that rests on a saddle once it has slid off it.
+/// What is seen of a sheet of a cloth at rest; of one that rests on a saddle once it has slid off it, or, where it does not, as if a
+/// little inertia held it there.
 fn seen_of(
     sheet: &mut Follower,
     cloth: &Cloth,
@@ -665,7 +676,10 @@ fn seen_of(
         led_on(sheet, &stiffer(cloth, by), target, pose, options, &parameters(&[])).ok();
         trial = led_on(sheet, cloth, target, pose, options, asked);
     }
-    trial
+    match trial {
+        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
+        trial => trial,
+    }
 }
 
 /// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle slides off it on the way there and back.
@@ -751,6 +765,34 @@ fn led_on(
     }
 }
 
+/// The same of a sheet that comes to rest on a saddle there as well.
+fn steadily_led_on(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    match led_on(sheet, cloth, target, pose, options, asked) {
+        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
+        way => way,
+    }
+}
+
+/// A sheet that could not be led to a cloth, led to it by what was measured: what is seen of it there.
+fn led_anew(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    *sheet = laid(cloth, target, pose, options, options.sim.vertices);
+    seen_of(sheet, cloth, target, pose, options, asked)
+}
+
 /// The fabric to begin with: by the drape coefficient of the discs \[%\], or, where rims were scanned, of some bending lengths
 /// the one whose drape lies closest to the first rim.
 fn first_fabric(
@@ -807,6 +849,8 @@ const RAN_OFF: f64 = 2.0;
 /// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most: locked cells have been seen
 /// to end 0.5 too low, and a start that is too stiff comes down by itself.
 const STIFFER: f64 = 1.0;
+/// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows leaves half to four fifths of it (structured light).
+const AGAIN: f64 = 0.3;
 const STARTS: usize = 2;
 /// The same on what is believed of them.
 const OTHERWISE: f64 = 1.8;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::add::{Asked, CONFIRMED, FoundEffect, add, is_left};
 use super::believed::Believed;
-use super::effect::{Effect, settled};
+use super::effect::{EFFECTS, Effect, settled};
 use super::fit::{Beside, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
 use super::independent::Units;
@@ -464,7 +464,12 @@ pub fn fabric(
             let units = Units::of(&specimens);
             let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
             let perspective = Effect::named("perspective").filter(|_| known);
-            let without: Vec<_> = options.without.iter().copied().chain(perspective).collect();
+            let is_cut = |effect: &&Effect| {
+                to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
+            };
+            let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
+            let without = options.without.iter().copied().chain(perspective).chain(of_other_cuts);
+            let without: Vec<_> = without.collect();
             let trace = trace(&mut fit, &units, &without);
             let asked = trace
                 .as_ref()
@@ -646,10 +651,11 @@ impl FabricResult {
             return Verdict::Unexplained;
         }
         if self.after.is_none() {
-            return match (&trace.unexplained, trace.chosen.is_empty() || are_nothing) {
-                (Some(_), _) => Verdict::Unexplained,
-                (None, true) => Verdict::None,
-                (None, false) => Verdict::Undecided,
+            let more = trace.unexplained.is_some() || trace.field_of_scans().is_some();
+            return match (more, trace.chosen.is_empty() || are_nothing) {
+                (true, _) => Verdict::Unexplained,
+                (false, true) => Verdict::None,
+                (false, false) => Verdict::Undecided,
             };
         }
         let [mean, error] = mean_and_error(&self.falls());

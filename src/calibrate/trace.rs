@@ -13,13 +13,14 @@
 //! ([`Independent::Drapes`]).
 //!
 //! Patterns of the outline without any physics ([`PATTERNS`]) are asked the same, after the effects: where they foretell
-//! what no effect does, something is unexplained. Last a [`Field`] of curvature on the cloth, which shows where it may be.
+//! what no effect does, something is unexplained. Last the [`Field`]s on the cloth, which show where it may be; one that foretells
+//! scanned sheets is something unexplained as well.
 //!
 //! Where it fails: an effect so large that its moves are not linear may be ranked wrongly; the refit that follows is not
 //! linear.
 
 use super::effect::{EFFECTS, Effect, PATTERNS};
-use super::field::{Field, field};
+use super::field::{Field, fields};
 use super::fit::Fit;
 use super::independent::{FEWEST_UNITS, Independent, Units};
 use super::linear::{LEAST_GAIN, Linear, falls, positions};
@@ -60,8 +61,21 @@ pub struct Trace {
     pub chosen: Vec<Choice>,
     /// The pattern that foretells what the chosen effects leave, if one does.
     pub unexplained: Option<Ranked>,
-    /// The field of natural curvature that explains most of what the chosen effects leave.
-    pub field: Option<Field>,
+    /// The fields on the cloth that explain most of what the chosen effects leave, the one that foretells most first.
+    pub fields: Vec<Field>,
+}
+
+impl Trace {
+    /// The field that foretells the scanned sheets held out, if one does. Outlines alone say too little.
+    #[must_use]
+    pub fn field_of_scans(&self) -> Option<&Field> {
+        self.fields.iter().find(|field| field.of_scans && field.is_something())
+    }
+}
+
+/// Standard errors beyond which a mean over so many units is sure.
+fn student(units: usize) -> f64 {
+    *STUDENT.get(units.saturating_sub(2)).unwrap_or(&STUDENT_BEYOND)
 }
 
 /// Most effects that are chosen.
@@ -112,9 +126,9 @@ impl Asked {
         let sure = left.into_iter().filter(|ranked| self.is_sure(ranked));
         let unexplained = sure.max_by(|a, b| a.gain[0].total_cmp(&b.gain[0]));
         let plain = mean(&plain);
-        let field = field(&self.linear, &with, &best);
+        let fields = fields(&self.linear, &with, &best);
         let (units, independent) = (self.linear.specimens.len(), self.independent);
-        Some(Trace { units, independent, plain, alone, chosen, unexplained, field })
+        Some(Trace { units, independent, plain, alone, chosen, unexplained, fields })
     }
 
     /// What the plain model has, and the effects chosen.
@@ -143,9 +157,8 @@ impl Asked {
 
     fn is_sure(&self, ranked: &Ranked) -> bool {
         let [gain, error] = ranked.gain;
-        let sure =
-            STUDENT.get(self.linear.specimens.len().saturating_sub(2)).unwrap_or(&STUDENT_BEYOND);
-        gain > LEAST_GAIN && gain > error && ranked.sure > *sure
+        let sure = student(self.linear.specimens.len());
+        gain > LEAST_GAIN && gain > error && ranked.sure > sure
     }
 
     /// What each of some effects foretells beside those of `with`, whose held-out costs are `best`.

@@ -131,6 +131,23 @@ pub fn trial_of(
     compared: Compared,
 ) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.sensitivities(parameters)?;
+    Ok(with_moves(follower, &sensitivities, compared))
+}
+
+/// The same of a sheet whose rest is not stable ([`Follower::steadied_sensitivities`]).
+///
+/// # Errors
+/// When it is not at rest.
+pub(super) fn steadied_trial_of(
+    follower: &mut Follower,
+    parameters: &[Parameter],
+    compared: Compared,
+) -> Result<Trial, SensitivityError> {
+    let sensitivities = follower.steadied_sensitivities(parameters)?;
+    Ok(with_moves(follower, &sensitivities, compared))
+}
+
+fn with_moves(follower: &Follower, sensitivities: &[Sensitivity], compared: Compared) -> Trial {
     let (drape, springs) = (follower.drape(), follower.held());
     let sources = sources(&drape);
     let outline = curve(&drape, &sources);
@@ -156,7 +173,7 @@ pub fn trial_of(
     let rim = rim(&drape, &drape.positions_m);
     let places = places(&drape, &drape.positions_m, compared);
     let heights_m = heights_m(&drape, &sources);
-    Ok(Trial { drape, outline, heights_m, rim, places, moves, hold })
+    Trial { drape, outline, heights_m, rim, places, moves, hold }
 }
 
 /// The outline of a drape seen from far above, plan of the simulation frame \[m\].

@@ -12,7 +12,6 @@ use serde::Serialize;
 
 use crate::base::units::M_PER_MM;
 use crate::calibrate::effect::{Cloth, Effect};
-use crate::calibrate::field::Field;
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
@@ -42,7 +41,7 @@ pub struct Said {
     pub misfit: [f64; 2],
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
     pub floor_mm: f64,
-    /// Where the field of curvature is strongest that would explain what the effects leave, as fractions of the specimen's sides along warp and
+    /// Where the field is strongest that would best explain what the effects leave, as fractions of the specimen's sides along warp and
     /// weft; none where no field foretells anything.
     pub strongest: Option<[f64; 2]>,
 }
@@ -80,7 +79,7 @@ pub fn said_of(result: &FabricResult) -> Said {
 
 /// Where the field of a trace is strongest, if it is anything.
 fn strongest(result: &FabricResult) -> Option<[f64; 2]> {
-    let field = result.trace.as_ref()?.field.filter(Field::is_something)?;
+    let field = result.trace.as_ref()?.fields.iter().find(|field| field.is_something())?;
     Some(field.strongest(&result.measured.first()?.bench.specimen)?.place)
 }
 

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::add::FoundEffect;
 use crate::calibrate::cloth_file;
-use crate::calibrate::effect::{Effect, FIELD_COMPONENTS, Number};
-use crate::calibrate::field::{Field, Layer};
+use crate::calibrate::effect::{Effect, Number};
+use crate::calibrate::field::{Field, FieldLayer, Strongest};
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
@@ -27,7 +27,7 @@ use crate::picture::draw;
 use crate::report::page;
 use crate::report::page::calibration::Source;
 use crate::report::section::Section;
-use crate::sim::experiment::{Curl, CurvatureComponent, Specimen};
+use crate::sim::experiment::Specimen;
 
 /// Name of the file that programs read.
 pub const JSON: &str = "calibration.json";
@@ -222,41 +222,34 @@ fn of_trace(fabric: &FabricResult, trace: &Trace) -> Value {
         "alone": trace.alone.iter().map(of).collect::<Vec<_>>(),
         "chosen": trace.chosen.iter().map(chosen).collect::<Vec<_>>(),
         "unexplained": trace.unexplained.as_ref().map(of),
-        "field": trace.field.as_ref().map(|field| of_field(field, &fabric.measured[0].bench.specimen)),
+        "fields": trace.fields.iter().map(|field| of_field(field, &fabric.measured[0].bench.specimen)).collect::<Vec<_>>(),
     })
 }
 
-/// A field's curvatures at its nodes, along the warp and then along the weft, and where it is strongest.
+/// A field's numbers at its nodes, along the warp and then along the weft, and where it is strongest.
 fn of_field(field: &Field, specimen: &Specimen) -> Value {
-    let nodes = |curl: &Curl, component: CurvatureComponent| {
-        curl.nodes.map(|row| row.map(|node| node[component as usize]))
-    };
-    let layers = Layer::ALL.map(|layer| {
-        let (values, errors) = (&field.layers[layer as usize], &field.errors[layer as usize]);
-        let of = FIELD_COMPONENTS.map(|component| {
-            let own =
-                json!({"per_m": nodes(values, component), "se_per_m": nodes(errors, component)});
-            (component.name().to_owned(), own)
-        });
-        (layer.name().to_owned(), Value::Object(of.into_iter().collect()))
-    });
+    let layer = |own: &FieldLayer| json!({"of": own.of.name(), "layer": own.layer.name(), "nodes": own.values.nodes, "se": own.errors.nodes});
     let strongest = field.strongest(specimen).map(|strongest| {
         let [warp, weft] = strongest.place.map(|t| t - 0.5);
+        let own = &field.layers[strongest.layer];
         json!({
-            "layer": strongest.layer.name(),
-            "along": FIELD_COMPONENTS[strongest.component].name(),
+            "of": own.of.name(),
+            "layer": own.layer.name(),
             "warp_mm": warp * specimen.warp_m / M_PER_MM,
             "weft_mm": weft * specimen.weft_m / M_PER_MM,
-            "per_m": strongest.per_m,
-            "se_per_m": strongest.error_per_m,
+            "value": strongest.value,
+            "se": strongest.error,
         })
     });
     json!({
+        "of": field.name,
+        "unit": field.layers[0].of.unit(),
         "foretells": field.is_something(),
         "gain": field.gain[0],
         "se": field.gain[1],
-        "neighbours_per_m": field.step_per_m,
-        "layers": Value::Object(layers.into_iter().collect()),
+        "neighbours": field.step,
+        "is_even": field.is_even,
+        "layers": field.layers.iter().map(layer).collect::<Vec<_>>(),
         "strongest": strongest,
     })
 }
@@ -563,7 +556,7 @@ fn effects_table(fabric: &FabricResult) -> String {
             let name = ranked.effect.name;
             text += &format!("  {name} foretells what is left: {gain:.3} +- {error:.3}\n");
         }
-        text += &field_line(fabric, trace);
+        text += &field_lines(fabric, trace);
     }
     if let Some(after) = &fabric.after {
         for found in &after.effects {
@@ -585,31 +578,37 @@ fn effects_table(fabric: &FabricResult) -> String {
     text + &format!("  verdict: {}\n", fabric.verdict.name())
 }
 
-/// What a field of curvature foretells of what is left, and where it is strongest.
-fn field_line(fabric: &FabricResult, trace: &Trace) -> String {
-    let Some(field) = &trace.field else { return String::new() };
+/// What fields foretell of what is left, and where the one that foretells most is strongest.
+fn field_lines(fabric: &FabricResult, trace: &Trace) -> String {
     let specimen = &fabric.measured[0].bench.specimen;
-    let ([gain, error], strongest) = (field.gain, field.strongest(specimen));
-    let Some(strongest) = strongest.filter(|_| field.is_something()) else {
-        return format!(
-            "  no field of curvature foretells what is left: {gain:.3} +- {error:.3}\n"
-        );
+    let said = |field: &Field| {
+        let ([gain, error], name) = (field.gain, field.name);
+        let strongest = field.strongest(specimen).filter(|_| field.is_something());
+        match strongest {
+            Some(strongest) => format!(
+                "  a field of {name} foretells what is left: {gain:.3} +- {error:.3}; {}\n",
+                strongest_of(field, &strongest, specimen)
+            ),
+            None => {
+                format!("  no field of {name} foretells what is left: {gain:.3} +- {error:.3}\n")
+            }
+        }
     };
+    trace.fields.iter().map(said).collect()
+}
+
+fn strongest_of(field: &Field, strongest: &Strongest, specimen: &Specimen) -> String {
+    let own = &field.layers[strongest.layer];
     let [warp, weft] = strongest.place.map(|t| t - 0.5);
-    let place = if field.is_even() {
+    let place = if field.is_even {
         "even over the cloth".to_owned()
     } else {
         let [warp_mm, weft_mm] =
             [warp * specimen.warp_m, weft * specimen.weft_m].map(|m| m / M_PER_MM);
         format!("{warp_mm:.0} mm along the warp and {weft_mm:.0} mm along the weft from the middle")
     };
-    format!(
-        "  a field of curvature foretells what is left: {gain:.3} +- {error:.3}; strongest along the {} ({}), {:.1} +- {:.1} /m, {place}\n",
-        FIELD_COMPONENTS[strongest.component].name(),
-        strongest.layer.name(),
-        strongest.per_m,
-        strongest.error_per_m
-    )
+    let (title, value, error) = (own.title(), strongest.value, strongest.error);
+    format!("strongest {title}, {value:.2} +- {error:.2} {}, {place}", own.of.unit())
 }
 
 const WHITE: Rgb<u8> = Rgb([255; 3]);

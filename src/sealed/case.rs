@@ -178,10 +178,13 @@ fn turn_of(seed: u64, index: u64) -> usize {
     first + rounds as usize * of_kind(&KINDS) + of_kind(&KINDS[..last])
 }
 
+/// Whether a bench has a listed effect: a scan has no camera's height, a disc no skew.
+fn is_of(name: &str, bench: Bench) -> bool {
+    name != if bench == Bench::Cusick { "skew" } else { "perspective" }
+}
+
 fn effects(kind: Kind, bench: Bench, turn: usize, cloth: &Cloth, draw: &mut Rng) -> Vec<Effect> {
-    // a scan has no camera's height
-    let of_bench = |k: &usize| bench == Bench::Cusick || LISTED[*k] != "perspective";
-    let own: Vec<usize> = (0..LISTED.len()).filter(of_bench).collect();
+    let own: Vec<usize> = (0..LISTED.len()).filter(|&k| is_of(LISTED[k], bench)).collect();
     let listed = |turn: usize, draw: &mut Rng| match Effect::listed(own[turn % own.len()], draw) {
         // what is farther off, the scan path itself takes for another specimen
         Effect::Scale { by } if bench == Bench::Square => Effect::Scale { by: 0.5 * by },
@@ -232,8 +235,7 @@ mod tests {
             let of_kind = cases.iter().filter(|case| case.kind == kind);
             of_kind.flat_map(|case| case.effects.iter().map(Effect::name)).collect()
         };
-        let listed = LISTED.into_iter();
-        let listed = listed.filter(|name| bench == Bench::Cusick || *name != "perspective");
+        let listed = LISTED.into_iter().filter(|name| is_of(name, bench));
         assert_eq!(named(Kind::One), listed.collect());
         assert_eq!(named(Kind::Unlisted), BTreeSet::from(UNLISTED));
         let priors: BTreeSet<&str> = cases.iter().map(|case| case.prior.as_str()).collect();

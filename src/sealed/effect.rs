@@ -10,7 +10,8 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::base::seed::Rng;
 use crate::sim::Experiment;
 use crate::sim::experiment::{
-    AsymmetricBending, Curl, Draught, EdgeCurl, Hem, Seam, Softening, StiffnessGradient, Tilt,
+    AsymmetricBending, Curl, Draught, EdgeCurl, Hem, Hysteresis, Seam, Softening,
+    StiffnessGradient, Tilt,
 };
 
 /// One effect with its size, SI. Signs are those of the specimen with its face up.
@@ -75,6 +76,32 @@ pub enum Effect {
         /// Its height \[m\].
         height_m: f64,
     },
+    /// The specimens were folded.
+    Crease {
+        /// Curvature on the line along the warp, positive towards the face \[1/m\].
+        along_warp_per_m: f64,
+        /// The same on the line along the weft \[1/m\].
+        along_weft_per_m: f64,
+        /// Distance from a line at which it has fallen to zero \[m\].
+        width_m: f64,
+    },
+    /// Friction inside the cloth.
+    Hysteresis {
+        /// Its moment per width, along weft and warp \[N\].
+        moment_n: f64,
+        /// Curvature over which it rises to that \[1/m\].
+        slip_per_m: f64,
+    },
+    /// Another edge of the plate.
+    PlateEdge {
+        /// Its radius less the standard one \[m\].
+        by_m: f64,
+    },
+    /// Specimens that are cut askew.
+    Skew {
+        /// Angle by which their sides lean \[rad\].
+        by_rad: f64,
+    },
     /// A heavier border on one side; on no list.
     Hem(Hem),
     /// A stiff line; on no list.
@@ -86,7 +113,7 @@ pub enum Effect {
 }
 
 /// The effects that a calibration may name.
-pub const LISTED: [&str; 10] = [
+pub const LISTED: [&str; 14] = [
     "natural_curvature",
     "asymmetric_bending",
     "edge_curl",
@@ -97,6 +124,10 @@ pub const LISTED: [&str; 10] = [
     "tilt",
     "scale",
     "perspective",
+    "crease",
+    "hysteresis",
+    "plate_edge",
+    "skew",
 ];
 
 /// Those that it has no name for.
@@ -158,7 +189,29 @@ impl Effect {
                 Self::Tilt { down_x_rad: slope * cos, down_z_rad: slope * sin }
             }
             8 => Self::Scale { by: signed(rng, [0.01, 0.03]) },
-            _ => Self::Perspective { height_m: rng.random_range(0.5..1.5) },
+            9 => Self::Perspective { height_m: rng.random_range(0.5..1.5) },
+            10 => {
+                let [along_warp_per_m, along_weft_per_m] =
+                    [0, 1].map(|_| signed(rng, [30.0, 120.0]));
+                let width_m = rng.random_range(8e-3..15e-3);
+                // folded about the warp, about the weft, about both
+                let [warp, weft] = match rng.random_range(0..3) {
+                    0 => [along_warp_per_m, 0.0],
+                    1 => [0.0, along_weft_per_m],
+                    _ => [along_warp_per_m, along_weft_per_m],
+                };
+                Self::Crease { along_warp_per_m: warp, along_weft_per_m: weft, width_m }
+            }
+            11 => Self::Hysteresis {
+                moment_n: rng.random_range(0.5e-4..3e-4),
+                slip_per_m: rng.random_range(5.0..20.0),
+            },
+            12 => {
+                let sharp = rng.random_bool(0.3);
+                let range = if sharp { -1.4e-3..-0.8e-3 } else { 1e-3..4e-3 };
+                Self::PlateEdge { by_m: rng.random_range(range) }
+            }
+            _ => Self::Skew { by_rad: signed(rng, [0.4, 1.5]).to_radians() },
         }
     }
 
@@ -203,6 +256,10 @@ impl Effect {
             Self::Tilt { .. } => LISTED[7],
             Self::Scale { .. } => LISTED[8],
             Self::Perspective { .. } => LISTED[9],
+            Self::Crease { .. } => LISTED[10],
+            Self::Hysteresis { .. } => LISTED[11],
+            Self::PlateEdge { .. } => LISTED[12],
+            Self::Skew { .. } => LISTED[13],
             Self::Hem(_) => UNLISTED[0],
             Self::Seam(_) => UNLISTED[1],
             Self::StiffnessGradient(_) => UNLISTED[2],
@@ -234,6 +291,17 @@ impl Effect {
             }
             Self::Tilt { down_x_rad, down_z_rad } => e.tilt = Tilt { down_x_rad, down_z_rad },
             Self::Scale { .. } | Self::Perspective { .. } => {}
+            Self::Crease { along_warp_per_m, along_weft_per_m, width_m } => {
+                let both = [&mut e.curl.line, &mut e.curl.cross_line];
+                for (line, per_m) in both.into_iter().zip([along_warp_per_m, along_weft_per_m]) {
+                    (line.curvature_per_m, line.width_m) = (per_m, width_m);
+                }
+            }
+            Self::Hysteresis { moment_n, slip_per_m } => {
+                e.hysteresis = Hysteresis { weft_n: moment_n, warp_n: moment_n, slip_per_m };
+            }
+            Self::PlateEdge { by_m } => e.plate.edge_radius_m += by_m,
+            Self::Skew { by_rad } => e.specimen.skew_rad += by_rad,
             Self::Hem(hem) => e.uneven.hem = hem,
             Self::Seam(seam) => e.uneven.seam = seam,
             Self::StiffnessGradient(gradient) => e.uneven.gradient = gradient,
@@ -284,11 +352,11 @@ mod tests {
             );
             for (name, effect) in all {
                 assert_eq!(effect.name(), name);
-                let mut experiment = Experiment::standard_cusick();
+                let mut experiment = Experiment::default();
                 effect.apply(&mut experiment);
                 assert_eq!(experiment.check(), Ok(()), "{round} {effect:?}");
                 assert_eq!(experiment.face_down().check(), Ok(()), "{round} {effect:?}");
-                let changed = experiment != Experiment::standard_cusick();
+                let changed = experiment != Experiment::default();
                 let of_picture = effect.scale_by() != 0.0 || effect.per_height() != 0.0;
                 assert!(changed != of_picture, "{effect:?}");
                 let text = serde_json::to_string(&effect).unwrap();

@@ -103,7 +103,7 @@ pub fn drape_with_sensitivities(
 ) -> Result<(Drape, Vec<Sensitivity>), SensitivityError> {
     let (fine, start, effort) = fallen(fabric, drop, options);
     let mut rested = rest(fabric, drop, &fine, start, options);
-    let found = rested.sensitivities(fabric, options, parameters)?;
+    let found = rested.sensitivities(fabric, options, parameters, false)?;
     Ok((rested.report(fabric, effort), found))
 }
 
@@ -304,12 +304,13 @@ impl Rested {
         fabric: &Fabric,
         options: &SimOptions,
         parameters: &[Parameter],
+        steadied: bool,
     ) -> Result<Vec<Sensitivity>, SensitivityError> {
         if self.stop != Stop::AtRest {
             return Err(SensitivityError::NotAtRest(self.stop));
         }
         let setup = Setup { fabric: *fabric, experiment: options.experiment };
-        sensitivities(&mut self.model, &mut self.newton, &self.x, &setup, parameters)
+        sensitivities(&mut self.model, &mut self.newton, &self.x, &setup, parameters, steadied)
     }
 }
 

@@ -10,7 +10,7 @@ mod bending;
 mod uneven;
 
 pub use bending::{AsymmetricBending, Hysteresis, Softening};
-pub use uneven::{Draught, Hem, Seam, StiffnessGradient, Uneven};
+pub use uneven::{Draught, Hem, NodeField, Seam, StiffnessGradient, Uneven};
 
 use crate::base::Vector3;
 use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
@@ -177,7 +177,7 @@ pub const CURL_NODES: usize = 5;
 
 /// Natural curvature: how the sheet curls when it is weightless. It is positive where the sheet
 /// curls towards its face, which is up (+y) on the flat specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Curl {
     /// Curvature along the weft, along the warp, and twist \[1/m\], in the order of
@@ -188,6 +188,21 @@ pub struct Curl {
     pub edge: EdgeCurl,
     /// Curvature along a line, a crease, added to that of the nodes.
     pub line: LineCurl,
+    /// The same along a second line, as of a specimen that was folded twice. Where it is left out it lies
+    /// along the weft.
+    pub cross_line: LineCurl,
+}
+
+impl Default for Curl {
+    /// None, its lines along warp and weft through the specimen's middle.
+    fn default() -> Self {
+        Self {
+            nodes: Default::default(),
+            edge: EdgeCurl::default(),
+            line: LineCurl::default(),
+            cross_line: LineCurl { angle_rad: std::f64::consts::FRAC_PI_2, ..LineCurl::default() },
+        }
+    }
 }
 
 /// Natural curvature across the free edges, as of a knit whose edges roll: full at the edge, and
@@ -224,6 +239,42 @@ pub struct LineCurl {
     pub offset_m: f64,
 }
 
+impl LineCurl {
+    /// That of the same cloth turned over about its warp.
+    fn face_down(self) -> Self {
+        Self {
+            curvature_per_m: -self.curvature_per_m,
+            angle_rad: -self.angle_rad,
+            offset_m: -self.offset_m,
+            width_m: self.width_m,
+        }
+    }
+
+    /// The numbers a fraction `t` of the way to those of `other`; one that is off has a place of no meaning, that of the other.
+    #[must_use]
+    pub fn between(&self, other: &Self, t: f64) -> Self {
+        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
+        let place = if self.curvature_per_m == 0.0 { other } else { self };
+        Self {
+            curvature_per_m: at(self.curvature_per_m, other.curvature_per_m),
+            width_m: at(place.width_m, other.width_m),
+            angle_rad: at(place.angle_rad, other.angle_rad),
+            offset_m: at(place.offset_m, other.offset_m),
+        }
+    }
+
+    /// Its numbers with their limits.
+    fn limits(&self, keys: [&'static str; 4]) -> [Limit; 4] {
+        let [curvature, width, angle, offset] = keys;
+        [
+            Limit::of(curvature, self.curvature_per_m, -500.0, 500.0, "1/m"),
+            Limit::of(width, self.width_m * 1e3, 0.5, 100.0, "mm"),
+            Limit::of(angle, self.angle_rad.to_degrees(), -360.0, 360.0, "deg"),
+            Limit::of(offset, self.offset_m * 1e3, -500.0, 500.0, "mm"),
+        ]
+    }
+}
+
 impl Default for LineCurl {
     fn default() -> Self {
         Self { curvature_per_m: 0.0, width_m: 10e-3, angle_rad: 0.0, offset_m: 0.0 }
@@ -244,6 +295,7 @@ impl Curl {
         self.nodes.iter().flatten().flatten().all(|&k| k == 0.0)
             && self.edge.curvature_per_m == 0.0
             && self.line.curvature_per_m == 0.0
+            && self.cross_line.curvature_per_m == 0.0
     }
 
     /// That of the same cloth turned over about its warp: curvatures change their sign, places on the cloth are mirrored
@@ -254,16 +306,12 @@ impl Curl {
             let [weft, warp, twist] = self.nodes[i][CURL_NODES - 1 - j];
             [-weft, -warp, twist]
         };
-        let (edge, line) = (self.edge, self.line);
+        let edge = self.edge;
         Self {
             nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))),
             edge: EdgeCurl { curvature_per_m: -edge.curvature_per_m, ..edge },
-            line: LineCurl {
-                curvature_per_m: -line.curvature_per_m,
-                angle_rad: -line.angle_rad,
-                offset_m: -line.offset_m,
-                width_m: line.width_m,
-            },
+            line: self.line.face_down(),
+            cross_line: self.cross_line.face_down(),
         }
     }
 
@@ -271,18 +319,21 @@ impl Curl {
     /// as fractions of the specimen's sides along the warp and along the weft, 0 to 1 each.
     #[must_use]
     pub fn at(&self, warp: f64, weft: f64) -> [f64; 3] {
-        let split = |t: f64| {
-            let at = t.clamp(0.0, 1.0) * (CURL_NODES - 1) as f64;
-            let whole = (at.floor() as usize).min(CURL_NODES - 2);
-            (whole, at - whole as f64)
-        };
-        let ((i, a), (j, b)) = (split(warp), split(weft));
-        let n = &self.nodes;
-        std::array::from_fn(|k| {
-            (1.0 - a) * ((1.0 - b) * n[i][j][k] + b * n[i][j + 1][k])
-                + a * ((1.0 - b) * n[i + 1][j][k] + b * n[i + 1][j + 1][k])
-        })
+        std::array::from_fn(|k| bilinear(warp, weft, |i, j| self.nodes[i][j][k]))
     }
+}
+
+/// What the nodes of a field have between them, bilinear, at a place given as fractions of the specimen's sides along the warp and
+/// along the weft, 0 to 1 each; `node(i, j)` is node i along the warp and j along the weft.
+fn bilinear(warp: f64, weft: f64, node: impl Fn(usize, usize) -> f64) -> f64 {
+    let split = |t: f64| {
+        let at = t.clamp(0.0, 1.0) * (CURL_NODES - 1) as f64;
+        let whole = (at.floor() as usize).min(CURL_NODES - 2);
+        (whole, at - whole as f64)
+    };
+    let ((i, a), (j, b)) = (split(warp), split(weft));
+    (1.0 - a) * ((1.0 - b) * node(i, j) + b * node(i, j + 1))
+        + a * ((1.0 - b) * node(i + 1, j) + b * node(i + 1, j + 1))
 }
 
 /// A number of the experiment that cannot be simulated.
@@ -426,16 +477,27 @@ impl Experiment {
             Limit::of("hysteresis.warp", hysteresis.warp_n * 1e3, 0.0, 20.0, "mN"),
             Limit::of("hysteresis.slip", hysteresis.slip_per_m, 1.0, 100.0, "1/m"),
         ];
-        let (edge, line) = (self.curl.edge, self.curl.line);
+        let edge = self.curl.edge;
         let bands = [
             Limit::of("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
             Limit::of("curl.edge_width", edge.width_m * 1e3, 0.5, 100.0, "mm"),
-            Limit::of("curl.line", line.curvature_per_m, -500.0, 500.0, "1/m"),
-            Limit::of("curl.line_width", line.width_m * 1e3, 0.5, 100.0, "mm"),
-            Limit::of("curl.line_angle", degrees(line.angle_rad), -360.0, 360.0, "deg"),
-            Limit::of("curl.line_offset", line.offset_m * 1e3, -500.0, 500.0, "mm"),
         ];
-        let Uneven { hem, seam, gradient, draught } = &self.uneven;
+        let [line, cross_line] = [
+            self.curl.line.limits([
+                "curl.line",
+                "curl.line_width",
+                "curl.line_angle",
+                "curl.line_offset",
+            ]),
+            self.curl.cross_line.limits([
+                "curl.cross_line",
+                "curl.cross_line_width",
+                "curl.cross_line_angle",
+                "curl.cross_line_offset",
+            ]),
+        ];
+        let bands = bands.into_iter().chain(line).chain(cross_line);
+        let Uneven { hem, seam, gradient, draught, weight, ln_bending } = &self.uneven;
         let uneven = [
             Limit::of("uneven.hem", hem.added_kg_m2 * 1e3, 0.0, 5000.0, "g/m^2"),
             Limit::of("uneven.hem_width", hem.width_m * 1e3, 0.5, 1000.0, "mm"),
@@ -451,7 +513,12 @@ impl Experiment {
         ];
         let curls = self.curl.nodes.iter().flatten().flatten();
         let curls = curls.map(|&k| Limit::of("curl", k, -500.0, 500.0, "1/m"));
+        let weights = weight.nodes.iter().flatten();
+        let weights = weights.map(|&w| Limit::of("uneven.weight", w, -0.9, 10.0, ""));
+        let bendings = ln_bending.nodes.iter().flatten();
+        let bendings = bendings.map(|&b| Limit::of("uneven.ln_bending", b, -3.0, 3.0, ""));
         let limits = rows.into_iter().chain(sided).chain(bands).chain(uneven).chain(curls);
+        let limits = limits.chain(weights).chain(bendings);
         let mut faults: Vec<_> = limits.filter_map(|limit| limit.fault()).collect();
         if s.outline == Outline::Disc && (s.warp_m != s.weft_m || s.skew_rad != 0.0) {
             let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);

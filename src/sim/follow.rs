@@ -227,7 +227,20 @@ impl Follower {
         parameters: &[Parameter],
     ) -> Result<Vec<Sensitivity>, SensitivityError> {
         let (fabric, options) = (self.setup.fabric, self.options);
-        self.rested.sensitivities(&fabric, &options, parameters)
+        self.rested.sensitivities(&fabric, &options, parameters, false)
+    }
+
+    /// The same of a sheet whose rest is not stable, by its projected Hessian: what a step of least squares may be foretold
+    /// with. Soft moves come out too small.
+    ///
+    /// # Errors
+    /// As [`Self::sensitivities`].
+    pub fn steadied_sensitivities(
+        &mut self,
+        parameters: &[Parameter],
+    ) -> Result<Vec<Sensitivity>, SensitivityError> {
+        let (fabric, options) = (self.setup.fabric, self.options);
+        self.rested.sensitivities(&fabric, &options, parameters, true)
     }
 
     /// The sheet as it is now, to come back to.

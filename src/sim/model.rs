@@ -25,7 +25,7 @@ use crate::sim::guide::Guide;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::numerics::Numerics;
 use crate::sim::self_contact::{Block, SelfContact, SelfContactParams};
-use crate::sim::uneven::{add_hem, bending_factor, draught_n};
+use crate::sim::uneven::{add_weight, bending_factor, draught_n};
 
 /// A block of the Hessian outside the grid's pattern.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +147,7 @@ impl Model {
     ) -> Self {
         let cell_kg = fabric.density_kg_m2 * grid.spacing_m * grid.spacing_m * grid.frame.area();
         let mut mass_kg: Vec<f64> = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
-        add_hem(grid, experiment, &mut mass_kg);
+        add_weight(grid, experiment, &mut mass_kg);
         let rigidity = PlateRigidity::new(fabric);
         let bending = Bending::scaled(grid, &rigidity, |v| bending_factor(grid, experiment, v));
         let pattern = grid.analysis.pattern();

@@ -59,10 +59,26 @@ pub enum Parameter {
         /// Which curvature.
         component: CurvatureComponent,
     },
+    /// What the cloth weighs more at one node of a field, as a share of its weight.
+    WeightNode {
+        /// The node's number along the warp, from 0.
+        warp: usize,
+        /// The node's number along the weft, from 0.
+        weft: usize,
+    },
+    /// Logarithm of a factor on bending at one node of a field.
+    BendingNode {
+        /// The node's number along the warp, from 0.
+        warp: usize,
+        /// The node's number along the weft, from 0.
+        weft: usize,
+    },
     /// Natural curvature across the free edges \[1/m\].
     EdgeCurl,
     /// Natural curvature across a line \[1/m\].
     LineCurl,
+    /// Natural curvature across the second line \[1/m\].
+    CrossLineCurl,
     /// Softening of bending along the weft \[m\].
     SofteningWeft,
     /// Softening of bending along the warp \[m\].
@@ -104,8 +120,8 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// All parameters but the single nodes of the natural curvature's field and the pull of a hold.
-    pub const ALL: [Self; 30] = [
+    /// All parameters but the single nodes of fields and the pull of a hold.
+    pub const ALL: [Self; 31] = [
         Self::StretchWeft,
         Self::StretchWarp,
         Self::Shear,
@@ -118,6 +134,7 @@ impl Parameter {
         Self::Curl(CurvatureComponent::Twist),
         Self::EdgeCurl,
         Self::LineCurl,
+        Self::CrossLineCurl,
         Self::SofteningWeft,
         Self::SofteningWarp,
         Self::SofteningBias,
@@ -164,8 +181,11 @@ impl Parameter {
             Self::CurlNode { warp, weft, component } => {
                 return format!("curl_{}_{warp}_{weft}", component.name());
             }
+            Self::WeightNode { warp, weft } => return format!("weight_{warp}_{weft}"),
+            Self::BendingNode { warp, weft } => return format!("ln_bending_{warp}_{weft}"),
             Self::EdgeCurl => "curl_edge",
             Self::LineCurl => "curl_line",
+            Self::CrossLineCurl => "curl_cross_line",
             Self::SofteningWeft => "softening_weft",
             Self::SofteningWarp => "softening_warp",
             Self::SofteningBias => "softening_bias",
@@ -197,10 +217,18 @@ impl Parameter {
             Self::StretchWeft | Self::StretchWarp | Self::Shear => "N/m",
             Self::BendingWeft | Self::BendingWarp | Self::BendingBias => "N m",
             Self::Density => "kg/m^2",
-            Self::Curl(_) | Self::CurlNode { .. } | Self::EdgeCurl | Self::LineCurl => "1/m",
+            Self::Curl(_)
+            | Self::CurlNode { .. }
+            | Self::EdgeCurl
+            | Self::LineCurl
+            | Self::CrossLineCurl => "1/m",
             Self::TiltX | Self::TiltZ | Self::Rotation | Self::Skew => "rad",
             Self::HysteresisWeft | Self::HysteresisWarp => "N",
-            Self::AsymmetryWeft | Self::AsymmetryWarp | Self::Friction => "",
+            Self::AsymmetryWeft
+            | Self::AsymmetryWarp
+            | Self::Friction
+            | Self::WeightNode { .. }
+            | Self::BendingNode { .. } => "",
             _ => "m",
         }
     }
@@ -209,11 +237,19 @@ impl Parameter {
     /// `fabric` in SI, in the paper's order.
     fn step(self, fabric: &[f64; 7]) -> f64 {
         match self {
-            Self::Curl(_) | Self::CurlNode { .. } | Self::EdgeCurl | Self::LineCurl => 0.1,
+            Self::Curl(_)
+            | Self::CurlNode { .. }
+            | Self::EdgeCurl
+            | Self::LineCurl
+            | Self::CrossLineCurl => 0.1,
             Self::SofteningWeft | Self::SofteningWarp | Self::SofteningBias => 1e-6,
             Self::TiltX | Self::TiltZ | Self::Rotation | Self::Skew => 1e-5,
             Self::HysteresisWeft | Self::HysteresisWarp => 1e-7,
-            Self::AsymmetryWeft | Self::AsymmetryWarp | Self::Friction => 1e-3,
+            Self::AsymmetryWeft
+            | Self::AsymmetryWarp
+            | Self::Friction
+            | Self::WeightNode { .. }
+            | Self::BendingNode { .. } => 1e-3,
             _ => self.of_fabric().map_or(1e-7, |k| 1e-3 * fabric[k]),
         }
     }
@@ -221,7 +257,11 @@ impl Parameter {
     /// Whether the parameter exists.
     fn check(self) -> Result<(), SensitivityError> {
         match self {
-            Self::CurlNode { warp, weft, .. } if warp.max(weft) >= CURL_NODES => {
+            Self::CurlNode { warp, weft, .. }
+            | Self::WeightNode { warp, weft }
+            | Self::BendingNode { warp, weft }
+                if warp.max(weft) >= CURL_NODES =>
+            {
                 Err(SensitivityError::NoSuchNode { warp, weft })
             }
             _ => Ok(()),
@@ -260,9 +300,9 @@ pub enum SensitivityError {
          to find a stable one"
     )]
     Unstable,
-    /// The natural curvature's field has no such node.
+    /// A field has no such node.
     #[error(
-        "no node {warp}, {weft} of the natural curvature: give numbers from 0 to {}", CURL_NODES - 1
+        "no node {warp}, {weft} of a field over the specimen: give numbers from 0 to {}", CURL_NODES - 1
     )]
     NoSuchNode {
         /// The number asked for along the warp.
@@ -294,8 +334,11 @@ impl Setup {
             Parameter::CurlNode { warp, weft, component } => {
                 &mut e.curl.nodes[warp][weft][component as usize]
             }
+            Parameter::WeightNode { warp, weft } => &mut e.uneven.weight.nodes[warp][weft],
+            Parameter::BendingNode { warp, weft } => &mut e.uneven.ln_bending.nodes[warp][weft],
             Parameter::EdgeCurl => &mut e.curl.edge.curvature_per_m,
             Parameter::LineCurl => &mut e.curl.line.curvature_per_m,
+            Parameter::CrossLineCurl => &mut e.curl.cross_line.curvature_per_m,
             Parameter::SofteningWeft => &mut e.softening.weft_m,
             Parameter::SofteningWarp => &mut e.softening.warp_m,
             Parameter::SofteningBias => &mut e.softening.bias_m,
@@ -347,10 +390,11 @@ impl Setup {
     }
 }
 
-/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order.
+/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order; `steadied`, those of its projected
+/// Hessian, which is stable whatever the exact one is.
 ///
 /// # Errors
-/// [`SensitivityError::Unstable`] where the Hessian at `x` is not positive definite,
+/// [`SensitivityError::Unstable`] where the exact Hessian at `x` is asked for and is not positive definite,
 /// [`SensitivityError::NoSuchNode`] for a node that the natural curvature does not have.
 pub(super) fn sensitivities(
     model: &mut Model,
@@ -358,11 +402,16 @@ pub(super) fn sensitivities(
     x: &[Vector3],
     setup: &Setup,
     parameters: &[Parameter],
+    steadied: bool,
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
     parameters.iter().try_for_each(|parameter| parameter.check())?;
     let model_now = &*model;
     let loads: Vec<_> = parameters.par_iter().map(|&p| load(model_now, x, setup, p)).collect();
-    let moves = newton.solve_loads(model, x, &loads).ok_or(SensitivityError::Unstable)?;
+    let moves = match steadied {
+        true => newton.solve_loads_steadied(model, x, &loads),
+        false => newton.solve_loads(model, x, &loads),
+    };
+    let moves = moves.ok_or(SensitivityError::Unstable)?;
     let both = parameters.iter().zip(moves);
     Ok(both.map(|(&parameter, moves)| Sensitivity { parameter, moves }).collect())
 }

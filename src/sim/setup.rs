@@ -2,7 +2,7 @@
 
 use crate::fabric::Fabric;
 use crate::sim::experiment::{
-    AsymmetricBending, Curl, EdgeCurl, Experiment, Hysteresis, LineCurl, Softening, Specimen, Tilt,
+    AsymmetricBending, Curl, EdgeCurl, Experiment, Hysteresis, Softening, Specimen, Tilt,
 };
 use crate::sim::plate::Plate;
 
@@ -101,8 +101,7 @@ fn curl_between(from: &Curl, to: &Curl, t: f64) -> Curl {
         *node = at(*node, *target);
     }
     // a curl that is off has a place and a width of no meaning: those of the other
-    let (edge, line) = (from.edge, from.line);
-    let line = if line.curvature_per_m == 0.0 { to.line } else { line };
+    let edge = from.edge;
     let edge_width_m = if edge.curvature_per_m == 0.0 { to.edge.width_m } else { edge.width_m };
     Curl {
         nodes,
@@ -110,12 +109,8 @@ fn curl_between(from: &Curl, to: &Curl, t: f64) -> Curl {
             curvature_per_m: at(edge.curvature_per_m, to.edge.curvature_per_m),
             width_m: at(edge_width_m, to.edge.width_m),
         },
-        line: LineCurl {
-            curvature_per_m: at(from.line.curvature_per_m, to.line.curvature_per_m),
-            width_m: at(line.width_m, to.line.width_m),
-            angle_rad: at(line.angle_rad, to.line.angle_rad),
-            offset_m: at(line.offset_m, to.line.offset_m),
-        },
+        line: from.line.between(&to.line, t),
+        cross_line: from.cross_line.between(&to.cross_line, t),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Masses, bending and loads of a drape whose parts are unlike ([`Uneven`](crate::sim::experiment::Uneven)).
 //!
-//! In: a grid and an experiment. Out: at each vertex the mass that a hem adds \[kg\], the factor of the plate energy of
+//! In: a grid and an experiment. Out: at each vertex the mass that a hem or a field of weight adds \[kg\], the factor of the plate energy of
 //! `energy/bending.rs`, the horizontal load of a draught \[N\]. Borders of a hem and of a draught rise over one mean cell.
 //!
 //! The factor is that of the linear plate energy alone: natural curvature, softening, asymmetry and friction in the
@@ -10,8 +10,15 @@ use crate::base::Vector3;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
 
-/// Adds what a hem weighs to the mass of each vertex \[kg\].
-pub(super) fn add_hem(grid: &Grid, experiment: &Experiment, mass_kg: &mut [f64]) {
+/// Adds what a hem and the field of weight weigh to the mass of each vertex of even cloth \[kg\].
+pub(super) fn add_weight(grid: &Grid, experiment: &Experiment, mass_kg: &mut [f64]) {
+    let weight = experiment.uneven.weight;
+    if !weight.is_off() {
+        for (v, mass) in mass_kg.iter_mut().enumerate() {
+            let [warp, weft] = fractions(grid, experiment, v);
+            *mass *= 1.0 + weight.at(warp, weft);
+        }
+    }
     let hem = experiment.uneven.hem;
     if hem.added_kg_m2 == 0.0 {
         return;
@@ -28,6 +35,10 @@ pub(super) fn add_hem(grid: &Grid, experiment: &Experiment, mass_kg: &mut [f64])
 pub(super) fn bending_factor(grid: &Grid, experiment: &Experiment, vertex: usize) -> f64 {
     let (seam, gradient) = (experiment.uneven.seam, experiment.uneven.gradient);
     let mut factor = 1.0;
+    if !experiment.uneven.ln_bending.is_off() {
+        let [warp, weft] = fractions(grid, experiment, vertex);
+        factor *= experiment.uneven.ln_bending.at(warp, weft).exp();
+    }
     if seam.added != 0.0 {
         let off_m = along_m(&grid.flat(vertex), seam.toward_rad) - seam.offset_m;
         factor *= 1.0 + seam.added * (1.0 - off_m.abs() / seam.width_m).max(0.0);
@@ -38,6 +49,12 @@ pub(super) fn bending_factor(grid: &Grid, experiment: &Experiment, vertex: usize
         factor *= (gradient.ln_factor * along_m / last_m).exp();
     }
     factor
+}
+
+/// Where a vertex lies on the flat specimen, as fractions of its sides along warp and weft.
+fn fractions(grid: &Grid, experiment: &Experiment, vertex: usize) -> [f64; 2] {
+    let (specimen, flat) = (&experiment.specimen, grid.flat(vertex));
+    [flat.x / specimen.warp_m + 0.5, flat.z / specimen.weft_m + 0.5]
 }
 
 /// The load of a draught on each vertex \[N\]; empty where there is none.
@@ -108,6 +125,33 @@ mod tests {
         let denser = model_of(&denser, &Experiment::standard_cusick());
         for (a, b) in hemmed.mass_kg.iter().zip(&denser.mass_kg) {
             assert!((a - b).abs() < 1e-15, "{a:e} {b:e}");
+        }
+    }
+
+    #[test]
+    fn fields_all_over_are_another_cloth_and_at_one_node_act_there() {
+        let fabric = Fabric::mean_knit();
+        let of = |e: &dyn Fn(&mut Experiment)| model_of(&fabric, &cusick(e));
+        let even = model_of(&fabric, &Experiment::standard_cusick());
+        let x = bent(&even.grid);
+        let weights: f64 = x.iter().zip(&even.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y).sum();
+        let heavier = of(&|e| e.uneven.weight.nodes = [[0.25; 5]; 5]);
+        let more = heavier.body_energy_j(&x) - even.body_energy_j(&x);
+        assert!((more / weights - 0.25).abs() < 1e-9, "{more:e} {weights:e}");
+        let stiffer = of(&|e| e.uneven.ln_bending.nodes = [[0.4; 5]; 5]);
+        let bent_more = stiffer.body_energy_j(&x) - even.body_energy_j(&x);
+        let twice = [fabric.bending_weft_nm, fabric.bending_warp_nm, fabric.bending_bias_nm];
+        let [bending_weft_nm, bending_warp_nm, bending_bias_nm] = twice.map(|b| 2.0 * b);
+        let doubled = Fabric { bending_weft_nm, bending_warp_nm, bending_bias_nm, ..fabric };
+        let bending = model_of(&doubled, &Experiment::standard_cusick()).body_energy_j(&x)
+            - even.body_energy_j(&x);
+        assert!((bent_more / bending / 0.4_f64.exp_m1() - 1.0).abs() < 1e-9, "{bent_more:e}");
+        // one node: nothing beyond its neighbours
+        let spot = of(&|e| e.uneven.weight.nodes[3][1] = 0.5);
+        for (v, (own, plain)) in spot.mass_kg.iter().zip(&even.mass_kg).enumerate() {
+            let p = even.grid.flat(v);
+            let near = (p.x - 0.075).abs() < 0.075 - 1e-9 && (p.z + 0.075).abs() < 0.075 - 1e-9;
+            assert!((own > plain) == (near && *plain > 0.0), "{p}");
         }
     }
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::base::Surface;
-use crate::calibrate::effect::Effect;
-use crate::calibrate::field::{Field, Layer};
+use crate::calibrate::effect::{Effect, FieldOf, Layer};
+use crate::calibrate::field::Field;
 use crate::calibrate::independent::{Independent, Units};
 use crate::calibrate::pose::POSE;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
@@ -206,7 +206,7 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2], Field) {
     let group = trace.chosen.iter().take(1).flat_map(|c| {
         std::iter::once(c.ranked.effect.name).chain(c.group.iter().map(|r| r.effect.name))
     });
-    (group.collect(), of("asymmetric_bending"), trace.field.unwrap())
+    (group.collect(), of("asymmetric_bending"), trace.fields[0].clone())
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn a_cloth_stiffer_towards_one_face_is_told_from_one_that_is_not() {
     let (chosen, gain, _) = traced(0.4);
     assert!(chosen.contains(&"asymmetric_bending"), "{chosen:?} {gain:?}");
     let (chosen, gain, field) = traced(0.0);
-    println!("nothing: {:?}, step {}", field.gain, field.step_per_m);
+    println!("nothing: {:?}, step {}", field.gain, field.step);
     assert!(chosen.is_empty(), "{chosen:?} {gain:?}");
     assert!(!field.is_something(), "{:?}", field.gain);
 }
@@ -373,15 +373,20 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
     let units = pairs(6);
-    let field = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap().field.unwrap();
+    let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
+    // outlines say nothing of weight and bending
+    let [field] = &trace.fields[..] else { panic!("{:?}", trace.fields) };
     let strongest = field.strongest(&options.sim.experiment.specimen).unwrap();
-    let said = format!("{strongest:?}, {:?}, step {}", field.gain, field.step_per_m);
+    let said = format!("{strongest:?}, {:?}, step {}", field.gain, field.step);
     println!("{said}");
+    assert_eq!(field.name, "curvature", "{said}");
+    assert!(trace.field_of_scans().is_none(), "of outlines no verdict is made: {said}");
     // observed: 22.1 +- 0.9 /m at the node itself, gain 0.10 +- 0.02
     assert!(field.is_something(), "{said}");
-    assert_eq!((strongest.layer, strongest.component), (Layer::Turns, 1), "{said}");
+    let own = &field.layers[strongest.layer];
+    assert_eq!((own.of, own.layer), (FieldOf::CurvatureWarp, Layer::Turns), "{said}");
     let [warp, weft] = strongest.place;
-    assert!((warp - 0.75).hypot(weft - 0.25) < 0.15 && strongest.per_m > 0.0, "{said}");
+    assert!((warp - 0.75).hypot(weft - 0.25) < 0.15 && strongest.value > 0.0, "{said}");
 }
 
 #[test]

@@ -127,9 +127,11 @@ impl Spot {
 /// of the grid, has the half cell at the edge added to its own: the outermost vertices have
 /// none.
 fn bands(grid: &Grid, curl: &experiment::Curl, spot: Spot, across: Option<usize>) -> [f64; 3] {
-    let (edge, line, frame, h) = (&curl.edge, &curl.line, &grid.frame, grid.spacing_m);
+    let (edge, frame, h) = (&curl.edge, &grid.frame, grid.spacing_m);
+    let lines =
+        [&curl.line, &curl.cross_line].into_iter().filter(|line| line.curvature_per_m != 0.0);
     let mut sum = [0.0; 3];
-    if edge.curvature_per_m == 0.0 && line.curvature_per_m == 0.0 {
+    if edge.curvature_per_m == 0.0 && lines.clone().next().is_none() {
         return sum;
     }
     let places = [0, 1].map(|axis| spot.along(grid, axis));
@@ -174,12 +176,14 @@ fn bands(grid: &Grid, curl: &experiment::Curl, spot: Spot, across: Option<usize>
             }
         }
     }
-    let (line_sin, line_cos) = line.angle_rad.sin_cos();
-    let [weft, warp] = yarns(flat);
-    let off = weft * line_cos - warp * line_sin - line.offset_m;
-    let until = |d: f64| faded_m(d.abs(), line.width_m).copysign(d);
-    let mean = (until(off + 0.5 * side) - until(off - 0.5 * side)) / side;
-    add([line_cos, -line_sin], line.curvature_per_m * mean);
+    for line in lines {
+        let (line_sin, line_cos) = line.angle_rad.sin_cos();
+        let [weft, warp] = yarns(flat);
+        let off = weft * line_cos - warp * line_sin - line.offset_m;
+        let until = |d: f64| faded_m(d.abs(), line.width_m).copysign(d);
+        let mean = (until(off + 0.5 * side) - until(off - 0.5 * side)) / side;
+        add([line_cos, -line_sin], line.curvature_per_m * mean);
+    }
     sum
 }
 
@@ -382,6 +386,10 @@ mod tests {
                 let nominal = -bending * k * c * width * length;
                 let error = of_cylinder(&grid, &fabric, &line, k) / nominal - 1.0;
                 assert!(error.abs() < 0.04, "line at {degrees}, {n}: {error:e}");
+                // two lines are the sum of both
+                let twice = Curl { cross_line: crease, ..line };
+                let [both, one] = [twice, line].map(|curl| of_cylinder(&grid, &fabric, &curl, k));
+                assert!((both / one - 2.0).abs() < 1e-12, "{both:e} {one:e}");
             }
         }
     }

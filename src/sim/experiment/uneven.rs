@@ -1,10 +1,13 @@
 //! What makes one part of a drape unlike another: a hem, a seam, a stiffness that rises to one side, a draught.
 //!
 //! In: nothing but numbers (SI). Out: what `sim/uneven.rs` makes masses, bending and loads of; their limits stand in
-//! `Experiment::check`. Nothing fits these numbers: they stand for what a model of a drape does not know of, and sealed
-//! cases are drawn with them (`src/sealed`). All are off by default.
+//! `Experiment::check`. Nothing fits these numbers: hem, seam, gradient and draught stand for what a model of a drape does not know of,
+//! and sealed cases are drawn with them (`src/sealed`); the two fields are what a calibration's tracer draws
+//! (`calibrate/field.rs`). All are off by default.
 
 use serde::{Deserialize, Serialize};
+
+use super::{CURL_NODES, bilinear};
 
 /// What makes one part of a drape unlike another. Bearings are those on the flat specimen, from the warp (x) towards the
 /// weft (z) \[rad\]; that of the draught is one of the room, from +x towards +z of the simulation frame.
@@ -18,6 +21,43 @@ pub struct Uneven {
     pub gradient: StiffnessGradient,
     /// Air that presses from one side.
     pub draught: Draught,
+    /// What the cloth weighs more, as a share of its weight.
+    pub weight: NodeField,
+    /// Logarithm of a factor on its bending.
+    pub ln_bending: NodeField,
+}
+
+/// A number at 5 x 5 nodes evenly over the specimen, bilinear between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NodeField {
+    /// `nodes[i][j]` is node i along the warp and j along the weft.
+    pub nodes: [[f64; CURL_NODES]; CURL_NODES],
+}
+
+impl NodeField {
+    /// Whether it is zero everywhere.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        self.nodes.iter().flatten().all(|&value| value == 0.0)
+    }
+
+    /// Its value at a place given as fractions of the specimen's sides along the warp and along the weft, 0 to 1 each.
+    #[must_use]
+    pub fn at(&self, warp: f64, weft: f64) -> f64 {
+        bilinear(warp, weft, |i, j| self.nodes[i][j])
+    }
+
+    /// That of the same cloth turned over about its warp.
+    fn face_down(&self) -> Self {
+        let node = |i: usize, j: usize| self.nodes[i][CURL_NODES - 1 - j];
+        Self { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
+    }
+
+    fn between(&self, other: &Self, t: f64) -> Self {
+        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
+        let node = |i: usize, j: usize| at(self.nodes[i][j], other.nodes[i][j]);
+        Self { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
+    }
 }
 
 /// Cloth that is heavier on one side: the part of the specimen beyond a straight line across the bearing.
@@ -84,6 +124,8 @@ impl Uneven {
             && self.seam.added == 0.0
             && self.gradient.ln_factor == 0.0
             && self.draught.pressure_pa == 0.0
+            && self.weight.is_off()
+            && self.ln_bending.is_off()
     }
 
     /// That of the same cloth turned over about its warp: what lies on the cloth is mirrored, the draught stays.
@@ -95,6 +137,8 @@ impl Uneven {
             seam: Seam { toward_rad: -seam.toward_rad, ..seam },
             gradient: StiffnessGradient { toward_rad: -gradient.toward_rad, ..gradient },
             draught: self.draught,
+            weight: self.weight.face_down(),
+            ln_bending: self.ln_bending.face_down(),
         }
     }
 
@@ -134,6 +178,8 @@ impl Uneven {
                 pressure_pa: at(draught[0], draught[1]),
                 toward_rad: toward(draught, [d.toward_rad, e.toward_rad]),
             },
+            weight: self.weight.between(&other.weight, t),
+            ln_bending: self.ln_bending.between(&other.ln_bending, t),
         }
     }
 }
@@ -160,8 +206,13 @@ mod tests {
     #[test]
     fn twice_turned_over_is_as_before() {
         let seam = Seam { added: 4.0, width_m: 6e-3, toward_rad: 0.7, offset_m: 30e-3 };
-        let uneven = Uneven { seam, ..Uneven::default() };
-        assert_eq!(uneven.face_down().face_down(), uneven);
-        assert_eq!(uneven.face_down().seam.toward_rad, -0.7);
+        let mut uneven = Uneven { seam, ..Uneven::default() };
+        (uneven.weight.nodes[1][0], uneven.ln_bending.nodes[4][3]) = (0.3, -0.2);
+        let turned = uneven.face_down();
+        assert_eq!(turned.face_down(), uneven);
+        assert_eq!(turned.seam.toward_rad, -0.7);
+        assert_eq!((turned.weight.nodes[1][4], turned.ln_bending.nodes[4][1]), (0.3, -0.2));
+        let half = uneven.between(&Uneven::default(), 0.5);
+        assert_eq!((half.weight.at(0.25, 0.0), half.weight.at(0.25, 0.125)), (0.15, 0.075));
     }
 }

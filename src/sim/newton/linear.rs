@@ -122,6 +122,26 @@ impl Newton {
         Some(moves)
     }
 
+    /// The same with the projected Hessian and a little inertia, in single precision, whatever the exact one is: for a rest that is not stable.
+    /// Soft moves come out too small.
+    pub fn solve_loads_steadied(
+        &mut self,
+        model: &mut Model,
+        x: &[Vector3],
+        loads: &[Vec<Vector3>],
+    ) -> Option<Vec<Vec<Vector3>>> {
+        model.forget_lagged_stress();
+        self.assemble(model, x, SHIFT, HessianForm::Projected);
+        if !self.factorize_roughly() {
+            return None;
+        }
+        let mut moves = loads.to_vec();
+        charge(&mut self.effort.solve_s, || {
+            moves.iter_mut().for_each(|load| self.rough.solve(load));
+        });
+        Some(moves)
+    }
+
     /// Factorises the tangent on the pattern; false if it is not positive definite.
     pub(super) fn factorize(&mut self) -> bool {
         self.effort.factorisations += 1;

@@ -1,10 +1,9 @@
-//! The field of natural curvature that would explain what the effects leave, as four maps of the specimen.
+//! The fields that would explain what the effects leave, as maps of the specimen.
 
 use maud::{Markup, html};
 
 use crate::base::units::mm;
-use crate::calibrate::effect::FIELD_COMPONENTS;
-use crate::calibrate::field::{Field, Layer, is_on};
+use crate::calibrate::field::{Field, FieldLayer, is_on};
 use crate::calibrate::run::FabricResult;
 use crate::report::page::number::fixed;
 use crate::report::page::svg::c;
@@ -16,15 +15,16 @@ const SIDE: f64 = 210.0;
 /// Distance of the maps' left ends \[CSS pixels\].
 const PITCH: f64 = 240.0;
 
-/// The maps; nothing where no field was looked for.
+/// What each field foretells, and the maps of the one that foretells most; nothing where none was looked for.
 pub(super) fn maps(fabric: &FabricResult) -> Markup {
-    let field = fabric.trace.as_ref().and_then(|trace| trace.field.as_ref());
+    let fields = fabric.trace.iter().flat_map(|trace| &trace.fields);
     let bench = fabric.measured.first().map(|measured| measured.bench);
+    let drawn = fields.clone().find(|field| field.is_something());
     html! {
-        @if let (Some(field), Some(bench)) = (field, bench) {
+        @if let Some(bench) = bench.filter(|_| fields.clone().next().is_some()) {
             h3 { "Where on the cloth the rest would come from" }
-            (said(field, &bench))
-            @if field.is_something() { (figure(field, &bench)) }
+            @for field in fields { (said(field, &bench)) }
+            @if let Some(field) = drawn { (figure(field, &bench)) }
         }
     }
 }
@@ -35,41 +35,43 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
     html! {
         @if let Some(strongest) = strongest {
             @let [warp, weft] = strongest.place.map(|t| t - 0.5);
+            @let own = &field.layers[strongest.layer];
             p {
-                "A field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) "). It is strongest along the "
-                (FIELD_COMPONENTS[strongest.component].name()) ", "
-                (fixed(strongest.per_m, 1)) " \u{b1} " (fixed(strongest.error_per_m, 1)) " /m, "
-                @if field.is_even() { "and even over the cloth." } @else {
+                "A field of " (name(field)) " foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) "). It is strongest "
+                @if field.layers.len() > 1 { (own.title()) ", " }
+                (fixed(strongest.value, 2)) " \u{b1} " (fixed(strongest.error, 2)) " " (own.of.unit()) ", "
+                @if field.is_even { "and even over the cloth." } @else {
                     "at " (fixed(mm(warp * bench.specimen.warp_m), 0)) " mm along the warp and " (fixed(mm(weft * bench.specimen.weft_m), 0))
                     " mm along the weft from the middle."
                 }
             }
         } @else {
-            p { "No field of natural curvature foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) ")." }
+            p { "No field of " (name(field)) " foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) ")." }
         }
     }
 }
 
+/// What a field is of, in words.
+fn name(field: &Field) -> &'static str {
+    if field.name == "curvature" { "natural curvature" } else { field.name }
+}
+
 fn figure(field: &Field, bench: &Experiment) -> Markup {
     let strongest = field.strongest(&bench.specimen);
-    let most =
-        strongest.map_or(0.0, |s| field.sure_at(s.layer, s.component, s.place).abs()).max(1e-9);
+    let most = strongest.map_or(0.0, |s| field.layers[s.layer].sure_at(s.place).abs()).max(1e-9);
+    let unit = field.layers[0].of.unit();
     let label =
-        format!("Four maps of curvature on the specimen, at most {} per metre", fixed(most, 1));
-    let panels = Layer::ALL
-        .into_iter()
-        .flat_map(|layer| (0..FIELD_COMPONENTS.len()).map(move |k| (layer, k)));
+        format!("Maps of {} on the specimen, at most {} {unit}", name(field), fixed(most, 2));
+    let wide = 15.0 + PITCH * field.layers.len() as f64;
     html! {
         figure {
-            div .scroll role="region" aria-label="Field of curvature" tabindex="0" {
-                svg .chart .field viewBox="0 0 960 262" role="img" aria-label=(label) {
-                    @for (n, (layer, component)) in panels.enumerate() {
+            div .scroll role="region" aria-label={ "Field of " (name(field)) } tabindex="0" {
+                svg .chart .field viewBox={ "0 0 " (c(wide)) " 262" } role="img" aria-label=(label) {
+                    @for (n, layer) in field.layers.iter().enumerate() {
                         @let left = 15.0 + PITCH * n as f64;
-                        text .title x=(c(left + 0.5 * SIDE)) y="14" text-anchor="middle" {
-                            (match layer { Layer::Turns => "turns over", Layer::Stays => "stays up" }) ", along the " (FIELD_COMPONENTS[component].name())
-                        }
-                        (map(field, bench, (layer, component), left, most))
-                        @if let Some(strongest) = strongest.filter(|s| !field.is_even() && (s.layer, s.component) == (layer, component)) {
+                        text .title x=(c(left + 0.5 * SIDE)) y="14" text-anchor="middle" { (layer.title()) }
+                        (map(layer, bench, left, most))
+                        @if let Some(strongest) = strongest.filter(|s| !field.is_even && s.layer == n) {
                             @let [x, y] = at(strongest.place, left);
                             circle .ring cx=(c(x)) cy=(c(y)) r="9" {}
                         }
@@ -77,9 +79,11 @@ fn figure(field: &Field, bench: &Experiment) -> Markup {
                 }
             }
             figcaption {
-                "Blue: the cloth would curl upwards, red: downwards, what is left of it less two standard errors, at full colour " (fixed(most, 1)) " /m; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
-                 face up; circle: the plate. Left two: what turns over with the specimen; right two: what bends it upwards whichever face is up. Whatever moves the rim as a curvature there would \
-                 is drawn as one: this shows where, not what."
+                @if field.layers.len() > 1 { "Blue: the cloth would curl upwards, red: downwards" } @else { "Blue: more, red: less" }
+                ", what is left of it less two standard errors, at full colour " (fixed(most, 2)) " " (unit) "; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
+                 face up; circle: the plate. "
+                @if field.layers.len() > 1 { "Left two: what turns over with the specimen; right two: what bends it upwards whichever face is up. " }
+                "Whatever moves the rim as such a field would is drawn as one: this shows where, not what."
             }
         }
     }
@@ -90,13 +94,7 @@ fn at([warp, weft]: [f64; 2], left: f64) -> [f64; 2] {
     [left + SIDE * warp, 24.0 + SIDE * (1.0 - weft)]
 }
 
-fn map(
-    field: &Field,
-    bench: &Experiment,
-    (layer, component): (Layer, usize),
-    left: f64,
-    most: f64,
-) -> Markup {
+fn map(layer: &FieldLayer, bench: &Experiment, left: f64, most: f64) -> Markup {
     let side = SIDE / SQUARES as f64;
     let centre = |k: usize| (k as f64 + 0.5) / SQUARES as f64;
     let squares = (0..SQUARES).flat_map(|i| (0..SQUARES).map(move |j| [centre(i), centre(j)]));
@@ -105,7 +103,7 @@ fn map(
     let [x, y] = at([0.5, 0.5], left);
     html! {
         @for place in squares {
-            @let value = field.sure_at(layer, component, place);
+            @let value = layer.sure_at(place);
             @let [x, y] = at(place, left);
             rect class=(if value > 0.0 { "square up" } else { "square down" }) fill-opacity=(fixed((value / most).abs().min(1.0), 2))
                 x=(c(x - 0.5 * side)) y=(c(y - 0.5 * side)) width=(c(side)) height=(c(side)) {}
