@@ -275,7 +275,7 @@ fn the_projected_hessian_steadies_what_is_not_stable_and_hardly_changes_what_is(
     let lifted = |v: usize| model.grid.flat(v) + Vector3::new(0.0, 0.1, 0.0);
     let x: Vec<_> = (0..model.grid.vertices()).map(lifted).collect();
     let parameters = [Parameter::Density, Parameter::BendingWarp];
-    let mut of = |model: &mut Model, newton: &mut Newton, x: &[Vector3], steadied| {
+    let of = |model: &mut Model, newton: &mut Newton, x: &[Vector3], steadied| {
         sensitivities(model, newton, x, &setup, &parameters, steadied)
     };
     assert!(of(&mut model, &mut newton, &x, false).is_err());
