@@ -240,8 +240,11 @@ pub struct LineCurl {
 }
 
 impl LineCurl {
-    /// That of the same cloth turned over about its warp.
+    /// That of the same cloth turned over about its warp; one that is off stays where it is.
     fn face_down(self) -> Self {
+        if self.curvature_per_m == 0.0 {
+            return self;
+        }
         Self {
             curvature_per_m: -self.curvature_per_m,
             angle_rad: -self.angle_rad,
