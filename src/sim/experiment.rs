@@ -7,10 +7,14 @@
 //! those without it, bit for bit (`tests/physics_bits.rs`).
 
 mod bending;
+mod nodes;
 mod uneven;
 
 pub use bending::{AsymmetricBending, Hysteresis, Softening};
-pub use uneven::{Draught, Hem, NodeField, Seam, StiffnessGradient, Uneven};
+pub use nodes::{CURL_NODES, NodeField};
+pub use uneven::{Draught, Hem, Seam, StiffnessGradient, Uneven};
+
+use nodes::bilinear;
 
 use crate::base::Vector3;
 use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
@@ -172,9 +176,6 @@ impl CurvatureComponent {
     }
 }
 
-/// Number of nodes of a [`Curl`] along one side of the specimen.
-pub const CURL_NODES: usize = 5;
-
 /// Natural curvature: how the sheet curls when it is weightless. It is positive where the sheet
 /// curls towards its face, which is up (+y) on the flat specimen.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
@@ -324,19 +325,6 @@ impl Curl {
     pub fn at(&self, warp: f64, weft: f64) -> [f64; 3] {
         std::array::from_fn(|k| bilinear(warp, weft, |i, j| self.nodes[i][j][k]))
     }
-}
-
-/// What the nodes of a field have between them, bilinear, at a place given as fractions of the specimen's sides along the warp and
-/// along the weft, 0 to 1 each; `node(i, j)` is node i along the warp and j along the weft.
-fn bilinear(warp: f64, weft: f64, node: impl Fn(usize, usize) -> f64) -> f64 {
-    let split = |t: f64| {
-        let at = t.clamp(0.0, 1.0) * (CURL_NODES - 1) as f64;
-        let whole = (at.floor() as usize).min(CURL_NODES - 2);
-        (whole, at - whole as f64)
-    };
-    let ((i, a), (j, b)) = (split(warp), split(weft));
-    (1.0 - a) * ((1.0 - b) * node(i, j) + b * node(i, j + 1))
-        + a * ((1.0 - b) * node(i + 1, j) + b * node(i + 1, j + 1))
 }
 
 /// A number of the experiment that cannot be simulated.

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CURL_NODES, bilinear};
+use super::nodes::NodeField;
 
 /// What makes one part of a drape unlike another. Bearings are those on the flat specimen, from the warp (x) towards the
 /// weft (z) \[rad\]; that of the draught is one of the room, from +x towards +z of the simulation frame.
@@ -25,39 +25,6 @@ pub struct Uneven {
     pub weight: NodeField,
     /// Logarithm of a factor on its bending.
     pub ln_bending: NodeField,
-}
-
-/// A number at 5 x 5 nodes evenly over the specimen, bilinear between them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct NodeField {
-    /// `nodes[i][j]` is node i along the warp and j along the weft.
-    pub nodes: [[f64; CURL_NODES]; CURL_NODES],
-}
-
-impl NodeField {
-    /// Whether it is zero everywhere.
-    #[must_use]
-    pub fn is_off(&self) -> bool {
-        self.nodes.iter().flatten().all(|&value| value == 0.0)
-    }
-
-    /// Its value at a place given as fractions of the specimen's sides along the warp and along the weft, 0 to 1 each.
-    #[must_use]
-    pub fn at(&self, warp: f64, weft: f64) -> f64 {
-        bilinear(warp, weft, |i, j| self.nodes[i][j])
-    }
-
-    /// That of the same cloth turned over about its warp.
-    fn face_down(&self) -> Self {
-        let node = |i: usize, j: usize| self.nodes[i][CURL_NODES - 1 - j];
-        Self { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
-    }
-
-    fn between(&self, other: &Self, t: f64) -> Self {
-        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
-        let node = |i: usize, j: usize| at(self.nodes[i][j], other.nodes[i][j]);
-        Self { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
-    }
 }
 
 /// Cloth that is heavier on one side: the part of the specimen beyond a straight line across the bearing.
