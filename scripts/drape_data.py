@@ -69,6 +69,12 @@ def read_folder(folder, rows_limit=None):
     )
 
 
+def vertices(manifest):
+    """Vertices on a side of a folder's drapes; made-up drapes have none."""
+    simulator = manifest["simulator"]
+    return None if simulator == "fake" else simulator["vertices"]
+
+
 def read_folders(folders, rows_limit=None):
     """All rows at rest of several folders."""
     return joined(folders, [read_folder(folder, rows_limit) for folder in folders])
@@ -80,6 +86,8 @@ def joined(folders, parts):
     differing = {"walks", "count", "program", "simulator"}
     for folder, part in zip(folders[1:], parts[1:]):
         other = [k for k in manifest if k not in differing and part.manifest.get(k) != manifest[k]]
+        if vertices(part.manifest) != vertices(manifest):
+            other.append("vertices")
         if other:
             raise SystemExit(f"{folder}: {', '.join(other)} differ from {folders[0]}")
     leader = {}  # of a group: another one of its cluster, or itself

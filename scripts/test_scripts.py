@@ -13,6 +13,7 @@ import numpy as np
 import drape_data
 import fit_measured_prior
 import generate_ray
+import intervals
 import silhouettes
 import snn
 import train
@@ -104,7 +105,8 @@ def test_folders_are_joined_and_a_fabric_in_two_of_them_joins_their_groups():
         count = len(fabric)
         return drape_data.Drapes(
             np.zeros((count, 244, 3), np.float32), np.ones((count, 6)), np.ones(count), np.array(fabric),
-            np.array(group), np.ones(count), {"prior": "p", "seed": 1, "count": count}, count, {"slow": 1},
+            np.array(group), np.ones(count), {"prior": "p", "seed": 1, "count": count, "simulator": {"vertices": 61}}, count,
+            {"slow": 1},
         )
 
     walked, fallen = drapes([4, 9, 7, 2], [0, 0, 1, 1]), drapes([0, 1, 2, 9], [0, 1, 2, 9])
@@ -113,13 +115,15 @@ def test_folders_are_joined_and_a_fabric_in_two_of_them_joins_their_groups():
     g = joined.group.tolist()
     assert g[0] == g[1] == g[7] and g[2] == g[3] == g[6]
     assert len({g[0], g[2], g[4], g[5]}) == 4
-    fallen.manifest["seed"] = 2
-    try:
-        drape_data.joined(["walked", "fallen"], [walked, fallen])
-    except SystemExit as error:
-        assert "fallen: seed" in str(error)
-    else:
-        raise AssertionError("folders of two seeds were joined")
+    for key, other in (("seed", 2), ("vertices", {"vertices": 121})):
+        own = drapes([0, 1], [0, 1])
+        own.manifest["simulator" if key == "vertices" else key] = other
+        try:
+            drape_data.joined(["walked", "fallen"], [walked, own])
+        except SystemExit as error:
+            assert f"fallen: {key}" in str(error)
+        else:
+            raise AssertionError(f"folders that differ in {key} were joined")
 
 
 def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():
@@ -159,9 +163,34 @@ def test_conformal_quantile_covers_at_least_its_level():
     covered = []
     for _ in range(200):
         error = rng.standard_t(4, size=(400, 1))
-        q = train.conformal_quantiles(error[:200], np.ones((200, 1)))
+        q = intervals.conformal_quantiles(error[:200], np.ones((200, 1)))
         covered.append(np.mean(np.abs(error[200:]) <= q))
     assert 0.895 < np.mean(covered) < 0.92, np.mean(covered)
+
+
+def test_intervals_by_length_hold_their_level_in_each_quarter():
+    # errors that are 2.4 sigmas for soft cloth and 0.8 for stiff, and lengths that are known to within a tenth
+    rng = np.random.default_rng(5)
+
+    def drawn(rows):
+        length = np.exp(rng.uniform(np.log(2), np.log(30), rows))
+        scores = np.abs(rng.normal(size=(rows, 6))) * (2.4 - 1.6 * np.log(length / 2) / np.log(15))[:, None]
+        return scores, length * np.exp(0.1 * rng.normal(size=rows))
+
+    nodes, factors = intervals.by_length(*drawn(4000))
+    assert (np.diff(nodes) > 0).all() and (np.diff(factors) < 0).all(), (nodes, factors)
+    scores, length = drawn(4000)
+    held = scores <= intervals.factor_at(length, nodes, factors)[:, None]
+    quarter = intervals.quarters(length)
+    each = [held[quarter == k].mean() for k in range(4)]
+    assert all(0.885 < share < 0.915 for share in each), each
+    # one factor for all does not: 0.78 and 0.99 in the ends
+    one = np.sort(scores, axis=None)[intervals.rank(scores.size)]
+    assert (scores <= one)[quarter == 0].mean() < 0.85 and (scores <= one)[quarter == 3].mean() > 0.95
+    # beyond the ends the factor of the end, and halfway in the logarithm the mean of two
+    middle = np.sqrt(nodes[0] * nodes[1])
+    got = intervals.factor_at(np.array([0.1, middle, 1e3]), nodes, factors)
+    assert np.allclose(got, [factors[0], factors[:2].mean(), factors[3]])
 
 
 def test_coverage_by_quarter_finds_the_soft_quarter_that_is_not_held():

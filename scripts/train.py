@@ -27,10 +27,10 @@ import numpy as np
 import onnxruntime
 
 import drape_data
+import intervals
 import snn
 
 MODEL_SCHEMA = "scan2params/model/1"
-LEVEL = 0.9
 # Smallest scale of an input, so that a coordinate that hardly moves is not blown up [mm, g/m^2].
 LEAST_RANGE = 5.0
 
@@ -207,13 +207,6 @@ class Network:
         return mean, np.sqrt(np.mean(variances, 0) + np.var(means, 0))
 
 
-def conformal_quantiles(error, sigma):
-    """Per output: the factor on sigma within which LEVEL of the calibration rows lie."""
-    n = len(error)
-    rank = min(int(np.ceil((n + 1) * LEVEL)), n)
-    return np.sort(np.abs(error) / sigma, axis=0)[rank - 1]
-
-
 def linear_regression(drapes, rows, scaling, symmetries):
     """The paper's baseline, on the same inputs, as a function of (boundary, density)."""
 
@@ -245,8 +238,8 @@ def coverage_by_quarter(covered, truth, density, scaling):
     """Share of the intervals that hold the truth in each quarter of the true bending length, softest first."""
     stiffness = np.exp(scaling.ln_min + truth * (scaling.ln_max - scaling.ln_min))
     length = drape_data.bending_length_mm(stiffness, density.astype(np.float64))
-    quarter = np.searchsorted(np.quantile(length, [0.25, 0.5, 0.75]), length)
-    return [float(covered[quarter == k].mean()) for k in range(4)]
+    quarter = intervals.quarters(length)
+    return [float(covered[quarter == k].mean()) for k in range(intervals.QUARTERS)]
 
 
 def evaluate(network, inputs, truth, quantile, scaling):
@@ -299,7 +292,7 @@ def main():
     # Calibrated on rims with scan noise, since that is what the estimator meets.
     inputs, truth = rows_of(calibration_rows, noise_seed=args.seed + 100)
     mean, sigma = network(*inputs)
-    quantile = conformal_quantiles(mean - truth, sigma)
+    quantile = intervals.conformal_quantiles(mean - truth, sigma)
     novelty_limit = float(np.quantile(network.novelty_mm(*inputs), 0.99))
 
     clean, noised = rows_of(test_rows), rows_of(test_rows, noise_seed=args.seed + 200)
@@ -335,6 +328,7 @@ def main():
         "rows": {
             "read": drapes.rows_read, "left_out": drapes.left_out, "train": len(train_rows),
             "calibration": len(calibration_rows), "test": len(test_rows),
+            **({"other_test": len(other.density)} if args.test else {}),
         },
         "fabrics": int(len(np.unique(drapes.fabric))),
         "train_seed": args.seed,
@@ -349,7 +343,7 @@ def main():
             "ln_min": scaling.ln_min.tolist(),
             "ln_max": scaling.ln_max.tolist(),
         },
-        "interval": {"level": LEVEL, "quantile": quantile.tolist()},
+        "interval": {"level": intervals.LEVEL, "quantile": quantile.tolist()},
         "metrics": metrics,
         "command": shlex.join(["python", *sys.argv]),
     }

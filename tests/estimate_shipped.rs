@@ -10,9 +10,22 @@ use scan2params::estimate::{EstimateWarning, Estimator, ParameterEstimate};
 const ONNX: &[u8] = include_bytes!("../src/estimate/model/snn.onnx");
 const SIDECAR: &str = include_str!("../src/estimate/model/snn.json");
 
+fn sidecar() -> serde_json::Value {
+    serde_json::from_str(SIDECAR).unwrap()
+}
+
 fn metric(path: [&str; 2]) -> f64 {
-    let sidecar: serde_json::Value = serde_json::from_str(SIDECAR).unwrap();
-    sidecar["metrics"][path[0]][path[1]].as_f64().unwrap()
+    sidecar()["metrics"][path[0]][path[1]].as_f64().unwrap()
+}
+
+/// Share of the intervals that hold on falls of other fabrics, and in the quarters of bending length where it is least and most.
+fn coverage(rims: &str) -> [f64; 3] {
+    let measured = &sidecar()["intervals_measured"]["tests"][0][rims];
+    let quarters = measured["coverage_quarters"].as_array().unwrap();
+    let quarters: Vec<f64> = quarters.iter().map(|share| share.as_f64().unwrap()).collect();
+    let least = quarters.iter().copied().fold(1.0, f64::min);
+    let most = quarters.iter().copied().fold(0.0, f64::max);
+    [measured["coverage"].as_f64().unwrap(), least, most]
 }
 
 #[test]
@@ -33,8 +46,14 @@ fn its_record_is_as_promised_and_better_than_linear_regression() {
     hold("model.rmse", metric(["test", "rmse"]));
     hold("model.r2", metric(["test", "r2"]));
     hold("model.r2_noisy", metric(["test_noisy", "r2"]));
-    hold("model.coverage", metric(["test", "coverage"]));
-    hold("model.coverage_noisy", metric(["test_noisy", "coverage"]));
+    let [all, least, most] = coverage("clean");
+    hold("model.coverage", all);
+    hold("model.coverage_least", least);
+    hold("model.coverage_most", most);
+    let [all, least, most] = coverage("noisy");
+    hold("model.coverage_noisy", all);
+    hold("model.coverage_least_noisy", least);
+    hold("model.coverage_most_noisy", most);
     hold("model.linear_rmse", metric(["linear_regression", "rmse"]));
     hold("model.linear_r2", metric(["linear_regression", "r2"]));
     // the baseline breaks the promises of the network

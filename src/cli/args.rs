@@ -1155,6 +1155,9 @@ pub(crate) struct Generate {
         value_parser = clap::value_parser!(u64).range(1..)
     )]
     pub(crate) walk: Option<u64>,
+    /// Vertices on a side of the drapes; the shipped model is trained on the default, others are to test it
+    #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=241))]
+    pub(crate) vertices: u32,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
 }

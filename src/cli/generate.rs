@@ -7,12 +7,14 @@ use std::time::Instant;
 use super::{Failure, Outcome, args};
 use scan2params::dataset::{GenerateError, GenerateOptions, Progress, Walks, drapes, generate};
 use scan2params::fabric::Mixture;
+use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Generate) -> Outcome {
-    let simulator = match given.walk {
+    let own = match given.walk {
         Some(_) => drapes::walk_options(),
         None => drapes::dataset_options(),
     };
+    let simulator = SimOptions { vertices: given.vertices as usize, ..own };
     let mut options = GenerateOptions::new(&given.out, given.count);
     options.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
     options.seed = given.seed;

@@ -4,8 +4,8 @@
 //! proportion, and whether weft and warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval on each
 //! stiffness, and what is to be said against it. Method: the SNN of the paper
 //! (section IV), with a sigma beside each mean, averaged over the symmetric views
-//! of the specimen; intervals by split conformal prediction (docs/design/
-//! estimation.md).
+//! of the specimen; intervals by split conformal prediction, wider or narrower by the bending
+//! length (docs/design/estimation.md).
 //!
 //! Where it fails: outside the trained range the network extrapolates, and says
 //! so (`in_range`, `novelty`); the coverage of the intervals holds on average over
@@ -25,6 +25,7 @@ pub use symmetry::{View, views};
 use crate::base::Boundary;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::{Fabric, Fault, Likeness, Mixture, STIFFNESSES, TABLE_2, check_density};
+use crate::sim::experiment::bending_length_m;
 use runtime::{Network, Output};
 
 /// How near the end of the trained range a normalised value counts as pinned
@@ -343,17 +344,18 @@ impl Estimator {
         density_kg_m2: f64,
     ) -> (Candidate, Option<crate::fabric::Warning>) {
         let heavier = density_kg_m2 / self.asked_kg_m2(density_kg_m2);
-        let fabric = |offset: f64| {
+        let beside = |off: [f64; STIFFNESSES]| {
             let mut values = [density_kg_m2 / KG_M2_PER_G_M2; STIFFNESSES + 1];
             for (i, value) in values.iter_mut().enumerate().take(STIFFNESSES) {
-                let half = mixture.sigma[i] * self.model.interval.quantile[i];
-                let asked = self.model.output.stiffness(i, mixture.mean[i] + offset * half);
-                *value = asked * heavier;
+                *value = self.model.output.stiffness(i, mixture.mean[i] + off[i]) * heavier;
             }
             Fabric { density_kg_m2, ..Fabric::from_paper_units(values) }
         };
-        let (middle, warning) = fabric(0.0).project_bending();
-        let [low, mut high] = [fabric(-1.0), fabric(1.0)];
+        let said = beside([0.0; STIFFNESSES]);
+        let halves = self.model.interval.half_in_sigmas(bending_length_m(&said));
+        let end = |sign: f64| beside(std::array::from_fn(|i| sign * halves[i] * mixture.sigma[i]));
+        let (middle, warning) = said.project_bending();
+        let [low, mut high] = [end(-1.0), end(1.0)];
         high.bending_bias_nm = high.bending_bias_nm.max(middle.bending_bias_nm);
         (Candidate { fabric: middle, interval90: [low, high] }, warning)
     }

@@ -4,6 +4,7 @@
 use serde::Deserialize;
 
 use crate::base::boundary::POINTS;
+use crate::base::units::M_PER_MM;
 use crate::fabric::{STIFFNESSES, TABLE_2, sha256_hex};
 use crate::sim::NUMERICS_VERSION;
 
@@ -88,12 +89,59 @@ impl Output {
     }
 }
 
-/// Conformal calibration: the interval is mean -+ quantile * sigma.
+/// Conformal calibration: the interval is mean -+ quantile * sigma, and with `by_length` times a factor by the fabric's
+/// bending length (`scripts/calibrate_intervals.py`).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Interval {
     level: f64,
-    pub quantile: [f64; STIFFNESSES],
+    quantile: [f64; STIFFNESSES],
+    #[serde(default)]
+    by_length: Option<ByLength>,
+}
+
+/// Factor on all intervals of a fabric: straight in the logarithm of its bending length between some lengths, that of the first and
+/// the last beyond them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ByLength {
+    length_mm: Vec<f64>,
+    factor: Vec<f64>,
+}
+
+impl Interval {
+    /// Half the widths of the intervals in sigmas, for a fabric whose shortest bending length is this \[m\].
+    pub fn half_in_sigmas(&self, bending_length_m: f64) -> [f64; STIFFNESSES] {
+        let length_mm = bending_length_m / M_PER_MM;
+        let factor = self.by_length.as_ref().map_or(1.0, |by_length| by_length.at(length_mm));
+        self.quantile.map(|quantile| quantile * factor)
+    }
+}
+
+impl ByLength {
+    fn at(&self, length_mm: f64) -> f64 {
+        let after = self.length_mm.partition_point(|node_mm| *node_mm <= length_mm);
+        match after {
+            0 => self.factor[0],
+            k if k == self.factor.len() => self.factor[k - 1],
+            k => {
+                let [from, to] = [self.length_mm[k - 1], self.length_mm[k]].map(f64::ln);
+                let part = (length_mm.ln() - from) / (to - from);
+                self.factor[k - 1] + part * (self.factor[k] - self.factor[k - 1])
+            }
+        }
+    }
+
+    fn is_sound(&self) -> bool {
+        let Self { length_mm, factor } = self;
+        let rises = length_mm.windows(2).all(|pair| pair[0] < pair[1]);
+        let positive = |values: &[f64]| values.iter().all(|v| *v > 0.0 && v.is_finite());
+        !factor.is_empty()
+            && length_mm.len() == factor.len()
+            && rises
+            && positive(length_mm)
+            && positive(factor)
+    }
 }
 
 impl Model {
@@ -140,9 +188,12 @@ impl Model {
         if !ln_min.iter().zip(ln_max).all(|(min, max)| min < max && (max - min).is_finite()) {
             faults.push(format!("output ranges are {ln_min:?} to {ln_max:?}"));
         }
-        let Interval { level, quantile } = &self.interval;
+        let Interval { level, quantile, by_length } = &self.interval;
         if (level - 0.9).abs() > 1e-9 || !quantile.iter().all(|q| *q > 0.0 && q.is_finite()) {
             faults.push(format!("interval has level {level} and quantiles {quantile:?}"));
+        }
+        if let Some(by_length) = by_length.as_ref().filter(|by_length| !by_length.is_sound()) {
+            faults.push(format!("interval has the factors {by_length:?}"));
         }
         faults
     }
@@ -169,5 +220,38 @@ impl Model {
     #[must_use]
     pub fn density_range_g_m2(&self) -> [f64; 2] {
         [self.input.min[INPUTS - 1], self.input.max[INPUTS - 1]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interval(by_length: Option<ByLength>) -> Interval {
+        Interval { level: 0.9, quantile: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], by_length }
+    }
+
+    #[test]
+    fn intervals_are_wider_by_the_factor_of_the_bending_length() {
+        let factors = ByLength { length_mm: vec![4.0, 16.0], factor: vec![1.2, 0.8] };
+        let by_length = interval(Some(factors));
+        for (length_mm, factor) in [(1.0, 1.2), (4.0, 1.2), (8.0, 1.0), (16.0, 0.8), (40.0, 0.8)] {
+            let halves = by_length.half_in_sigmas(length_mm * M_PER_MM);
+            for (half, quantile) in halves.iter().zip(by_length.quantile) {
+                assert!((half - factor * quantile).abs() < 1e-12, "{length_mm}: {half}");
+            }
+        }
+        assert_eq!(interval(None).half_in_sigmas(8e-3), interval(None).quantile);
+    }
+
+    #[test]
+    fn factors_that_say_nothing_are_not_sound() {
+        let sound = |length_mm: &[f64], factor: &[f64]| {
+            ByLength { length_mm: length_mm.to_vec(), factor: factor.to_vec() }.is_sound()
+        };
+        assert!(sound(&[4.0], &[1.1]) && sound(&[4.0, 9.0], &[1.1, 0.9]));
+        assert!(!sound(&[], &[]) && !sound(&[4.0], &[1.1, 1.0]));
+        assert!(!sound(&[9.0, 4.0], &[1.1, 0.9]) && !sound(&[4.0, 9.0], &[1.1, 0.0]));
+        assert!(!sound(&[4.0, f64::NAN], &[1.1, 0.9]) && !sound(&[0.0, 4.0], &[1.0, 1.0]));
     }
 }
