@@ -233,10 +233,14 @@ fn foretelling(trace: &Trace) -> Vec<&'static Effect> {
     effects
 }
 
-/// Whether misfits before and after effects, or without any, say that something else is there.
+/// Whether misfits before and after effects, or without any, say that something else is there. An effect that takes a
+/// little of what is left may stand in for another one, so that it is held to less than no effect at all.
 pub(super) fn is_left([before, after]: [f64; 2], added: bool) -> bool {
-    after > LEAVES && (!added || after > 0.5 * before)
+    if added { after > LEAVES_BESIDE && after > 0.5 * before } else { after > LEAVES }
 }
+
+/// Misfit that an effect may leave at most which takes less than half of it.
+const LEAVES_BESIDE: f64 = 0.5;
 
 /// The effect that is fitted whatever it foretells.
 const SOFTENING: &str = "softening";
@@ -261,6 +265,9 @@ mod tests {
         assert!(!is_left([0.24, 0.24], false) && is_left([0.65, 0.65], false));
         assert!(is_left([2.36, 2.28], true) && !is_left([2.05, 0.44], true));
         assert!(!is_left([2.05, 0.9], true));
+        // a tilt in place of a draught, and an effect that does what it can
+        assert!(is_left([0.7, 0.58], true) && !is_left([0.58, 0.58], false));
+        assert!(!is_left([0.5, 0.4], true));
     }
 
     /// A fit that has one effect of some size.

@@ -142,46 +142,71 @@ pub fn fit<'a>(
     if targets.is_empty() {
         return Err(FitError::Nothing);
     }
-    let declared = options.declared();
     let first = first_fabric(targets, believed, drape_coefficient, options);
-    let effects = declared.iter().map(|&number| (number, 0.0)).collect();
+    let effects = options.declared().into_iter().map(|number| (number, 0.0)).collect();
     let cloth = Cloth { effects, ..Cloth::plain(first) };
-    let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-    let led = lead_all(&cloth, targets, &poses, options, &parameters(&declared));
-    let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
-    for (target, sheet) in targets.iter().zip(led) {
-        lost.push(sheet.as_ref().err().cloned());
-        if let Ok(sheet) = sheet {
-            own.push(target.clone());
-            sheets.push(sheet);
+    let begun = |cloth: &Cloth| Fit::begun(targets, cloth, believed, options, rule, tell);
+    let mut fit = begun(&cloth)?;
+    fit.run(&shared_of(&cloth));
+    if fit.lost.iter().all(Option::is_none) {
+        return Ok(fit);
+    }
+    // sheets that the first fabric did not bring to rest are led by the one that the others found
+    let nearer = fit.squares(&fit.declared).cloth(&fit.plain.shared);
+    match begun(&nearer) {
+        Ok(mut again) if again.targets.len() > fit.targets.len() => {
+            again.simulated += fit.simulated;
+            again.run(&shared_of(&nearer));
+            Ok(again)
         }
+        _ => Ok(fit),
     }
-    if let (true, Some(Some(error))) = (sheets.is_empty(), lost.first().cloned()) {
-        return Err(FitError::NeverAtRest(error));
+}
+
+impl<'a> Fit<'a> {
+    /// The sheets of a cloth that outlines led to rest, before the first step of a fit.
+    fn begun(
+        targets: &[Target],
+        cloth: &Cloth,
+        believed: &'a Believed,
+        options: &'a FitOptions,
+        rule: &'a FoldRule,
+        tell: &'a (dyn Fn(Progress) + Sync),
+    ) -> Result<Self, FitError> {
+        let declared = options.declared();
+        let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
+        let led = lead_all(cloth, targets, &poses, options, &parameters(&declared));
+        let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
+        for (target, sheet) in targets.iter().zip(led) {
+            lost.push(sheet.as_ref().err().cloned());
+            if let Ok(sheet) = sheet {
+                own.push(target.clone());
+                sheets.push(sheet);
+            }
+        }
+        if let (true, Some(Some(error))) = (sheets.is_empty(), lost.first().cloned()) {
+            return Err(FitError::NeverAtRest(error));
+        }
+        let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
+        let squares = Squares { targets: &own, believed, options, numbers: &declared };
+        let poses = own.iter().map(Target::first_pose).collect();
+        let plain = squares.around(&shared_of(cloth), trials, poses);
+        Ok(Self {
+            kept: followers.iter().map(Follower::keep).collect(),
+            targets: own,
+            ended: Ended::Spent,
+            least_m: f64::INFINITY,
+            simulated: targets.len(),
+            declared,
+            followers,
+            lost,
+            plain,
+            believed,
+            options,
+            rule,
+            tell,
+        })
     }
-    let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
-    let squares = Squares { targets: &own, believed, options, numbers: &declared };
-    let poses = own.iter().map(Target::first_pose).collect();
-    let first = shared_of(&cloth);
-    let plain = squares.around(&first, trials, poses);
-    let simulated = targets.len();
-    let mut fit = Fit {
-        kept: followers.iter().map(Follower::keep).collect(),
-        targets: own,
-        ended: Ended::Spent,
-        least_m: f64::INFINITY,
-        simulated,
-        declared,
-        followers,
-        lost,
-        plain,
-        believed,
-        options,
-        rule,
-        tell,
-    };
-    fit.run(&first);
-    Ok(fit)
 }
 
 impl Fit<'_> {

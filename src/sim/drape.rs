@@ -243,8 +243,7 @@ pub(super) fn rest(
         DropStart::HeldSurface(held) => (Some(&held.surface), Some(held.sag_m)),
         _ => (None, None),
     };
-    let specimen = &options.experiment.specimen;
-    let mut laid = surface.map(|surface| lay(surface, specimen, fabric, &model));
+    let mut laid = surface.map(|surface| lay(surface, &options.experiment, fabric, &model));
     let mut x = laid.as_mut().map_or(start, |laid| std::mem::take(&mut laid.x));
     lift_clear(&model, grid, &mut x);
     let cell_weight_n =
