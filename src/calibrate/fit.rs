@@ -245,7 +245,8 @@ impl Fit<'_> {
     ///
     /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch before it is known what finer ones do, and
     /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
-    /// the first step. Last, where stretch or shear has run off, once more at what is believed of them.
+    /// the first step. Then, where stretch or shear has run off, once more at what is believed of them; last at the cloth found, with sheets that come
+    /// straight to it.
     fn start_otherwise(&mut self) {
         if !self.targets.iter().all(|target| target.is_held(self.options)) {
             return;
@@ -259,6 +260,10 @@ impl Fit<'_> {
         if self.plain.misfit() >= LEAVES && self.has_run_off() {
             let believed = self.believed;
             self.begin_again(&self.with_stretch(|k, _| believed.ln_mean[k] + OTHERWISE));
+        }
+        // sheets that were led from fabric to fabric bring along what friction remembers of the way
+        if self.plain.misfit() >= AGAIN {
+            self.begin_again(&self.plain.shared.clone());
         }
     }
 
