@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use super::effect::{Cloth, EFFECTS, Effect, Number};
+use super::effect::{Acts, Cloth, EFFECTS, Effect, Number};
 use super::fit::Fitted;
 use super::manifest::Face;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2};
@@ -62,7 +62,9 @@ pub fn text(fitted: &Fitted, density_known: bool) -> Value {
             "interval90": ends.map(|end| end / size),
         })
     };
-    let effects = fitted.cloth.effects.iter().zip(&fitted.intervals90).map(effect);
+    // a sensor's edge is the scans', and nothing that can be simulated
+    let effects = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+    let effects = effects.filter(|((number, _), _)| number.acts != Acts::Edge).map(effect);
     json!({
         "schema_version": 1,
         "parameters": parameters,

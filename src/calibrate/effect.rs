@@ -30,6 +30,8 @@ pub enum Acts {
     Scale,
     /// One over the height above the plate's face from which a picture is taken: what hangs lower looks smaller.
     Perspective,
+    /// By how much farther out a sensor has the edges of sheets that it scans, along the cloth.
+    Edge,
     /// The outline itself: a harmonic of its distance from the axis, which no physics stands behind.
     Outline(Harmonic),
 }
@@ -241,6 +243,19 @@ pub const EFFECTS: [Effect; 17] = [
     },
 ];
 
+/// No effect, but known no better than scanners are: where the edges of scanned sheets lie. A part of every fit to them, common to
+/// all scans of a fabric; how large it may be is the scan's own word ([`crate::scan::EdgeShift`]).
+pub const SENSOR_EDGE: Effect = Effect {
+    name: "sensor_edge",
+    numbers: &[Number {
+        key: "outwards",
+        acts: Acts::Edge,
+        sigma: 0.3e-3,
+        limits: [-0.6e-3, 0.6e-3],
+        unit: MM,
+    }],
+};
+
 const fn harmonic(order: u8, sine: bool, stays: Stays) -> Number {
     Number {
         key: "harmonic",
@@ -434,6 +449,7 @@ impl Effect {
     pub fn of(number: &Number) -> Option<&'static Self> {
         EFFECTS
             .iter()
+            .chain([&SENSOR_EDGE])
             .chain(&PATTERNS)
             .chain(FIELDS.iter().map(|(field, _)| field))
             .find(|e| e.numbers.contains(number))
@@ -450,7 +466,7 @@ impl Number {
             Acts::Face(parameter) => std::slice::from_ref(parameter),
             Acts::Node(node) => &node.parameters,
             Acts::Tilt(_) => &TILT,
-            Acts::Scale | Acts::Perspective | Acts::Outline(_) => &[],
+            Acts::Scale | Acts::Perspective | Acts::Edge | Acts::Outline(_) => &[],
         }
     }
 }
@@ -489,6 +505,8 @@ pub struct View {
     pub ln_scale: f64,
     /// One over the camera's height above the plate's face \[1/m\]; 0 where it looks from afar.
     pub per_height: f64,
+    /// By how much farther out a scan has the edges of a sheet \[m\].
+    pub edge_m: f64,
 }
 
 /// A fabric with the sizes of some effects.
@@ -550,7 +568,7 @@ impl Cloth {
                     setup = setup.with(Parameter::TiltX, x * value);
                     setup = setup.with(Parameter::TiltZ, z * value);
                 }
-                Acts::Scale | Acts::Perspective | Acts::Outline(_) => {}
+                Acts::Scale | Acts::Perspective | Acts::Edge | Acts::Outline(_) => {}
             }
         }
         setup
@@ -563,7 +581,11 @@ impl Cloth {
             let own = self.effects.iter().filter(|(number, _)| number.acts == acts);
             own.map(|(_, value)| value).sum::<f64>()
         };
-        View { ln_scale: of(Acts::Scale), per_height: of(Acts::Perspective) }
+        View {
+            ln_scale: of(Acts::Scale),
+            per_height: of(Acts::Perspective),
+            edge_m: of(Acts::Edge),
+        }
     }
 }
 
@@ -609,7 +631,7 @@ mod tests {
         assert_eq!(up.tilt.down_x_rad, 0.0);
         let turned = of(1.0, std::f64::consts::FRAC_PI_2).tilt;
         assert!((turned.down_x_rad - 0.01).abs() < 1e-12 && turned.down_z_rad.abs() < 1e-12);
-        assert_eq!(cloth.view(), View { ln_scale: 0.0, per_height: 0.0 });
+        assert_eq!(cloth.view(), View { ln_scale: 0.0, per_height: 0.0, edge_m: 0.0 });
     }
 
     #[test]

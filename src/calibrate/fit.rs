@@ -449,6 +449,18 @@ impl Fit<'_> {
         Squares { targets: &self.targets, believed: self.believed, options: self.options, numbers }
     }
 
+    /// How far each unknown that is declared may change from a state; `None` for the others.
+    pub(super) fn room(&self, state: &State, numbers: &[&'static Number]) -> Vec<Option<[f64; 2]>> {
+        let limits = self.squares(numbers).limits();
+        let all = state.shared.iter().zip(limits).enumerate();
+        all.map(|(k, (at, ends))| {
+            let number = k.checked_sub(STIFFNESSES).map(|k| numbers[k]);
+            let is_declared = number.is_some_and(|number| self.declared.contains(&number));
+            is_declared.then(|| ends.map(|end| end - at))
+        })
+        .collect()
+    }
+
     /// Puts the sheets of the plain fit back.
     fn restore(&mut self) {
         self.followers.iter_mut().zip(&self.kept).for_each(|(sheet, kept)| sheet.return_to(kept));

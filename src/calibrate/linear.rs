@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effect::{Acts, EFFECTS, Effect, FIELDS, Number, PATTERNS};
+use super::effect::{Acts, EFFECTS, Effect, FIELDS, Number, PATTERNS, SENSOR_EDGE};
 use super::fit::Fit;
 use super::independent::{Independent, Units};
 use super::pose::POSE;
@@ -19,7 +19,11 @@ use crate::sim::sensitivity::Parameter;
 
 /// All that a number can be of: effects, patterns, fields.
 fn known() -> impl Iterator<Item = &'static Effect> {
-    EFFECTS.iter().chain(&PATTERNS).chain(FIELDS.iter().map(|(field, _)| field))
+    EFFECTS
+        .iter()
+        .chain([&SENSOR_EDGE])
+        .chain(&PATTERNS)
+        .chain(FIELDS.iter().map(|(field, _)| field))
 }
 
 /// A plain fit's specimens.
@@ -27,6 +31,8 @@ pub(super) struct Linear {
     pub specimens: Vec<Quadratic>,
     precision: DMatrix<f64>,
     pull: DVector<f64>,
+    /// How far each unknown that is declared may change.
+    room: Vec<Option<[f64; 2]>>,
     /// What the plain model has.
     pub declared: Vec<&'static Effect>,
     /// Whether sheets were scanned, or outlines and rims alone are known.
@@ -63,8 +69,9 @@ impl Linear {
         let specimens = specimens.into_iter().flatten().map(of_unit).collect();
         let declared = fit.declared();
         let is_declared = |effect: &&Effect| effect.numbers.iter().any(|n| declared.contains(&n));
-        let declared = EFFECTS.iter().filter(is_declared).collect();
-        Some(Self { specimens, precision, pull, declared, is_scan })
+        let declared = EFFECTS.iter().chain([&SENSOR_EDGE]).filter(is_declared).collect();
+        let room = fit.room(&state, &numbers);
+        Some(Self { specimens, precision, pull, room, declared, is_scan })
     }
 
     /// Whether an effect moves these drapes at all.
@@ -116,9 +123,22 @@ impl Linear {
             a += picked(&fitted.a, &of);
             b += fitted.b.select_rows(&of);
         }
-        Some(a.cholesky()?.solve(&b))
+        let mut change = a.clone().cholesky()?.solve(&b);
+        // what is declared stays within what is tried of it
+        for (at, &unknown) in of.iter().enumerate() {
+            let Some([low, high]) = self.room[unknown] else { continue };
+            if change[at] < low || change[at] > high {
+                a[(at, at)] += FIXED;
+                b[at] += FIXED * change[at].clamp(low, high);
+                change = a.clone().cholesky()?.solve(&b);
+            }
+        }
+        Some(change)
     }
 }
+
+/// Precision of an unknown that is at an end of what is tried of it.
+const FIXED: f64 = 1e12;
 
 /// Cost of an independent point that is as near as drapes are known at all: half of the standard deviation, as pictures of
 /// one drape differ. What lies below that is no residual.

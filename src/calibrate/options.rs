@@ -1,6 +1,6 @@
 //! How a fabric is fitted: how well drapes are measured and simulated, how they lie, how they are held.
 
-use super::effect::{Acts, Effect, Number};
+use super::effect::{Acts, Effect, Number, SENSOR_EDGE};
 use super::pose::Pose;
 use crate::refine;
 use crate::sim::SimOptions;
@@ -35,6 +35,9 @@ pub struct FitOptions {
     /// Standard deviation of the logarithm of the pictures' scale, which all pictures of a fabric share; with 0 the scale is
     /// as it is given, and is looked for as an effect.
     pub scale_sigma: f64,
+    /// Standard deviation of the shift of scanned edges, which all scans of a fabric share \[m\]; with 0 the edges are where they are
+    /// scanned.
+    pub sensor_edge_m: f64,
     /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\]; with 0 it is let go.
     pub hold_per_m: f64,
     /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is let go.
@@ -73,6 +76,7 @@ impl Default for FitOptions {
             cells: refined.cells,
             unknown_bearing: 0.5,
             scale_sigma: 0.0,
+            sensor_edge_m: 0.0,
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
             hold_per_m: 150.0,
             scan_hold_sag_m: refined.hold_sag_m,
@@ -90,7 +94,8 @@ impl FitOptions {
     #[must_use]
     pub fn declared(&self) -> Vec<&'static Number> {
         let scale = Effect::named("scale").filter(|_| self.scale_sigma > 0.0);
-        scale.into_iter().flat_map(|effect| effect.numbers).collect()
+        let edge = Some(&SENSOR_EDGE).filter(|_| self.sensor_edge_m > 0.0);
+        scale.into_iter().chain(edge).flat_map(|effect| effect.numbers).collect()
     }
 
     /// How far cloth lies beyond the drapes' cells, in moves from them to the finer ones: mean and standard deviation.
@@ -102,17 +107,26 @@ impl FitOptions {
 
     /// How large a number may be expected to be: standard deviation, SI.
     pub(super) fn expected_of(&self, number: &Number) -> f64 {
-        let declared = number.acts == Acts::Scale && self.scale_sigma > 0.0;
-        if declared { self.scale_sigma } else { number.sigma }
+        self.declared_of(number).unwrap_or(number.sigma)
+    }
+
+    /// Its standard deviation, if that is declared.
+    fn declared_of(&self, number: &Number) -> Option<f64> {
+        let sigma = match number.acts {
+            Acts::Scale => self.scale_sigma,
+            Acts::Edge => self.sensor_edge_m,
+            _ => 0.0,
+        };
+        (sigma > 0.0).then_some(sigma)
     }
 
     /// Least and largest value of a number that is tried, in units of [`Number::sigma`].
     #[must_use]
     pub fn limits_of(&self, number: &Number) -> [f64; 2] {
-        let limits = number.limits.map(|limit| limit / number.sigma);
-        let declared = DECLARED_LIMIT * self.expected_of(number) / number.sigma;
-        let wider = number.acts == Acts::Scale && self.scale_sigma > 0.0;
-        if wider { [-declared, declared] } else { limits }
+        match self.declared_of(number) {
+            Some(declared) => [-1.0, 1.0].map(|end| end * DECLARED_LIMIT * declared / number.sigma),
+            None => number.limits.map(|limit| limit / number.sigma),
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::add::{Asked, CONFIRMED, FoundEffect, add, is_left};
 use super::believed::Believed;
-use super::effect::{EFFECTS, Effect, settled};
+use super::effect::{Acts, EFFECTS, Effect, settled};
 use super::fit::{Beside, FitError, Fitted, Progress, fit, predict};
 use super::floor::{Observed, Spread, spreads};
 use super::independent::Units;
@@ -149,7 +149,8 @@ pub enum Verdict {
     /// An effect foretells the drapes held out better than the plain model does.
     Found,
     /// An effect was chosen, but its fit is not sure of it or runs to an end of what is tried, or the drapes held out do not
-    /// confirm it, or there are none; or too few specimens are marked `fit` to choose any.
+    /// confirm it, or there are none; or too few specimens are marked `fit` to choose any; or nothing is found while the edges of the
+    /// scans are where a sensor alone is not held to have them.
     Undecided,
     /// Something comes back from specimen to specimen that no effect of the list explains.
     Unexplained,
@@ -398,7 +399,8 @@ fn of_scan(entry: &Entry, options: &Options) -> Result<Measured, String> {
     if read.orientation() == Orientation::Ambiguous {
         return Err("weft and warp are not known; write in warp_toward where the warp points (+x, a bearing in degrees) or mark:COLOUR".into());
     }
-    let rim = Rim { boundary: read.boundary().clone(), sheet: read.sheet().cloned() };
+    let edge = read.scanned().map(|scanned| scanned.edge_shift);
+    let rim = Rim { boundary: read.boundary().clone(), sheet: read.sheet().cloned(), edge };
     let outline =
         rim.from_above().ok_or("seen from above, the rim does not go around the plate's axis")?;
     let bench = Experiment::default();
@@ -454,7 +456,8 @@ pub fn fabric(
     let count = to_fit.len().max(1) as f64;
     let mean = to_fit.iter().map(|&k| measured[k].measures.drape_coefficient).sum::<f64>() / count;
     let fitting = |progress| tell(Told::Fitting(&name, progress));
-    let (rule, fit_options) = (&options.folds, &options.fit);
+    let sensor_edge_m = sensor_edge_m(&measured);
+    let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
     let own = targets(&to_fit);
     let (mut fitted, trace, asked) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
         Ok(mut fit) => {
@@ -504,6 +507,12 @@ pub fn fabric(
         FabricResult { name, believed, measured, floor, fitted, drapes, trace, after, verdict };
     result.verdict = result.judge(are_nothing);
     Ok(result)
+}
+
+/// Standard deviation of the shift of scanned edges: the largest that a scan says of its sensor \[m\]; 0 where there is no scan.
+fn sensor_edge_m(measured: &[Measured]) -> f64 {
+    let edges = measured.iter().filter_map(|m| m.rim.as_ref()?.edge);
+    edges.map(|edge| edge.sensor_m).fold(0.0, f64::max)
 }
 
 /// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen show one each.
@@ -644,6 +653,14 @@ impl FabricResult {
         scanned(&self.measured) && is_left([before, after], self.after.is_some())
     }
 
+    /// Whether the edges of the scans lie as far beside the cloth's as a sensor is held for at most, and farther for all that is known.
+    #[must_use]
+    pub fn edge_at_limit(&self) -> bool {
+        let Ok(fitted) = &self.fitted else { return false };
+        let mut all = fitted.cloth.effects.iter().zip(&fitted.at_limit);
+        all.any(|((number, _), at_limit)| number.acts == Acts::Edge && *at_limit)
+    }
+
     /// The verdict, told whether the effects that were asked for are nothing in their own fits.
     fn judge(&self, are_nothing: bool) -> Verdict {
         let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
@@ -654,8 +671,8 @@ impl FabricResult {
             let more = trace.unexplained.is_some() || trace.field_of_scans().is_some();
             return match (more, trace.chosen.is_empty() || are_nothing) {
                 (true, _) => Verdict::Unexplained,
-                (false, true) => Verdict::None,
-                (false, false) => Verdict::Undecided,
+                (false, true) if !self.edge_at_limit() => Verdict::None,
+                (false, _) => Verdict::Undecided,
             };
         }
         let [mean, error] = mean_and_error(&self.falls());
@@ -752,7 +769,7 @@ mod tests {
             let at = |k: usize| crate::base::Boundary::flat_xz_m(k, 0.3);
             let point = |k: usize| crate::base::Point3::new(at(k)[0], off_m - 0.04, at(k)[1]);
             let boundary = crate::base::Boundary::exact((0..244).map(point)).unwrap();
-            let rim = Rim { boundary, sheet: None };
+            let rim = Rim { boundary, sheet: None, edge: None };
             let outline = rim.from_above().unwrap();
             let bench = Experiment::default();
             let measures = Measures::of(&outline, &bench, &FoldRule::default());

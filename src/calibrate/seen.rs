@@ -12,7 +12,7 @@ use super::pose::{POSE, Pose, frame_of, plan_of, scaled};
 use super::target::{Rim, Target};
 use super::trial::{Move, STRIDE, Trial, compared};
 use crate::base::boundary::POINTS as RIM_POINTS;
-use crate::base::{Outline, Surface, Vector3};
+use crate::base::{Boundary, Outline, Surface, Vector3};
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::Parameter;
 use crate::sim::{Experiment, Setup};
@@ -77,6 +77,8 @@ struct At<'a> {
     trial: &'a Trial,
     /// The place's move to finer cells \[m\].
     finer: Vector3,
+    /// Its move with the edge's shift along the cloth \[-\].
+    edge: Vector3,
 }
 
 impl At<'_> {
@@ -106,6 +108,7 @@ impl At<'_> {
                 }
                 On::Rim(_) | On::Sheet { .. } => 0.0,
             },
+            Acts::Edge => self.normal.dot(&self.edge),
             Acts::Outline(harmonic) => {
                 let bearing_rad = self.place.z.atan2(self.place.x);
                 let outwards = Vector3::new(bearing_rad.cos(), 0.0, bearing_rad.sin());
@@ -165,7 +168,7 @@ fn on_sheet(acts: &Acts, lies: Lies, setup: &Setup, of: impl Fn(Parameter) -> f6
             let [x, z] = tilt_parts(*side, lies.bearing_rad);
             x * of(Parameter::TiltX) + z * of(Parameter::TiltZ)
         }
-        Acts::Scale | Acts::Perspective | Acts::Outline(_) => 0.0,
+        Acts::Scale | Acts::Perspective | Acts::Edge | Acts::Outline(_) => 0.0,
     }
 }
 
@@ -195,7 +198,8 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     let posed = scaled(pose, view.ln_scale);
     let (rows, distances) = match &target.rim {
         Some(rim) => {
-            let (rows, mut distances) = on_rim((rim, target), trial, moved, &posed, of.options);
+            let shifted = (moved, view.edge_m);
+            let (rows, mut distances) = on_rim((rim, target), trial, shifted, &posed, of.options);
             if let Some(sheet) = &rim.sheet {
                 distances.extend(on_sheet_of(sheet, target, trial, moved, &posed, of.options));
             }
@@ -270,6 +274,7 @@ fn on_outline<'a>(
             on: On::Outline { segment: foot.segment, fraction: foot.fraction },
             trial,
             finer: Vector3::zeros(),
+            edge: Vector3::zeros(),
         };
         let off_m = foot.outwards_m;
         let row = Row { bearing_rad: z.atan2(x), outwards_m: off_m, across_m: off_m.abs() };
@@ -282,7 +287,7 @@ fn on_outline<'a>(
 fn on_rim<'a>(
     (rim, target): (&Rim, &Target),
     trial: &'a Trial,
-    moved: [f64; 3],
+    (moved, edge_m): ([f64; 3], f64),
     posed: &Pose,
     options: &FitOptions,
 ) -> Measured<'a> {
@@ -291,11 +296,15 @@ fn on_rim<'a>(
     let measured: Vec<Vector3> =
         points.iter().map(|p| frame_of(&p.position_m.coords, posed)).collect();
     let counts = (mean_step_m(&measured) / options.alike_m).min(1.0);
+    // beyond what the scan path has taken for it
+    let beyond_m = rim.edge.map_or(0.0, |edge| edge_m - edge.by_m);
     let (mut rows, mut distances) = (Vec::new(), Vec::new());
     for index in (0..RIM_POINTS).filter(|&index| points[index].observed) {
         let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.rim[index]);
         let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m])
             + finer * posed[10];
+        let edge = along_the_cloth(rim, index, posed);
+        let place = place + edge * beyond_m;
         let next =
             measured[(index + 1) % RIM_POINTS] - measured[(index + RIM_POINTS - 1) % RIM_POINTS];
         let [level, upwards, along] = directions(&next, &place);
@@ -304,7 +313,7 @@ fn on_rim<'a>(
         for (normal, sigma_m) in
             [(level, sigma_m), (upwards, sigma_m), (along, sigma_m.hypot(options.along_m))]
         {
-            let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial, finer };
+            let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial, finer, edge };
             distances.push(Distance { at, off_m: normal.dot(&off), sigma_m, counts });
         }
         rows.push(Row {
@@ -314,6 +323,22 @@ fn on_rim<'a>(
         });
     }
     (rows, distances)
+}
+
+/// How a point of a scanned rim moves as its edge is shifted outwards along the cloth, all round \[-\]; corners along both their sides.
+fn along_the_cloth(rim: &Rim, index: usize, posed: &Pose) -> Vector3 {
+    let (Some(sheet), Some(_)) = (&rim.sheet, rim.edge) else { return Vector3::zeros() };
+    let last = sheet.side() - 1;
+    let out = Boundary::flat_xz_m(index, 2.0);
+    let [i, j] = out.map(|out| (0.5 * (out + 1.0) * last as f64).round() as usize);
+    let at = |i: usize, j: usize| {
+        frame_of(&sheet.points()[i * sheet.side() + j].position_m.coords, posed)
+    };
+    let [before, after] = [|k: usize| k.saturating_sub(1), |k: usize| k + 1];
+    let warp = at(after(i).min(last), j) - at(before(i), j);
+    let weft = at(i, after(j).min(last)) - at(i, before(j));
+    let along = |steps: Vector3| steps.try_normalize(0.0).unwrap_or_default();
+    along(warp) * out[0] + along(weft) * out[1]
 }
 
 /// The places of a scanned sheet that were seen, each from its own place on the simulated one across the former.
@@ -340,7 +365,8 @@ fn on_sheet_of<'a>(
         let place = (0..3).fold(trial.places[index], |at, m| at + own[m].places[index] * moved[m])
             + finer * posed[10];
         let on = On::Sheet { index, out: out_of([i, j], &target.bench) };
-        let at = At { normal, place, on, per_height: 0.0, trial, finer };
+        let edge = Vector3::zeros();
+        let at = At { normal, place, on, per_height: 0.0, trial, finer, edge };
         let sigma_m = point.sigma_m.hypot(options.scan_model_m);
         Some(Distance { at, off_m: normal.dot(&(measured(i, j) - place)), sigma_m, counts })
     })

@@ -6,6 +6,10 @@
 //! points err alike: of all points on a stretch one counts. A distance of more than a few standard deviations pulls no harder
 //! than one at that distance (Huber 1964).
 //!
+//! Where a sensor has the edges of scanned sheets is known no better than sensors are: one number for all scans of a fabric
+//! ([`super::effect::SENSOR_EDGE`]), in every fit to them. The scan path, told the specimen's size, takes what it can out of each rim
+//! ([`crate::scan::EdgeShift`]); that is counted in, so that specimens of another size are no sensor's.
+//!
 //! A drape that springs hold across its outline has one unknown more, how far outwards they pull, and one row more: that
 //! they pull nowhere on the whole. Its arrangement of folds is then the measured one, and its mean extent its own.
 

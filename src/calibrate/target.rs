@@ -8,6 +8,7 @@ use super::trial::{Compared, compared};
 use crate::base::boundary::POINTS;
 use crate::base::{Boundary, Outline, Surface, Vector3};
 use crate::numeric::moments::mean;
+use crate::scan::EdgeShift;
 use crate::sim::drop::rim_depth_m;
 use crate::sim::{Experiment, HeldSurface};
 
@@ -50,6 +51,8 @@ pub struct Rim {
     pub boundary: Boundary,
     /// The whole sheet, if it was scanned.
     pub sheet: Option<Surface>,
+    /// By how much farther out the scan had its edge than the rim has it; `None` of a rim that was given.
+    pub edge: Option<EdgeShift>,
 }
 
 /// Rounds in which depth and distance from the axis follow each other; each leaves a tenth or so.
@@ -210,12 +213,12 @@ mod tests {
     fn a_level_rim_is_its_own_outline() {
         let at = |k: usize| Boundary::flat_xz_m(k, 0.3);
         let points = (0..POINTS).map(|k| Point3::new(at(k)[0], -0.04, at(k)[1]));
-        let rim = Rim { boundary: Boundary::exact(points).unwrap(), sheet: None };
+        let rim = Rim { boundary: Boundary::exact(points).unwrap(), sheet: None, edge: None };
         let outline = rim.from_above().unwrap();
         // a square of 300 mm, but for its corners between two bearings
         assert!((outline.area_m2() - 0.09).abs() < 1e-4, "{}", outline.area_m2());
         let beside = rim.boundary.positions_m().map(|p| Point3::new(p.x + 1.0, p.y, p.z));
-        let beside = Rim { boundary: Boundary::exact(beside).unwrap(), sheet: None };
+        let beside = Rim { boundary: Boundary::exact(beside).unwrap(), sheet: None, edge: None };
         assert!(beside.from_above().is_none());
     }
 }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::base::units::M_PER_MM;
-use crate::calibrate::effect::{Cloth, Effect};
+use crate::calibrate::effect::{Cloth, Effect, SENSOR_EDGE};
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
@@ -178,6 +178,11 @@ impl Series {
         if self.bench == Bench::Square {
             let scale = Effect::named("scale").into_iter().flat_map(|effect| effect.numbers);
             effects.extend(scale.map(|number| (number, case.scale_by().ln_1p())));
+            // the sensor's edges are no part of the truth, and are taken as they were found
+            let after = result.after.as_ref().map(|after| &after.fitted);
+            let last = after.or(result.fitted.as_ref().ok());
+            let found = last.into_iter().flat_map(|fitted| &fitted.cloth.effects);
+            effects.extend(found.filter(|(number, _)| SENSOR_EDGE.numbers.contains(number)));
         }
         let mut rms_m = Vec::new();
         for face in [Face::Up, Face::Down] {

@@ -69,6 +69,7 @@ pub use frame::Bearing;
 pub use mesh_facts::{CutFacts, MeshFacts};
 pub use options::{ExperimentFault, ScanOptions, WarpToward};
 pub use quality::Quality;
+pub use registration::EdgeShift;
 pub use scanned::{Evidence, ScannedBoundary};
 pub use tuning::{Tuning, TuningError};
 pub use unit::LengthUnit;

@@ -73,13 +73,15 @@ pub(super) struct Registration<'a> {
     last_move_m: f64,
 }
 
-/// By how much the free edge lies farther out than the cloth ends, all round.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct EdgeShift {
-    /// Outward shift \[m\].
+/// By how much the free edge lies farther out than the cloth ends, all round, as far as the sensor is held for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeShift {
+    /// Outward shift, which was taken out of the rim \[m\].
     pub by_m: f64,
     /// Its standard deviation \[m\].
     pub sigma_m: f64,
+    /// Standard deviation of what the sensor shifts edges by, before a scan is looked at \[m\].
+    pub sensor_m: f64,
 }
 
 /// A strip of the free edge, as measured.
@@ -140,11 +142,12 @@ impl<'a> Registration<'a> {
     /// apart.
     pub fn sensor_shift(&self, noise_m: f64) -> EdgeShift {
         let tuning = self.priors.tuning;
-        let sensor = (tuning.sensor_shift_m + tuning.sensor_shift_per_noise * noise_m).powi(2);
+        let sensor_m = tuning.sensor_shift_m + tuning.sensor_shift_per_noise * noise_m;
+        let sensor = sensor_m.powi(2);
         let grown_m = tuning.model_shift_per_stretch_m2 * self.stretch_per_m;
         let model = (tuning.model_shift_m + grown_m).powi(2);
         let share = sensor / (sensor + model);
-        EdgeShift { by_m: share * self.shift_m, sigma_m: (share * model).sqrt() }
+        EdgeShift { by_m: share * self.shift_m, sigma_m: (share * model).sqrt(), sensor_m }
     }
 
     fn assemble(&mut self, anchors: &[Anchor]) {

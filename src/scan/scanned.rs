@@ -6,6 +6,7 @@ use nalgebra::{Translation3, UnitQuaternion};
 use super::found::Found;
 use super::options::ScanOptions;
 use super::quality::Quality;
+use super::registration::EdgeShift;
 use super::steps::{Assessed, Edged, Oriented, Registered};
 use super::surface::{self, Sampled};
 use super::unit::LengthUnit;
@@ -33,6 +34,8 @@ pub struct ScannedBoundary {
     pub unit: LengthUnit,
     /// How much to trust it.
     pub quality: Quality,
+    /// By how much the scan had its edges farther out than the rim has them.
+    pub edge_shift: EdgeShift,
     /// What was found on the way, for comparing surfaces.
     pub evidence: Evidence,
     /// The same of every step, as a refusal has it, for pictures.
@@ -58,7 +61,7 @@ impl ScannedBoundary {
         let quality = Quality::of(&assessed, options);
         let sim_from_local = sim_from_local(&assessed.edged, options);
         let surface = sheet(&assessed.edged, sim_from_local, options);
-        let Assessed { edged: Edged { registered, near_edge, mut rim, .. }, .. } = assessed;
+        let Assessed { edged: Edged { registered, near_edge, mut rim, shift, .. }, .. } = assessed;
         let Registered { cloth, material, .. } = registered;
         let Oriented { bench, surface: points, warp_off_rad, .. } = cloth;
         for point in &mut rim.points {
@@ -89,6 +92,7 @@ impl ScannedBoundary {
             sim_from_scan,
             unit,
             quality,
+            edge_shift: shift,
             evidence,
             found,
         }

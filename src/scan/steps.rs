@@ -163,7 +163,8 @@ pub(super) struct Edged<'a> {
     pub own_edge_share: f64,
     /// The rim along the edges, local frame.
     pub rim: Rim,
-    shift: EdgeShift,
+    /// What of the edges' shift was taken for the sensor's, and out of the rim.
+    pub shift: EdgeShift,
 }
 
 /// The rim with flags and sigmas.
@@ -356,11 +357,12 @@ impl<'a> Registered<'a> {
     /// By how much the sensor shifted the edge.
     fn edge_shift(&self, options: &ScanOptions) -> EdgeShift {
         let bench = &self.cloth.bench;
+        let shift = self.registration.sensor_shift(bench.sensor_noise_m);
         if bench.chord_m < options.tuning.scene.most_chord_m {
-            self.registration.sensor_shift(bench.sensor_noise_m)
+            shift
         } else {
             // Chords make the parameterised cloth short: it then says nothing of the edge.
-            EdgeShift { by_m: 0.0, sigma_m: bench.chord_m }
+            EdgeShift { by_m: 0.0, sigma_m: bench.chord_m, ..shift }
         }
     }
 }

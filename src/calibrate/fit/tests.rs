@@ -226,7 +226,7 @@ fn scanned(fabric: &Fabric, seed: u64, sim: &SimOptions) -> (Rim, Experiment) {
     let even = drape.grid.evenly(Surface::SIDE);
     let places = even.prolong(&drape.grid, &drape.positions_m, 1.0);
     let sheet = Surface::exact(places.into_iter().map(crate::base::Point3::from)).unwrap();
-    (Rim { boundary: drape.boundary, sheet: Some(sheet) }, sim.experiment)
+    (Rim { boundary: drape.boundary, sheet: Some(sheet), edge: None }, sim.experiment)
 }
 
 #[test]
@@ -421,4 +421,44 @@ fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
     );
     println!("{said}");
     assert!(with.misfit < 0.8 * without.misfit, "{said}");
+}
+
+#[test]
+fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
+    let (fabric, mut options) = (truth(), options());
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 31);
+    options.sim.experiment = Experiment::default();
+    (options.finer, options.sensor_edge_m) = (1.0, 0.3e-3);
+    // of 0.4 mm the scan path has taken a quarter
+    let (shift_m, taken_m) = (-0.4e-3, -0.1e-3);
+    let target = |seed| {
+        let (rim, _) = scanned(&fabric, seed, &options.sim);
+        let sheet = rim.sheet.as_ref().unwrap();
+        let inwards = 1.0 + (shift_m - taken_m) / 0.15;
+        let at = |k: usize| {
+            let share = crate::base::Boundary::flat_xz_m(k, 1.0).map(|at| 0.5 + at * inwards);
+            sheet.at(share).position_m
+        };
+        let boundary = crate::base::Boundary::exact((0..244).map(at)).unwrap();
+        let edge = crate::scan::EdgeShift { by_m: taken_m, sigma_m: 0.1e-3, sensor_m: 0.3e-3 };
+        let rim = Rim { boundary, edge: Some(edge), ..rim };
+        Target::of_rim(rim, &options.sim.experiment).unwrap()
+    };
+    let targets: Vec<Target> = (0..2).map(target).collect();
+    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let fitted = |options: &FitOptions| {
+        let fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
+        fit.plain()
+    };
+    let (with, without) = (fitted(&options), fitted(&FitOptions { sensor_edge_m: 0.0, ..options }));
+    let (number, found) = with.cloth.effects[0];
+    let said =
+        format!("{:.3} mm, misfit {:.3} (without {:.3})", found * 1e3, with.misfit, without.misfit);
+    println!("{said}");
+    assert_eq!(Effect::of(number).unwrap().name, "sensor_edge");
+    assert!((found / shift_m - 1.0).abs() < 0.15 && with.misfit < 0.5 * without.misfit, "{said}");
+    // what is far beyond a sensor is not taken for one
+    let narrow = fitted(&FitOptions { sensor_edge_m: 0.1e-3, ..options });
+    assert!(narrow.at_limit[0] && (narrow.cloth.effects[0].1 + 0.2e-3).abs() < 1e-9, "{said}");
 }
