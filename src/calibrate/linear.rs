@@ -31,7 +31,7 @@ pub(super) struct Linear {
     pub specimens: Vec<Quadratic>,
     precision: DMatrix<f64>,
     pull: DVector<f64>,
-    /// How far each unknown that is declared may change.
+    /// How far each unknown may change, where that is bound.
     room: Vec<Option<[f64; 2]>>,
     /// What the plain model has.
     pub declared: Vec<&'static Effect>,
@@ -124,7 +124,7 @@ impl Linear {
             b += fitted.b.select_rows(&of);
         }
         let mut change = a.clone().cholesky()?.solve(&b);
-        // what is declared stays within what is tried of it
+        // what is bound stays within what is tried of it
         for (at, &unknown) in of.iter().enumerate() {
             let Some([low, high]) = self.room[unknown] else { continue };
             if change[at] < low || change[at] > high {

@@ -133,8 +133,12 @@ fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
     if fabric.verdict != Verdict::Found {
         return steps;
     }
+    let are_scans = fabric.measured.iter().all(|measured| measured.rim.is_some());
     for found in fabric.after.iter().flat_map(|after| &after.effects) {
         let step = match found.effect.name {
+            "scale" if are_scans => {
+                "Scan something of known size, correct the scans\u{2019} scale in the scanner\u{2019}s program, and calibrate again: until then the stiffnesses depend on it."
+            }
             "scale" => {
                 "Measure the pictures\u{2019} scale on something of known size, correct mm_per_pixel, and calibrate again: until then the stiffnesses depend on it."
             }
