@@ -145,12 +145,43 @@ fn number_of(entry: &Value) -> Result<(&'static Number, f64), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibrate::effect::SENSOR_EDGE;
+    use crate::refine::{Ended, RefinedStiffness};
 
     fn said(effects: &Value) -> Result<Vec<(&'static Number, f64)>, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("f.params.json");
         std::fs::write(&path, json!({ "effects": effects }).to_string()).unwrap();
         read_effects(&path).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_written_is_read_again_and_a_sensors_edge_is_not_the_cloths() {
+        let softening = &Effect::named("softening").unwrap().numbers[1];
+        let effects = vec![(&SENSOR_EDGE.numbers[0], -5e-4), (softening, 1.5e-3)];
+        let fabric = Fabric::mean_knit();
+        let fitted = Fitted {
+            cloth: Cloth { effects, ..Cloth::plain(fabric) },
+            stiffnesses: std::array::from_fn(|k| {
+                RefinedStiffness::of(k, 0.0, [0.1, 1.0], [-1.0, 1.0])
+            }),
+            intervals90: vec![[-6e-4, -4e-4], [1e-3, 2e-3]],
+            at_limit: vec![false; 2],
+            drapes: Vec::new(),
+            cost: 1.0,
+            misfit: 1.0,
+            ended: Ended::Converged,
+            simulated: 1,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("f.params.json");
+        std::fs::write(&path, text(&fitted, true).to_string()).unwrap();
+        let cloth = read(&path, [None; STIFFNESSES + 1]).unwrap();
+        let [(number, value)] = cloth.effects[..] else { panic!("{:?}", cloth.effects) };
+        assert_eq!(number, softening);
+        assert!((value - 1.5e-3).abs() < 1e-15);
+        let off = cloth.ln().into_iter().zip(fitted.cloth.ln()).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-12);
     }
 
     #[test]

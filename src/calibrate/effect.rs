@@ -430,6 +430,12 @@ impl FieldOf {
     }
 }
 
+/// All that a number can be of: effects, a sensor's edge, patterns, fields.
+pub(super) fn known() -> impl Iterator<Item = &'static Effect> {
+    let fields = FIELDS.iter().map(|(field, _)| field);
+    EFFECTS.iter().chain([&SENSOR_EDGE]).chain(&PATTERNS).chain(fields)
+}
+
 impl Effect {
     /// The effect of this name.
     #[must_use]
@@ -447,12 +453,7 @@ impl Effect {
     /// The effect or pattern that a number is one of.
     #[must_use]
     pub fn of(number: &Number) -> Option<&'static Self> {
-        EFFECTS
-            .iter()
-            .chain([&SENSOR_EDGE])
-            .chain(&PATTERNS)
-            .chain(FIELDS.iter().map(|(field, _)| field))
-            .find(|e| e.numbers.contains(number))
+        known().find(|e| e.numbers.contains(number))
     }
 }
 

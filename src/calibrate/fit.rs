@@ -19,7 +19,7 @@
 use rayon::prelude::*;
 
 use super::believed::Believed;
-use super::effect::{Acts, Cloth, Number, View};
+use super::effect::{Cloth, Number, View};
 use super::measures::{FoldRule, Measures};
 use super::options::{FitOptions, LEAVES};
 use super::pose::{Pose, picture_of, scaled};
@@ -447,19 +447,6 @@ impl Fit<'_> {
 
     pub(super) fn squares<'b>(&'b self, numbers: &'b [&'static Number]) -> Squares<'b> {
         Squares { targets: &self.targets, believed: self.believed, options: self.options, numbers }
-    }
-
-    /// How far a sensor's edge may still change from a state; `None` for all other unknowns. (Of held outlines' scale, which is declared too and
-    /// runs to its end whatever the cloth, the linear choice is free: bound, it had a plate's radius stand in for it.)
-    pub(super) fn room(&self, state: &State, numbers: &[&'static Number]) -> Vec<Option<[f64; 2]>> {
-        let limits = self.squares(numbers).limits();
-        let all = state.shared.iter().zip(limits).enumerate();
-        all.map(|(k, (at, ends))| {
-            let number = k.checked_sub(STIFFNESSES).map(|k| numbers[k]);
-            let is_edge = number.is_some_and(|number| number.acts == Acts::Edge);
-            is_edge.then(|| ends.map(|end| end - at))
-        })
-        .collect()
     }
 
     /// Puts the sheets of the plain fit back.

@@ -9,22 +9,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effect::{Acts, EFFECTS, Effect, FIELDS, Number, PATTERNS, SENSOR_EDGE};
+use super::effect::{Acts, EFFECTS, Effect, Number, known};
 use super::fit::Fit;
 use super::independent::{Independent, Units};
 use super::pose::POSE;
 use super::squares::Sums;
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::Parameter;
-
-/// All that a number can be of: effects, patterns, fields.
-fn known() -> impl Iterator<Item = &'static Effect> {
-    EFFECTS
-        .iter()
-        .chain([&SENSOR_EDGE])
-        .chain(&PATTERNS)
-        .chain(FIELDS.iter().map(|(field, _)| field))
-}
 
 /// A plain fit's specimens.
 pub(super) struct Linear {
@@ -69,8 +60,8 @@ impl Linear {
         let specimens = specimens.into_iter().flatten().map(of_unit).collect();
         let declared = fit.declared();
         let is_declared = |effect: &&Effect| effect.numbers.iter().any(|n| declared.contains(&n));
-        let declared = EFFECTS.iter().chain([&SENSOR_EDGE]).filter(is_declared).collect();
-        let room = fit.room(&state, &numbers);
+        let declared = known().filter(is_declared).collect();
+        let room = fit.squares(&numbers).room(&state.shared);
         Some(Self { specimens, precision, pull, room, declared, is_scan })
     }
 
@@ -149,8 +140,8 @@ const KNOWN_SCANNED: f64 = 0.04;
 /// Part of what may be expected of each effect that every scan has of its own, whatever the cloth: by so much a bench is not what it is
 /// said to be, a scan not what was there, cells not the cloth.
 const OF_EACH_SCAN: f64 = 0.1;
-/// The same of the specimen's size (0.5 mm: scans of rims lie a little within them, sheets of cloth without effects ask for 0.4 to 0.5 mm
-/// less), and of the logarithm of a stiffness.
+/// The same of the specimen's size (0.5 mm, chosen before a sensor's edge was in the fit: cloth without effects asked for 0.4 to 0.5 mm less;
+/// whether it is needed beside that has not been measured), and of the logarithm of a stiffness.
 const SIZE_OF_EACH_SCAN: f64 = 0.25;
 const STIFFNESS_OF_EACH_SCAN: f64 = 0.02;
 /// Standard deviation of the logarithm by which the bending of specimens of one cloth differs: the 3 to 4 points by which

@@ -653,7 +653,7 @@ impl FabricResult {
         scanned(&self.measured) && is_left([before, after], self.after.is_some())
     }
 
-    /// Whether the edges of the scans lie as far beside the cloth's as a sensor is held for at most, and farther for all that is known.
+    /// Whether the plain fit has the scans' edges as far beside the cloth's as a sensor is held to shift them at most.
     #[must_use]
     pub fn edge_at_limit(&self) -> bool {
         let Ok(fitted) = &self.fitted else { return false };

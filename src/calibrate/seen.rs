@@ -301,10 +301,10 @@ fn on_rim<'a>(
     let (mut rows, mut distances) = (Vec::new(), Vec::new());
     for index in (0..RIM_POINTS).filter(|&index| points[index].observed) {
         let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.rim[index]);
-        let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m])
-            + finer * posed[10];
         let edge = along_the_cloth(rim, index, posed);
-        let place = place + edge * beyond_m;
+        let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m])
+            + finer * posed[10]
+            + edge * beyond_m;
         let next =
             measured[(index + 1) % RIM_POINTS] - measured[(index + RIM_POINTS - 1) % RIM_POINTS];
         let [level, upwards, along] = directions(&next, &place);
@@ -332,11 +332,11 @@ fn along_the_cloth(rim: &Rim, index: usize, posed: &Pose) -> Vector3 {
     let out = Boundary::flat_xz_m(index, 2.0);
     let [i, j] = out.map(|out| (0.5 * (out + 1.0) * last as f64).round() as usize);
     let at = |i: usize, j: usize| {
+        let [i, j] = [i, j].map(|k| k.min(last));
         frame_of(&sheet.points()[i * sheet.side() + j].position_m.coords, posed)
     };
-    let [before, after] = [|k: usize| k.saturating_sub(1), |k: usize| k + 1];
-    let warp = at(after(i).min(last), j) - at(before(i), j);
-    let weft = at(i, after(j).min(last)) - at(i, before(j));
+    let warp = at(i + 1, j) - at(i.saturating_sub(1), j);
+    let weft = at(i, j + 1) - at(i, j.saturating_sub(1));
     let along = |steps: Vector3| steps.try_normalize(0.0).unwrap_or_default();
     along(warp) * out[0] + along(weft) * out[1]
 }

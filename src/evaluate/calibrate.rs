@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::base::units::M_PER_MM;
-use crate::calibrate::effect::{Cloth, Effect, SENSOR_EDGE};
+use crate::calibrate::effect::{Acts, Cloth, Effect};
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
@@ -182,7 +182,7 @@ impl Series {
             let after = result.after.as_ref().map(|after| &after.fitted);
             let last = after.or(result.fitted.as_ref().ok());
             let found = last.into_iter().flat_map(|fitted| &fitted.cloth.effects);
-            effects.extend(found.filter(|(number, _)| SENSOR_EDGE.numbers.contains(number)));
+            effects.extend(found.filter(|(number, _)| number.acts == Acts::Edge));
         }
         let mut rms_m = Vec::new();
         for face in [Face::Up, Face::Down] {
