@@ -1058,6 +1058,9 @@ pub(crate) struct Physics {
     /// Measured fabrics of `cusick`, each also with its softening
     #[arg(long, default_value_t = 12)]
     pub(crate) cusick_fabrics: usize,
+    /// Measured fabrics of `linear-bending`
+    #[arg(long, default_value_t = 60)]
+    pub(crate) linear_fabrics: usize,
     /// Drops of each fabric of `branches`
     #[arg(long, default_value_t = 50)]
     pub(crate) drops: u64,
@@ -1084,6 +1087,8 @@ pub(crate) enum PhysicsPart {
     Cusick,
     /// Standard Cusick drapes with asymmetric bending and, with --data, hysteresis (minutes).
     Effects,
+    /// What linear bending is off by on fabrics whose softening was measured (minutes; needs --data).
+    LinearBending,
     /// Schemes of discretisation on cells of 5 mm against a finer mesh, from one rest (minutes).
     Schemes,
     /// Perturbed drops of one fabric, beside repeated drops of real ones with --data (minutes).

@@ -21,6 +21,7 @@ use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::dataset_options;
 use scan2params::dataset::{Row, read_folder};
+use scan2params::evaluate::physics::linear_bending::linear_bending;
 use scan2params::evaluate::physics::{branches, drapes, effects, schemes, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::{another_drop, timed_drape};
@@ -300,6 +301,14 @@ fn run_physics(given: &args::Physics) -> Outcome {
                 };
                 effects::hysteresis(data, given.effect_drops, tell)
                     .with_context(|| data.display().to_string())?;
+            }
+            Part::LinearBending => {
+                let Some(data) = data else {
+                    eprintln!("without --data there are no measured laws of bending");
+                    continue;
+                };
+                let table = linear_bending(data, given.linear_fabrics);
+                println!("{}", table.with_context(|| data.display().to_string())?);
             }
             Part::Cusick => {
                 let Some(data) = data else {

@@ -259,7 +259,7 @@ pub fn kes_drape(data: &Path) -> Result<Vec<Measured>, DataError> {
 }
 
 /// (sqrt(B^u B^v) / (D g))^(1/3) \[m\].
-fn mean_length_m(f: &Fabric) -> f64 {
+pub(super) fn mean_length_m(f: &Fabric) -> f64 {
     ((f.bending_weft_nm * f.bending_warp_nm).sqrt() / (f.density_kg_m2 * GRAVITY_M_S2)).cbrt()
 }
 
