@@ -16,11 +16,11 @@ use scan2params::calibrate::field::{Field, FieldLayer};
 use scan2params::calibrate::fit::{Beside, Fitted};
 use scan2params::calibrate::floor::{Pairing, Spread};
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
+use scan2params::calibrate::measured::Measured;
 use scan2params::calibrate::measures::{FoldRule, Measures};
 use scan2params::calibrate::pose::POSE;
-use scan2params::calibrate::run::{
-    After, Calibration, DrapeBeside, FabricResult, Measured, Refused, Verdict,
-};
+use scan2params::calibrate::result::{After, DrapeBeside, FabricResult, Verdict};
+use scan2params::calibrate::run::{Calibration, Refused};
 use scan2params::calibrate::seen::Row;
 use scan2params::calibrate::trace::{Choice, Ranked, Trace};
 use scan2params::calibrate::trial::outline_of;

@@ -16,8 +16,9 @@ use rayon::prelude::*;
 use super::sha256_of;
 use crate::calibrate;
 use crate::calibrate::manifest::Entry;
+use crate::calibrate::measured::Measured;
 use crate::calibrate::run::{
-    CalibrateError, Files, Measured, Options, Refused, Told, fabric, read, together,
+    CalibrateError, Files, Options, Refused, Told, fabric, read, together,
 };
 use crate::fabric::sha256_hex;
 use crate::io::{self, Lock, LockError, ReadError, WriteError};

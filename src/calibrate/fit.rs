@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::believed::Believed;
 use super::effect::{Cloth, Number, View};
 use super::measures::{FoldRule, Measures};
-use super::options::{FitOptions, LEAVES};
+use super::options::FitOptions;
 use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
 use super::softened::softened;
@@ -143,7 +143,8 @@ pub fn fit<'a>(
         return Err(FitError::Nothing);
     }
     let first = first_fabric(targets, believed, drape_coefficient, options);
-    let effects = options.declared().into_iter().map(|number| (number, 0.0)).collect();
+    let at_mean = |number: &'static Number| (number, options.mean_of(number) * number.sigma);
+    let effects = options.declared().into_iter().map(at_mean).collect();
     let cloth = Cloth { effects, ..Cloth::plain(first) };
     let begun = |cloth: &Cloth| Fit::begun(targets, cloth, believed, options, rule, tell);
     let mut fit = begun(&cloth)?;
@@ -239,72 +240,6 @@ impl Fit<'_> {
         self.restore();
         self.look_finer();
         self.start_otherwise();
-    }
-
-    /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch and shear, as long as that helps.
-    ///
-    /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch before it is known what finer ones do, and
-    /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
-    /// the first step. Then, where stretch or shear has run off, once more at what is believed of them; last at the cloth found, with sheets that come
-    /// straight to it.
-    fn start_otherwise(&mut self) {
-        if !self.targets.iter().all(|target| target.is_held(self.options)) {
-            return;
-        }
-        for _ in 0..STARTS {
-            let stiffer = self.with_stretch(|_, ln| ln + STIFFER);
-            if self.plain.misfit() < AGAIN || !self.begin_again(&stiffer) {
-                break;
-            }
-        }
-        if self.plain.misfit() >= LEAVES && self.has_run_off() {
-            let believed = self.believed;
-            self.begin_again(&self.with_stretch(|k, _| believed.ln_mean[k] + OTHERWISE));
-        }
-        // sheets that were led from fabric to fabric bring along what friction remembers of the way
-        if self.plain.misfit() >= AGAIN {
-            self.begin_again(&self.plain.shared.clone());
-        }
-    }
-
-    /// Whether stretch or shear lies far from what is believed.
-    fn has_run_off(&self) -> bool {
-        let believed = self.believed;
-        let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
-        (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt())
-    }
-
-    /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is tried.
-    fn with_stretch(&self, other: impl Fn(usize, f64) -> f64) -> Vec<f64> {
-        let mut shared = self.plain.shared.clone();
-        for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
-            let [low, high] = self.believed.ln_limits[k];
-            *shared = other(k, *shared).clamp(low, high);
-        }
-        shared
-    }
-
-    /// Begins the plain fit again with sheets led anew by a cloth, and with what finer cells do to that cloth; whether it ends nearer.
-    fn begin_again(&mut self, shared: &[f64]) -> bool {
-        let declared = self.declared.clone();
-        let before: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let state = self.finely_led(&declared, shared);
-        let is_nearer = match state {
-            Some((state, ended)) if state.cost < self.plain.cost - LED_GAIN => {
-                (self.plain, self.ended) = (state, ended);
-                self.kept = self.followers.iter().map(Follower::keep).collect();
-                true
-            }
-            _ => {
-                self.targets
-                    .iter_mut()
-                    .zip(before)
-                    .for_each(|(target, finer)| target.finer = finer);
-                false
-            }
-        };
-        self.restore();
-        is_nearer
     }
 
     /// Lays the held sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
@@ -730,8 +665,21 @@ fn laid(
 ) -> Follower {
     let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
     let sim = SimOptions { experiment, vertices, ..options.sim };
-    let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
-    Follower::drop(&cloth.fabric, &drop, &sim)
+    let view = cloth.view();
+    let drop = Drop { start: start_of(target, pose, view, options) };
+    let mut sheet = Follower::drop(&cloth.fabric, &drop, &sim);
+    if view.ln_scale != 0.0 && target.is_held(options) {
+        // where it did not come to rest again its drape says so
+        sheet.hold_farther(farther(view));
+        let here = *sheet.setup();
+        sheet.follow(&here, &FollowOptions::default()).ok();
+    }
+    sheet
+}
+
+/// How much farther from the plate's axis than it was scanned a sheet lies at the scale of a view, as a share.
+fn farther(view: View) -> f64 {
+    (-view.ln_scale).exp_m1()
 }
 
 /// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
@@ -785,6 +733,9 @@ fn led_on(
         let view = cloth.view();
         let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
         sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
+    }
+    if target.is_held(options) {
+        sheet.hold_farther(farther(cloth.view()));
     }
     let to = cloth.setup(&target.bench, target.lies(pose));
     let way = sheet.follow(&to, &FollowOptions::default());
@@ -874,16 +825,6 @@ const LEADINGS: usize = 2;
 const LED_GAIN: f64 = 1.0;
 /// The first of the six stiffnesses, which are not bending.
 const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
-/// Standard deviations from what is believed beyond which stretch or shear has run off.
-const RAN_OFF: f64 = 2.0;
-/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most: locked cells have been seen
-/// to end 0.5 too low, and a start that is too stiff comes down by itself.
-const STIFFER: f64 = 1.0;
-/// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows leaves half to four fifths of it (structured light).
-const AGAIN: f64 = 0.3;
-const STARTS: usize = 2;
-/// The same on what is believed of them.
-const OTHERWISE: f64 = 1.8;
 /// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
 const NEAR: f64 = 0.2;
 /// Foretold fall of the cost, as a share of it, that is not worth a round of drapes.
@@ -921,7 +862,7 @@ impl Beside {
             simulated: outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&as_seen, &target.bench, rule),
             held_share: match target.held_to(options) {
-                Some(held) => share_of(&held, &trial.places),
+                Some(held) => share_of(&held, &trial.places, larger),
                 None if target.rim.is_some() => 0.0,
                 None => options.hold_per_m * trial.hold.rms_m,
             },
@@ -933,5 +874,6 @@ impl Beside {
     }
 }
 
+mod starts;
 #[cfg(test)]
 mod tests;

@@ -19,9 +19,11 @@ pub mod independent;
 pub mod left;
 mod linear;
 pub mod manifest;
+pub mod measured;
 pub mod measures;
 pub mod options;
 pub mod pose;
+pub mod result;
 pub mod run;
 pub mod seen;
 pub mod silhouette;
@@ -32,4 +34,4 @@ pub mod trace;
 pub mod trial;
 
 /// Raised where the same files give other numbers than before, so that nothing made by an earlier version is kept.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;

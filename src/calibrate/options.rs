@@ -35,9 +35,9 @@ pub struct FitOptions {
     /// Standard deviation of the logarithm of the pictures' scale, which all pictures of a fabric share; with 0 the scale is
     /// as it is given, and is looked for as an effect.
     pub scale_sigma: f64,
-    /// Standard deviation of the shift of scanned edges, which all scans of a fabric share \[m\]; with 0 the edges are where they are
-    /// scanned.
-    pub sensor_edge_m: f64,
+    /// By how much scanned edges lie farther out than the cloth ends, which all scans of a fabric share: mean and standard
+    /// deviation \[m\]. With a standard deviation of 0 the edges are where they are scanned.
+    pub sensor_edge_m: [f64; 2],
     /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\]; with 0 it is let go.
     pub hold_per_m: f64,
     /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is let go.
@@ -76,7 +76,7 @@ impl Default for FitOptions {
             cells: refined.cells,
             unknown_bearing: 0.5,
             scale_sigma: 0.0,
-            sensor_edge_m: 0.0,
+            sensor_edge_m: [0.0; 2],
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
             hold_per_m: 150.0,
             scan_hold_sag_m: refined.hold_sag_m,
@@ -94,7 +94,7 @@ impl FitOptions {
     #[must_use]
     pub fn declared(&self) -> Vec<&'static Number> {
         let scale = Effect::named("scale").filter(|_| self.scale_sigma > 0.0);
-        let edge = Some(&SENSOR_EDGE).filter(|_| self.sensor_edge_m > 0.0);
+        let edge = Some(&SENSOR_EDGE).filter(|_| self.sensor_edge_m[1] > 0.0);
         scale.into_iter().chain(edge).flat_map(|effect| effect.numbers).collect()
     }
 
@@ -110,11 +110,16 @@ impl FitOptions {
         self.declared_of(number).unwrap_or(number.sigma)
     }
 
+    /// What a number is expected to be, in units of [`Number::sigma`]: nothing, but for a sensor's edge that is known.
+    pub(super) fn mean_of(&self, number: &Number) -> f64 {
+        if number.acts == Acts::Edge { self.sensor_edge_m[0] / number.sigma } else { 0.0 }
+    }
+
     /// Its standard deviation, if that is declared.
     fn declared_of(&self, number: &Number) -> Option<f64> {
         let sigma = match number.acts {
             Acts::Scale => self.scale_sigma,
-            Acts::Edge => self.sensor_edge_m,
+            Acts::Edge => self.sensor_edge_m[1],
             _ => 0.0,
         };
         (sigma > 0.0).then_some(sigma)
@@ -124,7 +129,10 @@ impl FitOptions {
     #[must_use]
     pub fn limits_of(&self, number: &Number) -> [f64; 2] {
         match self.declared_of(number) {
-            Some(declared) => [-1.0, 1.0].map(|end| end * DECLARED_LIMIT * declared / number.sigma),
+            Some(declared) => {
+                let (mean, most) = (self.mean_of(number), DECLARED_LIMIT * declared / number.sigma);
+                [mean - most, mean + most]
+            }
             None => number.limits.map(|limit| limit / number.sigma),
         }
     }

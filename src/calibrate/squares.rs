@@ -73,6 +73,11 @@ pub(super) struct State {
 }
 
 impl State {
+    /// What each drape costs.
+    pub fn costs(&self) -> Vec<f64> {
+        self.sums.iter().map(|sums| sums.cost).collect()
+    }
+
     /// Root mean square distance of an independent point in standard deviations.
     pub fn misfit(&self) -> f64 {
         (self.data_cost / self.independent).sqrt()
@@ -169,7 +174,9 @@ impl Squares<'_> {
             let at = STIFFNESSES + k;
             precision[(at, at)] = (number.sigma / self.options.expected_of(number)).powi(2);
         }
-        let expected = |k: usize| if k < STIFFNESSES { self.believed.ln_mean[k] } else { 0.0 };
+        let of_number = |k: usize| self.options.mean_of(self.numbers[k - STIFFNESSES]);
+        let expected =
+            |k: usize| if k < STIFFNESSES { self.believed.ln_mean[k] } else { of_number(k) };
         let off = DVector::from_fn(common, |k, _| expected(k) - shared[k]);
         let pull = &precision * &off;
         let squared = off.dot(&pull);

@@ -109,7 +109,7 @@ impl Target {
         self.compared() == Compared::Sheet && options.scan_hold_sag_m > 0.0
     }
 
-    /// The scanned sheet that a drape is held to, if it is.
+    /// The scanned sheet that a drape is held to, if it is, at the scale given.
     pub(super) fn held_to(&self, options: &FitOptions) -> Option<HeldSurface> {
         let surface = self.rim.as_ref()?.sheet.clone()?;
         let sag_m = options.scan_hold_sag_m;
@@ -158,13 +158,14 @@ impl Target {
     }
 }
 
-/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight.
-pub(super) fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
+/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight; the scan is
+/// `larger` than it is said to be.
+pub(super) fn share_of(held: &HeldSurface, places: &[Vector3], larger: f64) -> f64 {
     let points = held.surface.points();
     let both = compared().map(|[i, j]| &points[i * Surface::SIDE + j]).zip(places);
     let both = both.filter(|(point, _)| point.observed);
     let squared: Vec<f64> =
-        both.map(|(p, place)| (p.position_m.coords - place).norm_squared()).collect();
+        both.map(|(p, place)| (p.position_m.coords / larger - place).norm_squared()).collect();
     if squared.is_empty() { 0.0 } else { mean(&squared).sqrt() / held.sag_m }
 }
 

@@ -15,7 +15,8 @@ use crate::calibrate::effect::{Acts, Cloth, Effect};
 use crate::calibrate::fit::predict;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
-use crate::calibrate::run::{CalibrateError, FabricResult, Options, Told, calibrate};
+use crate::calibrate::result::FabricResult;
+use crate::calibrate::run::{CalibrateError, Options, Told, calibrate};
 use crate::calibrate::target::Target;
 use crate::numeric::moments::mean;
 use crate::numeric::robust::median;
@@ -178,11 +179,14 @@ impl Series {
         if self.bench == Bench::Square {
             let scale = Effect::named("scale").into_iter().flat_map(|effect| effect.numbers);
             effects.extend(scale.map(|number| (number, case.scale_by().ln_1p())));
-            // the sensor's edges are no part of the truth, and are taken as they were found
+            // the sensor's edges are no part of the truth, and are taken as they are known, or else as they were found
+            let [mean_m, sigma_m] = self.calibrate.fit.sensor_edge_m;
             let after = result.after.as_ref().map(|after| &after.fitted);
             let last = after.or(result.fitted.as_ref().ok());
             let found = last.into_iter().flat_map(|fitted| &fitted.cloth.effects);
-            effects.extend(found.filter(|(number, _)| number.acts == Acts::Edge));
+            let edge = found.filter(|(number, _)| number.acts == Acts::Edge);
+            let known = |&(number, m)| (number, if sigma_m > 0.0 { mean_m } else { m });
+            effects.extend(edge.map(known));
         }
         let mut rms_m = Vec::new();
         for face in [Face::Up, Face::Down] {

@@ -15,10 +15,10 @@ use crate::calibrate::field::{Field, FieldLayer, Strongest};
 use crate::calibrate::fit::{Beside, Fitted};
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
+use crate::calibrate::measured::Measured;
 use crate::calibrate::pose::POSE_KEYS;
-use crate::calibrate::run::{
-    Calibration, DrapeBeside, FabricResult, Group, Measured, Pair, Refused,
-};
+use crate::calibrate::result::{DrapeBeside, FabricResult, Group, Pair};
+use crate::calibrate::run::{Calibration, Refused};
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
 use crate::io::{self, OutputError, WriteError, output};

@@ -130,7 +130,7 @@ fn known_rim_targets(grid: &Grid, held: &HeldRim) -> Vec<Target> {
 /// Springs that a cell's weight stretches by `sag_m`.
 fn sagging(targets: Vec<Target>, grid: &Grid, fabric: &Fabric, sag_m: f64) -> Guide {
     let cell_n = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
-    Guide { targets, stiffness_n_m: cell_n / sag_m, outwards_m: 0.0 }
+    Guide { targets, stiffness_n_m: cell_n / sag_m, outwards_m: 0.0, farther: 0.0 }
 }
 
 /// Stronger springs that a sheet led by its rim, which is to be held, is brought to rest on first, as one that is laid is: the cloth
@@ -176,7 +176,7 @@ pub(super) fn across_outline(
     let share = 1.0 / targets.len().max(1) as f64;
     targets.iter_mut().for_each(|target| target.weight = share);
     let weight_n = hanging_n(fabric, experiment);
-    Guide { targets, stiffness_n_m: hold.per_m * weight_n, outwards_m: 0.0 }
+    Guide { targets, stiffness_n_m: hold.per_m * weight_n, outwards_m: 0.0, farther: 0.0 }
 }
 
 /// Weight of a disc beyond the plate's edge \[N\].

@@ -208,6 +208,12 @@ impl Follower {
         model.guide.outwards_m = outwards_m;
     }
 
+    /// Holds a sheet that is held to a surface to the same one of another scale, farther from the frame's origin by this share of what it was
+    /// laid on; it has not moved yet, as in [`Self::hold`].
+    pub fn hold_farther(&mut self, by: f64) {
+        self.rested.model.guide.farther = by;
+    }
+
     /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs, from the grips
     /// that its friction has. Gives why the search for rest ended.
     pub fn let_go(&mut self) -> Stop {

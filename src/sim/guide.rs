@@ -39,6 +39,8 @@ pub struct Guide {
     pub stiffness_n_m: f64,
     /// How far beyond their places the springs with one direction pull along it \[m\].
     pub outwards_m: f64,
+    /// By how much farther from the frame's origin than their places the springs without a direction pull, as a share \[-\].
+    pub farther: f64,
 }
 
 impl Guide {
@@ -47,7 +49,7 @@ impl Guide {
         let off = x[target.vertex] - target.position_m;
         match target.along {
             Some(along) => along * (along.dot(&off) - self.outwards_m),
-            None => off,
+            None => off - target.position_m * self.farther,
         }
     }
 

@@ -46,6 +46,7 @@ impl Laid {
             targets: self.targets.clone(),
             stiffness_n_m: self.cell_n / SAG_M,
             outwards_m: 0.0,
+            farther: 0.0,
         };
         (!self.is_exact).then(springs)
     }
@@ -57,6 +58,7 @@ impl Laid {
             targets: self.targets.iter().map(by_area).collect(),
             stiffness_n_m: self.cell_n / sag_m,
             outwards_m: 0.0,
+            farther: 0.0,
         }
     }
 }

@@ -428,7 +428,7 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
     let (fabric, mut options) = (truth(), options());
     (options.sim.vertices, options.sim.fall_vertices) = (31, 31);
     options.sim.experiment = Experiment::default();
-    (options.finer, options.sensor_edge_m) = (1.0, 0.3e-3);
+    (options.finer, options.sensor_edge_m) = (1.0, [0.0, 0.3e-3]);
     // of 0.4 mm the scan path has taken a quarter
     let (shift_m, taken_m) = (-0.4e-3, -0.1e-3);
     let target = |seed| {
@@ -451,7 +451,8 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
         let fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
         fit.plain()
     };
-    let (with, without) = (fitted(&options), fitted(&FitOptions { sensor_edge_m: 0.0, ..options }));
+    let (with, without) =
+        (fitted(&options), fitted(&FitOptions { sensor_edge_m: [0.0; 2], ..options }));
     let (number, found) = with.cloth.effects[0];
     let said =
         format!("{:.3} mm, misfit {:.3} (without {:.3})", found * 1e3, with.misfit, without.misfit);
@@ -459,6 +460,16 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
     assert_eq!(Effect::of(number).unwrap().name, "sensor_edge");
     assert!((found / shift_m - 1.0).abs() < 0.15 && with.misfit < 0.5 * without.misfit, "{said}");
     // what is far beyond a sensor is not taken for one
-    let narrow = fitted(&FitOptions { sensor_edge_m: 0.1e-3, ..options });
+    let narrow = fitted(&FitOptions { sensor_edge_m: [0.0, 0.1e-3], ..options });
     assert!(narrow.at_limit[0] && (narrow.cloth.effects[0].1 + 0.2e-3).abs() < 1e-9, "{said}");
+    // nor is what lies beside a sensor that is known
+    let known = |mean_m: f64| {
+        let mut own = options;
+        own.sensor_edge_m = [mean_m, 0.05e-3];
+        let fitted = fitted(&own);
+        (fitted.cloth.effects[0].1, fitted.at_limit[0], fitted.misfit)
+    };
+    let (right, wrong) = (known(shift_m), known(0.2e-3));
+    assert!(!right.1 && (right.0 / shift_m - 1.0).abs() < 0.1 && right.2 < 1.1 * with.misfit);
+    assert!(wrong.1 && (wrong.0 - 0.1e-3).abs() < 1e-9 && wrong.2 > right.2, "{right:?} {wrong:?}");
 }

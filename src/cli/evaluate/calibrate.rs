@@ -19,6 +19,9 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
     let without = given.without.clone();
     let mut calibrate = Options { prior, without, ..Options::default() };
     calibrate.fit.sim.vertices = given.vertices as usize;
+    if let Some(edge) = given.sensor_edge_mm {
+        calibrate.fit.sensor_edge_m = edge.in_m();
+    }
     let mut make =
         MakeOptions { vertices: given.truth_vertices as usize, ..MakeOptions::default() };
     if let Some(name) = &given.scans {

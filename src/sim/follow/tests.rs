@@ -183,6 +183,26 @@ fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_i
 }
 
 #[test]
+fn a_sheet_held_to_a_surface_of_another_scale_is_drawn_towards_it() {
+    let rim = dropped().boundary();
+    let mut follower = held(&stiff_knit(), 10e-3);
+    let before = follower.boundary();
+    let drawn = |follower: &mut Follower, by: f64| {
+        follower.hold_farther(by);
+        let here = *follower.setup();
+        let way = follower.follow(&here, &FollowOptions::default()).unwrap();
+        assert_eq!(way.stop, Stop::AtRest);
+        let both = follower.boundary();
+        let both = both.positions_m().zip(rim.positions_m());
+        both.map(|(p, own)| (p - own).dot(&own.coords.normalize())).sum::<f64>() / 244.0
+    };
+    let [larger, smaller, back] = [0.02, -0.02, 0.0].map(|by| drawn(&mut follower, by));
+    println!("{:.3} mm, {:.3} mm, back {:.3} mm", larger * 1e3, smaller * 1e3, back * 1e3);
+    assert!(larger - back > 0.1e-3 && back - smaller > 0.1e-3, "{larger} {smaller} {back}");
+    assert!(before.mean_distance_m(&follower.boundary()) < 0.1 * (larger - smaller));
+}
+
+#[test]
 fn a_held_sheet_follows_its_fabric_as_its_sensitivities_foretell_and_the_springs_its_weight() {
     let mut follower = held(&stiff_knit(), 30e-3);
     let before = follower.drape();

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use crate::base::units::mm;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Face, Role};
-use crate::calibrate::run::{DrapeBeside, FabricResult};
+use crate::calibrate::result::{DrapeBeside, FabricResult};
 use crate::report::page::number::fixed;
 use crate::report::page::svg::{Scale, c, closed, ticks};
 

@@ -10,7 +10,8 @@ use crate::base::Outline;
 use crate::base::units::mm;
 use crate::calibrate::fit::Beside;
 use crate::calibrate::manifest::Face;
-use crate::calibrate::run::{FabricResult, Measured};
+use crate::calibrate::measured::Measured;
+use crate::calibrate::result::FabricResult;
 use crate::report::page::number::fixed;
 use crate::report::page::svg::{c, closed};
 

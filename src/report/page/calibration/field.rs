@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::base::units::mm;
 use crate::calibrate::field::{Field, FieldLayer, is_on};
-use crate::calibrate::run::FabricResult;
+use crate::calibrate::result::FabricResult;
 use crate::report::page::number::fixed;
 use crate::report::page::svg::c;
 use crate::sim::Experiment;

@@ -7,7 +7,7 @@ use crate::calibrate::effect::Acts;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::independent::{FEWEST_UNITS, Independent};
 use crate::calibrate::manifest::{Face, Role};
-use crate::calibrate::run::{FabricResult, Verdict};
+use crate::calibrate::result::{FabricResult, Verdict};
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::report::page::number::{fixed, percent};
 use crate::report::page::units::words;
@@ -161,7 +161,7 @@ pub(super) fn next(fabric: &FabricResult) -> Markup {
     match fabric.verdict {
         Verdict::Found => {}
         Verdict::None => steps.push("Use the parameters of the plain model."),
-        Verdict::Undecided if fabric.edge_at_limit() => steps.push("Measure a specimen\u{2019}s side, and scan something flat of known size: the scans\u{2019} edges lie farther beside the cloth\u{2019}s than a sensor is held to shift them, by the specimens\u{2019} size, the scans\u{2019} scale or the sensor."),
+        Verdict::Undecided if fabric.edge_at_limit() => steps.push("Measure a specimen\u{2019}s side, and scan something flat of known size: the scans\u{2019} edges lie farther beside the cloth\u{2019}s than a sensor is held to shift them, by the specimens\u{2019} size, the scans\u{2019} scale or the sensor. What the sensor does, specimens of measured size tell (sensor_edge): give that with --sensor-edge-mm."),
         Verdict::Undecided => steps.push("Use the parameters of the plain model, and measure more specimens, on both faces, some held out: the effect shows or goes."),
         Verdict::Unexplained => steps.push("Look at the residuals drape by drape: what stays with the cloth, with the face or with the bench tells what to look for on cloth and bench."),
     }

@@ -1,0 +1,146 @@
+//! A plain fit begun again where scanned sheets leave more than the plain model should.
+//!
+//! The least squares over held sheets has more than one end: cells lock where stretch is stiff over weight, and a sheet may rest in a
+//! minimum beside its scan's. Each other beginning is taken if it ends nearer.
+
+use super::{Fit, LED_GAIN, STRETCH_AND_SHEAR};
+use crate::calibrate::options::LEAVES;
+use crate::calibrate::squares::State;
+use crate::numeric::moments::mean;
+use crate::sim::Follower;
+
+impl Fit<'_> {
+    /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch and shear, as long as that helps.
+    ///
+    /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch before it is known what finer ones do, and
+    /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
+    /// the first step. Then, where stretch or shear has run off, once more at what is believed of them; where one sheet lies worse than the
+    /// others, at the cloth of these; last at the cloth found, with sheets that come straight to it.
+    pub(super) fn start_otherwise(&mut self) {
+        if !self.targets.iter().all(|target| target.is_held(self.options)) {
+            return;
+        }
+        for _ in 0..STARTS {
+            if self.plain.misfit() < AGAIN {
+                break;
+            }
+            let before = self.plain.cost;
+            self.begin_again(&self.with_stretch(|_, ln| ln + STIFFER));
+            if self.plain.cost >= before {
+                break;
+            }
+        }
+        if self.plain.misfit() >= LEAVES && self.has_run_off() {
+            let believed = self.believed;
+            self.begin_again(&self.with_stretch(|k, _| believed.ln_mean[k] + OTHERWISE));
+        }
+        if self.plain.misfit() >= AGAIN {
+            self.follow_the_others();
+        }
+        // sheets that were led from fabric to fabric bring along what friction remembers of the way
+        if self.plain.misfit() >= AGAIN {
+            self.begin_again(&self.plain.shared.clone());
+        }
+    }
+
+    /// Where one sheet lies far worse than the others, begins again at the cloth that these have without it: a sheet that rests beside its
+    /// scan's minimum draws the cloth its way, and keeps itself there. More than once, since that sheet's turn may come after another's.
+    fn follow_the_others(&mut self) {
+        let (mut shared, mut odd) = (self.plain.shared.clone(), odd_one(&self.plain.costs()));
+        for _ in 0..ROUNDS {
+            let Some(others) = odd.and_then(|odd| self.fit_without(odd, &shared)) else { return };
+            let Some(state) = self.begin_again(&others) else { return };
+            if self.plain.misfit() < AGAIN {
+                return;
+            }
+            (shared, odd) = (state.shared.clone(), odd_one(&state.costs()));
+        }
+    }
+
+    /// The shared unknowns of the plain fit to all sheets but one, laid anew with some shared unknowns.
+    fn fit_without(&mut self, odd: usize, shared: &[f64]) -> Option<Vec<f64>> {
+        let mut targets = self.targets.clone();
+        targets.remove(odd);
+        let declared = self.declared.clone();
+        let cloth = self.squares(&declared).cloth(shared);
+        let (believed, options) = (self.believed, self.options);
+        let mut fit = Fit::begun(&targets, &cloth, believed, options, self.rule, self.tell).ok()?;
+        let most = options.evaluations * targets.len();
+        let (state, _) = fit.descend(&declared, fit.plain.clone(), most);
+        self.simulated += fit.simulated;
+        Some(state.shared)
+    }
+
+    /// Whether stretch or shear lies far from what is believed.
+    fn has_run_off(&self) -> bool {
+        let believed = self.believed;
+        let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
+        (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt())
+    }
+
+    /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is tried.
+    fn with_stretch(&self, other: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+        let mut shared = self.plain.shared.clone();
+        for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
+            let [low, high] = self.believed.ln_limits[k];
+            *shared = other(k, *shared).clamp(low, high);
+        }
+        shared
+    }
+
+    /// Begins the plain fit again with sheets led anew by a cloth, and with what finer cells do to that cloth, and takes the end if that is
+    /// nearer. Gives the end either way; `None` where a sheet does not come to rest.
+    fn begin_again(&mut self, shared: &[f64]) -> Option<State> {
+        let declared = self.declared.clone();
+        let before: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
+        let found = self.finely_led(&declared, shared);
+        match found.as_ref().filter(|(state, _)| state.cost < self.plain.cost - LED_GAIN) {
+            Some((state, ended)) => {
+                (self.plain, self.ended) = (state.clone(), *ended);
+                self.kept = self.followers.iter().map(Follower::keep).collect();
+            }
+            None => {
+                let both = self.targets.iter_mut().zip(before);
+                both.for_each(|(target, finer)| target.finer = finer);
+            }
+        }
+        self.restore();
+        found.map(|(state, _)| state)
+    }
+}
+
+/// Of sheets that cost so much the one that lies worse than the others by far, if there is one and enough of those.
+fn odd_one(costs: &[f64]) -> Option<usize> {
+    let (odd, most) = costs.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let others: Vec<f64> = [&costs[..odd], &costs[odd + 1..]].concat();
+    (others.len() >= FEWEST_OTHERS && *most > ODD * mean(&others)).then_some(odd)
+}
+
+/// Standard deviations from what is believed beyond which stretch or shear has run off.
+const RAN_OFF: f64 = 2.0;
+/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most: locked cells have been seen
+/// to end 0.5 too low, and a start that is too stiff comes down by itself.
+const STIFFER: f64 = 1.0;
+/// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows leaves half to four fifths of it (structured light).
+const AGAIN: f64 = 0.3;
+const STARTS: usize = 2;
+/// The same on what is believed of them.
+const OTHERWISE: f64 = 1.8;
+/// How many times as much as the others on the mean a sheet costs that these are fitted without, how many others there must be, and how often
+/// this is done at most.
+const ODD: f64 = 1.3;
+const FEWEST_OTHERS: usize = 2;
+const ROUNDS: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_is_odd_beside_enough_others_that_agree() {
+        assert_eq!(odd_one(&[22.0, 66.0, 210.0, 34.0]), Some(2));
+        assert_eq!(odd_one(&[57.0, 50.0, 66.0, 60.0]), None);
+        // of two neither is the odd one
+        assert_eq!((odd_one(&[10.0, 90.0]), odd_one(&[])), (None, None));
+    }
+}

@@ -1,0 +1,282 @@
+//! What was found of a fabric, what it amounts to ([`Verdict`]), and its drapes by role and face.
+//!
+//! In: a plain fit and one with the effects that were chosen, each drape beside what was measured of it. The verdict compares the drapes held
+//! out before and after as pairs.
+
+use super::add::{CONFIRMED, FoundEffect, is_left};
+use super::believed::Believed;
+use super::effect::Acts;
+use super::fit::{Beside, FitError, Fitted};
+use super::floor::Spread;
+use super::left::{Left, left};
+use super::manifest::{Face, Role};
+use super::measured::Measured;
+use super::measures::Measures;
+use super::trace::Trace;
+use crate::numeric::moments::{mean, mean_and_error};
+use crate::sim::sensitivity::SensitivityError;
+
+/// A measured drape beside its simulated one.
+#[derive(Clone, Debug)]
+pub struct DrapeBeside {
+    /// Which of [`FabricResult::measured`] it is.
+    pub measured: usize,
+    /// The drape, or why there is none.
+    pub beside: Result<Beside, SensitivityError>,
+}
+
+/// What was found of a fabric.
+#[derive(Clone, Debug)]
+pub struct FabricResult {
+    /// Its name in the manifest.
+    pub name: String,
+    /// What was believed of it, with the density of its drapes.
+    pub believed: Believed,
+    /// Its outlines.
+    pub measured: Vec<Measured>,
+    /// How well they are known.
+    pub floor: Vec<Spread>,
+    /// The plain fit; its drapes are the first of [`Self::drapes`].
+    pub fitted: Result<Fitted, FitError>,
+    /// The drapes that were fitted, then those that were predicted.
+    pub drapes: Vec<DrapeBeside>,
+    /// What the residual of the plain fit asks for; `None` where too few specimens are marked `fit`.
+    pub trace: Option<Trace>,
+    /// The fit with the effects that were chosen, if any were.
+    pub after: Option<After>,
+    /// What all this amounts to.
+    pub verdict: Verdict,
+}
+
+/// A fabric with effects.
+#[derive(Clone, Debug)]
+pub struct After {
+    /// Its effects, each with those that cannot be told from it.
+    pub effects: Vec<FoundEffect>,
+    /// The fit.
+    pub fitted: Fitted,
+    /// The drapes, in the order of [`FabricResult::drapes`].
+    pub drapes: Vec<DrapeBeside>,
+}
+
+/// What was found of a fabric beyond the plain model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// An effect foretells the drapes held out better than the plain model does.
+    Found,
+    /// An effect was chosen, but its fit is not sure of it or runs to an end of what is tried, or the drapes held out do not
+    /// confirm it, or there are none; or too few specimens are marked `fit` to choose any; or nothing is found while the edges of the
+    /// scans are where a sensor alone is not held to have them.
+    Undecided,
+    /// Something comes back from specimen to specimen that no effect of the list explains.
+    Unexplained,
+    /// Nothing comes back from specimen to specimen, or what seemed to is nothing where its effect is fitted.
+    None,
+}
+
+impl Verdict {
+    /// The word in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::Undecided => "undecided",
+            Self::Unexplained => "unexplained",
+            Self::None => "none",
+        }
+    }
+}
+
+/// A drape held out, before and after effects were added.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// Which of [`FabricResult::measured`] it is.
+    pub measured: usize,
+    /// Root mean square distance of the outlines, before and after \[m\].
+    pub rms_m: [f64; 2],
+    /// The same of scanned sheets that were held, once they are let go \[m\].
+    pub let_go_rms_m: Option<[f64; 2]>,
+    /// Drape coefficient less the measured one, before and after \[%\].
+    pub dc_off: [f64; 2],
+}
+
+/// Drapes of one role and face, and of one look at drapes that settle, taken together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// Whether they were fitted.
+    pub role: Role,
+    /// Which side is up, if it is known.
+    pub face: Option<Face>,
+    /// Which look at a drape that settles.
+    pub observation: Option<u32>,
+    /// Number of drapes at rest.
+    pub drapes: usize,
+    /// Number of drapes that did not come to rest.
+    pub lost: usize,
+    /// Mean and standard error of the outline's root mean square distance \[m\].
+    pub rms_m: [f64; 2],
+    /// Mean force of the springs that hold a drape, as a share of the weight of the cloth beyond the plate's edge.
+    pub held_share: f64,
+    /// Mean drape coefficient, measured and simulated \[%\].
+    pub drape_coefficient: [f64; 2],
+    /// Standard error of their difference \[%\].
+    pub difference_se: f64,
+    /// Mean number of folds, measured and simulated.
+    pub folds: [f64; 2],
+}
+
+/// What the drapes of a group share: role, face, which look at a drape that settles.
+type Together = (Role, Option<Face>, Option<u32>);
+
+impl FabricResult {
+    /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
+    #[must_use]
+    pub fn held_out_rms_m(&self) -> Vec<f64> {
+        let held = |d: &&DrapeBeside| self.measured[d.measured].entry.role == Role::Holdout;
+        let at_rest = |d: &DrapeBeside| d.beside.as_ref().ok().map(|beside| beside.rms_m);
+        self.drapes.iter().filter(held).filter_map(at_rest).collect()
+    }
+
+    /// The drapes held out that came to rest before and after effects were added.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<Pair> {
+        let Some(after) = &self.after else { return Vec::new() };
+        let both = self.drapes.iter().zip(&after.drapes);
+        let pair = |(before, after): (&DrapeBeside, &DrapeBeside)| {
+            let measured = &self.measured[before.measured];
+            let (Ok(a), Ok(b)) = (&before.beside, &after.beside) else { return None };
+            let dc = |beside: &Beside| {
+                beside.measures.drape_coefficient - measured.measures.drape_coefficient
+            };
+            let (rms_m, dc_off) = ([a.rms_m, b.rms_m], [dc(a), dc(b)]);
+            let held = measured.entry.role == Role::Holdout;
+            let let_go_rms_m = a.let_go_rms_m.zip(b.let_go_rms_m).map(<[f64; 2]>::from);
+            held.then_some(Pair { measured: before.measured, rms_m, let_go_rms_m, dc_off })
+        };
+        both.filter_map(pair).collect()
+    }
+
+    /// What stays of the drapes, fitted and held out, with the effects that were added or without any.
+    #[must_use]
+    pub fn left(&self) -> Option<Left> {
+        let drapes = self.after.as_ref().map_or(&self.drapes, |after| &after.drapes);
+        left(drapes.iter().filter_map(|drape| drape.beside.as_ref().ok()))
+    }
+
+    /// By how much the squares of the distances of the drapes held out fall with the effects: of each drape, or of fewer than
+    /// [`FEWEST_DRAPES`] of each arc of their outlines \[m^2\].
+    fn falls(&self) -> Vec<f64> {
+        let pairs = self.pairs();
+        if pairs.len() >= FEWEST_DRAPES {
+            return pairs.iter().map(|p| p.rms_m[0].powi(2) - p.rms_m[1].powi(2)).collect();
+        }
+        let rows = |drapes: &[DrapeBeside], k: usize| -> Vec<f64> {
+            let own = drapes.iter().find(|drape| drape.measured == k);
+            let beside = own.and_then(|drape| drape.beside.as_ref().ok());
+            beside.iter().flat_map(|b| b.rows.iter().map(|row| row.across_m.powi(2))).collect()
+        };
+        let after = self.after.iter().map(|after| &after.drapes);
+        let of_pair = |(pair, after): (&Pair, &Vec<DrapeBeside>)| -> Vec<f64> {
+            let (before, after) = (rows(&self.drapes, pair.measured), rows(after, pair.measured));
+            let falls: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
+            falls.chunks(falls.len().div_ceil(ARCS).max(1)).map(mean).collect()
+        };
+        after
+            .flat_map(|after| pairs.iter().map(move |pair| (pair, after)))
+            .flat_map(of_pair)
+            .collect()
+    }
+
+    /// Whether sheets that were all scanned leave what neither scans nor cells explain, with the effects that were added or without any,
+    /// and these, if there are any, take away less than half of it.
+    #[must_use]
+    pub fn leaves(&self) -> bool {
+        let before = self.fitted.as_ref().map_or(0.0, |fitted| fitted.misfit);
+        let after = self.after.as_ref().map_or(before, |after| after.fitted.misfit);
+        scanned(&self.measured) && is_left([before, after], self.after.is_some())
+    }
+
+    /// Whether the plain fit has the scans' edges as far beside the cloth's as a sensor is held to shift them at most.
+    #[must_use]
+    pub fn edge_at_limit(&self) -> bool {
+        let Ok(fitted) = &self.fitted else { return false };
+        let mut all = fitted.cloth.effects.iter().zip(&fitted.at_limit);
+        all.any(|((number, _), at_limit)| number.acts == Acts::Edge && *at_limit)
+    }
+
+    /// The verdict, told whether the effects that were asked for are nothing in their own fits.
+    pub(super) fn judge(&self, are_nothing: bool) -> Verdict {
+        let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
+        if self.leaves() {
+            return Verdict::Unexplained;
+        }
+        if self.after.is_none() {
+            let more = trace.unexplained.is_some() || trace.field_of_scans().is_some();
+            return match (more, trace.chosen.is_empty() || are_nothing) {
+                (true, _) => Verdict::Unexplained,
+                (false, true) if !self.edge_at_limit() => Verdict::None,
+                (false, _) => Verdict::Undecided,
+            };
+        }
+        let [mean, error] = mean_and_error(&self.falls());
+        if mean > CONFIRMED * error { Verdict::Found } else { Verdict::Undecided }
+    }
+
+    /// The drapes by role and face: fitted first, face up first.
+    #[must_use]
+    pub fn groups(&self) -> Vec<Group> {
+        self.groups_of(&self.drapes)
+    }
+
+    /// The same of other drapes of these measured ones.
+    #[must_use]
+    pub fn groups_of(&self, drapes: &[DrapeBeside]) -> Vec<Group> {
+        let key = |drape: &DrapeBeside| {
+            let entry = &self.measured[drape.measured].entry;
+            (entry.role, entry.face, entry.observation)
+        };
+        let mut keys: Vec<_> = drapes.iter().map(key).collect();
+        keys.sort();
+        keys.dedup();
+        let of = |own| self.group(own, drapes.iter().filter(|d| key(d) == own).collect());
+        keys.into_iter().map(of).collect()
+    }
+
+    fn group(&self, (role, face, observation): Together, all: Vec<&DrapeBeside>) -> Group {
+        let at_rest: Vec<(&Measures, &Beside)> = all
+            .iter()
+            .filter_map(|d| Some((&self.measured[d.measured].measures, d.beside.as_ref().ok()?)))
+            .collect();
+        let of = |value: &dyn Fn(&Measures, &Beside) -> f64| {
+            let values: Vec<f64> = at_rest.iter().map(|(m, b)| value(m, b)).collect();
+            mean_and_error(&values)
+        };
+        let coefficient = |m: &Measures| m.drape_coefficient;
+        Group {
+            role,
+            face,
+            observation,
+            drapes: at_rest.len(),
+            lost: all.len() - at_rest.len(),
+            rms_m: of(&|_, b| b.rms_m),
+            held_share: of(&|_, b| b.held_share)[0],
+            drape_coefficient: [
+                of(&|m, _| coefficient(m))[0],
+                of(&|_, b| coefficient(&b.measures))[0],
+            ],
+            difference_se: of(&|m, b| coefficient(&b.measures) - coefficient(m))[1],
+            folds: [of(&|m, _| m.folds as f64)[0], of(&|_, b| b.measures.folds as f64)[0]],
+        }
+    }
+}
+
+/// Whether all drapes that are fitted are scanned sheets.
+pub(super) fn scanned(measured: &[Measured]) -> bool {
+    let mut fitted = measured.iter().filter(|m| m.entry.role == Role::Fit);
+    fitted.all(|m| m.rim.as_ref().is_some_and(|rim| rim.sheet.is_some()))
+}
+
+/// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the arcs of their outlines does, each
+/// longer than what is alike along them.
+const FEWEST_DRAPES: usize = 3;
+const ARCS: usize = 8;
