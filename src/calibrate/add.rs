@@ -7,12 +7,13 @@
 //! Scanned sheets know more than a trace of few units can be sure of: thousands of points that lie farther from the plain model's than scans
 //! and cells explain (a misfit above 0.6). Where that is so after what the trace is sure of, the effects that foretell most and softening are fitted
 //! all the same, first without the others: a large effect looks like several small ones to a linear choice. One of them is added where its
-//! fit leaves less than that and less than half.
+//! fit leaves less than that and less than half; failing that beside the one that the trace is sure of, by another trace around the fit that has it.
 
 use super::effect::{Effect, Number};
 use super::fit::{Fit, Fitted};
+use super::independent::Units;
 use super::options::LEAVES;
-use super::trace::{Choice, MOST, Trace};
+use super::trace::{Choice, Trace, trace as trace_of};
 use crate::numeric::moments::{mean, mean_and_error};
 
 /// An effect that was added.
@@ -39,10 +40,16 @@ pub(super) enum Asked {
     NotSure,
 }
 
-/// Adds the effects that a residual asks for; the units are those of the fit's drapes.
+/// Adds the effects that a residual asks for, some left out of the list; the units are those of the fit's drapes.
 /// Of scanned sheets nothing is added to an effect that leaves nothing: the choice is linear, and what a large effect does beyond
 /// that looks like another.
-pub(super) fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bool) -> Asked {
+pub(super) fn add(
+    fit: &mut Fit<'_>,
+    trace: &Trace,
+    units: &Units,
+    without: &[&'static Effect],
+    scanned: bool,
+) -> Asked {
     let mut added: Option<Added> = None;
     let mut are_nothing = !trace.chosen.is_empty();
     for choice in &trace.chosen {
@@ -51,15 +58,15 @@ pub(super) fn add(fit: &mut Fit<'_>, trace: &Trace, units: &[usize], scanned: bo
         }
         let tried = tried(fit, added.as_ref(), &rivals(choice));
         are_nothing &= are_all_nothing(&tried);
-        if let Some(more) = nearest(fit, added.as_ref(), tried, units) {
+        if let Some(more) = nearest(fit, added.as_ref(), tried, &units.of) {
             added = Some(more);
         }
     }
     if scanned && leaves(fit, added.as_ref()) {
         // what the linear choice took for small effects may be a large one
         let beside = added.clone();
-        let other = explained(fit, None, trace, units);
-        added = other.or_else(|| explained(fit, Some(beside?), trace, units)).or(added);
+        let other = explained(fit, trace, units);
+        added = other.or_else(|| explained_beside(fit, &beside?, units, without)).or(added);
     }
     match added {
         Some(added) => Asked::Added(Box::new(added)),
@@ -73,27 +80,40 @@ fn leaves(fit: &Fit<'_>, added: Option<&Added>) -> bool {
     added.map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit) >= LEAVES
 }
 
-/// The effects that leave little and less than half of what was left before, on top of what was added already; `None` where there are none.
-fn explained(
+/// The effect that leaves little and less than half of what the plain fit does; `None` where there is none.
+fn explained(fit: &mut Fit<'_>, trace: &Trace, units: &Units) -> Option<Added> {
+    let misfit = fit.misfit();
+    let mut tried = tried(fit, None, &foretelling(trace));
+    soften(fit, None, &mut tried);
+    let added = nearest(fit, None, tried, &units.of);
+    added.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit))
+}
+
+/// An effect with another one beside it that leaves little and less than half of what the first does. What is left is asked anew around the fit
+/// with the first, whose moves are other ones than the plain cloth's.
+fn explained_beside(
     fit: &mut Fit<'_>,
-    mut added: Option<Added>,
-    trace: &Trace,
-    units: &[usize],
+    (found, fitted): &Added,
+    units: &Units,
+    without: &[&'static Effect],
 ) -> Option<Added> {
-    let mut is_more = false;
-    while added.as_ref().map_or(0, |(effects, _)| effects.len()) < MOST
-        && leaves(fit, added.as_ref())
-    {
-        let misfit = added.as_ref().map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit);
-        let mut tried = tried(fit, added.as_ref(), &foretelling(trace));
-        soften(fit, added.as_ref(), &mut tried);
-        let more = nearest(fit, added.as_ref(), tried, units);
-        let Some(more) = more.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit)) else {
-            break;
-        };
-        (added, is_more) = (Some(more), true);
+    let [first] = &found[..] else { return None };
+    let numbers = numbers_with(fit.declared(), &[], first.effect);
+    let around = |fit: &mut Fit<'_>| {
+        let trace = trace_of(fit, units, without)?;
+        explained(fit, &trace, units)
+    };
+    let (second, fitted) = fit.around(&numbers, fitted, around)??;
+    if !is_something(first.effect, &fitted) {
+        return None;
     }
-    added.filter(|_| is_more)
+    let of = |number: &'static Number| {
+        let mut all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+        all.find(|((own, _), _)| *own == number).map(|((_, value), ends)| (number, *value, *ends))
+    };
+    let numbers = first.effect.numbers.iter().filter_map(of).collect();
+    let first = FoundEffect { numbers, ..first.clone() };
+    Some((std::iter::once(first).chain(second).collect(), fitted))
 }
 
 /// The fits with one of some effects more.

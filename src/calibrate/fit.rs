@@ -337,6 +337,30 @@ impl Fit<'_> {
         self.anew(numbers, &shared)
     }
 
+    /// Does something with the fit around the cloth of another one, whose effects' numbers are unknowns of the model there as those
+    /// declared are, its sheets led anew; `None` where one does not come to rest.
+    pub(super) fn around<T>(
+        &mut self,
+        numbers: &[&'static Number],
+        from: &Fitted,
+        act: impl FnOnce(&mut Self) -> T,
+    ) -> Option<T> {
+        let finer: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
+        let done = self.finely_led(numbers, &shared_of(&from.cloth)).map(|(state, ended)| {
+            let kept = self.followers.iter().map(Follower::keep).collect();
+            let plain = std::mem::replace(&mut self.plain, state);
+            let kept = std::mem::replace(&mut self.kept, kept);
+            let declared = std::mem::replace(&mut self.declared, numbers.to_vec());
+            let ended = std::mem::replace(&mut self.ended, ended);
+            let done = act(self);
+            (self.plain, self.kept, self.declared, self.ended) = (plain, kept, declared, ended);
+            done
+        });
+        self.targets.iter_mut().zip(finer).for_each(|(target, finer)| target.finer = finer);
+        self.restore();
+        done
+    }
+
     /// The fit from sheets led anew with some shared unknowns, and with what finer cells do to that cloth.
     fn anew(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<Fitted> {
         let plain: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();

@@ -375,7 +375,7 @@ pub fn fabric(
             let trace = trace(&mut fit, &units, &without);
             let asked = trace
                 .as_ref()
-                .map_or(Asked::NotSure, |t| add(&mut fit, t, &units.of, scanned(&measured)));
+                .map_or(Asked::NotSure, |t| add(&mut fit, t, &units, &without, scanned(&measured)));
             (Ok(fit.plain()), trace, asked)
         }
         Err(error) => (Err(error), None, Asked::NotSure),

@@ -79,7 +79,7 @@ fn student(units: usize) -> f64 {
 }
 
 /// Most effects that are chosen.
-pub(super) const MOST: usize = 2;
+const MOST: usize = 2;
 /// Student's t beyond which one per cent lies, for 1, 2, ... degrees of freedom, and for more.
 const STUDENT: [f64; 12] =
     [31.82, 6.96, 4.54, 3.75, 3.36, 3.143, 3.00, 2.90, 2.82, 2.76, 2.72, 2.68];
