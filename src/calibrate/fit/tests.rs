@@ -473,3 +473,67 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
     assert!(!right.1 && (right.0 / shift_m - 1.0).abs() < 0.1 && right.2 < 1.1 * with.misfit);
     assert!(wrong.1 && (wrong.0 - 0.1e-3).abs() < 1e-9 && wrong.2 > right.2, "{right:?} {wrong:?}");
 }
+
+/// Options of fits to scanned sheets on coarse cells.
+fn of_scans() -> FitOptions {
+    let mut options = options();
+    (options.sim.vertices, options.sim.fall_vertices) = (31, 31);
+    options.sim.experiment = Experiment::default();
+    options.finer = 1.0;
+    options
+}
+
+#[test]
+fn a_scan_of_another_scale_holds_its_sheet_at_the_true_one() {
+    let (fabric, options) = (truth(), of_scans());
+    let (rim, bench) = scanned(&fabric, 1, &options.sim);
+    let larger = 1.02_f64;
+    let at = |p: crate::base::Point3| p * larger;
+    let sheet = rim.sheet.unwrap();
+    let sheet = Surface::exact(sheet.points().iter().map(|p| at(p.position_m))).unwrap();
+    let boundary = crate::base::Boundary::exact(rim.boundary.positions_m().map(at)).unwrap();
+    let rim = Rim { boundary, sheet: Some(sheet), edge: None };
+    let targets = [Target::of_rim(rim, &bench).unwrap()];
+    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let scale = &Effect::named("scale").unwrap().numbers[0];
+    let foretold = |ln: f64| {
+        let cloth = Cloth { effects: vec![(scale, ln)], ..Cloth::plain(fabric) };
+        let rule = FoldRule::default();
+        let mut all = predict(&targets, &believed, &cloth, &options, &rule, &|_| ());
+        let beside = all.remove(0).unwrap();
+        (beside.rms_m, beside.held_share)
+    };
+    let (right, wrong) = (foretold(larger.ln()), foretold(0.0));
+    let said =
+        format!("{:.3} mm, {:.3}; {:.3} mm, {:.3}", right.0 * 1e3, right.1, wrong.0 * 1e3, wrong.1);
+    println!("{said}");
+    // the springs pull nowhere at the true scale
+    assert!(right.0 < 0.05e-3 && right.1 < 0.005, "{said}");
+    assert!(wrong.0 > 0.5e-3 && wrong.1 > 5.0 * right.1, "{said}");
+}
+
+#[test]
+fn around_another_cloth_its_effect_is_a_part_of_the_model_and_nothing_stays_of_that() {
+    let (fabric, options) = (truth(), of_scans());
+    let target = |seed| {
+        let (rim, bench) = scanned(&fabric, seed, &options.sim);
+        Target::of_rim(rim, &bench).unwrap()
+    };
+    let targets: Vec<Target> = (0..2).map(target).collect();
+    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let rule = FoldRule::default();
+    let mut fit = fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap();
+    let before = fit.plain();
+    let tilt = Effect::named("tilt").unwrap();
+    let numbers: Vec<&'static Number> = tilt.numbers.iter().collect();
+    let with = fit.with(&numbers).unwrap();
+    let inside = fit.around(&numbers, &with, |fit| (fit.declared().to_vec(), fit.plain()));
+    let (declared, around) = inside.unwrap();
+    assert!(declared == numbers && before.cloth.effects.is_empty());
+    assert_eq!(around.cloth.effects.len(), numbers.len());
+    assert!(around.misfit < 1.2 * with.misfit + 0.02, "{} {}", around.misfit, with.misfit);
+    let after = fit.plain();
+    assert!(fit.declared().is_empty() && after.cloth == before.cloth && after.cost == before.cost);
+    // the sheets are back as well
+    assert_eq!(fit.with(&numbers).unwrap().cloth, with.cloth);
+}
