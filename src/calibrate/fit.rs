@@ -26,7 +26,7 @@ use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
 use super::softened::softened;
 use super::squares::{Squares, State, parameters, rms_m};
-use super::target::{Finer, Rim, Target, share_of};
+use super::target::{Finer, Rim, Target, farther, share_of};
 use super::trial::{Compared, Trial, steadied_trial_of, trial_of};
 use crate::base::Outline;
 use crate::base::frame::GRAVITY_M_S2;
@@ -689,21 +689,8 @@ fn laid(
 ) -> Follower {
     let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
     let sim = SimOptions { experiment, vertices, ..options.sim };
-    let view = cloth.view();
-    let drop = Drop { start: start_of(target, pose, view, options) };
-    let mut sheet = Follower::drop(&cloth.fabric, &drop, &sim);
-    if view.ln_scale != 0.0 && target.is_held(options) {
-        // where it did not come to rest again its drape says so
-        sheet.hold_farther(farther(view));
-        let here = *sheet.setup();
-        sheet.follow(&here, &FollowOptions::default()).ok();
-    }
-    sheet
-}
-
-/// How much farther from the plate's axis than it was scanned a sheet lies at the scale of a view, as a share.
-fn farther(view: View) -> f64 {
-    (-view.ln_scale).exp_m1()
+    let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
+    Follower::drop(&cloth.fabric, &drop, &sim)
 }
 
 /// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
@@ -732,7 +719,7 @@ fn finer_of(
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     match target.rim.as_deref() {
-        Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(options) {
+        Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(view, options) {
             Some(held) => DropStart::HeldSurface(Box::new(held)),
             None => DropStart::Surface(Box::new(sheet.clone())),
         },
@@ -885,8 +872,8 @@ impl Beside {
             measured: target.outline.clone(),
             simulated: outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&as_seen, &target.bench, rule),
-            held_share: match target.held_to(options) {
-                Some(held) => share_of(&held, &trial.places, larger),
+            held_share: match target.held_to(view, options) {
+                Some(held) => share_of(&held, &trial.places),
                 None if target.rim.is_some() => 0.0,
                 None => options.hold_per_m * trial.hold.rms_m,
             },

@@ -109,11 +109,11 @@ impl Target {
         self.compared() == Compared::Sheet && options.scan_hold_sag_m > 0.0
     }
 
-    /// The scanned sheet that a drape is held to, if it is, at the scale given.
-    pub(super) fn held_to(&self, options: &FitOptions) -> Option<HeldSurface> {
+    /// The scanned sheet that a drape is held to, if it is, at the scale that a view has.
+    pub(super) fn held_to(&self, view: View, options: &FitOptions) -> Option<HeldSurface> {
         let surface = self.rim.as_ref()?.sheet.clone()?;
         let sag_m = options.scan_hold_sag_m;
-        (sag_m > 0.0).then_some(HeldSurface { surface, sag_m })
+        (sag_m > 0.0).then_some(HeldSurface { surface, sag_m, farther: farther(view) })
     }
 
     /// The standard deviations of its pose.
@@ -158,14 +158,19 @@ impl Target {
     }
 }
 
-/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight; the scan is
-/// `larger` than it is said to be.
-pub(super) fn share_of(held: &HeldSurface, places: &[Vector3], larger: f64) -> f64 {
+/// How much farther from the frame's origin than it was scanned a sheet lies at the scale of a view, as a share.
+pub(super) fn farther(view: View) -> f64 {
+    (-view.ln_scale).exp_m1()
+}
+
+/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight.
+pub(super) fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
     let points = held.surface.points();
     let both = compared().map(|[i, j]| &points[i * Surface::SIDE + j]).zip(places);
     let both = both.filter(|(point, _)| point.observed);
-    let squared: Vec<f64> =
-        both.map(|(p, place)| (p.position_m.coords / larger - place).norm_squared()).collect();
+    let squared: Vec<f64> = both
+        .map(|(p, place)| (p.position_m.coords * (1.0 + held.farther) - place).norm_squared())
+        .collect();
     if squared.is_empty() { 0.0 } else { mean(&squared).sqrt() / held.sag_m }
 }
 

@@ -131,7 +131,7 @@ impl Target<'_> {
 
 /// A sheet held to a surface.
 fn held(surface: Surface, sag_m: f64) -> DropStart {
-    DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }))
+    DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m, farther: 0.0 }))
 }
 
 /// What is believed of cells that there are no finer ones beside: any number, since it moves nothing.

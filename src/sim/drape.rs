@@ -239,8 +239,8 @@ pub(super) fn rest(
     let mut model = model_of(grid, fabric, options, REST_GAP);
     let mut newton = Newton::new(&model);
     let (surface, sag_m) = match &drop.start {
-        DropStart::Surface(surface) => (Some(&**surface), None),
-        DropStart::HeldSurface(held) => (Some(&held.surface), Some(held.sag_m)),
+        DropStart::Surface(surface) => (Some((&**surface, 0.0)), None),
+        DropStart::HeldSurface(held) => (Some((&held.surface, held.farther)), Some(held.sag_m)),
         _ => (None, None),
     };
     let mut laid = surface.map(|surface| lay(surface, &options.experiment, fabric, &model));

@@ -57,6 +57,8 @@ pub struct HeldSurface {
     pub surface: Surface,
     /// How far the weight of a piece of cloth stretches the springs on it \[m\]: the larger, the weaker they are.
     pub sag_m: f64,
+    /// By how much farther from the frame's origin the surface lies than it is given, as a share \[-\].
+    pub farther: f64,
 }
 
 /// A rim that the border of a sheet is led to and goes on being held to by weak springs, until [`crate::sim::Follower::let_go`].

@@ -36,6 +36,8 @@ pub(super) struct Laid {
     is_exact: bool,
     /// Weight of a cell \[N\].
     cell_n: f64,
+    /// By how much farther from the frame's origin it was laid than the surface is given, as a share.
+    farther: f64,
 }
 
 impl Laid {
@@ -46,7 +48,7 @@ impl Laid {
             targets: self.targets.clone(),
             stiffness_n_m: self.cell_n / SAG_M,
             outwards_m: 0.0,
-            farther: 0.0,
+            farther: self.farther,
         };
         (!self.is_exact).then(springs)
     }
@@ -58,14 +60,14 @@ impl Laid {
             targets: self.targets.iter().map(by_area).collect(),
             stiffness_n_m: self.cell_n / sag_m,
             outwards_m: 0.0,
-            farther: 0.0,
+            farther: self.farther,
         }
     }
 }
 
-/// Lays `surface` on the grid of `model`.
+/// Lays `surface` on the grid of `model`, `farther` from the frame's origin than it is given by this share.
 pub(super) fn lay(
-    surface: &Surface,
+    (surface, farther): (&Surface, f64),
     experiment: &Experiment,
     fabric: &Fabric,
     model: &Model,
@@ -73,7 +75,8 @@ pub(super) fn lay(
     let (grid, specimen) = (&*model.grid, &experiment.specimen);
     let places: Vec<SurfacePoint> =
         (0..grid.vertices()).map(|v| surface.at(shares(grid, specimen, v))).collect();
-    let mut x: Vec<Vector3> = places.iter().map(|p| p.position_m.coords).collect();
+    let mut x: Vec<Vector3> =
+        places.iter().map(|p| p.position_m.coords * (1.0 + farther)).collect();
     grid.park_outside(&mut x);
     let scanned = x.clone();
     let mut smoothed = untangle(model, &mut x);
@@ -91,7 +94,7 @@ pub(super) fn lay(
     };
     let targets = (0..grid.vertices()).filter(|&v| grid.share(v) > 0.0).map(target).collect();
     let cell_n = fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
-    Laid { x, targets, is_exact, cell_n }
+    Laid { x, targets, is_exact, cell_n, farther }
 }
 
 /// How far a cell's weight stretches a holding spring \[m\]. Swept from 0.03 to 3 mm on 14 virtual
@@ -271,7 +274,7 @@ mod tests {
         untangle(&model, &mut x);
         let torn = crosses(grid, &x);
         let surface = Surface::exact(scanned.positions_m.iter().map(|p| (*p).into())).unwrap();
-        let laid = lay(&surface, experiment, &fabric, &model);
+        let laid = lay((&surface, 0.0), experiment, &fabric, &model);
         assert!(torn && !crosses(grid, &laid.x), "{torn}");
         let led = drape(&fabric, &Drop { start: DropStart::Surface(Box::new(surface)) }, &larger);
         assert_eq!((led.stop, led.intersections), (Stop::AtRest, 0));

@@ -157,7 +157,7 @@ fn surface_of(drape: &Drape, sigma_m: f64) -> Surface {
 /// A sheet of `fabric` held to that of the dropped stiff knit.
 fn held(fabric: &Fabric, sag_m: f64) -> Follower {
     let surface = surface_of(&dropped().drape(), 0.1e-3);
-    let start = DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m }));
+    let start = DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m, farther: 0.0 }));
     Follower::drop(fabric, &Drop { start }, &options())
 }
 
