@@ -84,7 +84,7 @@ fn leaves(fit: &Fit<'_>, added: Option<&Added>) -> bool {
 fn explained(fit: &mut Fit<'_>, trace: &Trace, units: &Units) -> Option<Added> {
     let misfit = fit.misfit();
     let mut tried = tried(fit, None, &foretelling(trace));
-    soften(fit, None, &mut tried);
+    soften(fit, &mut tried);
     let added = nearest(fit, None, tried, &units.of);
     added.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit))
 }
@@ -107,12 +107,7 @@ fn explained_beside(
     if !is_something(first.effect, &fitted) {
         return None;
     }
-    let of = |number: &'static Number| {
-        let mut all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
-        all.find(|((own, _), _)| *own == number).map(|((_, value), ends)| (number, *value, *ends))
-    };
-    let numbers = first.effect.numbers.iter().filter_map(of).collect();
-    let first = FoundEffect { numbers, ..first.clone() };
+    let first = FoundEffect { numbers: values_of(first.effect, &fitted), ..first.clone() };
     Some((std::iter::once(first).chain(second).collect(), fitted))
 }
 
@@ -129,11 +124,10 @@ fn tried(
 }
 
 /// Puts the fit of a cloth that softens in place of the tried one where it begins nearer ([`Fit::softened`]).
-fn soften(fit: &mut Fit<'_>, added: Option<&Added>, tried: &mut [(&'static Effect, Fitted)]) {
-    let before = effects_of(added);
+fn soften(fit: &mut Fit<'_>, tried: &mut [(&'static Effect, Fitted)]) {
     let own = tried.iter_mut().find(|(effect, _)| effect.name == SOFTENING);
     let Some((effect, fitted)) = own else { return };
-    let other = fit.softened(&numbers_with(fit.declared(), &before, effect));
+    let other = fit.softened(&numbers_with(fit.declared(), &[], effect));
     if let Some(other) = other.filter(|other| other.cost < fitted.cost) {
         *fitted = other;
     }
@@ -180,14 +174,19 @@ fn nearest(
     // what is there as well is no alternative
     let beside = |name: &&str| effects.iter().all(|effect| effect.name != *name);
     groups.iter_mut().for_each(|group| group.retain(beside));
-    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
-    let mut values = all.skip(declared.len());
     let found = effects.iter().zip(groups).map(|(&effect, group)| {
-        let own = values.by_ref().take(effect.numbers.len());
-        let numbers = own.map(|((number, value), ends)| (*number, *value, *ends)).collect();
+        let numbers = values_of(effect, &fitted);
         FoundEffect { effect, numbers, group }
     });
     Some((found.collect(), fitted))
+}
+
+/// The numbers of an effect in a fit, with their values and intervals.
+fn values_of(effect: &Effect, fitted: &Fitted) -> Vec<(&'static Number, f64, [f64; 2])> {
+    let all = fitted.cloth.effects.iter().zip(&fitted.intervals90);
+    all.filter(|((number, _), _)| effect.numbers.contains(number))
+        .map(|((number, value), ends)| (*number, *value, *ends))
+        .collect()
 }
 
 /// Whether a fit has an effect of some size, within what is tried.

@@ -143,7 +143,7 @@ pub fn fit<'a>(
         return Err(FitError::Nothing);
     }
     let first = first_fabric(targets, believed, drape_coefficient, options);
-    let at_mean = |number: &'static Number| (number, options.mean_of(number) * number.sigma);
+    let at_mean = |number: &'static Number| (number, options.mean_of(number));
     let effects = options.declared().into_iter().map(at_mean).collect();
     let cloth = Cloth { effects, ..Cloth::plain(first) };
     let begun = |cloth: &Cloth| Fit::begun(targets, cloth, believed, options, rule, tell);
@@ -325,7 +325,7 @@ impl Fit<'_> {
     /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on, and with what finer
     /// cells do to that cloth; `None` where one does not come to rest.
     pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
-        self.anew(numbers, &shared_of(&from.cloth))
+        self.around(numbers, from, |fit| fit.plain())
     }
 
     /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain
@@ -334,7 +334,7 @@ impl Fit<'_> {
     pub fn softened(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
         let state = self.state_with(numbers)?;
         let shared = softened(&state, numbers, &self.squares(numbers).limits())?;
-        self.anew(numbers, &shared)
+        self.around_shared(numbers, &shared, |fit| fit.plain())
     }
 
     /// Does something with the fit around the cloth of another one, whose effects' numbers are unknowns of the model there as those
@@ -345,8 +345,18 @@ impl Fit<'_> {
         from: &Fitted,
         act: impl FnOnce(&mut Self) -> T,
     ) -> Option<T> {
+        self.around_shared(numbers, &shared_of(&from.cloth), act)
+    }
+
+    /// The same around a cloth of some shared unknowns: what finer cells do to it is known before the first step.
+    fn around_shared<T>(
+        &mut self,
+        numbers: &[&'static Number],
+        shared: &[f64],
+        act: impl FnOnce(&mut Self) -> T,
+    ) -> Option<T> {
         let finer: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let done = self.finely_led(numbers, &shared_of(&from.cloth)).map(|(state, ended)| {
+        let done = self.finely_led(numbers, shared).map(|(state, ended)| {
             let kept = self.followers.iter().map(Follower::keep).collect();
             let plain = std::mem::replace(&mut self.plain, state);
             let kept = std::mem::replace(&mut self.kept, kept);
@@ -359,19 +369,6 @@ impl Fit<'_> {
         self.targets.iter_mut().zip(finer).for_each(|(target, finer)| target.finer = finer);
         self.restore();
         done
-    }
-
-    /// The fit from sheets led anew with some shared unknowns, and with what finer cells do to that cloth.
-    fn anew(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<Fitted> {
-        let plain: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let fitted = self.with_finer(numbers, shared);
-        self.targets.iter_mut().zip(plain).for_each(|(target, finer)| target.finer = finer);
-        fitted
-    }
-
-    fn with_finer(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<Fitted> {
-        let (state, ended) = self.finely_led(numbers, shared)?;
-        Some(self.fitted(numbers, state, ended))
     }
 
     /// Where the least squares end from sheets led anew with some shared unknowns, with what finer cells do to that cloth.

@@ -110,9 +110,9 @@ impl FitOptions {
         self.declared_of(number).unwrap_or(number.sigma)
     }
 
-    /// What a number is expected to be, in units of [`Number::sigma`]: nothing, but for a sensor's edge that is known.
+    /// What a number is expected to be, SI: nothing, but for a sensor's edge that is known.
     pub(super) fn mean_of(&self, number: &Number) -> f64 {
-        if number.acts == Acts::Edge { self.sensor_edge_m[0] / number.sigma } else { 0.0 }
+        if number.acts == Acts::Edge { self.sensor_edge_m[0] } else { 0.0 }
     }
 
     /// Its standard deviation, if that is declared.
@@ -130,8 +130,8 @@ impl FitOptions {
     pub fn limits_of(&self, number: &Number) -> [f64; 2] {
         match self.declared_of(number) {
             Some(declared) => {
-                let (mean, most) = (self.mean_of(number), DECLARED_LIMIT * declared / number.sigma);
-                [mean - most, mean + most]
+                let (mean, most) = (self.mean_of(number), DECLARED_LIMIT * declared);
+                [mean - most, mean + most].map(|end| end / number.sigma)
             }
             None => number.limits.map(|limit| limit / number.sigma),
         }

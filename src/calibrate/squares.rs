@@ -174,7 +174,10 @@ impl Squares<'_> {
             let at = STIFFNESSES + k;
             precision[(at, at)] = (number.sigma / self.options.expected_of(number)).powi(2);
         }
-        let of_number = |k: usize| self.options.mean_of(self.numbers[k - STIFFNESSES]);
+        let of_number = |k: usize| {
+            let number = self.numbers[k - STIFFNESSES];
+            self.options.mean_of(number) / number.sigma
+        };
         let expected =
             |k: usize| if k < STIFFNESSES { self.believed.ln_mean[k] } else { of_number(k) };
         let off = DVector::from_fn(common, |k, _| expected(k) - shared[k]);

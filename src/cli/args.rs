@@ -525,10 +525,10 @@ pub(crate) struct Calibrate {
     /// exact if not given, and then looked for as an effect
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) scale_sigma: Option<f64>,
-    /// By how much the scanner has edges farther out than the cloth ends, and its standard deviation (0.1 if not given) [mm], as
-    /// `sensor_edge` of specimens tells it whose size was measured; looked for within what scanners do if not given
+    /// Of scans, by how much the scanner has edges farther out than the cloth ends, and its standard deviation (0.1 if not given) [mm],
+    /// as `sensor_edge` of specimens tells it whose size was measured; looked for within what scanners do if not given
     #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true)]
-    pub(crate) sensor_edge_mm: Option<SensorEdge>,
+    pub(crate) sensor_edge_mm: Option<[f64; 2]>,
     /// How strongly drapes are held across their outlines: share of the hanging cloth's weight for each millimetre [%], 15 if
     /// not given; 0 lets them go, and scanned sheets, which are held by 3.3 % otherwise
     #[arg(long, value_name = "PERCENT", value_parser = hold)]
@@ -554,24 +554,11 @@ fn hold(text: &str) -> Result<f64, String> {
 }
 
 /// A scanner's edge beside the cloth's, and its standard deviation [mm].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SensorEdge(pub(crate) [f64; 2]);
-
-impl SensorEdge {
-    /// The two in metres.
-    pub(crate) fn in_m(self) -> [f64; 2] {
-        self.0.map(|mm| mm * M_PER_MM)
-    }
-}
-
-/// One or two numbers of millimetres.
-fn sensor_edge(text: &str) -> Result<SensorEdge, String> {
+fn sensor_edge(text: &str) -> Result<[f64; 2], String> {
     let both: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match both.as_deref() {
-        Some(&[mm]) if mm.abs() <= 5.0 => Ok(SensorEdge([mm, 0.1])),
-        Some(&[mm, sigma]) if mm.abs() <= 5.0 && (0.01..=5.0).contains(&sigma) => {
-            Ok(SensorEdge([mm, sigma]))
-        }
+        Some(&[mm]) if mm.abs() <= 5.0 => Ok([mm, 0.1]),
+        Some(&[mm, sigma]) if mm.abs() <= 5.0 && (0.01..=5.0).contains(&sigma) => Ok([mm, sigma]),
         _ => Err("give -5 to 5 mm, and after a comma a standard deviation of 0.01 to 5".into()),
     }
 }
@@ -1048,8 +1035,8 @@ pub(crate) struct SealedCases {
     pub(crate) prior: String,
     /// By how much the scanner has edges farther out than the cloth ends, and its standard deviation (0.1 if not given) [mm], as
     /// `sensor_edge` of specimens tells it whose size was measured; of the scans of `--scans`
-    #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true)]
-    pub(crate) sensor_edge_mm: Option<SensorEdge>,
+    #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true, requires = "scans")]
+    pub(crate) sensor_edge_mm: Option<[f64; 2]>,
     /// Effects that the calibration does not look for, so that those of the list are on none for it
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     pub(crate) without: Vec<&'static Effect>,

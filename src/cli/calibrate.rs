@@ -31,8 +31,8 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     if let Some(percent) = given.scale_sigma {
         options.fit.scale_sigma = 0.01 * percent;
     }
-    if let Some(edge) = given.sensor_edge_mm {
-        options.fit.sensor_edge_m = edge.in_m();
+    if let Some(edge_mm) = given.sensor_edge_mm {
+        options.fit.sensor_edge_m = edge_mm.map(|mm| mm * M_PER_MM);
     }
     if let Some(percent) = given.hold {
         options.fit.hold_per_m = 0.01 * percent / M_PER_MM;

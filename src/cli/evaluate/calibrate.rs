@@ -6,6 +6,7 @@ use anyhow::Context as _;
 
 use super::super::augment::profile;
 use super::super::{Failure, Outcome, args};
+use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::manifest::Bench;
 use scan2params::calibrate::run::Options;
 use scan2params::evaluate::calibrate::{LEAST_FLOORS, Scored, Series, Summary};
@@ -19,8 +20,8 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
     let without = given.without.clone();
     let mut calibrate = Options { prior, without, ..Options::default() };
     calibrate.fit.sim.vertices = given.vertices as usize;
-    if let Some(edge) = given.sensor_edge_mm {
-        calibrate.fit.sensor_edge_m = edge.in_m();
+    if let Some(edge_mm) = given.sensor_edge_mm {
+        calibrate.fit.sensor_edge_m = edge_mm.map(|mm| mm * M_PER_MM);
     }
     let mut make =
         MakeOptions { vertices: given.truth_vertices as usize, ..MakeOptions::default() };

@@ -35,6 +35,8 @@ struct Cost {
 /// The stiffnesses that are fitted.
 const FITTED: [Parameter; 3] =
     [Parameter::BendingWeft, Parameter::BendingWarp, Parameter::BendingBias];
+/// Where they begin among a fabric's seven numbers.
+const BENDING: usize = 3;
 /// Steps of the fit.
 const STEPS: usize = 3;
 /// Standard deviation of the logarithm of a fitted stiffness before the rim is seen, and of a point of the rim \[m\].
@@ -128,12 +130,11 @@ fn step(
     ln: &Three<f64>,
 ) -> Option<Three<f64>> {
     let sensitivities = sheet.sensitivities(&FITTED).ok()?;
-    let Fabric { bending_weft_nm, bending_warp_nm, bending_bias_nm, .. } = sheet.setup().fabric;
-    let values = [bending_weft_nm, bending_warp_nm, bending_bias_nm];
+    let values = sheet.setup().fabric.in_si();
     let grid = sheet.drape().grid;
-    let both = sensitivities.iter().zip(values);
+    let both = sensitivities.iter().zip(&values[BENDING..]);
     let columns: Vec<Vec<Vector3>> =
-        both.map(|(s, v)| s.rim_moves(&grid).iter().map(|move_| move_ * v).collect()).collect();
+        both.map(|(s, v)| s.rim_moves(&grid).iter().map(|move_| move_ * *v).collect()).collect();
     let off: Vec<Vector3> = to.positions_m().zip(rim.positions_m()).map(|(a, b)| a - b).collect();
     let dot = |a: &[Vector3], b: &[Vector3]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
     let (point, prior) = (KNOWN_M.powi(-2), EXPECTED.powi(-2));
@@ -146,14 +147,10 @@ fn step(
 }
 
 /// A fabric with other logarithms of the three bending stiffnesses.
-fn softer(fabric: &Fabric, ln: &Three<f64>) -> Fabric {
-    let fabric = Fabric {
-        bending_weft_nm: fabric.bending_weft_nm * ln.x.exp(),
-        bending_warp_nm: fabric.bending_warp_nm * ln.y.exp(),
-        bending_bias_nm: fabric.bending_bias_nm * ln.z.exp(),
-        ..*fabric
-    };
-    fabric.project_bending().0
+fn softer(fabric: &Fabric, by: &Three<f64>) -> Fabric {
+    let [mut ln @ .., _] = fabric.in_si().map(f64::ln);
+    (0..3).for_each(|k| ln[BENDING + k] += by[k]);
+    Fabric::from_ln_stiffnesses(&ln, fabric.density_kg_m2)
 }
 
 /// Root mean square distance of corresponding points \[m\].
