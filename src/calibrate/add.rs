@@ -7,7 +7,8 @@
 //! Scanned sheets know more than a trace of few units can be sure of: thousands of points that lie farther from the plain model's than scans
 //! and cells explain (a misfit above 0.6). Where that is so after what the trace is sure of, the effects that foretell most and softening are fitted
 //! all the same, first without the others: a large effect looks like several small ones to a linear choice. One of them is added where its
-//! fit leaves less than that and less than half; failing that beside the one that the trace is sure of, by another trace around the fit that has it.
+//! fit leaves less than that and less than half. What an effect leaves (from 0.3 on) is asked anew around the fit that has it, and a second one added
+//! beside it where it leaves less than half of that.
 
 use super::effect::{Effect, Number};
 use super::fit::{Fit, Fitted};
@@ -62,11 +63,12 @@ pub(super) fn add(
             added = Some(more);
         }
     }
-    if scanned && leaves(fit, added.as_ref()) {
+    if scanned && misfit_of(fit, added.as_ref()) >= LEAVES {
         // what the linear choice took for small effects may be a large one
-        let beside = added.clone();
-        let other = explained(fit, trace, units);
-        added = other.or_else(|| explained_beside(fit, &beside?, units, without)).or(added);
+        added = explained(fit, &foretelling(trace), units).or(added);
+    }
+    if let Some(first) = added.as_ref().filter(|first| scanned && first.1.misfit >= ASKED_BESIDE) {
+        added = explained_beside(fit, first, units, without).or(added);
     }
     match added {
         Some(added) => Asked::Added(Box::new(added)),
@@ -75,22 +77,22 @@ pub(super) fn add(
     }
 }
 
-/// Whether a fit leaves what the plain model should not.
-fn leaves(fit: &Fit<'_>, added: Option<&Added>) -> bool {
-    added.map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit) >= LEAVES
+/// The misfit with the effects that were added, or without any.
+fn misfit_of(fit: &Fit<'_>, added: Option<&Added>) -> f64 {
+    added.map_or_else(|| fit.misfit(), |(_, fitted)| fitted.misfit)
 }
 
-/// The effect that leaves little and less than half of what the plain fit does; `None` where there is none.
-fn explained(fit: &mut Fit<'_>, trace: &Trace, units: &Units) -> Option<Added> {
+/// The one of some effects that leaves little and less than half of what the plain fit does; `None` where there is none.
+fn explained(fit: &mut Fit<'_>, effects: &[&'static Effect], units: &Units) -> Option<Added> {
     let misfit = fit.misfit();
-    let mut tried = tried(fit, None, &foretelling(trace));
+    let mut tried = tried(fit, None, effects);
     soften(fit, &mut tried);
     let added = nearest(fit, None, tried, &units.of);
     added.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit))
 }
 
 /// An effect with another one beside it that leaves little and less than half of what the first does. What is left is asked anew around the fit
-/// with the first, whose moves are other ones than the plain cloth's.
+/// with the first, whose moves are other ones than the plain cloth's: fitted is what that is sure of, else what foretells most.
 fn explained_beside(
     fit: &mut Fit<'_>,
     (found, fitted): &Added,
@@ -101,7 +103,8 @@ fn explained_beside(
     let numbers = numbers_with(fit.declared(), &[], first.effect);
     let around = |fit: &mut Fit<'_>| {
         let trace = trace_of(fit, units, without)?;
-        explained(fit, &trace, units)
+        let sure = trace.chosen.first().map(rivals);
+        explained(fit, &sure.unwrap_or_else(|| foretelling(&trace)), units)
     };
     let (second, fitted) = fit.around(&numbers, fitted, around)??;
     if !is_something(first.effect, &fitted) {
@@ -258,6 +261,8 @@ pub(super) fn is_left([before, after]: [f64; 2], added: bool) -> bool {
     if added { after > LEAVES_BESIDE && after > 0.5 * before } else { after > LEAVES }
 }
 
+/// Misfit that an effect leaves from which on another is asked for beside it.
+const ASKED_BESIDE: f64 = 0.3;
 /// Misfit that an effect may leave at most which takes less than half of it.
 const LEAVES_BESIDE: f64 = 0.5;
 

@@ -1041,7 +1041,8 @@ pub(crate) struct SealedCases {
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     pub(crate) without: Vec<&'static Effect>,
     /// Folder that keeps the cases from run to run, a folder each with pictures, manifest.csv and
-    /// sealed.json; on fine cells a drape takes up to minutes
+    /// sealed.json (on fine cells a drape takes up to minutes), and what was said: the same program with the same options
+    /// goes on where it was broken off, or only adds up
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,
     /// Print the sums as one line of JSON as well, the last

@@ -4,12 +4,14 @@
 //! [`Said`], and the held-out error of the truth: the true fabric in the true experiment, led by the same outlines on
 //! the calibration's own cells, which no answer can be blamed for. [`Summary`] has the figures that are promised.
 //!
-//! A case's folder is made, its manifest calibrated, and the truth looked at last.
+//! A case's folder is made, its manifest calibrated, and the truth looked at last; what was said is kept in the folder
+//! for the next run of the same program (`kept.rs`).
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use self::kept::{Keeper, Kept, nan_of_null, nans_of_nulls};
 use crate::base::units::M_PER_MM;
 use crate::calibrate::effect::{Acts, Cloth, Effect};
 use crate::calibrate::fit::predict;
@@ -18,13 +20,14 @@ use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_
 use crate::calibrate::result::FabricResult;
 use crate::calibrate::run::{CalibrateError, Options, Told, calibrate};
 use crate::calibrate::target::Target;
+use crate::io::WriteError;
 use crate::numeric::moments::mean;
 use crate::numeric::robust::median;
 use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
 use crate::sim::Experiment;
 
 /// What a calibration said of a fabric.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Said {
     /// `found`, `undecided`, `unexplained` or `none`.
     pub verdict: String,
@@ -33,14 +36,19 @@ pub struct Said {
     /// Names of those that the drapes do not tell from the ones found.
     pub group: Vec<String>,
     /// Mean distance of the held-out outlines without any effect \[mm\]; NaN, in files null, where none came to rest.
+    #[serde(deserialize_with = "nan_of_null")]
     pub before_mm: f64,
     /// The same with the effects found \[mm\].
+    #[serde(deserialize_with = "nan_of_null")]
     pub after_mm: f64,
     /// The same two of scanned sheets once they are let go \[mm\]; NaN of outlines.
+    #[serde(deserialize_with = "nans_of_nulls")]
     pub let_go_mm: [f64; 2],
     /// What the fits leave, in standard deviations, without any effect and with those found.
+    #[serde(deserialize_with = "nans_of_nulls")]
     pub misfit: [f64; 2],
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
+    #[serde(deserialize_with = "nan_of_null")]
     pub floor_mm: f64,
     /// Where the field is strongest that would best explain what the effects leave, as fractions of the specimen's sides along warp and
     /// weft; none where no field foretells anything.
@@ -114,6 +122,9 @@ pub enum SeriesError {
     /// Its manifest cannot be calibrated.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// What was said cannot be kept.
+    #[error(transparent)]
+    Keep(#[from] WriteError),
 }
 
 /// Sealed cases, each made, calibrated and scored.
@@ -128,7 +139,8 @@ pub struct Series {
     pub make: MakeOptions,
     /// How they are calibrated.
     pub calibrate: Options,
-    /// Where each has a folder of its own; cases that are there already are not made again.
+    /// Where each has a folder of its own; cases that are there already are not made again, and those that this program
+    /// calibrated with these options are read.
     pub folder: PathBuf,
 }
 
@@ -139,34 +151,52 @@ impl Series {
     /// # Errors
     /// The first case that cannot be made or calibrated.
     pub fn run(&self, mut tell: impl FnMut(&Scored)) -> Result<Vec<Scored>, SeriesError> {
+        let keeper = Keeper::of(&self.calibrate);
         let mut all = Vec::new();
         for index in self.cases.clone() {
-            let scored = self.scored(index)?;
+            let scored = self.scored(index, keeper.as_ref())?;
             tell(&scored);
             all.push(scored);
         }
         Ok(all)
     }
 
-    fn scored(&self, index: u64) -> Result<Scored, SeriesError> {
+    fn scored(&self, index: u64, keeper: Option<&Keeper>) -> Result<Scored, SeriesError> {
         let case = Case::drawn(self.seed, index, self.bench)?;
         let folder = self.folder.join(format!("{}-{index}", self.seed));
         let sealed = make(&case, &folder, &self.make)?;
-        let entries = read_manifest(Sealed::manifest(&folder))?;
-        let found = calibrate(&entries, &self.calibrate, &|_: Told<'_>| ())?;
-        let unanswered = |why: &dyn std::fmt::Display| Err(why.to_string());
-        let (said, truth_mm) = match found.fabrics.first() {
-            Some(result) => {
-                let said = match &result.fitted {
-                    Ok(_) => Ok(said_of(result)),
-                    Err(error) => unanswered(error),
-                };
-                (said, self.truth_mm(&case, result))
+        let kept = match keeper.and_then(|keeper| keeper.read(&folder)) {
+            Some(kept) => kept,
+            None => {
+                let kept = self.calibrated(&case, &folder)?;
+                keeper.map_or(Ok(()), |keeper| keeper.write(&folder, &kept))?;
+                kept
             }
-            None => (unanswered(&"no picture could be used"), f64::NAN),
         };
+        let Kept { said, truth_mm } = kept;
         let without = self.calibrate.without.iter().map(|effect| effect.name);
         Ok(Scored { sealed, said, truth_mm, without: without.collect(), bench: case.plain() })
+    }
+
+    /// What is said of a case that was made, and the truth's own error. Files of which none can be used, or a fabric that is not
+    /// fitted, are a case of which nothing is said.
+    fn calibrated(&self, case: &Case, folder: &Path) -> Result<Kept, SeriesError> {
+        let entries = read_manifest(Sealed::manifest(folder))?;
+        let unanswered = |why: &dyn std::fmt::Display| Err(why.to_string());
+        let found = match calibrate(&entries, &self.calibrate, &|_: Told<'_>| ()) {
+            Err(none @ CalibrateError::Nothing { .. }) => {
+                return Ok(Kept { said: unanswered(&none), truth_mm: f64::NAN });
+            }
+            found => found?,
+        };
+        let Some(result) = found.fabrics.first() else {
+            return Ok(Kept { said: unanswered(&"no picture could be used"), truth_mm: f64::NAN });
+        };
+        let said = match &result.fitted {
+            Ok(_) => Ok(said_of(result)),
+            Err(error) => unanswered(error),
+        };
+        Ok(Kept { said, truth_mm: self.truth_mm(case, result) })
     }
 
     /// The held-out error of the truth.
@@ -421,6 +451,8 @@ impl Summary {
         }
     }
 }
+
+mod kept;
 
 #[cfg(test)]
 mod tests {
