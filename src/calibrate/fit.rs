@@ -1,7 +1,7 @@
 //! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with effects.
 //!
-//! Each outline leads a sheet to its branch and holds it there by weak springs ([`DropStart::Held`]); at rest on them, the
-//! sheet is led from fabric to fabric. A scanned sheet is held to its scan ([`DropStart::HeldSurface`]), and laid once on finer cells, so that it is known
+//! Each outline leads a sheet to its branch and holds it there by weak springs (`lead.rs`); at rest on them, the
+//! sheet is led from fabric to fabric. A scanned sheet is held to its scan, and laid once on finer cells, so that it is known
 //! what cells do to it; a given rim leads a sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
 //! effects that are asked for, shared by all drapes, and the pose of each, with the prior's Gaussian on the former. Where
 //! the steps end, the outlines lead sheets of the fabric found, and the steps go on as long as that gains.
@@ -19,23 +19,22 @@
 use rayon::prelude::*;
 
 use super::believed::Believed;
-use super::effect::{Cloth, Number, View};
-use super::measures::{FoldRule, Measures};
+use super::beside::Beside;
+use super::effect::{Cloth, Number};
+use super::first_fabric::first_fabric;
+use super::lead::{Sheet, finer_of, lead_all, led_anew, led_on, seen_of, steadily_led_on};
+use super::measures::FoldRule;
 use super::options::FitOptions;
-use super::pose::{Pose, picture_of, scaled};
-use super::seen::{Row, Seen};
+use super::pose::Pose;
 use super::softened::softened;
-use super::squares::{Squares, State, parameters, rms_m};
-use super::target::{Finer, Rim, Target, farther, share_of};
-use super::trial::{Compared, Trial, steadied_trial_of, trial_of};
-use crate::base::Outline;
-use crate::base::frame::GRAVITY_M_S2;
-use crate::fabric::{Fabric, STIFFNESSES};
-use crate::numeric::moments::mean;
+use super::squares::{Squares, State, parameters, rms_m, shared_of};
+use super::target::{Finer, Target};
+use super::trial::{Compared, Trial};
+use crate::fabric::STIFFNESSES;
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
-use crate::sim::sensitivity::{Parameter, SensitivityError};
-use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Hold, Kept, SimOptions, Stop};
+use crate::sim::sensitivity::SensitivityError;
+use crate::sim::{Follower, Kept};
 
 /// How far a fit is; told after every round of drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,30 +56,6 @@ pub enum FitError {
     /// No sheet came to rest.
     #[error("no drape led by the outlines came to rest ({0}): they may be of another experiment")]
     NeverAtRest(SensitivityError),
-}
-
-/// A measured outline beside the drape of a fabric on its branch.
-#[derive(Clone, Debug)]
-pub struct Beside {
-    /// The drape, at rest.
-    pub drape: Drape,
-    /// How it lies in the picture.
-    pub pose: Pose,
-    /// Root mean square distance of the outlines \[m\].
-    pub rms_m: f64,
-    /// Where they differ, at even steps along the measured outline.
-    pub rows: Vec<Row>,
-    /// The measured outline around its centroid, in the picture \[m\].
-    pub measured: Outline,
-    /// The drape's outline there \[m\].
-    pub simulated: Outline,
-    /// What is counted on the drape's outline at the picture's scale, as on the measured one.
-    pub measures: Measures,
-    /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
-    /// edge, of a scanned sheet as a share of its own; 0 of a drape that was let go.
-    pub held_share: f64,
-    /// Of a scanned sheet that was held and foretold, root mean square distance of the rims once it is let go \[m\].
-    pub let_go_rms_m: Option<f64>,
 }
 
 /// The fabric found.
@@ -567,12 +542,6 @@ impl Fit<'_> {
     }
 }
 
-/// The shared unknowns of a cloth.
-fn shared_of(cloth: &Cloth) -> Vec<f64> {
-    let sizes = cloth.effects.iter().map(|(number, value)| value / number.sigma);
-    cloth.ln().into_iter().chain(sizes).collect()
-}
-
 /// Shared unknowns with some numbers, those at nothing that were not among them.
 fn extended(shared: &[f64], had: &[&'static Number], numbers: &[&'static Number]) -> Vec<f64> {
     let (ln, sizes) = shared.split_at(STIFFNESSES);
@@ -582,305 +551,17 @@ fn extended(shared: &[f64], had: &[&'static Number], numbers: &[&'static Number]
     ln.iter().copied().chain(numbers.iter().map(size)).collect()
 }
 
-/// Drapes of one cloth led and held by outlines, each beside its own.
-pub fn predict(
-    targets: &[Target],
-    believed: &Believed,
-    cloth: &Cloth,
-    options: &FitOptions,
-    rule: &FoldRule,
-    tell: &(dyn Fn(Progress) + Sync),
-) -> Vec<Result<Beside, SensitivityError>> {
-    let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-    let numbers: Vec<&'static Number> = cloth.effects.iter().map(|(number, _)| *number).collect();
-    let (shared, asked) = (shared_of(cloth), parameters(&numbers));
-    let led = lead_all(cloth, targets, &poses, options, &asked);
-    tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
-    let beside = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
-        let (mut sheet, mut trial) = sheet?;
-        let finer = finer_of(target, &target.first_pose(), cloth, options, &trial);
-        let one = [Target { finer, ..target.clone() }];
-        let target = &one[0];
-        let squares = Squares { targets: &one, believed, options, numbers: &numbers };
-        let mut pose = target.first_pose();
-        // the springs follow the pose, and the pose the drape
-        for _ in 0..PREDICTIONS {
-            pose = squares.around(&shared, vec![trial], vec![pose]).poses[0];
-            trial = steadily_led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
-        }
-        let mut state = squares.around(&shared, vec![trial], vec![pose]);
-        let mut let_go = || {
-            sheet.let_go();
-            let free = trial_of(&mut sheet, &asked, target.compared())
-                .or_else(|_| steadied_trial_of(&mut sheet, &asked, target.compared()))
-                .ok()?;
-            let free = squares.around(&shared, vec![free], state.poses.clone());
-            Some(rms_m(&free.seen[0].rows))
-        };
-        let let_go_rms_m = if target.is_held(options) { let_go() } else { None };
-        let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
-        let pose = (state.poses[0], cloth.view());
-        Ok(Beside { let_go_rms_m, ..Beside::of(target, trial, pose, seen, options, rule) })
-    };
-    targets.par_iter().zip(led).map(beside).collect()
-}
-
-/// A sheet at rest and what is seen of it.
-type Sheet = (Follower, Trial);
-
-/// Sheets of a cloth led by outlines in some poses, and held.
-fn lead_all(
-    cloth: &Cloth,
-    targets: &[Target],
-    poses: &[Pose],
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Vec<Result<Sheet, SensitivityError>> {
-    let lead = |(target, pose): (&Target, &Pose)| {
-        let mut follower = laid(cloth, target, pose, options, options.sim.vertices);
-        let trial = seen_of(&mut follower, cloth, target, pose, options, asked)?;
-        Ok((follower, trial))
-    };
-    targets.par_iter().zip(poses).map(lead).collect()
-}
-
-/// What is seen of a sheet of a cloth at rest; of one that rests on a saddle once it has slid off it, or, where it does not, as if a
-/// little inertia held it there.
-fn seen_of(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    let mut trial = trial_of(sheet, asked, target.compared());
-    for by in OFF_A_SADDLE {
-        if !matches!(trial, Err(SensitivityError::Unstable)) {
-            break;
-        }
-        led_on(sheet, &stiffer(cloth, by), target, pose, options, &parameters(&[])).ok();
-        trial = led_on(sheet, cloth, target, pose, options, asked);
-    }
-    match trial {
-        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
-        trial => trial,
-    }
-}
-
-/// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle slides off it on the way there and back.
-fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
-    let mut ln = cloth.ln();
-    ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += by);
-    let fabric = Fabric::from_ln_stiffnesses(&ln, cloth.fabric.density_kg_m2);
-    Cloth { fabric, ..cloth.clone() }
-}
-
-/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side.
-fn laid(
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    vertices: usize,
-) -> Follower {
-    let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
-    let sim = SimOptions { experiment, vertices, ..options.sim };
-    let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
-    Follower::drop(&cloth.fabric, &drop, &sim)
-}
-
-/// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
-/// or in other folds.
-fn finer_of(
-    target: &Target,
-    pose: &Pose,
-    cloth: &Cloth,
-    options: &FitOptions,
-    trial: &Trial,
-) -> Option<Box<Finer>> {
-    if options.finer <= 1.0 || !target.is_held(options) {
-        return None;
-    }
-    let cells = (options.sim.vertices - 1) as f64 * options.finer;
-    let drape = laid(cloth, target, pose, options, cells.round() as usize + 1).drape();
-    let (rim, places) = trial.moves_to(&drape);
-    let squared: Vec<f64> = rim.iter().map(|move_| move_.norm_squared()).collect();
-    let believed = options.believed_of_cells();
-    let is_near = drape.stop == Stop::AtRest && mean(&squared).sqrt() < OTHER_FOLDS_M;
-    is_near.then(|| Box::new(Finer { rim, places, believed }))
-}
-
-/// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
-/// holding it.
-fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
-    let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
-    match target.rim.as_deref() {
-        Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(view, options) {
-            Some(held) => DropStart::HeldSurface(Box::new(held)),
-            None => DropStart::Surface(Box::new(sheet.clone())),
-        },
-        Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
-        None if options.hold_per_m > 0.0 => {
-            DropStart::Held(Box::new(Hold { outline: in_plan(), per_m: options.hold_per_m }))
-        }
-        None => DropStart::Outline(Box::new(in_plan())),
-    }
-}
-
-/// A sheet led to another cloth, held by its outline in a pose.
-fn led_on(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    if options.hold_per_m > 0.0 && target.rim.is_none() {
-        let view = cloth.view();
-        let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
-        sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
-    }
-    if target.is_held(options) {
-        sheet.hold_farther(farther(cloth.view()));
-    }
-    let to = cloth.setup(&target.bench, target.lies(pose));
-    let way = sheet.follow(&to, &FollowOptions::default());
-    match way {
-        Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
-        Ok(_) => trial_of(sheet, asked, target.compared()),
-        Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
-    }
-}
-
-/// The same of a sheet that comes to rest on a saddle there as well.
-fn steadily_led_on(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    match led_on(sheet, cloth, target, pose, options, asked) {
-        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
-        way => way,
-    }
-}
-
-/// A sheet that could not be led to a cloth, led to it by what was measured: what is seen of it there.
-fn led_anew(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    *sheet = laid(cloth, target, pose, options, options.sim.vertices);
-    seen_of(sheet, cloth, target, pose, options, asked)
-}
-
-/// The fabric to begin with: by the drape coefficient of the discs \[%\], or, where rims were scanned, of some bending lengths
-/// the one whose drape lies closest to the first rim.
-fn first_fabric(
-    targets: &[Target],
-    believed: &Believed,
-    drape_coefficient: f64,
-    options: &FitOptions,
-) -> Fabric {
-    let Some(target) = targets.iter().find(|target| target.rim.is_some()) else {
-        let [shortest, longest] = LENGTHS_M;
-        let length_m = LENGTH_AT_50_M + LENGTH_PER_PERCENT_M * (drape_coefficient - 50.0);
-        return bending(believed, length_m.clamp(shortest, longest));
-    };
-    let one = std::slice::from_ref(target);
-    let tried = RIM_LENGTHS_M.into_par_iter().filter_map(|length_m| {
-        let cloth = Cloth::plain(bending(believed, length_m));
-        let led = lead_all(&cloth, one, &[target.first_pose()], options, &parameters(&[]));
-        let (_, trial) = led.into_iter().next()?.ok()?;
-        let squares = Squares { targets: one, believed, options, numbers: &[] };
-        let state = squares.around(&cloth.ln(), vec![trial], vec![target.first_pose()]);
-        Some((state.data_cost, cloth.fabric))
-    });
-    let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map_or_else(|| bending(believed, LENGTH_AT_50_M), |(_, fabric)| fabric)
-}
-
-/// Bending lengths that are tried with a scanned rim.
-const RIM_LENGTHS_M: [f64; 5] = [6e-3, 9e-3, 13e-3, 18e-3, 26e-3];
-
-/// The prior's mean, its bending scaled to a bending length.
-fn bending(believed: &Believed, length_m: f64) -> Fabric {
-    let mut ln = believed.ln_mean;
-    let wanted = (believed.density_kg_m2 * GRAVITY_M_S2 * length_m.powi(3)).ln();
-    let shift = wanted - (ln[3] + ln[4] + ln[5]) / 3.0;
-    (3..STIFFNESSES).for_each(|k| ln[k] += shift);
-    let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| {
-        let [low, high] = believed.ln_limits[k];
-        ln[k].clamp(low, high)
-    });
-    Fabric::from_ln_stiffnesses(&ln, believed.density_kg_m2)
-}
-
-/// Bending length over drape coefficient of standard Cusick drapes: roughly a line, `docs/validation.md`.
-const LENGTH_AT_50_M: f64 = 18.6e-3;
-const LENGTH_PER_PERCENT_M: f64 = 0.36e-3;
-const LENGTHS_M: [f64; 2] = [9e-3, 35e-3];
 /// How often the outlines lead at most, and the fall of the cost for which they do so again.
 const LEADINGS: usize = 2;
 const LED_GAIN: f64 = 1.0;
-/// The first of the six stiffnesses, which are not bending.
-const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
 /// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
 const NEAR: f64 = 0.2;
 /// Foretold fall of the cost, as a share of it, that is not worth a round of drapes.
 const LEAST_SHARE: f64 = 1e-3;
 /// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off its fold.
 const LOST: [f64; 2] = [1.2, 15.0];
-/// Changes of bending's logarithms that bring a sheet off a saddle, tried in turn.
-const OFF_A_SADDLE: [f64; 2] = [0.03, 0.1];
-/// How often a predicted drape's pose and springs follow each other.
-const PREDICTIONS: usize = 2;
-/// Root mean square move of a rim to finer cells from which on the sheet has other folds there \[m\].
-const OTHER_FOLDS_M: f64 = 3e-3;
 /// Quantile of the standard normal beyond which 5 % lie on each side.
 const Z90: f64 = 1.6449;
-
-impl Beside {
-    fn of(
-        target: &Target,
-        trial: Trial,
-        (pose, view): (Pose, View),
-        seen: Seen,
-        options: &FitOptions,
-        rule: &FoldRule,
-    ) -> Self {
-        let posed = scaled(&pose, view.ln_scale);
-        let larger = posed[3].exp();
-        let outline = match target.rim {
-            Some(_) => trial.outline.clone(),
-            None => trial.seen_from_above(target.seen_from(view)),
-        };
-        let as_seen = outline.mapped(|p| p.map(|v| v * larger));
-        Self {
-            rms_m: rms_m(&seen.rows),
-            measured: target.outline.clone(),
-            simulated: outline.mapped(|p| picture_of(p, &posed)),
-            measures: Measures::of(&as_seen, &target.bench, rule),
-            held_share: match target.held_to(view, options) {
-                Some(held) => share_of(&held, &trial.places),
-                None if target.rim.is_some() => 0.0,
-                None => options.hold_per_m * trial.hold.rms_m,
-            },
-            let_go_rms_m: None,
-            drape: trial.drape,
-            pose,
-            rows: seen.rows,
-        }
-    }
-}
 
 mod starts;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! In: drapes beside their outlines or rims. Out: [`Left`]. The fit counts one point of a rim on every
 //! [`super::options::FitOptions::alike_m`]; where what stays is alike over more, its intervals are too narrow.
 
-use super::fit::Beside;
+use super::beside::Beside;
 
 /// What stays of some drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,20 +2,23 @@
 //!
 //! Flow: `manifest` (what was measured of which fabric) -> `silhouette` (a picture to an outline) -> `measures`
 //! (drape coefficient, folds, amplitudes; the same for simulated drapes) -> `floor` (captures against captures, faces,
-//! specimens) -> `fit` (the fabric shared by all drapes, each held on its own branch; `believed` before it, `trial` a
-//! drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
-//! the least squares, `options` how well all this is known) -> `trace` (which effects of `effect` the residual asks for, by the
+//! specimens) -> `fit` (the fabric shared by all drapes, each held on its own branch; `believed` before it, `first_fabric` where it begins, `lead` how
+//! sheets are led, `trial` a drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
+//! the least squares, `beside` a drape beside what was measured, `options` how well all this is known) -> `trace` (which effects of `effect` the residual asks for, by the
 //! sums over specimens of `linear`, held out in turn as `independent` says; `field` where on the cloth what they leave would come from; the
-//! effects are added by fits again, in `add`; that of softening begins where `softened` says) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
+//! effects are added by fits again, in `add`; that of softening begins where `softened` says) -> `predict` (drapes held out) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
 
 pub mod add;
 pub mod believed;
+pub mod beside;
 pub mod cloth_file;
 pub mod effect;
 pub mod field;
+mod first_fabric;
 pub mod fit;
 pub mod floor;
 pub mod independent;
+mod lead;
 pub mod left;
 mod linear;
 pub mod manifest;
@@ -23,6 +26,7 @@ pub mod measured;
 pub mod measures;
 pub mod options;
 pub mod pose;
+pub mod predict;
 pub mod result;
 pub mod run;
 pub mod seen;
@@ -34,4 +38,4 @@ pub mod trace;
 pub mod trial;
 
 /// Raised where the same files give other numbers than before, so that nothing made by an earlier version is kept.
-pub const VERSION: u32 = 10;
+pub const VERSION: u32 = 11;

@@ -5,8 +5,9 @@
 
 use super::add::{CONFIRMED, FoundEffect, is_left};
 use super::believed::Believed;
+use super::beside::Beside;
 use super::effect::Acts;
-use super::fit::{Beside, FitError, Fitted};
+use super::fit::{FitError, Fitted};
 use super::floor::Spread;
 use super::left::{Left, left};
 use super::manifest::{Face, Role};

@@ -32,6 +32,12 @@ const ALWAYS: [Parameter; STIFFNESSES + 3] = {
     [a, b, c, d, e, f, Parameter::OffsetX, Parameter::OffsetZ, Parameter::Pull]
 };
 
+/// The shared unknowns of a cloth.
+pub(super) fn shared_of(cloth: &Cloth) -> Vec<f64> {
+    let sizes = cloth.effects.iter().map(|(number, value)| value / number.sigma);
+    cloth.ln().into_iter().chain(sizes).collect()
+}
+
 /// What a trial's sheet is asked for where some effects are looked for.
 pub(super) fn parameters(numbers: &[&'static Number]) -> Vec<Parameter> {
     let mut all = ALWAYS.to_vec();

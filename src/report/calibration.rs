@@ -9,10 +9,11 @@ use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::add::FoundEffect;
+use crate::calibrate::beside::Beside;
 use crate::calibrate::cloth_file;
 use crate::calibrate::effect::{Effect, Number};
 use crate::calibrate::field::{Field, FieldLayer, Strongest};
-use crate::calibrate::fit::{Beside, Fitted};
+use crate::calibrate::fit::Fitted;
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;

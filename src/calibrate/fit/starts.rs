@@ -3,7 +3,8 @@
 //! The least squares over held sheets has more than one end: cells lock where stretch is stiff over weight, and a sheet may rest in a
 //! minimum beside its scan's. Each other beginning is taken if it ends nearer.
 
-use super::{Fit, LED_GAIN, STRETCH_AND_SHEAR};
+use super::{Fit, LED_GAIN};
+use crate::calibrate::lead::STRETCH_AND_SHEAR;
 use crate::calibrate::options::LEAVES;
 use crate::calibrate::squares::State;
 use crate::numeric::moments::mean;

@@ -1,15 +1,19 @@
 //! Outlines of simulated drapes of a known fabric, drawn as pictures and read again.
 
 use super::*;
-use crate::base::Surface;
+use crate::base::{Outline, Surface};
 use crate::calibrate::effect::{Effect, FieldOf, Layer};
 use crate::calibrate::field::Field;
 use crate::calibrate::independent::{Independent, Units};
-use crate::calibrate::pose::POSE;
+use crate::calibrate::measures::Measures;
+use crate::calibrate::pose::{POSE, picture_of};
+use crate::calibrate::predict::predict;
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
-use crate::calibrate::trial::{Compared, outline_of};
-use crate::fabric::Mixture;
-use crate::sim::{Experiment, SimOptions};
+use crate::calibrate::target::Rim;
+use crate::calibrate::trial::{Compared, outline_of, trial_of};
+use crate::fabric::{Fabric, Mixture};
+use crate::sim::sensitivity::Parameter;
+use crate::sim::{Drape, Drop, DropStart, Experiment, FollowOptions, Hold, SimOptions};
 
 /// A drape seen from above, as a picture of 256 x 256 pixels with 4 x 4 samples each.
 fn picture(outline: &Outline, pixel_m: f64) -> image::GrayImage {

@@ -8,7 +8,7 @@ use maud::{Markup, html};
 use super::said;
 use crate::base::Outline;
 use crate::base::units::mm;
-use crate::calibrate::fit::Beside;
+use crate::calibrate::beside::Beside;
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;
 use crate::calibrate::result::FabricResult;

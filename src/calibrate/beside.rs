@@ -1,0 +1,72 @@
+//! A measured outline beside the drape that simulates it.
+//!
+//! In: a target, its sheet at rest, the pose and what is seen of it there. Out: [`Beside`], which pages, files and the verdict read.
+
+use super::effect::View;
+use super::measures::{FoldRule, Measures};
+use super::options::FitOptions;
+use super::pose::{Pose, picture_of, scaled};
+use super::seen::{Row, Seen};
+use super::squares::rms_m;
+use super::target::{Target, share_of};
+use super::trial::Trial;
+use crate::base::Outline;
+use crate::sim::Drape;
+
+/// A measured outline beside the drape of a fabric on its branch.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    /// The drape, at rest.
+    pub drape: Drape,
+    /// How it lies in the picture.
+    pub pose: Pose,
+    /// Root mean square distance of the outlines \[m\].
+    pub rms_m: f64,
+    /// Where they differ, at even steps along the measured outline.
+    pub rows: Vec<Row>,
+    /// The measured outline around its centroid, in the picture \[m\].
+    pub measured: Outline,
+    /// The drape's outline there \[m\].
+    pub simulated: Outline,
+    /// What is counted on the drape's outline at the picture's scale, as on the measured one.
+    pub measures: Measures,
+    /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
+    /// edge, of a scanned sheet as a share of its own; 0 of a drape that was let go.
+    pub held_share: f64,
+    /// Of a scanned sheet that was held and foretold, root mean square distance of the rims once it is let go \[m\].
+    pub let_go_rms_m: Option<f64>,
+}
+
+impl Beside {
+    pub(super) fn of(
+        target: &Target,
+        trial: Trial,
+        (pose, view): (Pose, View),
+        seen: Seen,
+        options: &FitOptions,
+        rule: &FoldRule,
+    ) -> Self {
+        let posed = scaled(&pose, view.ln_scale);
+        let larger = posed[3].exp();
+        let outline = match target.rim {
+            Some(_) => trial.outline.clone(),
+            None => trial.seen_from_above(target.seen_from(view)),
+        };
+        let as_seen = outline.mapped(|p| p.map(|v| v * larger));
+        Self {
+            rms_m: rms_m(&seen.rows),
+            measured: target.outline.clone(),
+            simulated: outline.mapped(|p| picture_of(p, &posed)),
+            measures: Measures::of(&as_seen, &target.bench, rule),
+            held_share: match target.held_to(view, options) {
+                Some(held) => share_of(&held, &trial.places),
+                None if target.rim.is_some() => 0.0,
+                None => options.hold_per_m * trial.hold.rms_m,
+            },
+            let_go_rms_m: None,
+            drape: trial.drape,
+            pose,
+            rows: seen.rows,
+        }
+    }
+}

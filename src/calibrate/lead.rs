@@ -1,0 +1,190 @@
+//! Sheets led by what was measured of them, and from cloth to cloth.
+//!
+//! In: a cloth, a [`Target`], the pose it lies in. Out: a sheet at rest with what is seen of it, or why it does not come to rest. A sheet is laid
+//! where it was scanned and held there, led by a rim that nothing holds, or by an outline, which goes on holding it; after that
+//! it follows the cloth.
+//!
+//! A sheet that comes to rest on a saddle slides off it on the way to a cloth a little stiffer and back; where it does not, it is taken as if a little
+//! inertia held it there.
+
+use rayon::prelude::*;
+
+use super::effect::{Cloth, View};
+use super::options::FitOptions;
+use super::pose::{Pose, scaled};
+use super::squares::parameters;
+use super::target::{Finer, Rim, Target, farther};
+use super::trial::{Trial, steadied_trial_of, trial_of};
+use crate::fabric::{Fabric, STIFFNESSES};
+use crate::numeric::moments::mean;
+use crate::sim::sensitivity::{Parameter, SensitivityError};
+use crate::sim::{Drop, DropStart, FollowOptions, Follower, Hold, SimOptions, Stop};
+
+/// A sheet at rest and what is seen of it.
+pub(super) type Sheet = (Follower, Trial);
+
+/// Sheets of a cloth led by outlines in some poses, and held.
+pub(super) fn lead_all(
+    cloth: &Cloth,
+    targets: &[Target],
+    poses: &[Pose],
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Vec<Result<Sheet, SensitivityError>> {
+    let lead = |(target, pose): (&Target, &Pose)| {
+        let mut follower = laid(cloth, target, pose, options, options.sim.vertices);
+        let trial = seen_of(&mut follower, cloth, target, pose, options, asked)?;
+        Ok((follower, trial))
+    };
+    targets.par_iter().zip(poses).map(lead).collect()
+}
+
+/// What is seen of a sheet of a cloth at rest; of one that rests on a saddle once it has slid off it, or, where it does not, as if a
+/// little inertia held it there.
+pub(super) fn seen_of(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    let mut trial = trial_of(sheet, asked, target.compared());
+    for by in OFF_A_SADDLE {
+        if !matches!(trial, Err(SensitivityError::Unstable)) {
+            break;
+        }
+        led_on(sheet, &stiffer(cloth, by), target, pose, options, &parameters(&[])).ok();
+        trial = led_on(sheet, cloth, target, pose, options, asked);
+    }
+    match trial {
+        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
+        trial => trial,
+    }
+}
+
+/// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle slides off it on the way there and back.
+pub(super) fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
+    let mut ln = cloth.ln();
+    ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += by);
+    let fabric = Fabric::from_ln_stiffnesses(&ln, cloth.fabric.density_kg_m2);
+    Cloth { fabric, ..cloth.clone() }
+}
+
+/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side.
+pub(super) fn laid(
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    vertices: usize,
+) -> Follower {
+    let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
+    let sim = SimOptions { experiment, vertices, ..options.sim };
+    let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
+    Follower::drop(&cloth.fabric, &drop, &sim)
+}
+
+/// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
+/// or in other folds.
+pub(super) fn finer_of(
+    target: &Target,
+    pose: &Pose,
+    cloth: &Cloth,
+    options: &FitOptions,
+    trial: &Trial,
+) -> Option<Box<Finer>> {
+    if options.finer <= 1.0 || !target.is_held(options) {
+        return None;
+    }
+    let cells = (options.sim.vertices - 1) as f64 * options.finer;
+    let drape = laid(cloth, target, pose, options, cells.round() as usize + 1).drape();
+    let (rim, places) = trial.moves_to(&drape);
+    let squared: Vec<f64> = rim.iter().map(|move_| move_.norm_squared()).collect();
+    let believed = options.believed_of_cells();
+    let is_near = drape.stop == Stop::AtRest && mean(&squared).sqrt() < OTHER_FOLDS_M;
+    is_near.then(|| Box::new(Finer { rim, places, believed }))
+}
+
+/// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
+/// holding it.
+pub(super) fn start_of(
+    target: &Target,
+    pose: &Pose,
+    view: View,
+    options: &FitOptions,
+) -> DropStart {
+    let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
+    match target.rim.as_deref() {
+        Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(view, options) {
+            Some(held) => DropStart::HeldSurface(Box::new(held)),
+            None => DropStart::Surface(Box::new(sheet.clone())),
+        },
+        Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
+        None if options.hold_per_m > 0.0 => {
+            DropStart::Held(Box::new(Hold { outline: in_plan(), per_m: options.hold_per_m }))
+        }
+        None => DropStart::Outline(Box::new(in_plan())),
+    }
+}
+
+/// A sheet led to another cloth, held by its outline in a pose.
+pub(super) fn led_on(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    if options.hold_per_m > 0.0 && target.rim.is_none() {
+        let view = cloth.view();
+        let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
+        sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
+    }
+    if target.is_held(options) {
+        sheet.hold_farther(farther(cloth.view()));
+    }
+    let to = cloth.setup(&target.bench, target.lies(pose));
+    let way = sheet.follow(&to, &FollowOptions::default());
+    match way {
+        Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
+        Ok(_) => trial_of(sheet, asked, target.compared()),
+        Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
+    }
+}
+
+/// The same of a sheet that comes to rest on a saddle there as well.
+pub(super) fn steadily_led_on(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    match led_on(sheet, cloth, target, pose, options, asked) {
+        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
+        way => way,
+    }
+}
+
+/// A sheet that could not be led to a cloth, led to it by what was measured: what is seen of it there.
+pub(super) fn led_anew(
+    sheet: &mut Follower,
+    cloth: &Cloth,
+    target: &Target,
+    pose: &Pose,
+    options: &FitOptions,
+    asked: &[Parameter],
+) -> Result<Trial, SensitivityError> {
+    *sheet = laid(cloth, target, pose, options, options.sim.vertices);
+    seen_of(sheet, cloth, target, pose, options, asked)
+}
+
+/// The first of the six stiffnesses, which are not bending.
+pub(super) const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
+/// Changes of bending's logarithms that bring a sheet off a saddle, tried in turn.
+const OFF_A_SADDLE: [f64; 2] = [0.03, 0.1];
+/// Root mean square move of a rim to finer cells from which on the sheet has other folds there \[m\].
+const OTHER_FOLDS_M: f64 = 3e-3;
