@@ -157,6 +157,10 @@ fn a_manifest_at_fault_is_usage_and_says_every_line() {
     let run = scan2params(&line("gone.csv"));
     assert_eq!(run.status.code(), Some(1), "{}", said(&run));
     assert!(said(&run).contains("line 2: a.png:"), "{}", said(&run));
+    // a scanner's edge where nothing was scanned
+    let run = scan2params(&format!("{} --sensor-edge-mm=-0.5", line("gone.csv")));
+    assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+    assert!(said(&run).contains("no row has kind scan; leave it out"), "{}", said(&run));
     assert!(!at("out").exists());
 }
 

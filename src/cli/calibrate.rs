@@ -8,7 +8,7 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::batch::calibrations::{self, Calibrated, CalibrationsError};
-use scan2params::calibrate::manifest::{self, ManifestError};
+use scan2params::calibrate::manifest::{self, Kind, ManifestError};
 use scan2params::calibrate::run::{CalibrateError, Options, Told};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
@@ -32,6 +32,10 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         options.fit.scale_sigma = 0.01 * percent;
     }
     if let Some(edge_mm) = given.sensor_edge_mm {
+        if entries.iter().all(|entry| entry.kind != Kind::Scan) {
+            let why = "--sensor-edge-mm is of scans, and no row has kind scan; leave it out";
+            return Err(Failure::usage(anyhow!("{}: {why}", given.manifest.display())));
+        }
         options.fit.sensor_edge_m = edge_mm.map(|mm| mm * M_PER_MM);
     }
     if let Some(percent) = given.hold {
