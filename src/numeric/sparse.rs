@@ -254,11 +254,12 @@ pub struct Factor<T: Real = f64> {
     memory: MemBuffer,
 }
 
-/// Work space of one substitution.
-#[derive(Clone, Debug)]
+/// Work space of substitutions.
+#[derive(Clone, Debug, Default)]
 pub struct Work<T: Real = f64> {
-    rhs: Vec<T>,
-    gathered: Vec<T>,
+    /// Right-hand sides in the factor's order.
+    rhs: Vec<Vec<T>>,
+    gathered: Vec<Vec<T>>,
 }
 
 impl<T: Real> Factor<T> {
@@ -273,7 +274,7 @@ impl<T: Real> Factor<T> {
         Self {
             values: vec![T::of(0.0); analysis.pattern().nonzeros()],
             l_values: vec![T::of(0.0); symbolic.len_val()],
-            work: Work::new(analysis),
+            work: Work::default(),
             memory: MemBuffer::new(need),
             analysis: analysis.clone(),
         }
@@ -304,41 +305,33 @@ impl<T: Real> Factor<T> {
     /// Solves A x = b in place with the last factor: `x` holds the right-hand side and becomes the
     /// solution.
     pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
-        substitute(&self.analysis, &self.l_values, &mut self.work, x);
+        self.work.solve(&self.analysis, &self.l_values, &mut [x]);
     }
 
-    /// Work space for [`Factor::solve_with`].
-    #[must_use]
-    pub fn work(&self) -> Work<T> {
-        Work::new(&self.analysis)
-    }
-
-    /// Solves as [`Factor::solve`] does, with a work space of the caller's, so that several threads
-    /// can share one factor.
-    pub fn solve_with(&self, work: &mut Work<T>, x: &mut [Vector3<f64>]) {
-        substitute(&self.analysis, &self.l_values, work, x);
+    /// Solves for some right-hand sides as [`Factor::solve`] does for one, to the last bit, with a work space of the caller's, so that several
+    /// threads can share one factor. Reads the factor once for all of them: some [`TOGETHER`] are best.
+    pub fn solve_with(&self, work: &mut Work<T>, all: &mut [&mut [Vector3<f64>]]) {
+        work.solve(&self.analysis, &self.l_values, all);
     }
 }
+
+/// Right-hand sides that a factor is best read for at a time: more of them leave the cache.
+pub const TOGETHER: usize = 8;
 
 impl<T: Real> Work<T> {
-    fn new(analysis: &Analysis) -> Self {
-        Self { rhs: vec![T::of(0.0); analysis.pattern().unknowns()], gathered: Vec::new() }
-    }
-}
-
-fn substitute<T: Real>(
-    analysis: &Analysis,
-    l_values: &[T],
-    work: &mut Work<T>,
-    x: &mut [Vector3<f64>],
-) {
-    let order = analysis.order();
-    for (own, &old) in work.rhs.iter_mut().zip(order) {
-        *own = T::of(x[old / 3][old % 3]);
-    }
-    solve_in_place(analysis.supernodes(), l_values, &mut work.rhs, &mut work.gathered);
-    for (value, &old) in work.rhs.iter().zip(order) {
-        x[old / 3][old % 3] = value.wide();
+    fn solve(&mut self, analysis: &Analysis, l_values: &[T], all: &mut [&mut [Vector3<f64>]]) {
+        let order = analysis.order();
+        self.rhs.resize_with(all.len(), Vec::new);
+        for (rhs, x) in self.rhs.iter_mut().zip(all.iter()) {
+            rhs.clear();
+            rhs.extend(order.iter().map(|&old| T::of(x[old / 3][old % 3])));
+        }
+        solve_in_place(analysis.supernodes(), l_values, &mut self.rhs, &mut self.gathered);
+        for (rhs, x) in self.rhs.iter().zip(all.iter_mut()) {
+            for (value, &old) in rhs.iter().zip(order) {
+                x[old / 3][old % 3] = value.wide();
+            }
+        }
     }
 }
 
@@ -421,6 +414,32 @@ mod tests {
             // observed: 6e-14; a transposed block scores 1e1
             assert!(error < 1e-11, "{error:e}");
         }
+    }
+
+    #[test]
+    fn right_hand_sides_solved_together_are_as_if_each_were_alone() {
+        let n = 11;
+        let (pattern, values) = grid_matrix(n);
+        let mut factor =
+            Factor::<f64>::new(&Analysis::new(pattern, Some(&grid_dissection(n, n, 2))));
+        assert!(factor.factorize(&values));
+        let side = |k: usize| -> Vec<Vector3<f64>> {
+            let at = |i: usize| Vector3::new((i * k) as f64, (i as f64).sin(), k as f64 - 2.5);
+            (0..n * n).map(at).collect()
+        };
+        let alone = (0..TOGETHER + 3).map(side).map(|mut x| {
+            factor.solve(&mut x);
+            x
+        });
+        let alone: Vec<_> = alone.collect();
+        let mut together: Vec<_> = (0..TOGETHER + 3).map(side).collect();
+        let mut work = Work::default();
+        // a work space of more right-hand sides serves fewer
+        for some in together.chunks_mut(TOGETHER) {
+            let mut some: Vec<_> = some.iter_mut().map(Vec::as_mut_slice).collect();
+            factor.solve_with(&mut work, &mut some);
+        }
+        assert_eq!(alone, together);
     }
 
     #[test]

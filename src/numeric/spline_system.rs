@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
 use super::bspline::Grid;
-use super::sparse::{Analysis, BlockPattern, BlockSlot, Factor, grid_dissection};
+use super::sparse::{Analysis, BlockPattern, BlockSlot, Factor, Work, grid_dissection};
 
 /// Cells that a spline's controls reach.
 const REACH: usize = 3;
@@ -234,8 +234,8 @@ fn gradients(
     let mut solution = vec![Vector3::zeros(); residual.len()];
     let mut product = solution.clone();
     let mut near = residual.clone();
-    let mut work = factor.work();
-    factor.solve_with(&mut work, &mut near);
+    let mut work = Work::default();
+    factor.solve_with(&mut work, &mut [&mut near]);
     let mut search = near.clone();
     let mut rho = dot(&residual, &near);
     let enough = rho * TOLERANCE * TOLERANCE;
@@ -250,7 +250,7 @@ fn gradients(
             *r -= p * share;
         }
         near.copy_from_slice(&residual);
-        factor.solve_with(&mut work, &mut near);
+        factor.solve_with(&mut work, &mut [&mut near]);
         let before = std::mem::replace(&mut rho, dot(&residual, &near));
         search.iter_mut().zip(&near).for_each(|(d, z)| *d = z + *d * (rho / before));
     }

@@ -1,8 +1,9 @@
-//! Forward and backward substitution with a supernodal Cholesky factor, one right-hand side.
+//! Forward and backward substitution with a supernodal Cholesky factor, one right-hand side or some.
 //!
 //! faer solves panel by panel with kernels made for many right-hand sides; for one, most of the
 //! time goes into their set-up. Here a panel's columns are streamed once on the way down and
-//! once on the way up, which is as fast as the factor can be read.
+//! once on the way up, which is as fast as the factor can be read, and serve all right-hand sides while they are in the
+//! cache. Each of these is computed as if it were alone, to the last bit.
 
 use std::ops::{AddAssign, Div, Mul, Sub};
 
@@ -20,68 +21,21 @@ impl Scalar for f64 {}
 /// Sums kept apart in a product, so that it runs in vector registers.
 const LANES: usize = 16;
 
-/// Solves L L^T x = b in place; `l_values` as faer lays them out for `symbolic`, `x` in the
-/// factor's order, `gathered` as long as the longest panel.
+/// Solves L L^T x = b in place for each x of `all`; `l_values` as faer lays them out for `symbolic`, each x in the
+/// factor's order, `gathered` work space.
 pub fn solve_in_place<T: Scalar>(
     symbolic: &SymbolicSupernodalCholesky<usize>,
     l_values: &[T],
-    x: &mut [T],
-    gathered: &mut Vec<T>,
+    all: &mut [Vec<T>],
+    gathered: &mut Vec<Vec<T>>,
 ) {
+    gathered.resize_with(all.len(), Vec::new);
     let panels = symbolic.n_supernodes();
     for s in 0..panels {
-        let panel = Panel::new(symbolic, l_values, s);
-        let (columns, rows) = (panel.columns, panel.rows);
-        let below = rows.len();
-        let top = &mut x[panel.start..panel.start + columns];
-        gathered.clear();
-        gathered.resize(below, T::default());
-        let mut j = 0;
-        while j < columns {
-            let column = panel.column(j);
-            let value = top[j] / column[j];
-            top[j] = value;
-            for (t, l) in top[j + 1..].iter_mut().zip(&column[j + 1..columns]) {
-                *t = *t - *l * value;
-            }
-            j += 1;
-        }
-        let mut j = 0;
-        while j + 4 <= columns {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &panel.column(j + k)[columns..][..below]);
-            let [p, q, r, u] = [top[j], top[j + 1], top[j + 2], top[j + 3]];
-            for (i, g) in gathered.iter_mut().enumerate() {
-                let mut sum = a[i] * p;
-                sum += b[i] * q;
-                sum += c[i] * r;
-                sum += d[i] * u;
-                *g += sum;
-            }
-            j += 4;
-        }
-        while j < columns {
-            let value = top[j];
-            for (g, l) in gathered.iter_mut().zip(&panel.column(j)[columns..]) {
-                *g += *l * value;
-            }
-            j += 1;
-        }
-        for (&row, g) in rows.iter().zip(gathered.iter()) {
-            x[row] = x[row] - *g;
-        }
+        Panel::new(symbolic, l_values, s).down(all, gathered);
     }
     for s in (0..panels).rev() {
-        let panel = Panel::new(symbolic, l_values, s);
-        let columns = panel.columns;
-        gathered.clear();
-        gathered.extend(panel.rows.iter().map(|&row| x[row]));
-        let top = &mut x[panel.start..panel.start + columns];
-        for j in (0..columns).rev() {
-            let column = panel.column(j);
-            let mut sum = dot(&column[columns..], gathered);
-            sum += dot(&column[j + 1..columns], &top[j + 1..]);
-            top[j] = (top[j] - sum) / column[j];
-        }
+        Panel::new(symbolic, l_values, s).up(all, gathered);
     }
 }
 
@@ -93,7 +47,7 @@ struct Panel<'a, T> {
     values: &'a [T],
 }
 
-impl<'a, T> Panel<'a, T> {
+impl<'a, T: Scalar> Panel<'a, T> {
     fn new(symbolic: &'a SymbolicSupernodalCholesky<usize>, l_values: &'a [T], s: usize) -> Self {
         let rows = symbolic.supernode(s).pattern();
         let start = symbolic.supernode_begin()[s];
@@ -104,6 +58,73 @@ impl<'a, T> Panel<'a, T> {
     fn column(&self, j: usize) -> &'a [T] {
         let height = self.columns + self.rows.len();
         &self.values[j * height..(j + 1) * height]
+    }
+
+    /// The substitution with L on this panel.
+    fn down(&self, all: &mut [Vec<T>], gathered: &mut [Vec<T>]) {
+        let (columns, below) = (self.columns, self.rows.len());
+        for (x, gathered) in all.iter_mut().zip(gathered.iter_mut()) {
+            gathered.clear();
+            gathered.resize(below, T::default());
+            let top = &mut x[self.start..self.start + columns];
+            for j in 0..columns {
+                let column = self.column(j);
+                let value = top[j] / column[j];
+                top[j] = value;
+                for (t, l) in top[j + 1..].iter_mut().zip(&column[j + 1..columns]) {
+                    *t = *t - *l * value;
+                }
+            }
+        }
+        let mut j = 0;
+        while j + 4 <= columns {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| &self.column(j + k)[columns..][..below]);
+            for (x, gathered) in all.iter().zip(gathered.iter_mut()) {
+                let top = &x[self.start + j..][..4];
+                let [p, q, r, u] = [top[0], top[1], top[2], top[3]];
+                for (i, g) in gathered.iter_mut().enumerate() {
+                    let mut sum = a[i] * p;
+                    sum += b[i] * q;
+                    sum += c[i] * r;
+                    sum += d[i] * u;
+                    *g += sum;
+                }
+            }
+            j += 4;
+        }
+        while j < columns {
+            let column = &self.column(j)[columns..];
+            for (x, gathered) in all.iter().zip(gathered.iter_mut()) {
+                let value = x[self.start + j];
+                for (g, l) in gathered.iter_mut().zip(column) {
+                    *g += *l * value;
+                }
+            }
+            j += 1;
+        }
+        for (x, gathered) in all.iter_mut().zip(gathered.iter()) {
+            for (&row, g) in self.rows.iter().zip(gathered) {
+                x[row] = x[row] - *g;
+            }
+        }
+    }
+
+    /// The substitution with the transpose of L on this panel.
+    fn up(&self, all: &mut [Vec<T>], gathered: &mut [Vec<T>]) {
+        let columns = self.columns;
+        for (x, gathered) in all.iter().zip(gathered.iter_mut()) {
+            gathered.clear();
+            gathered.extend(self.rows.iter().map(|&row| x[row]));
+        }
+        for j in (0..columns).rev() {
+            let column = self.column(j);
+            for (x, gathered) in all.iter_mut().zip(gathered.iter()) {
+                let top = &mut x[self.start..self.start + columns];
+                let mut sum = dot(&column[columns..], gathered);
+                sum += dot(&column[j + 1..columns], &top[j + 1..]);
+                top[j] = (top[j] - sum) / column[j];
+            }
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::workspace::{Inertia, Newton, dot, largest};
 use crate::base::Vector3;
+use crate::numeric::sparse::{Factor, Real, TOGETHER, Work};
 use crate::sim::effort::charge;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::{Model, OutsideBlock, Tangent};
@@ -102,14 +103,7 @@ impl Newton {
             return None;
         }
         if exact && self.tangent.outside.is_empty() {
-            let solved = |load: &Vec<Vector3>| {
-                let mut move_m = load.clone();
-                self.factor.solve_with(&mut self.factor.work(), &mut move_m);
-                move_m
-            };
-            return charge(&mut self.effort.solve_s, || {
-                Some(loads.par_iter().map(solved).collect())
-            });
+            return charge(&mut self.effort.solve_s, || Some(moves_under(&self.factor, loads)));
         }
         let mut moves = Vec::with_capacity(loads.len());
         for load in loads {
@@ -135,11 +129,7 @@ impl Newton {
         if !self.factorize_roughly() {
             return None;
         }
-        let mut moves = loads.to_vec();
-        charge(&mut self.effort.solve_s, || {
-            moves.iter_mut().for_each(|load| self.rough.solve(load));
-        });
-        Some(moves)
+        charge(&mut self.effort.solve_s, || Some(moves_under(&self.rough, loads)))
     }
 
     /// Factorises the tangent on the pattern; false if it is not positive definite.
@@ -217,6 +207,19 @@ impl Newton {
             true
         })
     }
+}
+
+/// The moves under loads by a factor.
+fn moves_under<T: Real + Send + Sync>(
+    factor: &Factor<T>,
+    loads: &[Vec<Vector3>],
+) -> Vec<Vec<Vector3>> {
+    let mut moves = loads.to_vec();
+    moves.par_chunks_mut(TOGETHER).for_each(|some| {
+        let mut some: Vec<&mut [Vector3]> = some.iter_mut().map(Vec::as_mut_slice).collect();
+        factor.solve_with(&mut Work::default(), &mut some);
+    });
+    moves
 }
 
 /// Adds the inertia of a time step to the diagonal.
