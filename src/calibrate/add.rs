@@ -67,7 +67,8 @@ pub(super) fn add(
         // what the linear choice took for small effects may be a large one
         added = explained(fit, &foretelling(trace), units).or(added);
     }
-    if let Some(first) = added.as_ref().filter(|first| scanned && first.1.misfit >= ASKED_BESIDE) {
+    let has_more = |first: &&Added| scanned && is_asked_beside([fit.misfit(), first.1.misfit]);
+    if let Some(first) = added.as_ref().filter(has_more) {
         added = explained_beside(fit, first, units, without).or(added);
     }
     match added {
@@ -261,8 +262,16 @@ pub(super) fn is_left([before, after]: [f64; 2], added: bool) -> bool {
     if added { after > LEAVES_BESIDE && after > 0.5 * before } else { after > LEAVES }
 }
 
-/// Misfit that an effect leaves from which on another is asked for beside it.
+/// Whether misfits before and after an effect say that another one may be beside it: something is left, and the first took enough of it
+/// to be no stand-in for something else.
+fn is_asked_beside([before, after]: [f64; 2]) -> bool {
+    after >= ASKED_BESIDE && after < STANDS_IN * before
+}
+
+/// Misfit that an effect leaves from which on another is asked for beside it, and the part of the misfit before from which on it takes too little
+/// to be one of two.
 const ASKED_BESIDE: f64 = 0.3;
+const STANDS_IN: f64 = 0.8;
 /// Misfit that an effect may leave at most which takes less than half of it.
 const LEAVES_BESIDE: f64 = 0.5;
 
@@ -292,6 +301,14 @@ mod tests {
         // a tilt in place of a draught, and an effect that does what it can
         assert!(is_left([0.7, 0.58], true) && !is_left([0.58, 0.58], false));
         assert!(!is_left([0.5, 0.4], true));
+    }
+
+    #[test]
+    fn a_second_effect_is_asked_for_where_the_first_takes_much_and_leaves_something() {
+        assert!(is_asked_beside([1.27, 0.57]) && is_asked_beside([1.29, 0.92]));
+        assert!(!is_asked_beside([1.27, 0.27]));
+        // a tilt in place of a draught
+        assert!(!is_asked_beside([1.29, 1.16]));
     }
 
     /// A fit that has one effect of some size.
