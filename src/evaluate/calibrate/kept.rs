@@ -7,9 +7,9 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
-use super::Said;
+use super::said::{Said, nan_of_null};
 use crate::calibrate::run::Options;
 use crate::fabric::sha256_hex;
 use crate::io::{WriteError, atomically};
@@ -59,16 +59,6 @@ impl Keeper {
 
 /// Digits of the digest in a file's name.
 const NAME_DIGITS: usize = 16;
-
-/// A number of a file that is null there where it is none.
-pub(super) fn nan_of_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
-}
-
-/// The same of two.
-pub(super) fn nans_of_nulls<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; 2], D::Error> {
-    Ok(<[Option<f64>; 2]>::deserialize(from)?.map(|value| value.unwrap_or(f64::NAN)))
-}
 
 #[cfg(test)]
 mod tests {
