@@ -309,13 +309,13 @@ impl<T: Real> Factor<T> {
     }
 
     /// Solves for some right-hand sides as [`Factor::solve`] does for one, to the last bit, with a work space of the caller's, so that several
-    /// threads can share one factor. Reads the factor once for all of them: some [`TOGETHER`] are best.
+    /// threads can share one factor. Reads the factor once for all of them.
     pub fn solve_with(&self, work: &mut Work<T>, all: &mut [&mut [Vector3<f64>]]) {
         work.solve(&self.analysis, &self.l_values, all);
     }
 }
 
-/// Right-hand sides that a factor is best read for at a time: more of them leave the cache.
+/// Right-hand sides that a factor is read for at a time; other numbers have not been timed.
 pub const TOGETHER: usize = 8;
 
 impl<T: Real> Work<T> {
