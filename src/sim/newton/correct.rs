@@ -134,7 +134,7 @@ impl Newton {
             charge(&mut self.effort.solve_s, || self.factor.solve(&mut self.direction));
             return true;
         }
-        self.conjugate_gradients(model, true, CG_TOLERANCE)
+        self.solve_whole(model, true, CG_TOLERANCE)
     }
 
     /// Largest fraction of the direction that contacts allow.

@@ -9,19 +9,18 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::workspace::{Inertia, Newton, dot, largest};
+use super::krylov::conjugate_gradients;
+use super::workspace::{Inertia, Newton, largest};
 use crate::base::Vector3;
 use crate::numeric::sparse::{Factor, Real, TOGETHER, Work};
 use crate::sim::effort::charge;
 use crate::sim::hessian_form::HessianForm;
-use crate::sim::model::{Model, OutsideBlock, Tangent};
+use crate::sim::model::{Model, Tangent};
 
 /// Inertia that keeps the projected Hessian positive definite in single precision
 /// \[s\]; from 0.03 to 2 s the descent is as fast.
 pub(super) const SHIFT: Inertia<'static> = Inertia { dt_s: 0.1, free_flight: None };
-/// Products in a solve by conjugate gradients ...
-const CG_LIMIT: usize = 200;
-/// ... which ends when the residual has fallen to this, in the preconditioner's norm.
+/// Conjugate gradients end when the residual has fallen to this, in the preconditioner's norm.
 pub(super) const CG_TOLERANCE: f64 = 1e-2;
 /// The residual at which conjugate gradients end where the solution itself is the result.
 const LOAD_TOLERANCE: f64 = 1e-6;
@@ -76,7 +75,7 @@ impl Newton {
                 true
             }
             HessianForm::Exact if factorised || self.substitute(model, x) => {
-                self.conjugate_gradients(model, factorised, CG_TOLERANCE)
+                self.solve_whole(model, factorised, CG_TOLERANCE)
             }
             _ => {
                 self.direction.fill(Vector3::zeros());
@@ -105,15 +104,24 @@ impl Newton {
         if exact && self.tangent.outside.is_empty() {
             return charge(&mut self.effort.solve_s, || Some(moves_under(&self.factor, loads)));
         }
-        let mut moves = Vec::with_capacity(loads.len());
-        for load in loads {
-            self.direction.copy_from_slice(load);
-            if !self.conjugate_gradients(model, exact, LOAD_TOLERANCE) {
-                return None;
+        let (pattern, tangent) = (model.grid.analysis.pattern(), &self.tangent);
+        let mut moves = loads.to_vec();
+        let solve = |some: &mut [Vec<Vector3>]| {
+            let mut some: Vec<&mut [Vector3]> = some.iter_mut().map(Vec::as_mut_slice).collect();
+            if exact {
+                let mut work = Work::default();
+                let precondition = |x: &mut [&mut [Vector3]]| self.factor.solve_with(&mut work, x);
+                conjugate_gradients(pattern, tangent, &mut some, LOAD_TOLERANCE, precondition)
+            } else {
+                let mut work = Work::default();
+                let precondition = |x: &mut [&mut [Vector3]]| self.rough.solve_with(&mut work, x);
+                conjugate_gradients(pattern, tangent, &mut some, LOAD_TOLERANCE, precondition)
             }
-            moves.push(self.direction.clone());
-        }
-        Some(moves)
+        };
+        let solved = charge(&mut self.effort.solve_s, || {
+            moves.par_chunks_mut(TOGETHER).try_for_each(|some| solve(some).then_some(()))
+        });
+        solved.map(|()| moves)
     }
 
     /// The same with the projected Hessian and a little inertia, in single precision, whatever the exact one is: for a rest that is not stable.
@@ -159,52 +167,16 @@ impl Newton {
 
     /// Solves with the whole tangent, preconditioned by the exact factor or the rough
     /// one; the right-hand side is in `direction`. Stops short of negative curvature.
-    pub(super) fn conjugate_gradients(
-        &mut self,
-        model: &Model,
-        exact: bool,
-        tolerance: f64,
-    ) -> bool {
-        let Self { factor, rough, direction, krylov, tangent, effort, .. } = self;
-        let mut precondition = |x: &mut Vec<Vector3>| {
-            if exact { factor.solve(x) } else { rough.solve(x) }
-        };
-        charge(&mut effort.solve_s, || {
-            let [residual, preconditioned, product] = krylov;
-            residual.copy_from_slice(direction);
-            direction.fill(Vector3::zeros());
-            preconditioned.copy_from_slice(residual);
-            precondition(preconditioned);
-            let mut search = preconditioned.clone();
-            let mut rho = dot(residual, preconditioned);
-            let target = rho * tolerance * tolerance;
-            for iteration in 0..CG_LIMIT {
-                multiply(model, tangent, &search, product);
-                let curvature = dot(&search, product);
-                if curvature <= 0.0 {
-                    if iteration == 0 {
-                        direction.copy_from_slice(&search);
-                    }
-                    return false;
-                }
-                let alpha = rho / curvature;
-                for v in 0..search.len() {
-                    direction[v] += search[v] * alpha;
-                    residual[v] -= product[v] * alpha;
-                }
-                preconditioned.copy_from_slice(residual);
-                precondition(preconditioned);
-                let next = dot(residual, preconditioned);
-                if next <= target {
-                    break;
-                }
-                let beta = next / rho;
-                rho = next;
-                for (s, z) in search.iter_mut().zip(preconditioned.iter()) {
-                    *s = z + *s * beta;
-                }
+    pub(super) fn solve_whole(&mut self, model: &Model, exact: bool, tolerance: f64) -> bool {
+        let Self { factor, rough, direction, tangent, effort, .. } = self;
+        let precondition = |all: &mut [&mut [Vector3]]| {
+            for x in all {
+                if exact { factor.solve(x) } else { rough.solve(x) }
             }
-            true
+        };
+        let pattern = model.grid.analysis.pattern();
+        charge(&mut effort.solve_s, || {
+            conjugate_gradients(pattern, tangent, &mut [direction], tolerance, precondition)
         })
     }
 }
@@ -228,15 +200,5 @@ fn add_inertia(model: &Model, tangent: &mut Tangent, dt_s: f64) {
     for (v, m) in model.mass_kg.iter().enumerate() {
         let block = Matrix3::identity() * (m * dt_s.powi(-2));
         pattern.add_diagonal(&mut tangent.values, v, &block);
-    }
-}
-
-/// `out` = tangent times `x`, the blocks outside the pattern included.
-pub(super) fn multiply(model: &Model, tangent: &Tangent, x: &[Vector3], out: &mut [Vector3]) {
-    model.grid.analysis.pattern().multiply(&tangent.values, x, out);
-    for OutsideBlock { row, column, block } in &tangent.outside {
-        let (r, c) = (*row as usize, *column as usize);
-        out[r] += block * x[c];
-        out[c] += block.transpose() * x[r];
     }
 }

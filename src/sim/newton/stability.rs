@@ -4,7 +4,8 @@ use nalgebra::DMatrix;
 
 use rand::RngExt as _;
 
-use super::linear::{SHIFT, multiply};
+use super::krylov::multiply;
+use super::linear::SHIFT;
 use super::workspace::{Inertia, Newton, dot, largest};
 use crate::base::{Vector3, seed};
 use crate::sim::hessian_form::HessianForm;
@@ -58,7 +59,7 @@ impl Newton {
             }
             next.iter_mut().chain(load.iter_mut()).for_each(|p| *p /= length);
             let mut product = vec![Vector3::zeros(); x.len()];
-            multiply(model, &self.tangent, &next, &mut product);
+            multiply(model.grid.analysis.pattern(), &self.tangent, &next, &mut product);
             diagonal.push(dot(&product, &next));
             basis.push(next);
             images.push(load);

@@ -14,7 +14,6 @@ pub struct Newton {
     pub(super) gradient: Vec<Vector3>,
     pub(super) direction: Vec<Vector3>,
     pub(super) trial: Vec<Vector3>,
-    pub(super) krylov: [Vec<Vector3>; 3],
     /// Whether `factor` and `tangent` are those of one exact Hessian.
     pub(super) exact: bool,
     /// What the solver has done so far.
@@ -67,7 +66,6 @@ impl Newton {
             gradient: zeros(),
             direction: zeros(),
             trial: zeros(),
-            krylov: [zeros(), zeros(), zeros()],
             exact: false,
             effort: Effort::default(),
         }
