@@ -52,12 +52,18 @@ pub(super) fn add(
     scanned: bool,
 ) -> Asked {
     let mut added: Option<Added> = None;
+    let mut alone = Alone::default();
     let mut are_nothing = !trace.chosen.is_empty();
     for choice in &trace.chosen {
-        if scanned && added.as_ref().is_some_and(|(_, fitted)| fitted.misfit < LEAVES) {
+        let leads_on = |(_, fitted): &Added| fitted.misfit >= LEAVES && !stands_in(fit, fitted);
+        if scanned && !added.as_ref().is_none_or(leads_on) {
             break;
         }
-        let tried = tried(fit, added.as_ref(), &rivals(choice));
+        let rivals = rivals(choice);
+        let tried = match &added {
+            None => alone.tried(fit, &rivals),
+            Some(added) => tried_beside(fit, added, &rivals),
+        };
         are_nothing &= are_all_nothing(&tried);
         if let Some(more) = nearest(fit, added.as_ref(), tried, &units.of) {
             added = Some(more);
@@ -65,7 +71,7 @@ pub(super) fn add(
     }
     if scanned && misfit_of(fit, added.as_ref()) >= LEAVES {
         // what the linear choice took for small effects may be a large one
-        added = explained(fit, &foretelling(trace), units).or(added);
+        added = explained(fit, &foretelling(trace), units, &mut alone).or(added);
     }
     let has_more = |first: &&Added| scanned && is_asked_beside([fit.misfit(), first.1.misfit]);
     if let Some(first) = added.as_ref().filter(has_more) {
@@ -84,9 +90,14 @@ fn misfit_of(fit: &Fit<'_>, added: Option<&Added>) -> f64 {
 }
 
 /// The one of some effects that leaves little and less than half of what the plain fit does; `None` where there is none.
-fn explained(fit: &mut Fit<'_>, effects: &[&'static Effect], units: &Units) -> Option<Added> {
+fn explained(
+    fit: &mut Fit<'_>,
+    effects: &[&'static Effect],
+    units: &Units,
+    alone: &mut Alone,
+) -> Option<Added> {
     let misfit = fit.misfit();
-    let mut tried = tried(fit, None, effects);
+    let mut tried = alone.tried(fit, effects);
     soften(fit, &mut tried);
     let added = nearest(fit, None, tried, &units.of);
     added.filter(|(_, fitted)| fitted.misfit < LEAVES.min(0.5 * misfit))
@@ -105,7 +116,8 @@ fn explained_beside(
     let around = |fit: &mut Fit<'_>| {
         let trace = trace_of(fit, units, without)?;
         let sure = trace.chosen.first().map(rivals);
-        explained(fit, &sure.unwrap_or_else(|| foretelling(&trace)), units)
+        let effects = sure.unwrap_or_else(|| foretelling(&trace));
+        explained(fit, &effects, units, &mut Alone::default())
     };
     let (second, fitted) = fit.around(&numbers, fitted, around)??;
     if !is_something(first.effect, &fitted) {
@@ -115,13 +127,37 @@ fn explained_beside(
     Some((std::iter::once(first).chain(second).collect(), fitted))
 }
 
-/// The fits with one of some effects more.
-fn tried(
+/// Fits with one effect each beside the plain model of one fit: an effect that is asked for again is not fitted again.
+#[derive(Default)]
+struct Alone(Vec<(&'static Effect, Option<Fitted>)>);
+
+impl Alone {
+    /// The fits with one of some effects.
+    fn tried(
+        &mut self,
+        fit: &mut Fit<'_>,
+        of: &[&'static Effect],
+    ) -> Vec<(&'static Effect, Fitted)> {
+        of.iter().filter_map(|&effect| Some((effect, self.with(fit, effect)?))).collect()
+    }
+
+    fn with(&mut self, fit: &mut Fit<'_>, effect: &'static Effect) -> Option<Fitted> {
+        if let Some((_, known)) = self.0.iter().find(|(known, _)| *known == effect) {
+            return known.clone();
+        }
+        let fitted = fit.with(&numbers_with(fit.declared(), &[], effect));
+        self.0.push((effect, fitted.clone()));
+        fitted
+    }
+}
+
+/// The fits with one of some effects beside those that were added.
+fn tried_beside(
     fit: &mut Fit<'_>,
-    added: Option<&Added>,
+    (found, _): &Added,
     of: &[&'static Effect],
 ) -> Vec<(&'static Effect, Fitted)> {
-    let before = effects_of(added);
+    let before: Vec<_> = found.iter().map(|found| found.effect).collect();
     let other = of.iter().copied().filter(|effect| !before.contains(effect));
     let fitted = |effect| Some((effect, fit.with(&numbers_with(fit.declared(), &before, effect))?));
     other.filter_map(fitted).collect()
@@ -162,7 +198,8 @@ fn nearest(
     tried.retain(|(effect, fitted)| is_something(effect, fitted));
     tried.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let (effect, mut fitted) = tried.first().cloned()?;
-    let again = fit.led_again(&numbers_with(&declared, &before, effect), &fitted);
+    let numbers = numbers_with(&declared, &before, effect);
+    let again = (!stands_in(fit, &fitted)).then(|| fit.led_again(&numbers, &fitted)).flatten();
     let better = |again: &Fitted| again.cost < fitted.cost && is_something(effect, again);
     if let Some(again) = again.filter(better) {
         fitted = again;
@@ -183,6 +220,12 @@ fn nearest(
         FoundEffect { effect, numbers, group }
     });
     Some((found.collect(), fitted))
+}
+
+/// Whether an effect leaves scanned sheets too much, and nearly all that they had: it stands in for something else, and nothing is built on it.
+fn stands_in(fit: &Fit<'_>, fitted: &Fitted) -> bool {
+    let is_scanned = fit.scanned().into_iter().all(|scanned| scanned);
+    is_scanned && fitted.misfit >= LEAVES && fitted.misfit >= LITTLE * fit.misfit()
 }
 
 /// The numbers of an effect in a fit, with their values and intervals.
@@ -272,6 +315,8 @@ fn is_asked_beside([before, after]: [f64; 2]) -> bool {
 /// to be one of two.
 const ASKED_BESIDE: f64 = 0.3;
 const STANDS_IN: f64 = 0.8;
+/// The part of a misfit that is too much left for it to be led on, where scanned sheets leave much.
+const LITTLE: f64 = 0.9;
 /// Misfit that an effect may leave at most which takes less than half of it.
 const LEAVES_BESIDE: f64 = 0.5;
 

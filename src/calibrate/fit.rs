@@ -24,12 +24,12 @@ use super::effect::{Cloth, Number};
 use super::first_fabric::first_fabric;
 use super::lead::{Sheet, finer_of, lead_all, led_anew, led_on, seen_of, steadily_led_on};
 use super::measures::FoldRule;
-use super::options::FitOptions;
+use super::options::{FitOptions, MUCH};
 use super::pose::Pose;
 use super::softened::softened;
 use super::squares::{Squares, State, parameters, rms_m, shared_of};
 use super::target::{Finer, Target};
-use super::trial::{Compared, Trial};
+use super::trial::{Compared, Trial, steadied_trial_of};
 use crate::fabric::STIFFNESSES;
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
@@ -96,6 +96,8 @@ pub struct Fit<'a> {
     followers: Vec<Follower>,
     /// The sheets of the plain fit.
     kept: Vec<Kept>,
+    /// Which of these are known to stay on a saddle, however they are led.
+    stays: Vec<bool>,
     plain: State,
     ended: Ended,
     simulated: usize,
@@ -169,6 +171,7 @@ impl<'a> Fit<'a> {
         let plain = squares.around(&shared_of(cloth), trials, poses);
         Ok(Self {
             kept: followers.iter().map(Follower::keep).collect(),
+            stays: vec![false; followers.len()],
             targets: own,
             ended: Ended::Spent,
             least_m: f64::INFINITY,
@@ -192,7 +195,7 @@ impl Fit<'_> {
         let declared = self.declared.clone();
         let (state, ended) = self.descend(&declared, self.plain.clone(), self.simulated + most);
         (self.plain, self.ended) = (state, ended);
-        self.kept = self.followers.iter().map(Follower::keep).collect();
+        self.keep();
         let mut led_with = first.to_vec();
         for _ in 1..LEADINGS {
             // the outlines again, with a fabric that is nearer: the branches may be others
@@ -206,7 +209,7 @@ impl Fit<'_> {
             let gained = self.plain.cost - state.cost;
             if gained > 0.0 {
                 (self.plain, self.ended) = (state, ended);
-                self.kept = self.followers.iter().map(Follower::keep).collect();
+                self.keep();
             }
             if gained < LED_GAIN {
                 break;
@@ -230,7 +233,7 @@ impl Fit<'_> {
         let most = self.simulated + self.options.evaluations * self.targets.len();
         if let Some(state) = self.state_with(&declared) {
             (self.plain, self.ended) = self.descend(&declared, state, most);
-            self.kept = self.followers.iter().map(Follower::keep).collect();
+            self.keep();
         }
         self.restore();
     }
@@ -279,14 +282,17 @@ impl Fit<'_> {
         let asked = parameters(numbers);
         let cloth = self.squares(&self.declared).cloth(&self.plain.shared);
         let (options, poses) = (self.options, &self.plain.poses);
-        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses);
+        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses).zip(&self.stays);
         let trials: Option<Vec<Trial>> = both
-            .map(|((sheet, target), pose)| {
-                seen_of(sheet, &cloth, target, pose, options, &asked).ok()
+            .map(|(((sheet, target), pose), stays)| match stays {
+                true => steadied_trial_of(sheet, &asked, target.compared()).ok(),
+                false => seen_of(sheet, &cloth, target, pose, options, &asked).ok(),
             })
             .collect();
+        let trials = trials?;
+        self.stays = trials.iter().map(|trial| trial.is_steadied).collect();
         let shared = extended(&self.plain.shared, &self.declared, numbers);
-        Some(self.squares(numbers).around(&shared, trials?, self.plain.poses.clone()))
+        Some(self.squares(numbers).around(&shared, trials, self.plain.poses.clone()))
     }
 
     /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.
@@ -332,13 +338,14 @@ impl Fit<'_> {
     ) -> Option<T> {
         let finer: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
         let done = self.finely_led(numbers, shared).map(|(state, ended)| {
-            let kept = self.followers.iter().map(Follower::keep).collect();
+            let (kept, stays) = (std::mem::take(&mut self.kept), self.stays.clone());
+            self.keep();
             let plain = std::mem::replace(&mut self.plain, state);
-            let kept = std::mem::replace(&mut self.kept, kept);
             let declared = std::mem::replace(&mut self.declared, numbers.to_vec());
             let ended = std::mem::replace(&mut self.ended, ended);
             let done = act(self);
-            (self.plain, self.kept, self.declared, self.ended) = (plain, kept, declared, ended);
+            (self.plain, self.kept, self.stays) = (plain, kept, stays);
+            (self.declared, self.ended) = (declared, ended);
             done
         });
         self.targets.iter_mut().zip(finer).for_each(|(target, finer)| target.finer = finer);
@@ -380,6 +387,12 @@ impl Fit<'_> {
         Squares { targets: &self.targets, believed: self.believed, options: self.options, numbers }
     }
 
+    /// The sheets as they lie are those of the plain fit.
+    fn keep(&mut self) {
+        self.kept = self.followers.iter().map(Follower::keep).collect();
+        self.stays.fill(false);
+    }
+
     /// Puts the sheets of the plain fit back.
     fn restore(&mut self) {
         self.followers.iter_mut().zip(&self.kept).for_each(|(sheet, kept)| sheet.return_to(kept));
@@ -416,7 +429,8 @@ impl Fit<'_> {
             let Some((shared, foretold)) = step else { return (best, Ended::Singular) };
             let changes = shared.iter().zip(&best.shared).map(|(a, b)| (a - b).abs());
             let moved = changes.fold(0.0, f64::max);
-            if foretold < LEAST_GAIN.max(LEAST_SHARE * best.cost) || moved < LEAST_MOVE {
+            if foretold < LEAST_GAIN.max(self.least_share(&best) * best.cost) || moved < LEAST_MOVE
+            {
                 return (best, Ended::Converged);
             }
             let state = self.moved(numbers, &shared, &best);
@@ -430,6 +444,12 @@ impl Fit<'_> {
                 None => self.return_to(&kept),
             }
         }
+    }
+
+    /// Foretold fall of the cost, as a share of it, that is not worth a round of drapes: more where scanned sheets say that the model is not theirs.
+    fn least_share(&self, state: &State) -> f64 {
+        let held = self.targets.iter().all(|target| target.is_held(self.options));
+        LEAST_SHARE[usize::from(held && state.misfit() >= MUCH)]
     }
 
     /// The sheets led to another cloth, held by their outlines in the poses of the state before, and the least squares around
@@ -556,8 +576,8 @@ const LEADINGS: usize = 2;
 const LED_GAIN: f64 = 1.0;
 /// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
 const NEAR: f64 = 0.2;
-/// Foretold fall of the cost, as a share of it, that is not worth a round of drapes.
-const LEAST_SHARE: f64 = 1e-3;
+/// The shares of the cost that [`Fit::least_share`] gives.
+const LEAST_SHARE: [f64; 2] = [1e-3, 2e-2];
 /// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off its fold.
 const LOST: [f64; 2] = [1.2, 15.0];
 /// Quantile of the standard normal beyond which 5 % lie on each side.

@@ -141,6 +141,8 @@ impl FitOptions {
 /// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself leave 0.16 to 0.25 with
 /// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/closing_the_loop.md`, "Sealed cases").
 pub(super) const LEAVES: f64 = 0.6;
+/// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it goes on.
+pub(super) const MUCH: f64 = 0.9;
 /// Standard deviations of what is declared up to which it is tried. Held drapes always ask for more: of a softer cloth on a
 /// larger scale the springs leave less (`docs/closing_the_loop.md`).
 const DECLARED_LIMIT: f64 = 2.0;

@@ -39,6 +39,8 @@ pub struct Trial {
     pub moves: Vec<Move>,
     /// The springs that hold it; nothing of a sheet that was let go.
     pub hold: Held,
+    /// Whether its rest is not stable, and its moves those of a sheet that a little inertia holds there.
+    pub is_steadied: bool,
 }
 
 /// How a drape's outline moves with a parameter.
@@ -131,7 +133,7 @@ pub fn trial_of(
     compared: Compared,
 ) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.sensitivities(parameters)?;
-    Ok(with_moves(follower, &sensitivities, compared))
+    Ok(with_moves(follower, &sensitivities, compared, false))
 }
 
 /// The same of a sheet whose rest is not stable ([`Follower::steadied_sensitivities`]).
@@ -144,10 +146,15 @@ pub(super) fn steadied_trial_of(
     compared: Compared,
 ) -> Result<Trial, SensitivityError> {
     let sensitivities = follower.steadied_sensitivities(parameters)?;
-    Ok(with_moves(follower, &sensitivities, compared))
+    Ok(with_moves(follower, &sensitivities, compared, true))
 }
 
-fn with_moves(follower: &Follower, sensitivities: &[Sensitivity], compared: Compared) -> Trial {
+fn with_moves(
+    follower: &Follower,
+    sensitivities: &[Sensitivity],
+    compared: Compared,
+    is_steadied: bool,
+) -> Trial {
     let (drape, springs) = (follower.drape(), follower.held());
     let sources = sources(&drape);
     let outline = curve(&drape, &sources);
@@ -173,7 +180,7 @@ fn with_moves(follower: &Follower, sensitivities: &[Sensitivity], compared: Comp
     let rim = rim(&drape, &drape.positions_m);
     let places = places(&drape, &drape.positions_m, compared);
     let heights_m = heights_m(&drape, &sources);
-    Trial { drape, outline, heights_m, rim, places, moves, hold }
+    Trial { drape, outline, heights_m, rim, places, moves, hold, is_steadied }
 }
 
 /// The outline of a drape seen from far above, plan of the simulation frame \[m\].

@@ -1,11 +1,12 @@
 //! A plain fit begun again where scanned sheets leave more than the plain model should.
 //!
 //! The least squares over held sheets has more than one end: cells lock where stretch is stiff over weight, and a sheet may rest in a
-//! minimum beside its scan's. Each other beginning is taken if it ends nearer.
+//! minimum beside its scan's. Each other beginning is taken if it ends nearer. Where much is left and another beginning comes back to the same
+//! end, it is the model that does not reach the scans, and no beginning that is in the way: nothing further is tried.
 
 use super::{Fit, LED_GAIN};
 use crate::calibrate::lead::STRETCH_AND_SHEAR;
-use crate::calibrate::options::LEAVES;
+use crate::calibrate::options::{LEAVES, MUCH};
 use crate::calibrate::squares::State;
 use crate::numeric::moments::mean;
 use crate::sim::Follower;
@@ -26,7 +27,11 @@ impl Fit<'_> {
                 break;
             }
             let before = self.plain.cost;
-            self.begin_again(&self.with_stretch(|_, ln| ln + STIFFER));
+            let again = self.begin_again(&self.with_stretch(|_, ln| ln + STIFFER));
+            let is_same = again.is_some_and(|end| (end.cost - before).abs() < SAME_END * before);
+            if is_same && self.plain.misfit() >= MUCH {
+                return;
+            }
             if self.plain.cost >= before {
                 break;
             }
@@ -125,7 +130,9 @@ const STIFFER: f64 = 1.0;
 /// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows leaves half to four fifths of it (structured light).
 const AGAIN: f64 = 0.3;
 const STARTS: usize = 2;
-/// The same on what is believed of them.
+/// Difference of costs, as a part, within which two beginnings have come to the same end.
+const SAME_END: f64 = 0.05;
+/// The same logarithm on what is believed of a stretch or shear that has run off.
 const OTHERWISE: f64 = 1.8;
 /// How many times as much as the others on the mean a sheet costs that these are fitted without, how many others there must be, and how often
 /// this is done at most.
