@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::believed::Believed;
 use super::effect::Cloth;
-use super::lead::lead_all;
+use super::lead::Lead;
 use super::options::FitOptions;
 use super::squares::{Squares, parameters};
 use super::target::Target;
@@ -29,7 +29,8 @@ pub(super) fn first_fabric(
     let one = std::slice::from_ref(target);
     let tried = RIM_LENGTHS_M.into_par_iter().filter_map(|length_m| {
         let cloth = Cloth::plain(bending(believed, length_m));
-        let led = lead_all(&cloth, one, &[target.first_pose()], options, &parameters(&[]));
+        let lead = Lead { cloth: &cloth, options, asked: &parameters(&[]) };
+        let led = lead.all(one, &[target.first_pose()]);
         let (_, trial) = led.into_iter().next()?.ok()?;
         let squares = Squares { targets: one, believed, options, numbers: &[] };
         let state = squares.around(&cloth.ln(), vec![trial], vec![target.first_pose()]);

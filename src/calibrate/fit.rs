@@ -22,7 +22,7 @@ use super::believed::Believed;
 use super::beside::Beside;
 use super::effect::{Cloth, Number};
 use super::first_fabric::first_fabric;
-use super::lead::{Sheet, finer_of, lead_all, led_anew, led_on, seen_of, steadily_led_on};
+use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
 use super::options::{FitOptions, MUCH};
 use super::pose::Pose;
@@ -153,7 +153,7 @@ impl<'a> Fit<'a> {
     ) -> Result<Self, FitError> {
         let declared = options.declared();
         let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-        let led = lead_all(cloth, targets, &poses, options, &parameters(&declared));
+        let led = Lead { cloth, options, asked: &parameters(&declared) }.all(targets, &poses);
         let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
         for (target, sheet) in targets.iter().zip(led) {
             lost.push(sheet.as_ref().err().cloned());
@@ -241,8 +241,8 @@ impl Fit<'_> {
     /// What finer cells do to the sheets of a cloth.
     fn finer(&self, cloth: &Cloth, state: &State) -> Vec<Option<Box<Finer>>> {
         let all = self.targets.par_iter().zip(&state.poses).zip(&state.trials);
-        all.map(|((target, pose), trial)| finer_of(target, pose, cloth, self.options, trial))
-            .collect()
+        let lead = Lead { cloth, options: self.options, asked: &[] };
+        all.map(|((target, pose), trial)| lead.finer(target, pose, trial)).collect()
     }
 
     /// For each outline given, whether its sheet was left out.
@@ -281,12 +281,13 @@ impl Fit<'_> {
         self.restore();
         let asked = parameters(numbers);
         let cloth = self.squares(&self.declared).cloth(&self.plain.shared);
-        let (options, poses) = (self.options, &self.plain.poses);
-        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses).zip(&self.stays);
+        let lead = Lead { cloth: &cloth, options: self.options, asked: &asked };
+        let sheets = self.followers.par_iter_mut().zip(&self.targets);
+        let both = sheets.zip(&self.plain.poses).zip(&self.stays);
         let trials: Option<Vec<Trial>> = both
             .map(|(((sheet, target), pose), stays)| match stays {
                 true => steadied_trial_of(sheet, &asked, target.compared()).ok(),
-                false => seen_of(sheet, &cloth, target, pose, options, &asked).ok(),
+                false => lead.seen(sheet, target, pose).ok(),
             })
             .collect();
         let trials = trials?;
@@ -376,7 +377,8 @@ impl Fit<'_> {
         let poses = self.plain.poses.clone();
         let asked = parameters(numbers);
         self.simulated += self.targets.len();
-        let led = lead_all(&cloth, &self.targets, &poses, self.options, &asked);
+        let lead = Lead { cloth: &cloth, options: self.options, asked: &asked };
+        let led = lead.all(&self.targets, &poses);
         let sheets: Option<Vec<Sheet>> = led.into_iter().map(Result::ok).collect();
         let (followers, trials): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
         self.followers = followers;
@@ -464,12 +466,13 @@ impl Fit<'_> {
         let cloth = self.squares(numbers).cloth(shared);
         let asked = parameters(numbers);
         self.simulated += self.followers.len();
-        let (options, targets, poses) = (self.options, &self.targets, &before.poses);
-        let both = self.followers.par_iter_mut().zip(targets).zip(poses);
+        let (lead, poses) =
+            (Lead { cloth: &cloth, options: self.options, asked: &asked }, &before.poses);
+        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses);
         let trials: Option<Vec<Trial>> = both
             .map(|((sheet, target), pose)| {
-                let way = steadily_led_on(sheet, &cloth, target, pose, options, &asked);
-                way.or_else(|_| led_anew(sheet, &cloth, target, pose, options, &asked)).ok()
+                let way = lead.steadily_on(sheet, target, pose);
+                way.or_else(|_| lead.anew(sheet, target, pose)).ok()
             })
             .collect();
         let mut state = self.squares(numbers).around(shared, trials?, poses.clone());
@@ -500,10 +503,11 @@ impl Fit<'_> {
         let poses: Vec<Pose> = lost.iter().map(|&k| state.poses[k]).collect();
         self.simulated += lost.len();
         let asked = parameters(numbers);
-        let led = lead_all(cloth, &targets, &poses, self.options, &asked);
+        let lead = Lead { cloth, options: self.options, asked: &asked };
+        let led = lead.all(&targets, &poses);
         let again = led.into_par_iter().zip(&targets).zip(&poses).map(|((sheet, target), pose)| {
             let (mut sheet, _) = sheet.ok()?;
-            let trial = led_on(&mut sheet, cloth, target, pose, self.options, &asked).ok()?;
+            let trial = lead.on(&mut sheet, target, pose).ok()?;
             Some((sheet, trial))
         });
         let again: Vec<Option<Sheet>> = again.collect();

@@ -23,97 +23,142 @@ use crate::sim::{Drop, DropStart, FollowOptions, Follower, Hold, SimOptions, Sto
 /// A sheet at rest and what is seen of it.
 pub(super) type Sheet = (Follower, Trial);
 
-/// Sheets of a cloth led by outlines in some poses, and held.
-pub(super) fn lead_all(
-    cloth: &Cloth,
-    targets: &[Target],
-    poses: &[Pose],
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Vec<Result<Sheet, SensitivityError>> {
-    let lead = |(target, pose): (&Target, &Pose)| {
-        let mut follower = laid(cloth, target, pose, options, options.sim.vertices);
-        let trial = seen_of(&mut follower, cloth, target, pose, options, asked)?;
-        Ok((follower, trial))
-    };
-    targets.par_iter().zip(poses).map(lead).collect()
+/// A cloth that sheets are led to, and what is asked of each there.
+#[derive(Clone, Copy)]
+pub(super) struct Lead<'a> {
+    pub cloth: &'a Cloth,
+    pub options: &'a FitOptions,
+    pub asked: &'a [Parameter],
 }
 
-/// What is seen of a sheet of a cloth at rest; of one that rests on a saddle once it has slid off it, or, where it does not, as if a
-/// little inertia held it there.
-pub(super) fn seen_of(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    let mut trial = trial_of(sheet, asked, target.compared());
-    for by in OFF_A_SADDLE {
-        if !matches!(trial, Err(SensitivityError::Unstable)) {
-            break;
-        }
-        led_on(sheet, &stiffer(cloth, by), target, pose, options, &parameters(&[])).ok();
-        trial = led_on(sheet, cloth, target, pose, options, asked);
+impl Lead<'_> {
+    /// Sheets led by outlines in some poses, and held.
+    pub(super) fn all(
+        &self,
+        targets: &[Target],
+        poses: &[Pose],
+    ) -> Vec<Result<Sheet, SensitivityError>> {
+        let lead = |(target, pose): (&Target, &Pose)| {
+            let mut sheet = self.laid(target, pose, self.options.sim.vertices);
+            let trial = self.seen(&mut sheet, target, pose)?;
+            Ok((sheet, trial))
+        };
+        targets.par_iter().zip(poses).map(lead).collect()
     }
-    match trial {
-        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
-        trial => trial,
+
+    /// What is seen of a sheet at rest; of one that rests on a saddle once it has slid off it, or, where it does not, as if a
+    /// little inertia held it there.
+    pub(super) fn seen(
+        &self,
+        sheet: &mut Follower,
+        target: &Target,
+        pose: &Pose,
+    ) -> Result<Trial, SensitivityError> {
+        let mut trial = trial_of(sheet, self.asked, target.compared());
+        for by in OFF_A_SADDLE {
+            if !matches!(trial, Err(SensitivityError::Unstable)) {
+                break;
+            }
+            let stiffer = &stiffer(self.cloth, by);
+            Lead { cloth: stiffer, asked: &parameters(&[]), ..*self }.on(sheet, target, pose).ok();
+            trial = self.on(sheet, target, pose);
+        }
+        match trial {
+            Err(SensitivityError::Unstable) => {
+                steadied_trial_of(sheet, self.asked, target.compared())
+            }
+            trial => trial,
+        }
+    }
+
+    /// A sheet led to the cloth, held by its outline in a pose: what is seen of it there.
+    pub(super) fn on(
+        &self,
+        sheet: &mut Follower,
+        target: &Target,
+        pose: &Pose,
+    ) -> Result<Trial, SensitivityError> {
+        let Self { cloth, options, asked } = self;
+        if options.hold_per_m > 0.0 && target.rim.is_none() {
+            let view = cloth.view();
+            let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
+            sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
+        }
+        if target.is_held(options) {
+            sheet.hold_farther(farther(cloth.view()));
+        }
+        let to = cloth.setup(&target.bench, target.lies(pose));
+        let way = sheet.follow(&to, &FollowOptions::default());
+        match way {
+            Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
+            Ok(_) => trial_of(sheet, asked, target.compared()),
+            Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
+        }
+    }
+
+    /// The same of a sheet that comes to rest on a saddle there as well.
+    pub(super) fn steadily_on(
+        &self,
+        sheet: &mut Follower,
+        target: &Target,
+        pose: &Pose,
+    ) -> Result<Trial, SensitivityError> {
+        match self.on(sheet, target, pose) {
+            Err(SensitivityError::Unstable) => {
+                steadied_trial_of(sheet, self.asked, target.compared())
+            }
+            way => way,
+        }
+    }
+
+    /// A sheet that could not be led to the cloth, led to it by what was measured: what is seen of it there.
+    pub(super) fn anew(
+        &self,
+        sheet: &mut Follower,
+        target: &Target,
+        pose: &Pose,
+    ) -> Result<Trial, SensitivityError> {
+        *sheet = self.laid(target, pose, self.options.sim.vertices);
+        self.seen(sheet, target, pose)
+    }
+
+    /// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
+    /// or in other folds.
+    pub(super) fn finer(&self, target: &Target, pose: &Pose, trial: &Trial) -> Option<Box<Finer>> {
+        let options = self.options;
+        if options.finer <= 1.0 || !target.is_held(options) {
+            return None;
+        }
+        let cells = (options.sim.vertices - 1) as f64 * options.finer;
+        let drape = self.laid(target, pose, cells.round() as usize + 1).drape();
+        let (rim, places) = trial.moves_to(&drape);
+        let squared: Vec<f64> = rim.iter().map(|move_| move_.norm_squared()).collect();
+        let believed = options.believed_of_cells();
+        let is_near = drape.stop == Stop::AtRest && mean(&squared).sqrt() < OTHER_FOLDS_M;
+        is_near.then(|| Box::new(Finer { rim, places, believed }))
+    }
+
+    /// A sheet led by what was measured of it, at rest on so many vertices a side.
+    fn laid(&self, target: &Target, pose: &Pose, vertices: usize) -> Follower {
+        let Self { cloth, options, .. } = self;
+        let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
+        let sim = SimOptions { experiment, vertices, ..options.sim };
+        let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
+        Follower::drop(&cloth.fabric, &drop, &sim)
     }
 }
 
 /// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle slides off it on the way there and back.
-pub(super) fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
+fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     let mut ln = cloth.ln();
     ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += by);
     let fabric = Fabric::from_ln_stiffnesses(&ln, cloth.fabric.density_kg_m2);
     Cloth { fabric, ..cloth.clone() }
 }
 
-/// A sheet of a cloth led by what was measured of it, at rest on so many vertices a side.
-pub(super) fn laid(
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    vertices: usize,
-) -> Follower {
-    let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
-    let sim = SimOptions { experiment, vertices, ..options.sim };
-    let drop = Drop { start: start_of(target, pose, cloth.view(), options) };
-    Follower::drop(&cloth.fabric, &drop, &sim)
-}
-
-/// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
-/// or in other folds.
-pub(super) fn finer_of(
-    target: &Target,
-    pose: &Pose,
-    cloth: &Cloth,
-    options: &FitOptions,
-    trial: &Trial,
-) -> Option<Box<Finer>> {
-    if options.finer <= 1.0 || !target.is_held(options) {
-        return None;
-    }
-    let cells = (options.sim.vertices - 1) as f64 * options.finer;
-    let drape = laid(cloth, target, pose, options, cells.round() as usize + 1).drape();
-    let (rim, places) = trial.moves_to(&drape);
-    let squared: Vec<f64> = rim.iter().map(|move_| move_.norm_squared()).collect();
-    let believed = options.believed_of_cells();
-    let is_near = drape.stop == Stop::AtRest && mean(&squared).sqrt() < OTHER_FOLDS_M;
-    is_near.then(|| Box::new(Finer { rim, places, believed }))
-}
-
 /// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
 /// holding it.
-pub(super) fn start_of(
-    target: &Target,
-    pose: &Pose,
-    view: View,
-    options: &FitOptions,
-) -> DropStart {
+fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     match target.rim.as_deref() {
         Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(view, options) {
@@ -126,60 +171,6 @@ pub(super) fn start_of(
         }
         None => DropStart::Outline(Box::new(in_plan())),
     }
-}
-
-/// A sheet led to another cloth, held by its outline in a pose.
-pub(super) fn led_on(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    if options.hold_per_m > 0.0 && target.rim.is_none() {
-        let view = cloth.view();
-        let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
-        sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
-    }
-    if target.is_held(options) {
-        sheet.hold_farther(farther(cloth.view()));
-    }
-    let to = cloth.setup(&target.bench, target.lies(pose));
-    let way = sheet.follow(&to, &FollowOptions::default());
-    match way {
-        Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
-        Ok(_) => trial_of(sheet, asked, target.compared()),
-        Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
-    }
-}
-
-/// The same of a sheet that comes to rest on a saddle there as well.
-pub(super) fn steadily_led_on(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    match led_on(sheet, cloth, target, pose, options, asked) {
-        Err(SensitivityError::Unstable) => steadied_trial_of(sheet, asked, target.compared()),
-        way => way,
-    }
-}
-
-/// A sheet that could not be led to a cloth, led to it by what was measured: what is seen of it there.
-pub(super) fn led_anew(
-    sheet: &mut Follower,
-    cloth: &Cloth,
-    target: &Target,
-    pose: &Pose,
-    options: &FitOptions,
-    asked: &[Parameter],
-) -> Result<Trial, SensitivityError> {
-    *sheet = laid(cloth, target, pose, options, options.sim.vertices);
-    seen_of(sheet, cloth, target, pose, options, asked)
 }
 
 /// The first of the six stiffnesses, which are not bending.

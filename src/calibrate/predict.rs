@@ -9,7 +9,7 @@ use super::believed::Believed;
 use super::beside::Beside;
 use super::effect::{Cloth, Number};
 use super::fit::Progress;
-use super::lead::{Sheet, finer_of, lead_all, steadily_led_on};
+use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
 use super::options::FitOptions;
 use super::pose::Pose;
@@ -30,11 +30,12 @@ pub fn predict(
     let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
     let numbers: Vec<&'static Number> = cloth.effects.iter().map(|(number, _)| *number).collect();
     let (shared, asked) = (shared_of(cloth), parameters(&numbers));
-    let led = lead_all(cloth, targets, &poses, options, &asked);
+    let lead = Lead { cloth, options, asked: &asked };
+    let led = lead.all(targets, &poses);
     tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
     let beside = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
         let (mut sheet, mut trial) = sheet?;
-        let finer = finer_of(target, &target.first_pose(), cloth, options, &trial);
+        let finer = lead.finer(target, &target.first_pose(), &trial);
         let one = [Target { finer, ..target.clone() }];
         let target = &one[0];
         let squares = Squares { targets: &one, believed, options, numbers: &numbers };
@@ -42,7 +43,7 @@ pub fn predict(
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
             pose = squares.around(&shared, vec![trial], vec![pose]).poses[0];
-            trial = steadily_led_on(&mut sheet, cloth, target, &pose, options, &asked)?;
+            trial = lead.steadily_on(&mut sheet, target, &pose)?;
         }
         let mut state = squares.around(&shared, vec![trial], vec![pose]);
         let mut let_go = || {

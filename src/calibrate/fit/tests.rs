@@ -155,13 +155,8 @@ fn a_held_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| truth.in_si()[k].ln() - 0.7);
     let soft = Fabric::from_ln_stiffnesses(&ln, truth.density_kg_m2);
     let cloth = Cloth::plain(soft);
-    let led = lead_all(
-        &cloth,
-        std::slice::from_ref(&target),
-        &[target.first_pose()],
-        &options,
-        &parameters(&[]),
-    );
+    let lead = Lead { cloth: &cloth, options: &options, asked: &parameters(&[]) };
+    let led = lead.all(std::slice::from_ref(&target), &[target.first_pose()]);
     let (mut sheet, before) = led.into_iter().next().unwrap().unwrap();
     let hold = Hold {
         outline: target.in_plan(&target.first_pose(), Cloth::plain(truth).view()),
