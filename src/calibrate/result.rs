@@ -66,10 +66,10 @@ pub enum Verdict {
     /// An effect foretells the drapes held out better than the plain model does.
     Found,
     /// An effect was chosen, but its fit is not sure of it or runs to an end of what is tried, or the drapes held out do not
-    /// confirm it, or there are none; or too few specimens are marked `fit` to choose any; or nothing is found while the edges of the
+    /// confirm it, or there are none, or lie far off with it once they are let go; or too few specimens are marked `fit` to choose any; or nothing is found while the edges of the
     /// scans are where a sensor alone is not held to have them.
     Undecided,
-    /// Something comes back from specimen to specimen that no effect of the list explains.
+    /// Something comes back from specimen to specimen that no effect of the list explains, or one does that lets go of the drapes held out.
     Unexplained,
     /// Nothing comes back from specimen to specimen, or what seemed to is nothing where its effect is fitted.
     None,
@@ -219,8 +219,32 @@ impl FabricResult {
                 (false, _) => Verdict::Undecided,
             };
         }
+        match (self.is_confirmed(), self.falls_away()) {
+            (true, false) => Verdict::Found,
+            (true, true) if self.plain_leaves() => Verdict::Unexplained,
+            _ => Verdict::Undecided,
+        }
+    }
+
+    /// Whether drapes held out lie nearer with the effects that were added than without, beyond two standard errors of the squares.
+    #[must_use]
+    pub fn is_confirmed(&self) -> bool {
         let [mean, error] = mean_and_error(&self.falls());
-        if mean > CONFIRMED * error { Verdict::Found } else { Verdict::Undecided }
+        self.after.is_some() && mean > CONFIRMED * error
+    }
+
+    /// Whether scanned sheets held out, let go, lie far from their scans with the effects that were added and not without: such effects bring
+    /// held sheets nearer and are none that the cloth rests with.
+    #[must_use]
+    pub fn falls_away(&self) -> bool {
+        let free: Vec<[f64; 2]> = self.pairs().iter().filter_map(|p| p.let_go_rms_m).collect();
+        fall_away(&free)
+    }
+
+    /// Whether sheets that were all scanned leave what neither scans nor cells explain without effects.
+    fn plain_leaves(&self) -> bool {
+        let misfit = self.fitted.as_ref().map_or(0.0, |fitted| fitted.misfit);
+        scanned(&self.measured) && is_left([misfit; 2], false)
     }
 
     /// The drapes by role and face: fitted first, face up first.
@@ -271,6 +295,14 @@ impl FabricResult {
     }
 }
 
+/// Whether sheets that were let go, at distances \[m\] without effects and with them, lie far off with these: more than half of them by both of
+/// [`FAR_OFF`].
+fn fall_away(free: &[[f64; 2]]) -> bool {
+    let [factor, more_m] = FAR_OFF;
+    let far = |[without, with]: &&[f64; 2]| *with > (factor * without).max(without + more_m);
+    2 * free.iter().filter(far).count() > free.len()
+}
+
 /// Whether all drapes that are fitted are scanned sheets.
 pub(super) fn scanned(measured: &[Measured]) -> bool {
     let mut fitted = measured.iter().filter(|m| m.entry.role == Role::Fit);
@@ -281,3 +313,21 @@ pub(super) fn scanned(measured: &[Measured]) -> bool {
 /// longer than what is alike along them.
 const FEWEST_DRAPES: usize = 3;
 const ARCS: usize = 8;
+/// How many times as far from its scan a sheet that is let go lies with effects as without, and how much farther \[m\], where it does not rest with
+/// them: 2 mm lie between neighbouring minima of one cloth.
+const FAR_OFF: [f64; 2] = [2.0, 2e-3];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sheets_fall_away_where_most_of_them_lie_far_off_with_effects_alone() {
+        assert!(fall_away(&[[1.2e-3, 8.0e-3], [1.1e-3, 9.8e-3]]));
+        // nearer, as far as one minimum lies from the next, or far off without effects as well
+        assert!(!fall_away(&[[1.2e-3, 0.5e-3], [1.7e-3, 1.4e-3]]));
+        assert!(!fall_away(&[[0.4e-3, 1.9e-3]]) && !fall_away(&[[5.8e-3, 8.9e-3]]));
+        // one of two may have found other folds; of none nothing is said
+        assert!(!fall_away(&[[1.2e-3, 0.5e-3], [1.2e-3, 14e-3]]) && !fall_away(&[]));
+    }
+}

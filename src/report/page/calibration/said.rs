@@ -90,8 +90,7 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                 String::new()
             };
             let held = pairs.len();
-            let end =
-                if fabric.verdict == Verdict::Found { "confirms" } else { "does not confirm" };
+            let end = if fabric.is_confirmed() { "confirms" } else { "does not confirm" };
             out.push(format!(
                 "On {held} drapes held out the outlines lie {} mm off without it and {} mm with it, a fall of {}{error} mm. Judged by the squares of the distances, at two standard errors, that {end} it.",
                 fixed(of(0), 2),
@@ -106,6 +105,9 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                     fixed(of(0), 2),
                     fixed(of(1), 2)
                 ));
+                if fabric.falls_away() {
+                    out.push("Most of them do not rest with it where they were scanned: it stands in for something else, and is not to be simulated with.".to_owned());
+                }
             }
         }
     } else if !trace.chosen.is_empty() {
