@@ -106,7 +106,7 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                     fixed(of(1), 2)
                 ));
                 if fabric.falls_away() {
-                    out.push("Most of them do not rest with it where they were scanned: it stands in for something else, and is not to be simulated with.".to_owned());
+                    out.push("Half of them or more do not rest with it where they were scanned: it stands in for something else, and is not to be simulated with.".to_owned());
                 }
             }
         }
