@@ -3,7 +3,7 @@
 //! faer solves panel by panel with kernels made for many right-hand sides; for one, most of the
 //! time goes into their set-up. Here a panel's columns are streamed once on the way down and
 //! once on the way up, which is as fast as the factor can be read, and serve all right-hand sides while they are in the
-//! cache. Each of these is computed as if it were alone, to the last bit; so are the machine's wider vector registers used
+//! cache. Each of these is computed as if it were alone, to the last bit. The machine's wider vector registers are used
 //! where it has some, with the same sums and no fused products.
 
 use std::ops::{AddAssign, Div, Mul, Sub};
