@@ -111,7 +111,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--calibrate", required=True, type=pathlib.Path)
     parser.add_argument("--test", required=True, nargs="+", type=pathlib.Path)
-    default = pathlib.Path(__file__).resolve().parent.parent / "src/estimate/model/snn.onnx"
+    default = pathlib.Path(__file__).resolve().parent.parent / "src/estimate/model/shipped.onnx"
     parser.add_argument("--model", type=pathlib.Path, default=default)
     parser.add_argument("--dry-run", action="store_true", help="print, and write nothing")
     args = parser.parse_args()

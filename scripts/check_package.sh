@@ -26,7 +26,7 @@ echo "the package has $(wc -l <<<"$list") files and $bytes bytes, of at most $mo
 [ "$bytes" -le "$most_bytes" ] || fail "the package is larger than the registry takes"
 
 for file in Cargo.toml Cargo.lock README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE \
-    src/estimate/model/snn.onnx src/estimate/model/snn.json docs/schemas/params.schema.json; do
+    src/estimate/model/shipped.onnx src/estimate/model/shipped.json docs/schemas/params.schema.json; do
     holds "$file"
 done
 # What the sources include, by their own words.

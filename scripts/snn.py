@@ -9,12 +9,10 @@ Output: 12 numbers, six means of the min-max logarithms, six logarithms of their
 import jax
 import jax.numpy as jnp
 import numpy as np
-import onnx
-from onnx import TensorProto, helper, numpy_helper
 
-INPUTS = 733
+from graph import INPUTS, LOG_SIGMA, Graph
+
 PAPER_WIDTHS = (4096, 3072, 8192)
-LOG_SIGMA = (-7.0, 1.0)  # limits of a log-sigma; both far from any that training reaches
 
 
 def init(key, widths):
@@ -53,54 +51,13 @@ def apply(params, x, dropout_key=None, dropout=0.0):
 
 
 def to_onnx(params, centre, scale, subspace):
-    """The network as ONNX bytes: input `boundary` [N, 733] raw, outputs `normalised` [N, 12] and
-    `novelty` [N, 1], the rms distance [mm] per point of a rim from `subspace` (732, k), the
-    orthonormal principal directions of the training rims.
-    Weights are stored as f16 and cast to f32 in the graph."""
-    nodes, constants = [], []
-
-    def constant(name, array):
-        constants.append(numpy_helper.from_array(np.ascontiguousarray(array), name))
-        return name
-
-    def node(kind, inputs, output, **attributes):
-        nodes.append(helper.make_node(kind, inputs, [output], name=output, **attributes))
-        return output
-
-    x = node("Sub", ["boundary", constant("centre", np.float32(centre))], "centred")
-    # Distance from the training rims: what is left of the coordinates outside the subspace.
-    directions = constant("subspace", np.float32(np.pad(subspace, ((0, 1), (0, 0)))))
-    inside = node("MatMul", [node("MatMul", [x, directions], "along"), node("Transpose", [directions], "subspace_t")], "inside")
-    mask = constant("coordinates", np.float32(np.append(np.ones(INPUTS - 1), 0.0)))
-    left = node("Sub", [node("Mul", [x, mask], "offset"), inside], "left")
-    per_point = constant("per_point", np.full((INPUTS, 1), 3.0 / (INPUTS - 1), np.float32))
-    node("Sqrt", [node("MatMul", [node("Mul", [left, left], "left_sq"), per_point], "novelty_sq")], "novelty")
-
-    x = node("Mul", [x, constant("scale", np.float32(scale))], "scaled")
-    means, log_sigmas = [], []
+    """The network as ONNX bytes (scripts/graph.py): raw inputs less `centre` (733,) times `scale` (733,)."""
+    graph = Graph("snn")
+    x = graph.centred(centre, subspace)
+    x = graph.node("Mul", [x, graph.constant("scale", np.float32(scale))], "scaled")
     for stream, layers in zip(("stretch", "bending"), params):
         h = x
-        for i, (weight, bias) in enumerate(layers):
-            weight, bias = np.asarray(weight), np.asarray(bias)
-            last = i == len(layers) - 1
-            parts = [("mean", slice(0, 3)), ("log_sigma", slice(3, 6))] if last else [("", slice(None))]
-            for part, columns in parts:
-                name = f"{stream}_{part or i}"
-                half = constant(f"{name}_w16", weight[:, columns].astype(np.float16))
-                full = node("Cast", [half], f"{name}_w", to=TensorProto.FLOAT)
-                out = node("Gemm", [h, full, constant(f"{name}_b", np.float32(bias[columns]))], name)
-                if part == "mean":
-                    means.append(out)
-                elif part == "log_sigma":
-                    log_sigmas.append(out)
-            if not last:
-                h = node("Relu", [out], f"{name}_relu")
-    mean = node("Concat", means, "mean", axis=1)
-    limits = [constant("log_sigma_min", np.float32(LOG_SIGMA[0])), constant("log_sigma_max", np.float32(LOG_SIGMA[1]))]
-    log_sigma = node("Clip", [node("Concat", log_sigmas, "log_sigma_raw", axis=1), *limits], "log_sigma")
-    node("Concat", [mean, log_sigma], "normalised", axis=1)
-    value = lambda name, width: helper.make_tensor_value_info(name, TensorProto.FLOAT, ["N", width])
-    graph = helper.make_graph(nodes, "snn", [value("boundary", INPUTS)], [value("normalised", 12), value("novelty", 1)], constants)
-    model = helper.make_model(graph, producer_name="scan2params", opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
-    onnx.checker.check_model(model)
-    return model.SerializeToString()
+        for i, layer in enumerate(layers[:-1]):
+            h = graph.node("Relu", [graph.dense(h, layer, f"{stream}_{i}")], f"{stream}_{i}_relu")
+        graph.heads(h, layers[-1], stream)
+    return graph.finished()

@@ -8,12 +8,14 @@ import sys
 import tempfile
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 import drape_data
 import fit_measured_prior
 import generate_ray
 import intervals
+import ring
 import silhouettes
 import snn
 import train
@@ -137,18 +139,20 @@ def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():
         assert np.abs(offset[:, 61 * side + 60] - offset[:, (61 * side + 61) % 244]).max() < 1e-4
 
 
-def test_the_exported_network_gives_the_numbers_of_the_trained_one():
-    params = snn.init(jax.random.key(3), (32, 24, 64))
-    params = jax.tree.map(lambda w: np.float16(w).astype(np.float32), params)  # as stored
+def exported_like(apply, to_onnx, density_counts):
+    """Checks a network's file against the network: its outputs, its novelty, its answers for a heavier cloth."""
     rng = np.random.default_rng(1)
-    centre, scale = rng.normal(size=733) * 50, rng.uniform(0.005, 0.02, 733)
+    centre = rng.normal(size=733) * 50
     subspace = np.linalg.qr(rng.normal(size=(732, 16)))[0]
-    exported, width = snn.to_onnx(params, centre, scale, subspace), np.full(6, 5.0)
+    exported, width = to_onnx(centre, subspace), np.full(6, 5.0)
     network = train.Network(exported, drape_data.symmetries()[:1], asked_density=200.0, ln_width=width)
     boundary, density = rng.normal(size=(5, 244, 3)) * 60, rng.uniform(50, 300, 5)
     x = np.concatenate([boundary.reshape(5, -1), density[:, None]], axis=1)
-    mean, log_sigma = snn.apply(params, (x - centre) * scale)
-    assert np.abs(network.raw(boundary, density) - np.concatenate([mean, log_sigma], axis=1)).max() < 1e-3
+    mean, log_sigma = apply((x - centre).astype(np.float32))
+    raw = network.raw(boundary, density)
+    assert np.abs(raw - np.concatenate([mean, log_sigma], axis=1)).max() < 1e-3
+    assert np.abs(raw - 0.5).max() > 0.05  # the weights say something
+    assert (np.abs(network.raw(boundary, 2 * density) - raw).max() > 1e-3) == density_counts
     offset = boundary.reshape(5, -1) - centre[:-1]
     left = offset - offset @ subspace @ subspace.T
     novelty = np.sqrt((left**2).sum(1) / 244)
@@ -156,6 +160,50 @@ def test_the_exported_network_gives_the_numbers_of_the_trained_one():
     # a cloth three times as heavy is three times as stiff, and as sure
     (once, sigma), (thrice, same) = network(boundary, density), network(boundary, 3 * density)
     assert np.abs((thrice - once) * width - np.log(3)).max() < 1e-9 and (sigma == same).all()
+
+
+def as_stored(params):
+    return jax.tree.map(lambda w: np.float16(w).astype(np.float32), params)
+
+
+def test_the_exported_snn_gives_the_numbers_of_the_trained_one():
+    params = as_stored(snn.init(jax.random.key(3), (32, 24, 64)))
+    scale = np.random.default_rng(2).uniform(0.005, 0.02, 733)
+    apply = lambda offset: snn.apply(params, offset * scale)
+    exported_like(apply, lambda centre, subspace: snn.to_onnx(params, centre, scale, subspace), density_counts=True)
+
+
+def ring_params(seed):
+    """A small ring network whose last layers say something of the rim."""
+    params = ring.init(jax.random.key(seed), (8, 12), 16, (1, 3))
+    keys = iter(jax.random.split(jax.random.key(seed + 1), 100))
+    return as_stored(jax.tree.map(lambda w: w + 0.1 * jax.random.normal(next(keys), w.shape), params))
+
+
+def test_the_exported_ring_network_gives_the_numbers_of_the_trained_one():
+    params = ring_params(3)
+    apply = lambda offset: ring.apply(params, offset[:, :-1])
+    exported_like(apply, lambda centre, subspace: ring.to_onnx(params, centre, subspace), density_counts=False)
+
+
+def test_to_the_ring_network_the_eight_views_are_alike_but_for_their_places_in_the_weave():
+    params = ring_params(5)
+    rng = np.random.default_rng(7)
+    rims = flat() + 20 * rng.normal(size=(3, 244, 3))
+    for side in range(4):
+        rims[:, 61 * side + 60] = rims[:, (61 * side + 61) % 244]
+    said = lambda params, rims: np.concatenate(ring.apply(params, jnp.asarray(rims.reshape(len(rims), -1), jnp.float32)), axis=1)
+    # without places, and with the mean alone of what is pooled, a turned rim is the same one
+    blind = dict(params, place=[np.zeros_like(params["place"][0])])
+    for stream in ring.STREAMS:
+        weight, bias = params[f"{stream}_hidden"]
+        blind[f"{stream}_hidden"] = [np.where(np.arange(len(weight))[:, None] < 12, weight, 0.0), bias]
+    for symmetry in (symmetries := drape_data.symmetries()):
+        turned = drape_data.transformed(rims, symmetry)
+        same = np.abs(said(blind, turned) - said(blind, rims)).max()
+        if symmetry[0][1] == (symmetry[0][0] + 1) % 244:  # a rotation: a mirror reverses the windows
+            assert same < 1e-4, same
+    assert np.abs(said(params, drape_data.transformed(rims, symmetries[4])) - said(params, rims)).max() > 1e-2
 
 
 def test_conformal_quantile_covers_at_least_its_level():

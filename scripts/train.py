@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
-"""Train the SNN on folders of drapes, calibrate its intervals, export it for the estimator.
+"""Train a network on folders of drapes, calibrate its intervals, export it for the estimator.
 
-    python scripts/train.py --data DIR --out src/estimate/model/snn.onnx
+    python scripts/train.py --data DIR --out src/estimate/model/shipped.onnx
 
-writes snn.onnx and snn.json beside it. Everything that is reported or calibrated is computed by
+writes shipped.onnx and shipped.json beside it. Everything that is reported or calibrated is computed by
 onnxruntime from the exported file, so that it holds for what is shipped. Deterministic by --seed
 on one machine (XLA may order sums differently on another).
 
 Flow: read rows at rest -> split by fabric (or walk) 80/10/10 -> train on the eight symmetric copies with
 scan noise -> export -> calibrate 90 % intervals on the calibration fabrics (split conformal) ->
-report on the test fabrics.
+report on the test fabrics. Further networks of --nets are trained on the same rows and reported beside the first.
+
+A drape at rest depends on stiffness over density alone, so that the network learns that: its targets are the stiffnesses of a cloth of
+one density, whatever the specimen's, and the answer for another is in proportion.
 """
 
 import argparse
@@ -19,6 +22,7 @@ import pathlib
 import shlex
 import sys
 import time
+from dataclasses import dataclass
 from functools import partial
 
 import jax
@@ -28,6 +32,7 @@ import onnxruntime
 
 import drape_data
 import intervals
+import ring
 import snn
 
 MODEL_SCHEMA = "scan2params/model/1"
@@ -40,14 +45,19 @@ def parse_args():
     parser.add_argument("--data", required=True, nargs="+", type=pathlib.Path, help="folders of `scan2params generate`, of one prior and seed")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="the .onnx file; .json goes beside it")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--divide-widths", type=int, default=8, help="of 4096-3072-8192: 1, 2, 4, 8, ...")
-    parser.add_argument("--epochs", type=int, default=300)
-    parser.add_argument("--batch", type=int, default=128)
+    parser.add_argument("--nets", nargs="+", choices=NETS, default=["ring"], help="the first is exported, others are trained to compare")
+    parser.add_argument("--channels", type=int, nargs=2, default=[48, 96], help="ring: of the first layer, of those after it")
+    parser.add_argument("--hidden", type=int, default=256, help="ring: width of each stream's layer")
+    parser.add_argument("--dilations", type=int, nargs="+", default=[1, 2, 4], help="ring: of its blocks")
+    parser.add_argument("--divide-widths", type=int, default=8, help="snn: of 4096-3072-8192: 1, 2, 4, 8, ...")
+    parser.add_argument("--epochs", type=int, default=200)
+    parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--learning-rate", type=float, default=1e-3)
     parser.add_argument("--weight-decay", type=float, default=1e-2)
     parser.add_argument("--dropout", type=float, default=0.05)
     parser.add_argument("--mse-share", type=float, default=0.4, help="share of the epochs before the sigmas are trained")
     parser.add_argument("--rows", type=int, help="read only so many rows")
+    parser.add_argument("--shares", type=float, nargs=3, default=[0.8, 0.1, 0.1], help="of the groups to train, to calibrate, to test")
     parser.add_argument("--test", type=pathlib.Path, help="also score on all rows of this folder, of another seed")
     parser.add_argument("--cases", type=pathlib.Path, help="also write a few inputs and outputs, for tests")
     return parser.parse_args()
@@ -55,29 +65,81 @@ def parse_args():
 
 # Principal directions of the training rims kept for the novelty figure.
 SUBSPACE = 64
+# Rims that a network is asked for at once, for the memory's sake.
+ROWS_AT_ONCE = 256
 
 
 class Scaling:
-    """Inputs to the network's range and outputs to [0, 1]."""
+    """Inputs less their mean, and outputs to [0, 1] over the training's fabrics, of the density that the network is asked for."""
 
     def __init__(self, drapes, rows, symmetries):
         copies = [drape_data.transformed(drapes.boundary[rows], s).reshape(len(rows), -1) for s in symmetries]
         density = drapes.density[rows]
+        self.asked_density = round(float(np.median(density)), 1)
         self.input_min = np.append(np.min([c.min(0) for c in copies], 0), density.min())
         self.input_max = np.append(np.max([c.max(0) for c in copies], 0), density.max())
-        self.centre = np.append(np.mean([c.mean(0) for c in copies], 0), density.mean())
+        self.centre = np.append(np.mean([c.mean(0) for c in copies], 0), self.asked_density)
         self.scale = 1.0 / np.maximum(self.input_max - self.input_min, LEAST_RANGE)
-        offset = np.concatenate(copies) - self.centre[:-1]
-        _, directions = np.linalg.eigh(offset.T @ offset)
+        squared = sum((c - self.centre[:-1]).T @ (c - self.centre[:-1]) for c in copies)
+        _, directions = np.linalg.eigh(squared)
         self.subspace = directions[:, ::-1][:, :SUBSPACE]
-        # Weft and warp share a range, since a quarter turn makes one the other.
+        ln = np.log(drapes.stiffness[rows]) + np.log(self.asked_density / density)[:, None]
+        # Weft and warp share their ends, since a quarter turn makes one the other.
+        self.ln_min = np.minimum(ln.min(0), ln.min(0)[drape_data.SWAPPED])
+        self.ln_max = np.maximum(ln.max(0), ln.max(0)[drape_data.SWAPPED])
+        self.width = self.ln_max - self.ln_min
         lo, hi = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
         self.paper_range = hi - lo
-        self.ln_min = np.minimum(lo, lo[drape_data.SWAPPED])
-        self.ln_max = np.maximum(hi, hi[drape_data.SWAPPED])
 
     def normalised(self, stiffness):
-        return (np.log(stiffness) - self.ln_min) / (self.ln_max - self.ln_min)
+        return (np.log(stiffness) - self.ln_min) / self.width
+
+    def of_asked_density(self, stiffness, density):
+        """The outputs that the network should have: of the cloth that drapes alike at the density that it is asked for."""
+        return self.normalised(stiffness * (self.asked_density / density)[:, None])
+
+
+@dataclass
+class Snn:
+    """The paper's network, for `train`: (rows, 733) inputs less their mean to means and log-sigmas."""
+
+    scaling: Scaling
+    args: argparse.Namespace
+
+    def init(self, key):
+        return snn.init(key, [w // self.args.divide_widths for w in snn.PAPER_WIDTHS])
+
+    def apply(self, params, offset, key=None, dropout=0.0):
+        return snn.apply(params, offset * jnp.asarray(self.scaling.scale, jnp.float32), key, dropout)
+
+    def to_onnx(self, params):
+        return snn.to_onnx(params, self.scaling.centre, self.scaling.scale, self.scaling.subspace)
+
+    def record(self):
+        return {"kind": f"snn{self.args.divide_widths}", "widths": [w // self.args.divide_widths for w in snn.PAPER_WIDTHS]}
+
+
+@dataclass
+class Ring:
+    """The ring network, likewise."""
+
+    scaling: Scaling
+    args: argparse.Namespace
+
+    def init(self, key):
+        return ring.init(key, self.args.channels, self.args.hidden, self.args.dilations)
+
+    def apply(self, params, offset, key=None, dropout=0.0):
+        return ring.apply(params, offset[:, :-1], key, dropout)
+
+    def to_onnx(self, params):
+        return ring.to_onnx(params, self.scaling.centre, self.scaling.subspace)
+
+    def record(self):
+        return {"kind": "ring", "channels": self.args.channels, "hidden": self.args.hidden, "dilations": self.args.dilations}
+
+
+NETS = {"ring": Ring, "snn": Snn}
 
 
 def symmetry_tables(symmetries):
@@ -102,10 +164,10 @@ def noisy(key, boundary, density, noise, basis):
     return boundary + size * smooth + white + shift + turn, density
 
 
-def loss(params, x, y, use_sigma, key, dropout):
+def loss(params, net, x, y, use_sigma, key, dropout):
     """MSE, then the Gaussian likelihood weighted by sigma (beta-NLL with beta = 0.5, Seitzer et al.
     2022), which keeps the means from starving where the sigma is large."""
-    mean, log_sigma = snn.apply(params, x, key, dropout)
+    mean, log_sigma = net.apply(params, x, key, dropout)
     squared = (mean - y) ** 2
     mse = squared.mean()
     nll = log_sigma + 0.5 * squared * jnp.exp(-2.0 * log_sigma)
@@ -113,19 +175,17 @@ def loss(params, x, y, use_sigma, key, dropout):
     return jnp.where(use_sigma, weighted, mse)
 
 
-def train(drapes, rows, scaling, symmetries, noise, args):
+def train(net, drapes, rows, scaling, symmetries, noise, args):
     """Adam with decoupled weight decay, linear warm-up, cosine decay, and averaged weights."""
     boundary = jnp.asarray(drapes.boundary[rows])
-    density = jnp.asarray(drapes.density[rows], jnp.float32)
-    target = jnp.asarray(scaling.normalised(drapes.stiffness[rows]), jnp.float32)
-    centre, scale = jnp.asarray(scaling.centre, jnp.float32), jnp.asarray(scaling.scale, jnp.float32)
+    target = jnp.asarray(scaling.of_asked_density(drapes.stiffness[rows], drapes.density[rows]), jnp.float32)
+    centre, width = jnp.asarray(scaling.centre[:-1], jnp.float32), jnp.asarray(scaling.width, jnp.float32)
     perm, matrix, target_perm = symmetry_tables(symmetries)
     basis = jnp.asarray(noise.basis())
     batch = min(args.batch, len(rows))
     steps = len(rows) // batch
     total = steps * args.epochs
-    widths = [w // args.divide_widths for w in snn.PAPER_WIDTHS]
-    params = snn.init(jax.random.key(args.seed), widths)
+    params = net.init(jax.random.key(args.seed))
     zeros = jax.tree.map(jnp.zeros_like, params)
 
     def step(state, pick, key):
@@ -135,10 +195,13 @@ def train(drapes, rows, scaling, symmetries, noise, args):
         b = jnp.take_along_axis(boundary[pick], perm[which][:, :, None], axis=1)
         b = jnp.einsum("rpc,rdc->rpd", b, matrix[which])
         y = jnp.take_along_axis(target[pick], target_perm[which], axis=1)
-        b, d = noisy(key_noise, b, density[pick], noise, basis)
-        x = (jnp.concatenate([b.reshape(len(pick), -1), d[:, None]], axis=1) - centre) * scale
+        b, heavier = noisy(key_noise, b, jnp.ones(len(pick)), noise, basis)
+        # who says that a cloth is heavier than it is gets an answer that is stiffer by as much
+        y = y - jnp.log(heavier)[:, None] / width
+        offset = b.reshape(len(pick), -1) - centre
+        x = jnp.concatenate([offset, jnp.zeros((len(pick), 1))], axis=1)
         use_sigma = t > args.mse_share * total
-        value, grad = jax.value_and_grad(loss)(params, x, y, use_sigma, key_drop, args.dropout)
+        value, grad = jax.value_and_grad(loss)(params, net, x, y, use_sigma, key_drop, args.dropout)
         t = t + 1
         rate = args.learning_rate * jnp.minimum(t / 200.0, 0.5 + 0.5 * jnp.cos(jnp.pi * t / total))
         m = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, m, grad)
@@ -168,7 +231,7 @@ def train(drapes, rows, scaling, symmetries, noise, args):
         state, value = epoch(state, number)
         if number in (0, 9) or (number + 1) % 50 == 0:
             print(f"epoch {number + 1:5d}  loss {float(value):9.5f}  {time.time() - start:6.1f} s", flush=True)
-    return state[3], widths
+    return state[3]
 
 
 class Network:
@@ -185,13 +248,16 @@ class Network:
         self.session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
         self.symmetries = symmetries
 
-    def raw(self, boundary, density):
+    def said(self, output, boundary, density):
         x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1).astype(np.float32)
-        return self.session.run(["normalised"], {"boundary": x})[0].astype(np.float64)
+        some = [self.session.run([output], {"boundary": x[k : k + ROWS_AT_ONCE]})[0] for k in range(0, len(x), ROWS_AT_ONCE)]
+        return np.concatenate(some).astype(np.float64)
+
+    def raw(self, boundary, density):
+        return self.said("normalised", boundary, density)
 
     def novelty_mm(self, boundary, density):
-        x = np.concatenate([boundary.reshape(len(boundary), -1), density[:, None]], axis=1).astype(np.float32)
-        return self.session.run(["novelty"], {"boundary": x})[0][:, 0].astype(np.float64)
+        return self.said("novelty", boundary, density)[:, 0]
 
     def __call__(self, boundary, density):
         """Mean and sigma of the mixture over the symmetric views."""
@@ -227,7 +293,7 @@ def linear_regression(drapes, rows, scaling, symmetries):
 
 def scores(prediction, truth, scaling):
     """RMSE and R2 on outputs normalised by the prior's limits, as in the paper's Table 3."""
-    ratio = (scaling.ln_max - scaling.ln_min) / scaling.paper_range
+    ratio = scaling.width / scaling.paper_range
     error = (prediction - truth) * ratio
     rmse = np.sqrt(np.mean(error**2, axis=0))
     r2 = 1.0 - np.sum(error**2, axis=0) / np.sum(((truth - truth.mean(0)) * ratio) ** 2, axis=0)
@@ -263,61 +329,73 @@ def report(name, metrics):
     print(f"  coverage {metrics['coverage']:.3f}" if "coverage" in metrics else "")
 
 
+def exported(name, drapes, rows, scaling, symmetries, noise, args):
+    """A trained network: as ONNX bytes, what the record says of its layers, and how long it took [s]."""
+    net = NETS[name](scaling, args)
+    start = time.time()
+    params = train(net, drapes, rows, scaling, symmetries, noise, args)
+    return net.to_onnx(params), net.record(), time.time() - start
+
+
 def main():
     args = parse_args()
     drapes = drape_data.read_folders(args.data, args.rows)
-    train_rows, calibration_rows, test_rows = drape_data.split_by_group(drapes.group, args.seed)
+    train_rows, calibration_rows, test_rows = drape_data.split_by_group(drapes.group, args.seed, args.shares)
     symmetries = drape_data.symmetries()
     scaling = Scaling(drapes, train_rows, symmetries)
     noise = drape_data.Noise()
     print(f"{drapes.rows_read} rows, {len(drapes.density)} at rest (left out: {drapes.left_out}), "
           f"{len(train_rows)} / {len(calibration_rows)} / {len(test_rows)} to train / calibrate / test")
 
-    start = time.time()
-    params, widths = train(drapes, train_rows, scaling, symmetries, noise, args)
-    seconds = time.time() - start
-    model = snn.to_onnx(params, scaling.centre, scaling.scale, scaling.subspace)
+    nets = {name: exported(name, drapes, train_rows, scaling, symmetries, noise, args) for name in args.nets}
+    model, layers, seconds = nets[args.nets[0]]
+    asks = partial(Network, asked_density=scaling.asked_density, ln_width=scaling.width)
+    network = asks(model, symmetries=symmetries)
 
     add_noise = jax.jit(partial(noisy, noise=noise, basis=jnp.asarray(noise.basis())))
 
-    def rows_of(rows, noise_seed=None):
+    def of(drapes, rows, noise_seed=None):
         inputs = drapes.boundary[rows], drapes.density[rows].astype(np.float32)
         if noise_seed is not None:
             inputs = tuple(np.asarray(a) for a in add_noise(jax.random.key(noise_seed), *inputs))
         return inputs, scaling.normalised(drapes.stiffness[rows])
 
-    asked = round(float(np.median(drapes.density[train_rows])), 1)
-    asks = partial(Network, model, asked_density=asked, ln_width=scaling.ln_max - scaling.ln_min)
-    network = asks(symmetries=symmetries)
     # Calibrated on rims with scan noise, since that is what the estimator meets.
-    inputs, truth = rows_of(calibration_rows, noise_seed=args.seed + 100)
+    inputs, truth = of(drapes, calibration_rows, noise_seed=args.seed + 100)
     mean, sigma = network(*inputs)
     quantile = intervals.conformal_quantiles(mean - truth, sigma)
     novelty_limit = float(np.quantile(network.novelty_mm(*inputs), 0.99))
 
-    clean, noised = rows_of(test_rows), rows_of(test_rows, noise_seed=args.seed + 200)
+    clean, noised = of(drapes, test_rows), of(drapes, test_rows, noise_seed=args.seed + 200)
+    tests = {"test": clean, "test_noisy": noised}
+    if args.test:
+        other = drape_data.read_folder(args.test)
+        every = np.arange(len(other.density))
+        tests |= {"other_test": of(other, every), "other_test_noisy": of(other, every, noise_seed=args.seed + 300)}
     linear = linear_regression(drapes, train_rows, scaling, symmetries)
-    metrics = {
-        "test": evaluate(network, *clean, quantile, scaling),
-        "test_noisy": evaluate(network, *noised, quantile, scaling),
-        "test_four_views": evaluate(asks(symmetries=symmetries[:4]), *clean, quantile, scaling),
-        "test_single_view": evaluate(asks(symmetries=symmetries[:1]), *clean, quantile, scaling),
-        "train": evaluate(network, *rows_of(train_rows), quantile, scaling),
+    metrics = {name: evaluate(network, *rows, quantile, scaling) for name, rows in tests.items()}
+    metrics |= {
+        "test_four_views": evaluate(asks(model, symmetries=symmetries[:4]), *clean, quantile, scaling),
+        "test_single_view": evaluate(asks(model, symmetries=symmetries[:1]), *clean, quantile, scaling),
+        "train": evaluate(network, *of(drapes, train_rows), quantile, scaling),
         "linear_regression": scores(linear(*clean[0]), clean[1], scaling),
         "linear_regression_noisy": scores(linear(*noised[0]), noised[1], scaling),
     }
-    if args.test:
-        other = drape_data.read_folder(args.test)
-        inputs = other.boundary, other.density.astype(np.float32)
-        metrics["other_test"] = evaluate(network, inputs, scaling.normalised(other.stiffness), quantile, scaling)
+    beside = {}
+    for name in args.nets[1:]:
+        rival = asks(nets[name][0], symmetries=symmetries)
+        beside[nets[name][1]["kind"]] = {key: scores(rival(*inputs)[0], truth, scaling) for key, (inputs, truth) in tests.items()}
     for name, value in metrics.items():
         report(name, value)
+    for name, own in beside.items():
+        for key, value in own.items():
+            report(f"{name}, {key}", value)
 
     sha256 = hashlib.sha256(model).hexdigest()
     fake = drapes.manifest["simulator"] == "fake"
     sidecar = {
         "schema": MODEL_SCHEMA,
-        "id": f"{'fake-' if fake else ''}snn{args.divide_widths}-{drapes.manifest['prior']}-{sha256[:8]}",
+        "id": f"{'fake-' if fake else ''}{layers['kind']}-{drapes.manifest['prior']}-{sha256[:8]}",
         "trained_on": "fake" if fake else "drapes",
         "onnx_sha256": sha256,
         "simulator_numerics": drapes.manifest["simulator_numerics"],
@@ -333,11 +411,11 @@ def main():
         "fabrics": int(len(np.unique(drapes.fabric))),
         "train_seed": args.seed,
         "train_seconds": round(seconds, 1),
-        "widths": widths,
+        "network": layers,
         "weights": "f16",
         "noise": vars(noise),
         "input": {"min": np.round(scaling.input_min, 3).tolist(), "max": np.round(scaling.input_max, 3).tolist(), "novelty_limit_mm": novelty_limit,
-            "asked_density_g_m2": asked},
+            "asked_density_g_m2": scaling.asked_density},
         "output": {
             "keys": drape_data.STIFFNESSES,
             "ln_min": scaling.ln_min.tolist(),
@@ -345,6 +423,7 @@ def main():
         },
         "interval": {"level": intervals.LEVEL, "quantile": quantile.tolist()},
         "metrics": metrics,
+        "beside": beside,
         "command": shlex.join(["python", *sys.argv]),
     }
     args.out.parent.mkdir(parents=True, exist_ok=True)

@@ -176,9 +176,24 @@ fn density_is_refused_outside_its_limits_and_flagged_outside_the_training() {
     }
     let inside = estimator.estimate(&case.boundary, case.density_kg_m2, true).unwrap();
     assert!(inside.in_range.iter().any(|known| *known), "{:?}", inside.warnings);
+    // the answer is in proportion to the density: one that training did not have is told, and takes nothing out of its range
+    let told = |estimate: &Estimate| {
+        estimate.warnings.iter().any(|w| w.to_string().contains("density 900"))
+    };
     let outside = estimator.estimate(&case.boundary, 0.9, true).unwrap();
+    assert_eq!(outside.in_range, inside.in_range);
+    assert!(told(&outside) && !told(&inside));
+    // a model that is asked for the specimen's own density knows none but those of its training
+    let mut sidecar = json("tiny.json");
+    let input = sidecar["input"].as_object_mut().unwrap();
+    assert!(input.remove("asked_density_g_m2").is_some());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.json");
+    std::fs::write(&path, sidecar.to_string()).unwrap();
+    let own = Estimator::from_files(&data("tiny.onnx"), &path).unwrap();
+    let outside = own.estimate(&case.boundary, 0.9, true).unwrap();
     assert_eq!(outside.in_range, [false; 6]);
-    assert!(outside.warnings.iter().any(|w| w.to_string().contains("density 900")));
+    assert!(told(&outside));
 }
 
 #[test]

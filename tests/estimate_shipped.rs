@@ -7,8 +7,8 @@ use std::path::Path;
 use promises::{hold, promise};
 use scan2params::estimate::{EstimateWarning, Estimator, ParameterEstimate};
 
-const ONNX: &[u8] = include_bytes!("../src/estimate/model/snn.onnx");
-const SIDECAR: &str = include_str!("../src/estimate/model/snn.json");
+const ONNX: &[u8] = include_bytes!("../src/estimate/model/shipped.onnx");
+const SIDECAR: &str = include_str!("../src/estimate/model/shipped.json");
 
 fn sidecar() -> serde_json::Value {
     serde_json::from_str(SIDECAR).unwrap()
@@ -43,9 +43,9 @@ fn the_model_belongs_to_this_simulator() {
 
 #[test]
 fn its_record_is_as_promised_and_better_than_linear_regression() {
-    hold("model.rmse", metric(["test", "rmse"]));
-    hold("model.r2", metric(["test", "r2"]));
-    hold("model.r2_noisy", metric(["test_noisy", "r2"]));
+    hold("model.rmse", metric(["other_test", "rmse"]));
+    hold("model.r2", metric(["other_test", "r2"]));
+    hold("model.r2_noisy", metric(["other_test_noisy", "r2"]));
     let [all, least, most] = coverage("clean");
     hold("model.coverage", all);
     hold("model.coverage_least", least);
@@ -56,7 +56,12 @@ fn its_record_is_as_promised_and_better_than_linear_regression() {
     hold("model.coverage_most_noisy", most);
     hold("model.linear_rmse", metric(["linear_regression", "rmse"]));
     hold("model.linear_r2", metric(["linear_regression", "r2"]));
-    // the baseline breaks the promises of the network
+    // the paper's network, trained on the same drapes, breaks the promises, and so does the baseline on drapes that are easier
+    let snn =
+        |test: &str, metric: &str| sidecar()["beside"]["snn8"][test][metric].as_f64().unwrap();
+    assert!(!promise("model.rmse").is_kept_by(snn("other_test", "rmse")));
+    assert!(!promise("model.r2").is_kept_by(snn("other_test", "r2")));
+    assert!(!promise("model.r2_noisy").is_kept_by(snn("other_test_noisy", "r2")));
     assert!(!promise("model.rmse").is_kept_by(metric(["linear_regression", "rmse"])));
     assert!(!promise("model.r2").is_kept_by(metric(["linear_regression", "r2"])));
 }

@@ -2,8 +2,8 @@
 //!
 //! In: a [`Boundary`] (simulation frame), the areal density, to which all stiffnesses are in
 //! proportion, and whether weft and warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval on each
-//! stiffness, and what is to be said against it. Method: the SNN of the paper
-//! (section IV), with a sigma beside each mean, averaged over the symmetric views
+//! stiffness, and what is to be said against it. Method: convolutions along the rim before the two
+//! streams of the paper's SNN (section IV), with a sigma beside each mean, averaged over the symmetric views
 //! of the specimen; intervals by split conformal prediction, wider or narrower by the bending
 //! length (docs/design/estimation.md).
 //!
@@ -33,8 +33,8 @@ use runtime::{Network, Output};
 const PINNED: f64 = 0.01;
 
 /// The shipped model.
-const SHIPPED_ONNX: &[u8] = include_bytes!("model/snn.onnx");
-const SHIPPED_JSON: &str = include_str!("model/snn.json");
+const SHIPPED_ONNX: &[u8] = include_bytes!("model/shipped.onnx");
+const SHIPPED_JSON: &str = include_str!("model/shipped.json");
 
 /// Name of the shipped model and the SHA-256 of its file, without loading it.
 #[must_use]

@@ -1,6 +1,6 @@
 //! The paper's Table 3 beside ours, for `evaluate table3`.
 //!
-//! In: the shipped model's record (`snn.json`), perhaps scores on a folder of drapes. Out: [`Line`]s of RMSE and R2 on
+//! In: the shipped model's record (`shipped.json`), perhaps scores on a folder of drapes. Out: [`Line`]s of RMSE and R2 on
 //! normalised outputs, each with the drapes that it was trained on and tested on: none of these numbers says anything without
 //! them.
 //!
@@ -36,8 +36,6 @@ pub struct Line {
 
 /// Drapes that the paper made, nine tenths to train (its section V).
 const PAPER_DRAPES: [u64; 2] = [90_000, 10_000];
-/// Width of the first layer of each of its streams.
-const PAPER_WIDTH: u64 = 4096;
 /// Table 3 of the paper: RMSE and R2 on its test drapes; it does not give R2 of all.
 const PAPER: [(&str, f64, f64); 7] = [
     ("SNN", 0.019_75, 0.973_35),
@@ -48,13 +46,18 @@ const PAPER: [(&str, f64, f64); 7] = [
     ("LR", 0.039_97, 0.889_08),
     ("LR-D", 0.049_08, f64::NAN),
 ];
-/// Ours in the record: key of the metrics, name, what was tested on.
-const OURS: [(&str, &str, &str); 5] = [
-    ("test", "SNN", "its test split, clean"),
-    ("test_noisy", "SNN", "its test split, scan noise"),
-    ("other_test", "SNN", "falls of other fabrics, clean"),
-    ("linear_regression", "LR", "its test split, clean"),
-    ("linear_regression_noisy", "LR", "its test split, scan noise"),
+/// What our networks were tested on: key of the metrics, and what it is.
+const TESTS: [(&str, &str); 4] = [
+    ("test", "its test split, clean"),
+    ("test_noisy", "its test split, scan noise"),
+    (OTHER_TEST, "falls of other fabrics, clean"),
+    ("other_test_noisy", "falls of other fabrics, scan noise"),
+];
+const OTHER_TEST: &str = "other_test";
+/// The linear regression's metrics, likewise.
+const LINEAR: [(&str, &str); 2] = [
+    ("linear_regression", "its test split, clean"),
+    ("linear_regression_noisy", "its test split, scan noise"),
 ];
 
 /// The paper's lines, then those of the record.
@@ -71,32 +74,55 @@ pub fn lines(model: &Model) -> Vec<Line> {
         rmse_each: None,
         r2_each: None,
     });
-    let rows = |key: &str| model.record.get("rows").and_then(|rows| rows[key].as_u64());
-    let ours = OURS.iter().filter_map(|(key, name, tested_on)| {
-        let metrics = model.record.get("metrics")?.get(key)?;
-        let each = |key: &str| -> Option<Vec<f64>> {
-            metrics[key].as_array()?.iter().map(Value::as_f64).collect()
+    let record = |key: &str| model.record.get(key);
+    let networks = record("beside").and_then(Value::as_object).into_iter().flatten();
+    let networks = networks.map(|(kind, metrics)| (shown(kind), Some(metrics), &TESTS[..]));
+    let own = std::iter::once((network(model), record("metrics"), &TESTS[..]));
+    let linear = std::iter::once(("ours, LR".to_owned(), record("metrics"), &LINEAR[..]));
+    let ours = own.chain(networks).chain(linear).flat_map(|(name, metrics, tests)| {
+        let line = move |(key, tested_on): &(&str, &str)| {
+            recorded(model, &name, tested_on, (key, metrics?.get(key)?))
         };
-        Some(Line {
-            name: if *name == "SNN" { network(model) } else { format!("ours, {name}") },
-            tested_on: (*tested_on).to_owned(),
-            trained: rows("train"),
-            tested: rows(if *key == "other_test" { key } else { "test" }),
-            rmse: metrics["rmse"].as_f64()?,
-            r2: metrics["r2"].as_f64()?,
-            rmse_each: each("rmse_each"),
-            r2_each: each("r2_each"),
-        })
+        tests.iter().filter_map(line).collect::<Vec<_>>()
     });
     paper.chain(ours).collect()
 }
 
-/// Our network, by what the paper's widths are divided by.
+/// A line of the record: the metrics of one network on one test, with the key of that.
+fn recorded(
+    model: &Model,
+    name: &str,
+    tested_on: &str,
+    (key, metrics): (&str, &Value),
+) -> Option<Line> {
+    let rows = |key: &str| model.record.get("rows").and_then(|rows| rows[key].as_u64());
+    let each = |key: &str| -> Option<Vec<f64>> {
+        metrics[key].as_array()?.iter().map(Value::as_f64).collect()
+    };
+    Some(Line {
+        name: name.to_owned(),
+        tested_on: tested_on.to_owned(),
+        trained: rows("train"),
+        tested: rows(if key.starts_with(OTHER_TEST) { OTHER_TEST } else { "test" }),
+        rmse: metrics["rmse"].as_f64()?,
+        r2: metrics["r2"].as_f64()?,
+        rmse_each: each("rmse_each"),
+        r2_each: each("r2_each"),
+    })
+}
+
+/// The model's network.
 fn network(model: &Model) -> String {
-    let widths = model.record.get("widths").and_then(|widths| widths[0].as_u64());
-    match widths {
-        Some(own) if own < PAPER_WIDTH => format!("ours, SNN/{}", PAPER_WIDTH / own),
-        _ => "ours, SNN".to_owned(),
+    let kind = model.record.get("network").and_then(|network| network["kind"].as_str());
+    shown(kind.unwrap_or("network"))
+}
+
+/// A network of ours by its kind: `snn8` is the paper's, an eighth as wide.
+fn shown(kind: &str) -> String {
+    match kind.strip_prefix("snn") {
+        Some("" | "1") => "ours, SNN".to_owned(),
+        Some(divided) => format!("ours, SNN/{divided}"),
+        None => format!("ours, {kind}"),
     }
 }
 
@@ -152,7 +178,8 @@ mod tests {
     fn every_line_has_its_errors_and_ours_have_the_sizes_of_their_data() {
         let estimator = Estimator::shipped().unwrap();
         let all = lines(estimator.model());
-        assert_eq!(all.len(), PAPER.len() + OURS.len());
+        // the shipped network, the paper's on the same drapes, linear regression
+        assert_eq!(all.len(), PAPER.len() + 2 * TESTS.len() + LINEAR.len());
         let ours: Vec<&Line> = all.iter().filter(|line| line.name.starts_with("ours")).collect();
         for line in &ours {
             assert!(line.trained.is_some_and(|rows| rows > 1000), "{line:?}");
@@ -160,10 +187,17 @@ mod tests {
             let mean = each.iter().sum::<f64>() / each.len() as f64;
             assert!((mean - line.rmse).abs() < 1e-9, "{line:?}");
         }
-        let rmse = |tested_on: &str| ours.iter().find(|l| l.tested_on == tested_on).unwrap().rmse;
-        assert!(rmse("its test split, clean") < rmse("its test split, scan noise"));
+        let rmse = |name: &str, tested_on: &str| {
+            let line = ours.iter().find(|line| line.name == name && line.tested_on == tested_on);
+            line.unwrap().rmse
+        };
+        let clean = TESTS[0].1;
+        assert!(rmse("ours, ring", clean) < rmse("ours, ring", TESTS[1].1));
+        for (_, tested_on) in TESTS {
+            assert!(rmse("ours, ring", tested_on) < rmse("ours, SNN/8", tested_on), "{tested_on}");
+        }
+        assert!(rmse("ours, SNN/8", clean) < rmse("ours, LR", clean));
         assert_eq!(all[0].row().split(" | ").count(), 8);
-        // the shipped one is an eighth as wide
-        assert_eq!(ours[0].name, "ours, SNN/8");
+        assert_eq!([shown("snn4"), shown("snn1")], ["ours, SNN/4", "ours, SNN"]);
     }
 }
