@@ -152,7 +152,7 @@ fn the_card_shows_the_numbers_of_the_model() {
     }
     assert!(
         write || now == before,
-        "docs/model_card.md does not show src/estimate/model/snn.json as it is: run \
+        "docs/model_card.md does not show src/estimate/model/shipped.json as it is: run \
          `{WRITE}=1 cargo test --release --test model_card`"
     );
 }
