@@ -85,7 +85,7 @@ def joined(folders, parts):
     manifest = dict(parts[0].manifest)
     differing = {"walks", "count", "program", "simulator"}
     for folder, part in zip(folders[1:], parts[1:]):
-        other = [k for k in manifest if k not in differing and part.manifest.get(k) != manifest[k]]
+        other = [k for k in manifest.keys() | part.manifest.keys() if k not in differing and part.manifest.get(k) != manifest.get(k)]
         if vertices(part.manifest) != vertices(manifest):
             other.append("vertices")
         if other:
@@ -176,6 +176,11 @@ class Noise:
     yaw_deg: float = 0.5
     tilt_deg: float = 0.3
     density_relative: float = 0.01
+
+    @classmethod
+    def none(cls):
+        """Rims as they are, as the paper trains on them."""
+        return cls(smooth_mm=0.0, white_mm=0.0, shift_mm=0.0, yaw_deg=0.0, tilt_deg=0.0, density_relative=0.0)
 
     def basis(self):
         """(244, modes) basis of the smooth part: a closed random curve of unit variance. Both

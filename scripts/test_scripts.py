@@ -18,6 +18,7 @@ import intervals
 import ring
 import silhouettes
 import snn
+import table3
 import train
 
 
@@ -117,7 +118,7 @@ def test_folders_are_joined_and_a_fabric_in_two_of_them_joins_their_groups():
     g = joined.group.tolist()
     assert g[0] == g[1] == g[7] and g[2] == g[3] == g[6]
     assert len({g[0], g[2], g[4], g[5]}) == 4
-    for key, other in (("seed", 2), ("vertices", {"vertices": 121})):
+    for key, other in (("seed", 2), ("canonical", True), ("vertices", {"vertices": 121})):
         own = drapes([0, 1], [0, 1])
         own.manifest["simulator" if key == "vertices" else key] = other
         try:
@@ -137,6 +138,42 @@ def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():
     assert abs(np.sqrt(np.mean(offset**2)) - np.sqrt(1 / 3)) < 0.02
     for side in range(4):
         assert np.abs(offset[:, 61 * side + 60] - offset[:, (61 * side + 61) % 244]).max() < 1e-4
+
+
+def test_no_noise_leaves_rims_and_densities_as_they_are():
+    noise, rims = drape_data.Noise.none(), np.repeat(flat()[None].astype(np.float32), 3, axis=0)
+    moved, density = train.noisy(jax.random.key(0), rims, np.ones(3, np.float32), noise, noise.basis())
+    assert np.array_equal(moved, rims) and np.array_equal(density, np.ones(3))
+
+
+def test_the_papers_networks_have_the_sizes_that_it_prints():
+    def parameters(name):
+        widths, outputs, points = table3.streams_of(name)
+        inputs = 3 * len(np.arange(244)[points]) + 1
+        params = jax.eval_shape(lambda: table3.streams_init(jax.random.key(0), inputs, widths, outputs))
+        return sum(leaf.size for leaf in jax.tree.leaves(params))
+
+    for name, printed in (("SNN", 81.58e6), ("SNN/2", 21.92e6), ("SNN/4", 6.24e6), ("SNN/B", 78.58e6)):
+        assert abs(parameters(name) / printed - 1) < 0.01, f"{name}: {parameters(name)}"
+
+
+def test_the_papers_networks_learn_what_a_line_cannot():
+    rng = np.random.default_rng(1)
+    x = rng.random((640, 3)).astype(np.float32)
+    y = np.stack([np.abs(x[:, k % 3] - 0.5) for k in range(6)], axis=1)
+    rmse = {}
+    for name, answer in (
+        ("line", table3.linear(x[:512], y[:512])),
+        ("network", table3.trained(x[:512], y[:512], [256, 256], (3, 3), 1)),
+    ):
+        rmse[name] = float(np.sqrt(((answer(x[512:]) - y[512:]) ** 2).mean()))
+    assert rmse["network"] < 0.7 * rmse["line"], rmse
+
+
+def test_a_power_law_is_found_and_goes_on():
+    sizes = np.array([100, 200, 400, 800])
+    at, power = table3.extrapolated(sizes, 0.5 * sizes**-0.3)
+    assert abs(power + 0.3) < 1e-9 and abs(at / (0.5 * 90_000**-0.3) - 1) < 1e-9
 
 
 def exported_like(apply, to_onnx, density_counts):

@@ -59,6 +59,7 @@ def parse_args():
     parser.add_argument("--rows", type=int, help="read only so many rows")
     parser.add_argument("--shares", type=float, nargs=3, default=[0.8, 0.1, 0.1], help="of the groups to train, to calibrate, to test")
     parser.add_argument("--test", type=pathlib.Path, help="also score on all rows of this folder, of another seed")
+    parser.add_argument("--clean", action="store_true", help="train on rims without scan noise, as the paper does")
     parser.add_argument("--cases", type=pathlib.Path, help="also write a few inputs and outputs, for tests")
     return parser.parse_args()
 
@@ -343,7 +344,7 @@ def main():
     train_rows, calibration_rows, test_rows = drape_data.split_by_group(drapes.group, args.seed, args.shares)
     symmetries = drape_data.symmetries()
     scaling = Scaling(drapes, train_rows, symmetries)
-    noise = drape_data.Noise()
+    noise = drape_data.Noise.none() if args.clean else drape_data.Noise()
     print(f"{drapes.rows_read} rows, {len(drapes.density)} at rest (left out: {drapes.left_out}), "
           f"{len(train_rows)} / {len(calibration_rows)} / {len(test_rows)} to train / calibrate / test")
 

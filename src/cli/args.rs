@@ -569,6 +569,12 @@ fn effect(text: &str) -> Result<&'static Effect, String> {
     Effect::named(text).ok_or_else(|| format!("no such effect; the effects are {}", names()))
 }
 
+/// Of itself, that a cycle of the descent lowers the energy by: beyond a thousandth a sheet is nowhere near rest.
+fn energy_drop(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    value.filter(|v| (0.0..=1e-3).contains(v)).ok_or_else(|| "give 0 to 1e-3".into())
+}
+
 /// A share in per cent of which a quarter is already absurd.
 fn percent(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok();
@@ -745,6 +751,8 @@ pub(crate) enum Evaluate {
     Estimate(HeldOut),
     /// Fabrics that fall again with what is estimated from their rims: the paper's Figs. 8 and 9.
     Redrape(Redrape),
+    /// The estimate on canonical and on perturbed drops, seen clean and by sensors, of the shipped network and of others beside it
+    Sensors(Sensors),
     /// The paper's Table 3 beside ours from the model's record, each with the size of its data.
     Table3 {
         /// Recompute ours on this folder of `generate`, of another seed than the model's
@@ -859,6 +867,9 @@ pub(crate) struct HeldOut {
     /// Draw them evenly from the prior's whole box instead: most are like none of its fabrics
     #[arg(long, requires = "count")]
     pub(crate) anywhere: bool,
+    /// A network of scripts/train.py in place of the shipped one; its .json lies beside it
+    #[arg(long, value_name = "FILE.onnx")]
+    pub(crate) model: Option<PathBuf>,
     /// Print the scores as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -879,6 +890,12 @@ pub(crate) struct Redrape {
     /// Seed of the fabrics
     #[arg(long, default_value_t = 11)]
     pub(crate) seed: u64,
+    /// A network of scripts/train.py in place of the shipped one; its .json lies beside it
+    #[arg(long, value_name = "FILE.onnx")]
+    pub(crate) model: Option<PathBuf>,
+    /// End all drapes as `generate --energy-drop` does, 1e-4 as its falls: 0 for full rest
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = energy_drop)]
+    pub(crate) energy_drop: f64,
     /// Fit a linear regression to this folder of `generate`, and drape its answers too
     #[arg(long, value_name = "FOLDER")]
     pub(crate) train: Option<PathBuf>,
@@ -889,6 +906,36 @@ pub(crate) struct Redrape {
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print the sums as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Sensors {
+    /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
+    #[arg(long, default_value = "union")]
+    pub(crate) prior: String,
+    /// How the drapes are seen: `rim` for rims as they are, and sensor profiles, as for `evaluate scan`
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "rim,structured-light,truedepth,consumer",
+        value_name = "PROFILES"
+    )]
+    pub(crate) profiles: Vec<String>,
+    /// Fabrics, each dropped canonically and in a way of its own
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and scans
+    #[arg(long, default_value_t = 13)]
+    pub(crate) seed: u64,
+    /// A network of scripts/train.py to ask beside the shipped one, any number; its .json lies beside it
+    #[arg(long, value_name = "FILE.onnx")]
+    pub(crate) model: Vec<PathBuf>,
+    /// Print the cells as one line of JSON as well, the last
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -1179,6 +1226,13 @@ pub(crate) struct Generate {
         value_parser = clap::value_parser!(u64).range(1..)
     )]
     pub(crate) walk: Option<u64>,
+    /// Let every sheet fall canonically, as the paper's do; else each falls in a way of its own
+    #[arg(long, conflicts_with_all = ["drops_per_fabric", "walk"])]
+    pub(crate) canonical: bool,
+    /// End a drape when a cycle of the descent lowers the energy by less than this share of itself: 0 for full rest
+    /// [default: 1e-4, of a walk 1e-5]
+    #[arg(long, value_name = "SHARE", value_parser = energy_drop)]
+    pub(crate) energy_drop: Option<f64>,
     /// Vertices on a side of the drapes; the shipped model is trained on the default, others are to test it
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=241))]
     pub(crate) vertices: u32,

@@ -14,13 +14,15 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
         Some(_) => drapes::walk_options(),
         None => drapes::dataset_options(),
     };
-    let simulator = SimOptions { vertices: given.vertices as usize, ..own };
+    let energy_drop = given.energy_drop.unwrap_or(own.energy_drop);
+    let simulator = SimOptions { vertices: given.vertices as usize, energy_drop, ..own };
     let mut options = GenerateOptions::new(&given.out, given.count);
     options.prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
     options.seed = given.seed;
     options.shard = given.shard;
     options.drops_per_fabric = given.drops_per_fabric;
     options.threads = given.threads.threads;
+    options.canonical = given.canonical;
     options.walks = given.walk.map(|rows| Walks { rows, ..Walks::default() });
     options.simulator = serde_json::to_value(simulator)?;
     let start = Instant::now();

@@ -1,4 +1,4 @@
-//! One sample of a dataset: a fabric's perturbed drop, simulated, or a sheet led there from
+//! One sample of a dataset: a fabric's drop, simulated, or a sheet led there from
 //! the sample before.
 
 use super::row::{Sample, SimulatedRow};
@@ -26,7 +26,7 @@ pub fn walk_options() -> SimOptions {
 /// drape like any other here.
 const LONGEST_STEP: f64 = 0.5;
 
-/// Simulates a sample that falls: its drop is drawn from the run's seed and the index.
+/// Simulates a sample that falls: canonically, or in a drop drawn from the run's seed and the index.
 #[must_use]
 pub fn simulate(sample: &Sample, options: &SimOptions) -> SimulatedRow {
     row(drape(&sample.fabric, &drop_of(sample), options), false)
@@ -56,6 +56,9 @@ fn led(mut sheet: Follower, sample: &Sample) -> Option<Follower> {
 }
 
 fn drop_of(sample: &Sample) -> Drop {
+    if sample.canonical {
+        return Drop::canonical();
+    }
     let seed = sample.run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sample.index;
     Drop { start: DropStart::Perturbed(seed) }
 }

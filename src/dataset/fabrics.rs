@@ -40,7 +40,7 @@ impl<'a> Fabrics<'a> {
 
     /// Sample `index`, one of those that were made ready.
     pub(super) fn sample(&self, index: u64) -> Result<Sample, MixtureError> {
-        let GenerateOptions { prior, seed, drops_per_fabric, walks, .. } = self.options;
+        let GenerateOptions { prior, seed, drops_per_fabric, canonical, walks, .. } = self.options;
         let fabric_index = match walks {
             None => index / drops_per_fabric,
             Some(walks) => {
@@ -49,6 +49,6 @@ impl<'a> Fabrics<'a> {
             }
         };
         let fabric = prior.sample(*seed, fabric_index)?;
-        Ok(Sample { index, fabric_index, fabric, run_seed: *seed })
+        Ok(Sample { index, fabric_index, fabric, run_seed: *seed, canonical: *canonical })
     }
 }

@@ -116,6 +116,10 @@ fn check(options: &GenerateOptions) -> Result<(), GenerateError> {
             faults.push(format!("{drops_per_fabric} drops per fabric: a walk has one"));
         }
     }
+    if options.canonical && options.drops_per_fabric > 1 {
+        let drops = options.drops_per_fabric;
+        faults.push(format!("{drops} canonical drops per fabric: they are all the same"));
+    }
     if options.shard.index >= options.shard.of.max(1) {
         let Shard { index, of } = options.shard;
         faults.push(format!("shard {index}/{of}: give i/N with i from 0 to N-1"));

@@ -41,6 +41,9 @@ pub struct Manifest {
     pub drops_per_fabric: u64,
     /// Samples per file.
     pub chunk_rows: u64,
+    /// Whether every sheet fell canonically; not there where each fell in its own way.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub canonical: bool,
     /// How sheets were led from sample to sample; not there where each fell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walks: Option<Walks>,
@@ -61,6 +64,7 @@ impl Manifest {
             seed: options.seed,
             drops_per_fabric: options.drops_per_fabric,
             chunk_rows: options.chunk_rows,
+            canonical: options.canonical,
             walks: options.walks,
             count: options.count,
         }

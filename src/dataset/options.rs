@@ -24,6 +24,8 @@ pub struct GenerateOptions {
     pub threads: usize,
     /// Samples per file.
     pub chunk_rows: u64,
+    /// Whether every sheet falls canonically, as the paper's do; else each in a way of its own.
+    pub canonical: bool,
     /// How sheets are led from sample to sample; without it every one falls.
     pub walks: Option<Walks>,
     /// The simulator's options, for the manifest: a folder takes one set only.
@@ -32,7 +34,7 @@ pub struct GenerateOptions {
 
 impl GenerateOptions {
     /// Defaults: `knit-2020`, seed 1, one drop per fabric, all of the run, all
-    /// cores, 64 samples per file (about 200 kB), a fall for every sample.
+    /// cores, 64 samples per file (about 200 kB), a perturbed fall for every sample.
     #[must_use]
     pub fn new(out: impl Into<PathBuf>, count: u64) -> Self {
         Self {
@@ -44,6 +46,7 @@ impl GenerateOptions {
             out: out.into(),
             threads: 0,
             chunk_rows: 64,
+            canonical: false,
             walks: None,
             simulator: serde_json::Value::Null,
         }

@@ -14,6 +14,8 @@ pub struct Sample {
     pub fabric: Fabric,
     /// The run's seed.
     pub run_seed: u64,
+    /// Whether it falls canonically, level with the fixed small unevenness, and not perturbed by a seed.
+    pub canonical: bool,
 }
 
 /// What a simulator says of one drape.

@@ -18,6 +18,7 @@ use serde::Serialize;
 use rand::RngExt as _;
 
 use super::rim_noise::RimNoise;
+use crate::base::Boundary;
 use crate::base::seed;
 use crate::base::units::M_PER_MM;
 use crate::dataset::{Manifest, Row};
@@ -50,7 +51,16 @@ pub struct Answer {
 /// # Errors
 /// As [`Estimator::estimate`].
 pub fn answer(estimator: &Estimator, row: &Row) -> Result<Answer, EstimateError> {
-    let estimate = estimator.estimate(&row.drape.boundary, row.fabric.density_kg_m2, true)?;
+    answered(estimator, &row.drape.boundary, row.fabric.density_kg_m2)
+}
+
+/// [`answer`] of a rim and a density.
+pub(super) fn answered(
+    estimator: &Estimator,
+    rim: &Boundary,
+    density_kg_m2: f64,
+) -> Result<Answer, EstimateError> {
+    let estimate = estimator.estimate(rim, density_kg_m2, true)?;
     let parameters = estimate.parameters();
     Ok(Answer {
         value: parameters.map(|p| p.value),

@@ -147,7 +147,11 @@ impl Sight {
     }
 
     /// What is seen of a drape.
-    fn of(&self, (mesh, rim): &Truth, seed: u64) -> Result<Result<Seen, ScanError>, SceneError> {
+    pub(super) fn of(
+        &self,
+        (mesh, rim): &Truth,
+        seed: u64,
+    ) -> Result<Result<Seen, ScanError>, SceneError> {
         let Self::Scanned(setup) = self else {
             return Ok(Ok(Seen { rim: rim.clone(), sheet: None }));
         };
@@ -166,8 +170,8 @@ pub enum Begin {
 }
 
 /// What is seen of a drape.
-struct Seen {
-    rim: Boundary,
+pub(super) struct Seen {
+    pub(super) rim: Boundary,
     sheet: Option<Surface>,
 }
 
@@ -193,6 +197,8 @@ pub struct Series<'a> {
     pub canonical: bool,
     /// Vertices a side of the true drapes.
     pub truth_vertices: usize,
+    /// Where the true drapes and those of the paper's comparison end ([`SimOptions::energy_drop`]): 0 for full rest.
+    pub energy_drop: f64,
     /// Folder that keeps the true drapes.
     pub keep: Option<PathBuf>,
 }
@@ -261,15 +267,20 @@ impl Series<'_> {
             true => Drop::canonical(),
             false => Drop { start: DropStart::Perturbed(self.seed_of(index, drop)) },
         };
-        let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
-        let drape = drape(fabric, &drop, &options);
-        if drape.stop != Stop::AtRest || drape.intersections > 0 {
+        let drape = drape(fabric, &drop, &self.truth_options());
+        if !drape.stop.is_as_asked() || drape.intersections > 0 {
             return Ok(Err((drape.stop, drape.intersections)));
         }
         if let Some(path) = path.as_deref() {
             write_obj(path, &drape.mesh())?;
         }
         Ok(Ok(with_rim(drape.mesh())))
+    }
+
+    /// How the true drapes are made.
+    fn truth_options(&self) -> SimOptions {
+        let Self { truth_vertices: vertices, energy_drop, .. } = *self;
+        SimOptions { vertices, energy_drop, ..SimOptions::default() }
     }
 
     /// The seed of a drop of a fabric; the first drop of all runs is the same.
@@ -372,9 +383,8 @@ impl Series<'_> {
         if !self.canonical {
             return f64::NAN;
         }
-        let options = SimOptions { vertices: self.truth_vertices, ..SimOptions::default() };
-        let Drape { stop, boundary, .. } = drape(fabric, &Drop::canonical(), &options);
-        if stop == Stop::AtRest { rim.mean_distance_m(&boundary) } else { f64::NAN }
+        let Drape { stop, boundary, .. } = drape(fabric, &Drop::canonical(), &self.truth_options());
+        if stop.is_as_asked() { rim.mean_distance_m(&boundary) } else { f64::NAN }
     }
 }
 
@@ -625,6 +635,7 @@ mod tests {
             drops: 1,
             canonical: false,
             truth_vertices: 61,
+            energy_drop: 0.0,
             keep: Some(folder.path().to_owned()),
         };
         let cases = series.run(|_| ()).unwrap();

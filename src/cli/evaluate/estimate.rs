@@ -1,4 +1,4 @@
-//! `evaluate estimate`: the shipped estimate held against drapes that it has not seen.
+//! `evaluate estimate`: the shipped estimate, or another network's, held against drapes that it has not seen.
 
 use std::io::IsTerminal as _;
 use std::path::Path;
@@ -22,7 +22,7 @@ use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::sim::NUMERICS_VERSION;
 
 pub(super) fn run(given: &args::HeldOut) -> Outcome {
-    let estimator = Estimator::shipped()?;
+    let estimator = estimator(given.model.as_deref())?;
     let prior = Mixture::named(&estimator.model().prior)?;
     let made = match &given.drapes {
         Some(folder) => unseen(&estimator, folder)?,
@@ -72,6 +72,14 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     groups("quarter of bending length", &by_length);
     groups("answer is like", &likeness);
     Ok(())
+}
+
+/// The shipped network, or another one whose record lies beside it.
+pub(super) fn estimator(model: Option<&Path>) -> Result<Estimator, EstimateError> {
+    match model {
+        Some(onnx) => Estimator::from_files(onnx, &onnx.with_extension("json")),
+        None => Estimator::shipped(),
+    }
 }
 
 /// The rows of a folder of another seed than the training's.
@@ -127,7 +135,8 @@ fn fresh(prior: &Mixture, given: &args::HeldOut) -> Result<Vec<Row>, Failure> {
         } else {
             prior.sample(seed, index)?
         };
-        let sample = Sample { index, fabric_index: index, fabric, run_seed: seed };
+        let sample =
+            Sample { index, fabric_index: index, fabric, run_seed: seed, canonical: false };
         let drape = simulate(&sample, &options);
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if std::io::stderr().is_terminal() {

@@ -1,8 +1,8 @@
 //! `evaluate redrape`: fabrics that fall again with what is estimated from their rims.
 
 use super::super::{Failure, Outcome, args};
+use super::estimate::estimator;
 use scan2params::dataset::read_folder;
-use scan2params::estimate::Estimator;
 use scan2params::evaluate::estimate::at_rest;
 use scan2params::evaluate::linear::Linear;
 use scan2params::evaluate::redrape::{self, Redraped, Tally};
@@ -15,13 +15,13 @@ use scan2params::sim::SimOptions;
 
 pub(super) fn run(given: &args::Redrape) -> Outcome {
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
-    let estimator = Estimator::shipped()?;
+    let estimator = estimator(given.model.as_deref())?;
     if let Some(folder) = &given.out {
         output::check_folder(folder).map_err(Failure::of_output)?;
         std::fs::create_dir_all(folder)?;
     }
     let linear = match &given.train {
-        Some(folder) => Some(Linear::fit(&at_rest(read_folder(folder)?)?, &Mixture::union())?),
+        Some(folder) => Some(Linear::fit(&at_rest(read_folder(folder)?)?, &prior)?),
         None => None,
     };
     let vertices = SimOptions::default().vertices;
@@ -37,6 +37,7 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
         drops: 1,
         canonical: true,
         truth_vertices: vertices,
+        energy_drop: given.energy_drop,
         keep: None,
     };
     if let Some(linear) = &linear {

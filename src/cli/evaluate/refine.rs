@@ -34,6 +34,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         drops: given.drops,
         canonical: given.canonical,
         truth_vertices: given.truth_vertices as usize,
+        energy_drop: 0.0,
         keep: given.keep.clone(),
     };
     println!("{}", Case::COLUMNS);

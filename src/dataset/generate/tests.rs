@@ -3,8 +3,10 @@ use std::sync::atomic::AtomicU64;
 
 use super::*;
 use crate::base::{Boundary, Point3, boundary};
+use crate::dataset::drapes::{self, dataset_options};
 use crate::dataset::manifest::MANIFEST_FILE;
 use crate::dataset::table::{read_file, read_folder};
+use crate::sim::{Drop, SimOptions, drape};
 
 /// A cheap stand-in for the simulator: deterministic in its arguments, and it
 /// fails for every seventh sample.
@@ -67,6 +69,7 @@ fn rows_come_back_as_they_were_made_and_failed_drapes_are_among_them() {
             fabric_index: k,
             fabric,
             run_seed: options.seed,
+            canonical: false,
         });
         assert_eq!((row.index, row.fabric_index), (k, k));
         for (a, b) in row.fabric.to_paper_units().into_iter().zip(fabric.to_paper_units()) {
@@ -311,7 +314,26 @@ fn walks_that_do_not_fit_are_refused_and_folders_tell_them_from_falls() {
     for said in ["walks of 3 rows: give a divisor of 8", "a pool of 20", "2 drops per fabric"] {
         assert!(error.contains(said), "{error}");
     }
+    let bad = GenerateOptions { canonical: true, drops_per_fabric: 2, ..options(folder.path(), 8) };
+    let error = generate(&bad, fake, go_on).unwrap_err().to_string();
+    assert!(error.contains("2 canonical drops per fabric: they are all the same"), "{error}");
     generate(&walks(folder.path(), 8), walker, go_on).unwrap();
     let error = generate(&options(folder.path(), 8), fake, go_on).unwrap_err().to_string();
     assert!(error.contains("walks: {\"pool\":16,\"rows\":4} there, null now"), "{error}");
+}
+
+#[test]
+fn canonical_falls_depend_on_the_fabric_alone_and_their_folder_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let canonical = GenerateOptions { canonical: true, ..options(folder.path(), 2) };
+    let simulator = SimOptions { vertices: 31, ..dataset_options() };
+    let simulate = |sample: &_, _: Option<()>| (drapes::simulate(sample, &simulator), None);
+    generate(&canonical, simulate, go_on).unwrap();
+    assert!(Manifest::read(folder.path()).unwrap().canonical);
+    let fabric = canonical.prior.sample(canonical.seed, 1).unwrap();
+    let alone = drape(&fabric, &Drop::canonical(), &simulator);
+    let row = &read_folder(folder.path()).unwrap()[1];
+    assert!(row.drape.boundary.mean_distance_m(&alone.boundary) < 1e-7);
+    let error = generate(&options(folder.path(), 2), fake, go_on).unwrap_err().to_string();
+    assert!(error.contains("canonical: true there, null now"), "{error}");
 }
