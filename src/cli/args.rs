@@ -899,6 +899,9 @@ pub(crate) struct Redrape {
     /// Fit a linear regression to this folder of `generate`, and drape its answers too
     #[arg(long, value_name = "FOLDER")]
     pub(crate) train: Option<PathBuf>,
+    /// Drape the true fabric with all stiffnesses so much higher too: what the drop itself makes of an error
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    pub(crate) off: Option<f64>,
     /// Refine the network's answers on the rims, and drape these too: some ten drapes each
     #[arg(long)]
     pub(crate) refine: bool,

@@ -2,7 +2,7 @@
 //!
 //! In: fabrics of a prior. Out: one [`Redraped`] each: the fabric falls canonically on the network's cells, its rim is
 //! answered for by the network, by a linear regression where there is one, and by the fit where that is asked for, and each answer falls
-//! as the true fabric did. What counts is the mean distance of the rims, and the shares below 5 and 10 mm ([`Tally`]). The drops, the
+//! as the true fabric did; so does, where it is asked for, the true fabric with stiffnesses that are wrong by a known share. What counts is the mean distance of the rims, and the shares below 5 and 10 mm ([`Tally`]). The drops, the
 //! fit and the comparison are those of `evaluate refine --canonical` ([`Series`]).
 //!
 //! Where it fails: a soft knit's drop ends on another branch with hardly another fabric, so that its distance says little of
@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::linear::Linear;
 use super::refine::{CaseError, NoAnswer, Series, Sight};
 use crate::base::units::M_PER_MM;
-use crate::fabric::Fabric;
+use crate::fabric::{Fabric, STIFFNESSES};
 use crate::picture::chart::{Axis, COLOURS, Chart, Mark, Series as Drawn};
 use crate::sim::experiment::bending_length_m;
 
@@ -37,11 +37,13 @@ pub enum By {
     Linear,
     /// The fit that the network begins.
     Refined,
+    /// Nobody: the true fabric with all stiffnesses somewhat higher, which shows what the drop itself makes of an error.
+    Off,
 }
 
 impl By {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Network, Self::Linear, Self::Refined];
+    pub const ALL: [Self; 4] = [Self::Network, Self::Linear, Self::Refined, Self::Off];
 
     /// The word in tables.
     #[must_use]
@@ -50,6 +52,7 @@ impl By {
             Self::Network => "network",
             Self::Linear => "linear",
             Self::Refined => "refined",
+            Self::Off => "off",
         }
     }
 }
@@ -63,7 +66,18 @@ pub struct Redraped {
     pub fabric: Fabric,
     /// Mean distance of each answer's rim from the true one \[m\], in the order of [`By::ALL`]: NaN where that does not come to
     /// rest, `None` where nobody was asked; or why the fabric has no true drape.
-    pub distances_m: Result<[Option<f64>; 3], NoAnswer>,
+    pub distances_m: Result<[Option<f64>; 4], NoAnswer>,
+}
+
+/// Who answers beside the network.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// Linear regression, where there is one.
+    pub linear: Option<&'a Linear>,
+    /// Whether the fit does, which takes some ten drapes a fabric.
+    pub refine: bool,
+    /// By what share all stiffnesses of the true fabric are raised for [`By::Off`].
+    pub off: Option<f64>,
 }
 
 /// Drapes the fabrics of a series and their answers, on all cores, in order; `tell` hears of each as it ends. The series has one
@@ -73,25 +87,19 @@ pub struct Redraped {
 /// The first case that cannot be made.
 pub fn run(
     series: &Series<'_>,
-    linear: Option<&Linear>,
-    refine: bool,
+    beside: &Beside<'_>,
     tell: impl Fn(&Redraped) + Sync,
 ) -> Result<Vec<Redraped>, CaseError> {
     let indices: Vec<u64> = series.fabrics.clone().collect();
     let cases = indices.into_par_iter().with_max_len(1).map(|index| {
-        let case = of_fabric(series, linear, refine, index)?;
+        let case = of_fabric(series, beside, index)?;
         tell(&case);
         Ok(case)
     });
     cases.collect()
 }
 
-fn of_fabric(
-    series: &Series<'_>,
-    linear: Option<&Linear>,
-    refine: bool,
-    index: u64,
-) -> Result<Redraped, CaseError> {
+fn of_fabric(series: &Series<'_>, beside: &Beside<'_>, index: u64) -> Result<Redraped, CaseError> {
     let prior = &series.priors[0];
     let fabric = prior.sample(series.seed, index)?;
     let truth = match series.truth(prior, &fabric, index, 0)? {
@@ -103,9 +111,11 @@ fn of_fabric(
     };
     let rim = &truth.1;
     let estimate = series.estimator.estimate(rim, fabric.density_kg_m2, true);
-    let linear_m =
-        linear.map(|linear| series.redropped_m(rim, &linear.fabric(rim, fabric.density_kg_m2)));
-    let refined_m = if refine {
+    let linear_m = beside
+        .linear
+        .map(|linear| series.redropped_m(rim, &linear.fabric(rim, fabric.density_kg_m2)));
+    let off_m = beside.off.map(|share| series.redropped_m(rim, &stiffer(&fabric, share)));
+    let refined_m = if beside.refine {
         // no fit is far off, as no rest is
         let answer =
             series.answer(&Sight::Rim, std::slice::from_ref(&truth), &fabric, (index, None))?;
@@ -114,23 +124,30 @@ fn of_fabric(
         None
     };
     let distances_m = match estimate {
-        Ok(own) => Ok([Some(series.redropped_m(rim, &own.fabric)), linear_m, refined_m]),
+        Ok(own) => Ok([Some(series.redropped_m(rim, &own.fabric)), linear_m, refined_m, off_m]),
         Err(error) => Err(error.into()),
     };
     Ok(Redraped { index, fabric, distances_m })
 }
 
+/// The fabric with all stiffnesses higher by a share: as a drape depends on stiffness over weight alone, a lighter one.
+fn stiffer(fabric: &Fabric, share: f64) -> Fabric {
+    let mut values = fabric.to_paper_units();
+    values[..STIFFNESSES].iter_mut().for_each(|value| *value *= 1.0 + share);
+    Fabric::from_paper_units(values)
+}
+
 impl Redraped {
     /// Names of the columns of [`Self::row`].
     pub const COLUMNS: &str =
-        "fabric, bending_length_mm, network_mm, linear_mm, refined_mm, left_out";
+        "fabric, bending_length_mm, network_mm, linear_mm, refined_mm, off_mm, left_out";
 
     /// As a row of a table; `far` for an answer that does not come to rest.
     #[must_use]
     pub fn row(&self) -> String {
         let begun = format!("{}, {:.1}", self.index, self.length_mm());
         match &self.distances_m {
-            Err(why) => format!("{begun}, , , , {}", why.to_string().replace(", ", "; ")),
+            Err(why) => format!("{begun}, , , , , {}", why.to_string().replace(", ", "; ")),
             Ok(all) => {
                 let shown = all.map(|distance| match distance {
                     None => String::new(),
@@ -244,7 +261,7 @@ mod tests {
     use crate::sim::Stop;
 
     /// A fabric of a bending length of 4 or 15 mm.
-    fn case(stiff: bool, distances_m: [Option<f64>; 3]) -> Redraped {
+    fn case(stiff: bool, distances_m: [Option<f64>; 4]) -> Redraped {
         let b = if stiff { 6600.0 } else { 126.0 };
         let fabric = Fabric::from_paper_units([1e5, 1e5, 5e4, b, b, b, 200.0]);
         Redraped { index: 3, fabric, distances_m: Ok(distances_m) }
@@ -253,13 +270,13 @@ mod tests {
     #[test]
     fn shares_count_what_does_not_come_to_rest_as_far() {
         let mut cases = vec![
-            case(true, [Some(1e-3), Some(6e-3), None]),
-            case(true, [Some(4.9e-3), Some(f64::NAN), None]),
-            case(false, [Some(7e-3), Some(20e-3), None]),
-            case(false, [Some(f64::NAN), Some(2e-3), None]),
+            case(true, [Some(1e-3), Some(6e-3), None, None]),
+            case(true, [Some(4.9e-3), Some(f64::NAN), None, None]),
+            case(false, [Some(7e-3), Some(20e-3), None, None]),
+            case(false, [Some(f64::NAN), Some(2e-3), None, None]),
         ];
         let lost = NoAnswer::Truth { stop: Stop::AtRest, intersections: 2 };
-        cases.push(Redraped { distances_m: Err(lost), ..case(true, [None; 3]) });
+        cases.push(Redraped { distances_m: Err(lost), ..case(true, [None; 4]) });
         let tallies = Tally::all(&cases);
         let of = |by: By, group: &str| {
             let tally = tallies.iter().find(|t| t.by == by && t.group == group).unwrap();
@@ -269,18 +286,31 @@ mod tests {
         assert_eq!(of(By::Network, "6 mm and above"), (2, [1.0, 1.0]));
         assert_eq!(of(By::Network, "below 6 mm"), (2, [0.0, 0.5]));
         assert_eq!(of(By::Linear, "all"), (4, [0.25, 0.5]));
-        // nobody refined
+        // nobody refined, and nothing was put off
+        assert!(tallies.iter().all(|t| t.by != By::Off));
         assert!(tallies.iter().all(|t| t.by != By::Refined));
         let columns = Redraped::COLUMNS.split(", ").count();
         assert!(cases.iter().all(|case| case.row().split(", ").count() == columns));
-        assert_eq!(cases[1].row(), "3, 15.0, 4.90, far, , ");
+        assert_eq!(cases[1].row(), "3, 15.0, 4.90, far, , , ");
+    }
+
+    #[test]
+    fn a_fabric_put_off_keeps_its_density_and_is_stiffer_all_over() {
+        let fabric = case(true, [None; 4]).fabric;
+        let [off, own] = [stiffer(&fabric, 0.02), fabric].map(|f| f.to_paper_units());
+        for k in 0..STIFFNESSES {
+            assert!((off[k] / own[k] - 1.02).abs() < 1e-12);
+        }
+        assert_eq!(off[STIFFNESSES], own[STIFFNESSES]);
     }
 
     #[test]
     fn the_histogram_has_a_bar_where_fabrics_are() {
-        let bare = histogram(&[case(true, [Some(1e-3), None, None])]);
-        let more =
-            histogram(&[case(true, [Some(1e-3), None, None]), case(true, [Some(1.0), None, None])]);
+        let bare = histogram(&[case(true, [Some(1e-3), None, None, None])]);
+        let more = histogram(&[
+            case(true, [Some(1e-3), None, None, None]),
+            case(true, [Some(1.0), None, None, None]),
+        ]);
         assert_ne!(bare, more);
     }
 }

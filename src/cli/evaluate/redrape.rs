@@ -5,7 +5,7 @@ use super::estimate::estimator;
 use scan2params::dataset::read_folder;
 use scan2params::evaluate::estimate::at_rest;
 use scan2params::evaluate::linear::Linear;
-use scan2params::evaluate::redrape::{self, Redraped, Tally};
+use scan2params::evaluate::redrape::{self, Beside, Redraped, Tally};
 use scan2params::evaluate::refine::{Begin, Series, Sight};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
@@ -44,8 +44,9 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
         println!("linear regression on {} drapes", linear.rows);
     }
     println!("{}", Redraped::COLUMNS);
-    let cases =
-        redrape::run(&series, linear.as_ref(), given.refine, |case| println!("{}", case.row()))?;
+    let (refine, off) = (given.refine, given.off.map(|percent| percent / 100.0));
+    let beside = Beside { linear: linear.as_ref(), refine, off };
+    let cases = redrape::run(&series, &beside, |case| println!("{}", case.row()))?;
     let tallies = Tally::all(&cases);
     println!("\n{}", Tally::COLUMNS);
     for tally in &tallies {
