@@ -6,8 +6,9 @@
 Drapes of one walk err together, so that the calibration rows of a training on walks settle its intervals badly. Takes folders
 of `scan2params generate` without --walk, of seeds that the model has not seen. With scan noise the drapes of
 --calibrate give the quantile of each output and a factor on all six by the predicted bending length (scripts/intervals.py); those of --test
-the coverage, all in all, of each output, and by quarter of the true bending length, before and after. Writes `interval` and `intervals_measured`
-of the model's json, and takes from its `metrics` what was said of the intervals before; the network stays what it is.
+the coverage, all in all, of each output, and by quarter of the true bending length, before and after. The distance from which a rim is novel is set on them likewise:
+99 of 100 falls with scan noise lie below it, where of the drapes of walks, which are like those of the training, it would be too near. Writes `interval`,
+`intervals_measured` and `input.novelty_limit_mm` of the model's json, and takes from its `metrics` what was said of the intervals before; the network stays what it is.
 """
 
 import argparse
@@ -26,6 +27,8 @@ import intervals
 import train
 
 NOISE_SEEDS = (101, 102, 103)
+# Share of rims with a scan's noise that are not called novel.
+NOT_NOVEL = 0.99
 # Metrics of the training's own split that are of its intervals.
 OF_INTERVALS = ("coverage", "coverage_each", "coverage_quarters", "median_interval_factor_each")
 
@@ -51,11 +54,21 @@ class Model:
             raise SystemExit(f"{folder}: has several drapes of a fabric or walk, which err together: wanted is one fall a fabric")
         return drapes
 
+    def inputs(self, drapes, noise_seed=None):
+        """Rims [mm] and densities [g/m^2], as scans give them where a seed is given."""
+        inputs = drapes.boundary, drapes.density.astype(np.float32)
+        if noise_seed is None:
+            return inputs
+        return tuple(np.asarray(a) for a in self.noisy(jax.random.key(noise_seed), *inputs))
+
+    def novelty_mm(self, drapes, noise_seeds):
+        """Distance from the space of the training's rims [mm], of each rim of each draw."""
+        asked = np.full(len(drapes.density), self.network.asked_density)
+        return np.concatenate([self.network.novelty_mm(self.inputs(drapes, seed)[0], asked) for seed in noise_seeds])
+
     def said(self, drapes, noise_seed=None):
         """Error and sigma of the normalised outputs (rows, 6), and predicted bending length [mm] (rows)."""
-        inputs = drapes.boundary, drapes.density.astype(np.float32)
-        if noise_seed is not None:
-            inputs = tuple(np.asarray(a) for a in self.noisy(jax.random.key(noise_seed), *inputs))
+        inputs = self.inputs(drapes, noise_seed)
         mean, sigma = self.network(*inputs)
         width = self.ln_max - self.ln_min
         heavier = np.log(inputs[1] / self.network.asked_density)[:, None]
@@ -119,6 +132,8 @@ def main():
     drapes = model.read(args.calibrate)
     before, after = model.record["interval"], calibrated(model, drapes)
     print(f"{args.calibrate}, {len(drapes.density)} drapes: {json.dumps(after)}")
+    near, far = model.record["input"]["novelty_limit_mm"], float(np.quantile(model.novelty_mm(drapes, NOISE_SEEDS), NOT_NOVEL))
+    print(f"a rim is novel from {far:.3f} mm (before {near:.3f})")
     tests = []
     for folder in args.test:
         other = model.read(folder)
@@ -127,6 +142,9 @@ def main():
         said = {"drapes": len(other.density), "seed": other.manifest["seed"], "vertices": drape_data.vertices(other.manifest)}
         for name, seeds in (("clean", [None]), ("noisy", NOISE_SEEDS)):
             said[name] = measured(model, other, after, seeds)
+            novelty_mm = model.novelty_mm(other, seeds)
+            said[name]["novel"] = float((novelty_mm > far).mean())
+            print(f"{folder}, {name}: novel {(novelty_mm > near).mean():.4f} before, {said[name]['novel']:.4f} after")
             for way, own in (("before", measured(model, other, before, seeds)), ("after", said[name])):
                 each, quarters = (" ".join(f"{v:.3f}" for v in own[key]) for key in ("coverage_each", "coverage_quarters"))
                 print(f"{folder}, {said['drapes']} drapes, {name}, {way}: all {own['coverage']:.3f}; quarters {quarters}; each {each}")
@@ -134,6 +152,7 @@ def main():
     if args.dry_run:
         return
     model.record["interval"] = after
+    model.record["input"]["novelty_limit_mm"] = far
     for metrics in model.record["metrics"].values():
         for key in OF_INTERVALS:
             metrics.pop(key, None)
