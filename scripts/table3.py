@@ -99,10 +99,8 @@ def trained(x, y, widths, outputs, seed):
         params, m, v, t = state
         grad = jax.grad(lambda p: ((streams_apply(p, x[pick]) - y[pick]) ** 2).mean())(params)
         t = t + 1
-        m = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, m, grad)
-        v = jax.tree.map(lambda v, g: 0.999 * v + 0.001 * g * g, v, grad)
-        down = lambda p, m, v: p - LEARNING_RATE * (m / (1 - 0.9**t)) / (jnp.sqrt(v / (1 - 0.999**t)) + 1e-8)
-        return (jax.tree.map(down, params, m, v), m, v, t), None
+        m, v, down = train.adam(m, v, grad, t)
+        return (jax.tree.map(lambda p, d: p - LEARNING_RATE * d, params, down), m, v, t), None
 
     @jax.jit
     def epoch(state, number):
@@ -128,6 +126,13 @@ def streams_of(name):
     kind, coarse, divide = re.fullmatch(r"(SNN|NN)(/B)?(?:/(\d+))?", name).groups()
     widths = [w // int(divide or 1) for w in PAPER_WIDTHS]
     return widths, (3, 3) if kind == "SNN" else (6,), COARSE if coarse else slice(None)
+
+
+def scores_of(name, drapes, rows, tests, seed):
+    """RMSE and R2 of a network trained on `rows`, on `tests`."""
+    if name == "ring":
+        return ring_scores(drapes, rows, tests, seed)
+    return paper_scores(name, drapes, rows, tests, seed)
 
 
 def ring_scores(drapes, rows, tests, seed):
@@ -175,7 +180,7 @@ def main():
         own = found["nets"].setdefault(name, {"sizes": [], "rmse": [], "r2": [], "rmse_each": [], "seconds": []})
         for size in sizes[len(own["sizes"]) :]:
             start = time.time()
-            scores = (ring_scores if name == "ring" else paper_scores)(*([] if name == "ring" else [name]), drapes, rows[:size], tests, args.seed)
+            scores = scores_of(name, drapes, rows[:size], tests, args.seed)
             own["sizes"].append(size)
             for key in ("rmse", "r2", "rmse_each"):
                 own[key].append(scores[key])

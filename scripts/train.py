@@ -176,6 +176,14 @@ def loss(params, net, x, y, use_sigma, key, dropout):
     return jnp.where(use_sigma, weighted, mse)
 
 
+def adam(m, v, grad, t):
+    """Adam's moments after step t, counted from 1, and its direction."""
+    m = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, m, grad)
+    v = jax.tree.map(lambda v, g: 0.999 * v + 0.001 * g * g, v, grad)
+    direction = lambda m, v: (m / (1 - 0.9**t)) / (jnp.sqrt(v / (1 - 0.999**t)) + 1e-8)
+    return m, v, jax.tree.map(direction, m, v)
+
+
 def train(net, drapes, rows, scaling, symmetries, noise, args):
     """Adam with decoupled weight decay, linear warm-up, cosine decay, and averaged weights."""
     boundary = jnp.asarray(drapes.boundary[rows])
@@ -205,15 +213,13 @@ def train(net, drapes, rows, scaling, symmetries, noise, args):
         value, grad = jax.value_and_grad(loss)(params, net, x, y, use_sigma, key_drop, args.dropout)
         t = t + 1
         rate = args.learning_rate * jnp.minimum(t / 200.0, 0.5 + 0.5 * jnp.cos(jnp.pi * t / total))
-        m = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * g, m, grad)
-        v = jax.tree.map(lambda v, g: 0.999 * v + 0.001 * g * g, v, grad)
+        m, v, down = adam(m, v, grad, t)
 
-        def updated(p, m, v):
-            direction = (m / (1 - 0.9**t)) / (jnp.sqrt(v / (1 - 0.999**t)) + 1e-8)
+        def updated(p, direction):
             decay = args.weight_decay * p if p.ndim == 2 else 0.0
             return p - rate * (direction + decay)
 
-        params = jax.tree.map(updated, params, m, v)
+        params = jax.tree.map(updated, params, down)
         share = jnp.minimum(0.998, t / (t + 10.0))
         average = jax.tree.map(lambda a, p: share * a + (1 - share) * p, average, params)
         return (params, m, v, average, t), value
