@@ -5,7 +5,9 @@ mod promises;
 use std::path::Path;
 
 use promises::{hold, promise};
-use scan2params::estimate::{EstimateWarning, Estimator, ParameterEstimate};
+use scan2params::estimate::{Candidate, Estimate, EstimateWarning, Estimator, ParameterEstimate};
+use scan2params::fabric::Fabric;
+use scan2params::refine::Prior;
 
 const ONNX: &[u8] = include_bytes!("../src/estimate/model/shipped.onnx");
 const SIDECAR: &str = include_str!("../src/estimate/model/shipped.json");
@@ -89,4 +91,23 @@ fn stiffnesses_are_in_proportion_to_the_density() {
         warnings.iter().any(|w| matches!(w, EstimateWarning::DensityOutsideTraining { .. }))
     };
     assert!(!told(0.018) && told(0.9));
+}
+
+#[test]
+fn what_the_network_says_of_cloth_outside_of_its_prior_is_believed_less() {
+    let estimator = Estimator::shipped().unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/drapes/woven.boundary.csv");
+    let boundary = scan2params::io::boundary_csv::read(&path).unwrap();
+    let mut estimate = estimator.estimate(&boundary, 0.18, true).unwrap();
+    let believed = |estimate: &Estimate| {
+        let [with, without] =
+            [estimator.prior(), None].map(|prior| Prior::of_estimate(estimate, prior));
+        assert_eq!((with.ln_mean, with.ln_limits), (without.ln_mean, without.ln_limits));
+        with.ln_sigma[0] / without.ln_sigma[0]
+    };
+    assert!((believed(&estimate) - 1.0).abs() < 1e-12);
+    // ten times as stiff across as along, and hard to shear
+    let odd = Fabric::from_paper_units([4e5, 3000.0, 4e5, 400.0, 4000.0, 2000.0, 180.0]);
+    estimate.candidates = vec![Candidate { fabric: odd, interval90: [odd; 2] }];
+    assert!((believed(&estimate) - 2.7).abs() < 1e-12);
 }

@@ -6,6 +6,7 @@ mod schema_support;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use scan2params::job::verdict::Code;
 use schema_support::{faults, folder, json, must_fit, names, schema};
 use serde_json::{Value, json};
 
@@ -302,5 +303,15 @@ fn every_field_is_described_and_every_number_has_its_unit() {
             }
         });
         assert!(undescribed.is_empty(), "{undescribed:#?}");
+    }
+}
+
+#[test]
+fn every_ground_of_a_verdict_is_in_the_schema_and_in_the_formats() {
+    let text = |file: &str| std::fs::read_to_string(root().join("docs").join(file)).unwrap();
+    let (schema, formats) = (text("schemas/params.schema.json"), text("formats.md"));
+    for name in Code::ALL.iter().map(|code| code.name()) {
+        assert!(schema.contains(&format!("\"{name}\"")), "{name}");
+        assert!(formats.contains(&format!("`{name}`")), "{name}");
     }
 }

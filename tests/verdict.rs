@@ -218,3 +218,25 @@ fn a_warp_that_tells_no_side_is_refused_or_doubted() {
     assert!((measured - 37.8).abs() < 1.0, "{measured}");
     assert!(against(&json(&with("-x"))).is_empty());
 }
+
+#[test]
+fn cloth_that_is_like_no_part_of_the_prior_is_doubtful_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // Ten times as stiff across as along, and hard to shear: neither a knit nor a woven.
+    let fabric = "--stretch-weft=4e5 --stretch-warp=3000 --shear=4e5 --bending-weft=400 \
+                  --bending-warp=4000 --bending-bias=2000 --density=200";
+    let [sheet, rim] = [path("odd.obj"), path("odd.csv")];
+    let mut job = vec!["simulate", "--vertices=41", "--out", &sheet, "--boundary", &rim];
+    job.extend(fabric.split_whitespace());
+    let run = scan2params(&job);
+    assert!(run.status.success(), "{}", said(&run));
+    let result = json(&scan2params(&[&rim, "--density=200", "--json"]));
+    assert_eq!(result["verdict"]["level"], "doubtful", "{:#}", result["verdict"]);
+    assert!(against(&result).contains(&"outside_prior".to_owned()), "{:#}", result["verdict"]);
+    assert_eq!(result["prior"]["like"].as_array().unwrap().len(), 0, "{:#}", result["prior"]);
+    let ground = &result["verdict"]["grounds"];
+    let ground = ground.as_array().unwrap().iter().find(|g| g["code"] == "outside_prior").unwrap();
+    assert!(ground["measured"].as_f64() > ground["limit"].as_f64(), "{ground:#}");
+    assert!(ground["text"].as_str().unwrap().contains("like neither the knits ("), "{ground:#}");
+}

@@ -870,6 +870,9 @@ pub(crate) struct HeldOut {
     /// A network of scripts/train.py in place of the shipped one; its .json lies beside it
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Option<PathBuf>,
+    /// Folder for two pictures: answers over truths, and how stiffnesses go with each other
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// Print the scores as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -1014,6 +1017,9 @@ pub(crate) struct Refine {
         value_name = "PRIORS"
     )]
     pub(crate) priors: Vec<String>,
+    /// Draw them evenly from the priors' whole boxes instead: most are like none of their fabrics
+    #[arg(long)]
+    pub(crate) anywhere: bool,
     /// Sensor profiles, as for `evaluate scan`; `rim` for rims as they are, without a sheet
     #[arg(
         long,

@@ -16,7 +16,7 @@ use super::linear::Linear;
 use super::refine::{CaseError, NoAnswer, Series, Sight};
 use crate::base::units::M_PER_MM;
 use crate::fabric::{Fabric, STIFFNESSES};
-use crate::picture::chart::{Axis, COLOURS, Chart, Mark, Series as Drawn};
+use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series as Drawn};
 use crate::sim::experiment::bending_length_m;
 
 /// Distances of which the shares below are counted \[mm\]: the paper's 5 and 10.
@@ -251,6 +251,7 @@ pub fn histogram(cases: &[Redraped]) -> RgbImage {
         x: Axis { label: format!("mean distance [mm], {BAR_MM} mm a bar"), log: false },
         y: Axis { label: "fabrics".to_owned(), log: false },
         series: drawn.collect(),
+        legend: Legend::Right,
     }
     .draw()
 }

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::estimate::anywhere;
 use super::scan::{Setup, SetupError, find};
 use crate::base::clock::thread_cpu_s;
 use crate::base::units::M_PER_MM;
@@ -179,6 +180,8 @@ pub(super) struct Seen {
 pub struct Series<'a> {
     /// Where the fabrics are from; taken in turn.
     pub priors: Vec<Mixture>,
+    /// Whether they are drawn evenly from the priors' boxes ([`anywhere`]) and not from the priors.
+    pub anywhere: bool,
     /// How they are seen.
     pub sights: Vec<Sight>,
     /// Who begins.
@@ -221,7 +224,10 @@ impl Series<'_> {
 
     /// The drapes of one fabric, scanned by every sensor.
     fn cases(&self, prior: &Mixture, index: u64) -> Result<Vec<Case>, CaseError> {
-        let fabric = prior.sample(self.seed, index)?;
+        let fabric = match self.anywhere {
+            true => anywhere(prior, self.seed, index),
+            false => prior.sample(self.seed, index)?,
+        };
         let truths = (0..self.drops).map(|drop| self.truth(prior, &fabric, index, drop));
         let truths: Result<Vec<Truth>, Unfit> =
             truths.collect::<Result<Vec<_>, CaseError>>()?.into_iter().collect();
@@ -257,7 +263,8 @@ impl Series<'_> {
                 0 => String::new(),
                 _ => format!("-drop{drop}"),
             };
-            folder.join(format!("{}-{seed}-{index}-{vertices}{again}.obj", prior.name()))
+            let anywhere = if self.anywhere { "-anywhere" } else { "" };
+            folder.join(format!("{}{anywhere}-{seed}-{index}-{vertices}{again}.obj", prior.name()))
         };
         let path = self.keep.as_ref().map(name);
         if let Some(path) = path.as_deref().filter(|path| path.exists()) {
@@ -324,7 +331,8 @@ impl Series<'_> {
             .iter()
             .map(|Seen { rim, sheet }| Scan { rim, sheet: sheet.as_ref(), experiment })
             .collect();
-        let prior = Prior::together(&estimates.iter().map(Prior::of_estimate).collect::<Vec<_>>());
+        let believed = |own: &Estimate| Prior::of_estimate(own, self.estimator.prior());
+        let prior = Prior::together(&estimates.iter().map(believed).collect::<Vec<_>>());
         let cpu = thread_cpu_s();
         let mut starts = prior.starts().to_vec();
         if let Some(mean) = begin {
@@ -626,6 +634,7 @@ mod tests {
         let estimator = Estimator::shipped().unwrap();
         let series = Series {
             priors: vec![Mixture::measured()],
+            anywhere: false,
             sights: vec![Sight::named("structured-light").unwrap()],
             estimator: &estimator,
             begin: Begin::Network,

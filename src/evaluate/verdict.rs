@@ -157,7 +157,8 @@ pub fn case(
             let rim = drape.boundary.turned_onto(&found.boundary);
             let rim_error_m = rim.mean_distance_m(&found.boundary);
             let figures = Figures::of_scan(&found, &ScanOptions::default());
-            let figures = figures.answered(&estimate, Some(&again));
+            let likeness = estimator.prior().map(|prior| estimate.likeness(prior));
+            let figures = figures.answered(&estimate, likeness.as_ref(), Some(&again));
             let verdict = figures.verdict(&Limits::default());
             // All seven times the same factor give the same rim.
             let truth = fabric.to_paper_units().map(|value| value * wrong.density);
@@ -218,6 +219,8 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
             ("stretch_warp", answer.stretch[1]),
             ("novelty_of_limit", answer.novelty_m / answer.novelty_limit_m),
         ]);
+        let prior = answer.prior.as_ref();
+        row.extend(prior.map(|prior| ("prior_of_limit", prior.distance / prior.limit)));
     }
     if let Some(again) = &f.again {
         row.extend([

@@ -96,6 +96,12 @@ impl Likeness {
         like
     }
 
+    /// Whether the fabric is like no part.
+    #[must_use]
+    pub fn is_outside(&self) -> bool {
+        self.like().is_empty()
+    }
+
     /// In words: `like the measured fabrics of the prior (97 %)`.
     #[must_use]
     pub fn words(&self) -> String {
@@ -109,7 +115,7 @@ impl Likeness {
         let percent = |p: &PartLikeness| format!("{:.0} %", 100.0 * p.probability);
         let off = |p: &PartLikeness| format!("{:.1} standard deviations off", p.distance);
         let like = self.like();
-        if like.is_empty() {
+        if self.is_outside() {
             let all: Vec<&PartLikeness> = self.parts.iter().collect();
             let neither = if all.len() > 1 { "like neither " } else { "unlike " };
             return format!("{neither}{} of the prior", list(&all, &off, " nor "));

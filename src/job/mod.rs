@@ -222,7 +222,7 @@ impl Job {
             let companions = self.companions(&rim, take, estimator, &tell)?;
             tell("refining on the scan's branch");
             let known = (self.density_kg_m2, &self.experiment);
-            Some(Refinement::of(&rim, companions, known, &network, &tell))
+            Some(Refinement::of(&rim, companions, known, (&network, estimator.prior()), &tell))
         } else {
             None
         };
@@ -241,7 +241,7 @@ impl Job {
         let verdict = verdict::of_job(
             &rim,
             &self.scan,
-            &estimate,
+            (&estimate, likeness.as_ref()),
             refinement.as_ref(),
             resimulation.as_ref(),
         );

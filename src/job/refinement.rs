@@ -9,7 +9,7 @@ use std::time::Instant;
 use super::Rim;
 use crate::base::units::M_PER_MM;
 use crate::estimate::{Candidate, Estimate, EstimateWarning};
-use crate::fabric::{Fabric, STIFFNESSES};
+use crate::fabric::{Fabric, Mixture, STIFFNESSES};
 use crate::refine::{
     FitError, FitOptions, LedBy, Prior, Progress, Refined, Resimulation, Scan, fit,
 };
@@ -49,7 +49,7 @@ impl Refinement {
         rim: &Rim,
         companions: Vec<Companion>,
         (density_kg_m2, experiment): (f64, &Experiment),
-        network: &Estimate,
+        (network, prior): (&Estimate, Option<&Mixture>),
         tell: &impl Fn(&str),
     ) -> Self {
         let start = Instant::now();
@@ -58,7 +58,8 @@ impl Refinement {
         let scans: Vec<Scan<'_>> =
             rims.map(|rim| Scan { rim: rim.boundary(), sheet: rim.sheet(), experiment }).collect();
         let networks = std::iter::once(network).chain(companions.iter().map(|c| &c.network));
-        let prior = Prior::together(&networks.map(Prior::of_estimate).collect::<Vec<_>>());
+        let believed = networks.map(|network| Prior::of_estimate(network, prior));
+        let prior = Prior::together(&believed.collect::<Vec<_>>());
         let heard = |progress: Progress| {
             let Progress { drapes, rim_m } = progress;
             tell(&format!(

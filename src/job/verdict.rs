@@ -32,10 +32,11 @@ use serde::Serialize;
 
 use super::{Refinement, Rim};
 use crate::estimate::Estimate;
+use crate::fabric::Likeness;
 use crate::refine::Resimulation;
 use crate::scan::{ScanOptions, ScannedBoundary};
 
-pub use figures::{Answer, Figures, Fit, Given, OnPlate, Parameter, Refining, Shown};
+pub use figures::{Answer, Figures, Fit, Given, InPrior, OnPlate, Parameter, Refining, Shown};
 pub use limits::{Limits, Steps};
 
 /// How far a result can be relied on. The order is from best to worst.
@@ -129,6 +130,8 @@ codes! {
     OutOfRange = "out_of_range",
     /// The interval of a stiffness was cut at the end of what the model was trained on.
     IntervalAtBound = "interval_at_bound",
+    /// The fabric lies outside every part of the prior that the model was trained on.
+    OutsidePrior = "outside_prior",
     /// The density lies outside the training.
     DensityOutsideTraining = "density_outside_training",
     /// The three bending stiffnesses had to be made those of one plate.
@@ -254,17 +257,17 @@ impl Verdict {
     }
 }
 
-/// The verdict on a job: everything known of the rim, the estimate and the drape of the
-/// estimate, held against the limits of this version.
+/// The verdict on a job: everything known of the rim, the estimate, where it lies in the model's prior, and
+/// the drape of the estimate, held against the limits of this version.
 #[must_use]
 pub fn of_job(
     rim: &Rim,
     options: &ScanOptions,
-    estimate: &Estimate,
+    (estimate, likeness): (&Estimate, Option<&Likeness>),
     refinement: Option<&Refinement>,
     again: Option<&Resimulation>,
 ) -> Verdict {
-    let figures = Figures::of_rim(rim, options).answered(estimate, again);
+    let figures = Figures::of_rim(rim, options).answered(estimate, likeness, again);
     let figures = match refinement {
         Some(found) => figures.refined(found),
         None => figures,

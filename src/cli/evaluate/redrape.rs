@@ -28,6 +28,7 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
     let usual = FitOptions::default();
     let series = Series {
         priors: vec![prior],
+        anywhere: false,
         sights: vec![Sight::Rim],
         estimator: &estimator,
         begin: Begin::Network,

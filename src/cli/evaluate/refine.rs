@@ -25,6 +25,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     let evaluations = given.evaluations.unwrap_or(usual.evaluations);
     let series = Series {
         priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
+        anywhere: given.anywhere,
         sights: given.profiles.iter().map(sight).collect::<Result<_, _>>()?,
         estimator: &estimator,
         begin: if given.from_prior { Begin::Prior } else { Begin::Network },

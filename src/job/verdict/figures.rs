@@ -8,7 +8,7 @@ use crate::base::frame::GRAVITY_M_S2;
 use crate::base::units::N_M_PER_G_S2;
 use crate::base::{Boundary, Point3};
 use crate::estimate::{Estimate, EstimateWarning};
-use crate::fabric::STIFFNESSES;
+use crate::fabric::{Likeness, STIFFNESSES};
 use crate::intake::Rim;
 use crate::intake::rim::GivenWarp;
 use crate::refine::Resimulation;
@@ -100,9 +100,40 @@ pub struct Answer {
     pub novelty_m: f64,
     /// What 99 of 100 drapes like those of the training stay below.
     pub novelty_limit_m: f64,
+    /// Where the fabric lies in the model's prior; `None` for a model that has none.
+    pub prior: Option<InPrior>,
     /// Whether the bending stiffnesses had to be made those of one plate: B^h as estimated and as
     /// raised \[g mm^2 s^-2 rad^-1\].
     pub bending_raised: Option<[f64; 2]>,
+}
+
+/// Where a fabric lies in the prior that the model was trained on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InPrior {
+    /// Whether the answer's intervals stand on that prior: not those of a fabric that was refined.
+    pub network: bool,
+    /// Whether the fabric is like any part of it.
+    pub like: bool,
+    /// Distance from the part that it is likeliest of, in standard deviations of the part and the interval.
+    pub distance: f64,
+    /// What 99 of 100 of that part's own fabrics stay below.
+    pub limit: f64,
+    /// All of it in words ([`Likeness::words`]).
+    pub words: String,
+}
+
+impl InPrior {
+    fn of(likeness: &Likeness) -> Option<Self> {
+        let likeliest =
+            likeness.parts.iter().max_by(|a, b| a.probability.total_cmp(&b.probability))?;
+        Some(Self {
+            network: true,
+            like: !likeness.is_outside(),
+            distance: likeliest.distance,
+            limit: likeliest.limit,
+            words: likeness.words(),
+        })
+    }
 }
 
 /// One stiffness of an answer, in the paper's units.
@@ -242,21 +273,30 @@ impl Figures {
         }
     }
 
-    /// The same figures with those of the estimate, and of its drape where there is one.
+    /// The same figures with those of the estimate, of where it lies in the model's prior, and of its drape where there is
+    /// one.
     #[must_use]
-    pub fn answered(self, estimate: &Estimate, again: Option<&Resimulation>) -> Self {
-        let answer = Some(Answer::of(estimate, self.given.side_m));
+    pub fn answered(
+        self,
+        estimate: &Estimate,
+        likeness: Option<&Likeness>,
+        again: Option<&Resimulation>,
+    ) -> Self {
+        let answer = Some(Answer::of(estimate, likeness, self.given.side_m));
         Self { answer, again: again.map(Fit::of), ..self }
     }
 
     /// The same figures with those of the refinement. Where it was taken, the ends of the training are no
-    /// ends of the answer.
+    /// ends of the answer, and its intervals do not stand on the model's prior.
     #[must_use]
     pub fn refined(mut self, refinement: &Refinement) -> Self {
         let refining = Refining::of(refinement);
         if let (Refining::Taken { .. }, Some(answer)) = (&refining, &mut self.answer) {
             for parameter in &mut answer.parameters {
                 (parameter.trained, parameter.pinned) = ([0.0, f64::INFINITY], None);
+            }
+            if let Some(prior) = &mut answer.prior {
+                prior.network = false;
             }
         }
         Self { refining: Some(refining), ..self }
@@ -294,7 +334,7 @@ fn on_plate(scanned: &ScannedBoundary) -> OnPlate {
 const BEARINGS_OF_ONE_PLATE: f64 = 9.0;
 
 impl Answer {
-    fn of(estimate: &Estimate, side_m: f64) -> Self {
+    fn of(estimate: &Estimate, likeness: Option<&Likeness>, side_m: f64) -> Self {
         let fabric = &estimate.fabric;
         let hanging_n_m = fabric.density_kg_m2 * GRAVITY_M_S2 * 0.5 * side_m;
         let all = estimate.parameters();
@@ -333,6 +373,7 @@ impl Answer {
             density_outside_g_m2,
             novelty_m: estimate.novelty.rms_m,
             novelty_limit_m: estimate.novelty.limit_m,
+            prior: likeness.and_then(InPrior::of),
             bending_raised,
         }
     }

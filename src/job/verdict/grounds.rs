@@ -44,6 +44,7 @@ impl Figures {
         grounds.extend(warp(self, limits));
         if let Some(answer) = &self.answer {
             grounds.extend(answer::novel(answer, limits));
+            grounds.extend(answer::outside_prior(answer, limits));
             grounds.extend(answer.parameters.iter().filter_map(|p| answer::range_end(p, limits)));
             grounds.extend(answer::density(answer, limits));
             grounds.extend(answer::bending_raised(answer));

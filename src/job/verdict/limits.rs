@@ -85,6 +85,9 @@ pub struct Limits {
     pub diagonal_deg: f64,
     /// Distance of the rim from those of the training, over what 99 % of these stay below \[-\].
     pub novelty: Steps,
+    /// Distance of the fabric from the part of the prior that it is likeliest of, over what 99 % of that part's own
+    /// fabrics stay below, where it is like no part \[-\].
+    pub outside_prior: Steps,
     /// Share of an interval that is cut off at the end of what the model was trained on \[-\].
     pub interval_cut: f64,
     /// Factor by which the density lies outside the training \[-\].
@@ -129,6 +132,7 @@ impl Default for Limits {
             near_refusal: 0.8,                      // C
             diagonal_deg: 10.0,                     // C
             novelty: steps(1.0, 2.0),               // M, C
+            outside_prior: steps(1.0, 2.0),         // M, C: no fabric of 200 is farther
             interval_cut: 0.2,                      // M
             density_factor: steps(1.0, 2.5),        // W
             refined_misfit: steps(0.65, 1.5),       // M, C

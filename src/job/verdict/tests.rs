@@ -47,6 +47,13 @@ fn honest() -> Figures {
             density_outside_g_m2: None,
             novelty_m: 1.0e-3,
             novelty_limit_m: 2.0e-3,
+            prior: Some(InPrior {
+                network: true,
+                like: true,
+                distance: 1.2,
+                limit: 3.75,
+                words: "like the knits of the prior (91 %)".to_owned(),
+            }),
             bending_raised: None,
         }),
         refining: None,
@@ -467,4 +474,29 @@ fn what_refining_found_is_held_against_its_limits() {
         assert_eq!((other.level, other.grounds[0].code), (Level::Doubtful, Code::NotRefined));
         assert!(other.grounds[0].text.contains("the values are the network's"));
     }
+}
+
+#[test]
+fn a_fabric_like_no_part_of_the_prior_is_doubtful_unless_it_was_refined() {
+    let limits = Limits::default();
+    let outside = limits.outside_prior;
+    let steps = [(Level::Doubtful, outside.doubtful), (Level::DoNotUse, outside.do_not_use)];
+    for (level, limit) in steps {
+        straddles(Code::OutsidePrior, level, limit * 3.75, |f, distance| {
+            let prior = answer(f).prior.as_mut().unwrap();
+            (prior.distance, prior.like) = (distance, distance <= prior.limit);
+            prior.words = "like neither the knits nor the measured fabrics".to_owned();
+        });
+    }
+    // like another part, which is the less likely one; refined; of a model without a prior
+    let mut far = honest();
+    answer(&mut far).prior.as_mut().unwrap().distance = 4.0;
+    assert_eq!(verdict(&far), Verdict::of(vec![]));
+    answer(&mut far).prior.as_mut().unwrap().like = false;
+    assert_eq!(verdict(&far).level, Level::Doubtful);
+    answer(&mut far).prior.as_mut().unwrap().network = false;
+    let said = verdict(&far);
+    assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::OutsidePrior));
+    answer(&mut far).prior = None;
+    assert_eq!(verdict(&far), Verdict::of(vec![]));
 }

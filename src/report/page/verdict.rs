@@ -165,6 +165,10 @@ fn remedy(code: Code) -> Option<&'static str> {
             "Say where the warp points (--warp-toward), or mark it on the cloth (--mark), and run again: weft and warp may \
              be exchanged in these values."
         }
+        C::OutsidePrior => {
+            "Look whether plate and specimen are the experiment's. If they are, the cloth is a rare one: drop it again, scan \
+             it, and refine on both scans (--refine --with SECOND)."
+        }
         C::NovelRim | C::FoldsForBending => {
             "Hold the overlay against the cloth. Where the rim found is the cloth's, refine (--refine); where it is not, scan \
              again."

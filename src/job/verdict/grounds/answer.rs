@@ -17,6 +17,31 @@ pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
     Some(Ground::new(Code::NovelRim, level, (measured_mm, limit_mm, "mm"), text))
 }
 
+/// A fabric that is like no part of the prior: the network has hardly met any like it. The intervals of one that was
+/// refined come of the fit, and it is only said.
+pub(super) fn outside_prior(answer: &Answer, limits: &Limits) -> Option<Ground> {
+    let prior = answer.prior.as_ref().filter(|prior| !prior.like)?;
+    let (level, factor) = limits.outside_prior.level(prior.distance / prior.limit)?;
+    let limit = factor * prior.limit;
+    let (level, what_follows) = if prior.network {
+        (
+            level,
+            "the network has hardly met such cloth, and half of its 90 % intervals do not hold for it: check the scan, \
+             the plate and the specimen; --refine fits the fabric itself to the scan",
+        )
+    } else {
+        (
+            Level::Reliable,
+            "such cloth is rare; values and intervals are those of the fit, but the interval of what is hardly visible in \
+             the drape is the network's and may not hold",
+        )
+    };
+    let text =
+        format!("for its weight the fabric is {} (limit {limit:.2}): {what_follows}", prior.words);
+    let measured = (prior.distance, limit, "standard deviations");
+    Some(Ground::new(Code::OutsidePrior, level, measured, text))
+}
+
 /// A stiffness at the end of what the model was trained on, or its interval cut there.
 pub(super) fn range_end(p: &Parameter, limits: &Limits) -> Option<Ground> {
     let Parameter { key, unit, value, interval90: [low, high], trained, pinned } = *p;
