@@ -59,6 +59,15 @@ pub struct Axis {
     pub log: bool,
 }
 
+/// Where the legend stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Legend {
+    /// In the upper left corner.
+    Left,
+    /// In the upper right corner.
+    Right,
+}
+
 /// A chart.
 #[derive(Clone, Debug)]
 pub struct Chart {
@@ -70,6 +79,26 @@ pub struct Chart {
     pub y: Axis,
     /// What is drawn, the first at the bottom.
     pub series: Vec<Series>,
+    /// Where the legend stands: in the corner that is emptier.
+    pub legend: Legend,
+}
+
+/// Charts side by side, so many to a row.
+///
+/// # Panics
+/// If there are none to a row.
+#[must_use]
+pub fn grid(charts: &[Chart], columns: usize) -> RgbImage {
+    let rows = charts.len().div_ceil(columns);
+    let [width, height] = SIZE;
+    let size = [columns as u32 * width, rows as u32 * height];
+    let mut all = RgbImage::from_pixel(size[0], size[1], PAPER);
+    for (k, chart) in charts.iter().enumerate() {
+        let at =
+            [(k % columns) as i64 * i64::from(width), (k / columns) as i64 * i64::from(height)];
+        image::imageops::replace(&mut all, &chart.draw(), at[0], at[1]);
+    }
+    all
 }
 
 /// Width and height of a chart in pixels.
@@ -168,7 +197,10 @@ impl Chart {
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
+            .position(match self.legend {
+                Legend::Left => SeriesLabelPosition::UpperLeft,
+                Legend::Right => SeriesLabelPosition::UpperRight,
+            })
             .margin(8 * FINE)
             .legend_area_size(24 * FINE)
             .label_font(font.color(&paint(INK)))
@@ -242,6 +274,7 @@ mod tests {
             x: axis(log),
             y: axis(false),
             series: vec![series(mark, points)],
+            legend: Legend::Left,
         };
         let inked = |image: &RgbImage| image.pixels().filter(|p| **p == COLOURS[0]).count();
         let points = [[1.0, 1.0], [10.0, f64::NAN], [100.0, 1000.0], [-1.0, 2.0]];
@@ -252,6 +285,32 @@ mod tests {
                 let full = inked(&chart(mark, &points, log).draw());
                 assert!(full > empty + 10, "{mark:?} {empty} {full}");
             }
+        }
+    }
+
+    #[test]
+    fn charts_stand_side_by_side_row_by_row() {
+        let chart = |colour: usize| Chart {
+            title: "t".into(),
+            x: Axis { label: "x".into(), log: false },
+            y: Axis { label: "y".into(), log: false },
+            series: vec![Series {
+                name: "s".into(),
+                points: vec![[0.0, 0.0], [1.0, 1.0]],
+                mark: Mark::Line,
+                colour: COLOURS[colour],
+            }],
+            legend: Legend::Right,
+        };
+        let all = grid(&[chart(0), chart(1), chart(2)], 2);
+        assert_eq!([all.width(), all.height()], [2 * SIZE[0], 2 * SIZE[1]]);
+        let of = |colour: usize| {
+            let inked = all.enumerate_pixels().filter(|(.., p)| **p == COLOURS[colour]);
+            inked.map(|(x, y, _)| [x / SIZE[0], y / SIZE[1]]).collect::<Vec<_>>()
+        };
+        for (colour, place) in [[0, 0], [1, 0], [0, 1]].into_iter().enumerate() {
+            let found = of(colour);
+            assert!(found.len() > 100 && found.iter().all(|at| *at == place), "{colour}");
         }
     }
 

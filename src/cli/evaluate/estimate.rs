@@ -15,14 +15,20 @@ use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::{EstimateError, Estimator};
 use scan2params::evaluate::estimate::{
     self as held_out, Answer, Baseline, Group, Scores, UnfitDrapes, anywhere, by_likeness, noisy,
-    quarters,
+    pictures, quarters,
 };
 use scan2params::evaluate::rim_noise::RimNoise;
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::io::output;
+use scan2params::report::files;
 use scan2params::sim::NUMERICS_VERSION;
 
 pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let estimator = estimator(given.model.as_deref())?;
+    if let Some(folder) = &given.out {
+        output::check_folder(folder).map_err(Failure::of_output)?;
+        std::fs::create_dir_all(folder)?;
+    }
     let prior = Mixture::named(&estimator.model().prior)?;
     let made = match &given.drapes {
         Some(folder) => unseen(&estimator, folder)?,
@@ -43,6 +49,15 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     };
     let (clean, scanned) = (answers(&rows)?, answers(&scanned)?);
     let ignoring = vec![Baseline::of(&prior)?.answer(); rows.len()];
+    if let Some(folder) = &given.out {
+        let drawn = [
+            ("answers.png", pictures::answers(&truths, &scanned)),
+            ("pairs.png", pictures::pairs(&truths, &scanned)),
+        ];
+        for (name, image) in drawn {
+            files::picture(&folder.join(name), &image)?;
+        }
+    }
     let limits = prior.limits();
     let id = estimator.model().id.clone();
     let all = [

@@ -12,7 +12,7 @@ use crate::base::Boundary;
 use crate::base::clock::thread_cpu_s;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
-use crate::picture::chart::{Axis, COLOURS, Chart, Mark, Series};
+use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
 use crate::picture::shaded::picture;
 use crate::sim::experiment::{Softening, bending_length_m};
 use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on_finer};
@@ -358,6 +358,7 @@ fn cusick_chart(points: [Vec<[f64; 2]>; 4], bars: [Vec<[f64; 2]>; 3]) -> Chart {
         x: axis("bending length [mm]; bars beyond 44 have none"),
         y: axis("drape coefficient [%]"),
         series,
+        legend: Legend::Left,
     }
 }
 

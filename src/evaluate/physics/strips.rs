@@ -8,7 +8,7 @@ use std::path::Path;
 use super::{DataError, Table, text_rows};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
-use crate::picture::chart::{Axis, COLOURS, Chart, Mark, Series};
+use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
 use crate::sim::Experiment;
 use crate::sim::elastica::{Elastica, End};
 use crate::sim::strip::{Cut, Strip, cantilever, hanging, slide};
@@ -188,6 +188,7 @@ pub fn master_curve() -> (Table, Chart) {
         x: axis("rho g L^3 / B"),
         y: axis("droop / reach"),
         series,
+        legend: Legend::Left,
     };
     (table, chart)
 }
@@ -267,6 +268,7 @@ pub fn refinement() -> (Table, Chart) {
         x: axis("cell [mm]"),
         y: axis("error [%]"),
         series,
+        legend: Legend::Left,
     };
     (Table { title, columns, rows }, chart)
 }
