@@ -2,8 +2,10 @@
 
 Input `boundary` [N, 733]: coordinates [mm] and density [g/m^2]. Outputs `normalised` [N, 12], six means of the normalised
 logarithms and six logarithms of their sigmas, and `novelty` [N, 1], the rms distance [mm] per point of a rim from the space
-of the training rims.
+of the training rims. A file may hold several networks that were trained alike but for their seed: then the answer is the mixture of theirs.
 """
+
+from contextlib import contextmanager
 
 import numpy as np
 import onnx
@@ -15,13 +17,22 @@ LOG_SIGMA = (-7.0, 1.0)  # limits of a log-sigma; both far from any that trainin
 
 class Graph:
     def __init__(self, name):
-        self.name, self.nodes, self.constants, self.means, self.log_sigmas = name, [], [], [], []
+        self.name, self.nodes, self.constants, self.members, self.prefix = name, [], [], [], ""
+
+    @contextmanager
+    def member(self):
+        """What is added within is of one more network: its names are its own, and it has its own heads."""
+        self.prefix = f"{len(self.members)}/"
+        self.members.append(([], []))
+        yield
+        self.prefix = ""
 
     def constant(self, name, array):
-        self.constants.append(numpy_helper.from_array(np.ascontiguousarray(array), name))
-        return name
+        self.constants.append(numpy_helper.from_array(np.ascontiguousarray(array), self.prefix + name))
+        return self.prefix + name
 
     def node(self, kind, inputs, output, **attributes):
+        output = self.prefix + output
         self.nodes.append(helper.make_node(kind, inputs, [output], name=output, **attributes))
         return output
 
@@ -53,15 +64,36 @@ class Graph:
     def heads(self, x, layer, stream):
         """The last layer of one of the two streams: three means and three log-sigmas."""
         weight, bias = (np.asarray(part) for part in layer)
-        for of, part, columns in ((self.means, "mean", slice(0, 3)), (self.log_sigmas, "log_sigma", slice(3, 6))):
+        for of, part, columns in zip(self.members[-1], ("mean", "log_sigma"), (slice(0, 3), slice(3, 6))):
             of.append(self.dense(x, (weight[:, columns], bias[columns]), f"{stream}_{part}"))
 
+    def mixed(self, means, log_sigmas):
+        """Mean and log-sigma of the mixture of Gaussians, all as likely as each other."""
+        share = self.constant("share", np.float32(1.0 / len(means)))
+
+        def average(values, name):
+            for k, value in enumerate(values):
+                total = value if k == 0 else self.node("Add", [total, value], f"{name}_to_{k}")
+            return self.node("Mul", [total, share], name)
+
+        mean = average(means, "mean")
+        squares = []
+        for k, (own, log_sigma) in enumerate(zip(means, log_sigmas)):
+            off = self.node("Sub", [own, mean], f"off_{k}")
+            variance = self.node("Exp", [self.node("Add", [log_sigma, log_sigma], f"log_variance_{k}")], f"variance_{k}")
+            squares.append(self.node("Add", [variance, self.node("Mul", [off, off], f"off_sq_{k}")], f"square_{k}"))
+        half = self.constant("half", np.float32(0.5))
+        return mean, self.node("Mul", [self.node("Log", [average(squares, "variance")], "log_variance"), half], "log_sigma")
+
     def finished(self):
-        """The file's bytes, once both streams have their heads."""
-        mean = self.node("Concat", self.means, "mean", axis=1)
+        """The file's bytes, once both streams of all networks have their heads."""
         limits = [self.constant(f"log_sigma_{k}", np.float32(v)) for k, v in zip(("min", "max"), LOG_SIGMA)]
-        raw = self.node("Concat", self.log_sigmas, "log_sigma_raw", axis=1)
-        self.node("Concat", [mean, self.node("Clip", [raw, *limits], "log_sigma")], "normalised", axis=1)
+        each = []
+        for k, (means, log_sigmas) in enumerate(self.members):
+            raw = self.node("Concat", log_sigmas, f"log_sigma_raw_{k}", axis=1)
+            each.append((self.node("Concat", means, f"mean_{k}", axis=1), self.node("Clip", [raw, *limits], f"log_sigma_{k}")))
+        answer = each[0] if len(each) == 1 else self.mixed(*zip(*each))
+        self.node("Concat", answer, "normalised", axis=1)
         value = lambda name, width: helper.make_tensor_value_info(name, TensorProto.FLOAT, ["N", width])
         outputs = [value("normalised", 12), value("novelty", 1)]
         graph = helper.make_graph(self.nodes, self.name, [value("boundary", INPUTS)], outputs, self.constants)

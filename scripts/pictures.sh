@@ -45,7 +45,13 @@ for name, width in [("inspect", 1440), ("refused", 1440), ("overlay", 1200)]:
     palette.putpalette([v for colour in chosen for v in colour])
     image.quantize(palette=palette, dither=Image.Dither.NONE).save(f"{name}.png", optimize=True)
 PY
-for name in ${1:-pipeline inspect refused overlay}; do
+"$program" evaluate estimate fixtures/rims --out . >/dev/null
+python3 - <<'PY'
+from PIL import Image
+image = Image.open("answers.png").convert("RGB")
+image.resize((1600, round(image.height * 1600 / image.width)), Image.Resampling.LANCZOS).quantize(32).save("answers.png", optimize=True)
+PY
+for name in ${1:-pipeline inspect refused overlay answers}; do
     cp "$name.png" "$root/docs/images/$name.png"
     echo "docs/images/$name.png: $(wc -c <"$name.png") bytes"
 done

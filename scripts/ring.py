@@ -108,22 +108,10 @@ def apply(params, offset, dropout_key=None, dropout=0.0):
     return mean, jnp.clip(log_sigma, *LOG_SIGMA)
 
 
-def to_onnx(params, centre, subspace):
-    """The network as ONNX bytes (scripts/graph.py)."""
+def to_onnx(members, centre, subspace):
+    """The networks with these parameters as ONNX bytes (scripts/graph.py)."""
     graph = Graph("ring")
     node, constant = graph.node, graph.constant
-    params = {name: [np.asarray(part) for part in layer] for name, layer in params.items()}
-
-    def seen(x, at, name):
-        shown = node("Gather", [x, constant(f"{name}_at", at.astype(np.int64))], f"{name}_seen", axis=1)
-        channels = params[name][0].shape[0]
-        return node("Reshape", [shown, constant(f"{name}_shape", np.array([-1, len(at), channels]))], f"{name}_rows")
-
-    def linear(x, name, bias=None):
-        product = node("MatMul", [x, graph.weight(name, params[name][0])], f"{name}_product")
-        bias = params[name][1] if bias is None else bias
-        return node("Add", [product, constant(f"{name}_b", np.float32(bias))], name)
-
     x = graph.centred(centre, subspace)
     # the last column is the density
     ends = [constant(f"coordinates_{k}", np.array([v])) for k, v in (("from", 0), ("to", 3 * drape_data.POINTS), ("axis", 1))]
@@ -135,6 +123,26 @@ def to_onnx(params, centre, subspace):
         for b, name, frame in ((x, "own", OWN), (turned, "other", OTHER))
     ]
     x = node("Add", parts, "in_own_frame")
+    for params in members:
+        with graph.member():
+            add_member(graph, x, {name: [np.asarray(part) for part in layer] for name, layer in params.items()})
+    return graph.finished()
+
+
+def add_member(graph, x, params):
+    """Adds one network to the graph; `x` (rows, 240, 3) are the points in their own frames."""
+    node, constant = graph.node, graph.constant
+
+    def seen(x, at, name):
+        shown = node("Gather", [x, constant(f"{name}_at", at.astype(np.int64))], f"{name}_seen", axis=1)
+        channels = params[name][0].shape[0]
+        return node("Reshape", [shown, constant(f"{name}_shape", np.array([-1, len(at), channels]))], f"{name}_rows")
+
+    def linear(x, name, bias=None):
+        product = node("MatMul", [x, graph.weight(name, params[name][0])], f"{name}_product")
+        bias = params[name][1] if bias is None else bias
+        return node("Add", [product, constant(f"{name}_b", np.float32(bias))], name)
+
     at = window(len(POINTS), *ENTRY[0])
     # what the places alone add is the same for every rim
     by_place = PLACES[at].reshape(len(at), -1) @ params["place"][0].astype(np.float64) + params["entry_0"][1]
@@ -152,4 +160,3 @@ def to_onnx(params, centre, subspace):
     for stream in STREAMS:
         hidden = node("Relu", [graph.dense(pooled, params[f"{stream}_hidden"], f"{stream}_hidden")], f"{stream}_relu")
         graph.heads(hidden, params[f"{stream}_heads"], stream)
-    return graph.finished()

@@ -50,14 +50,16 @@ def apply(params, x, dropout_key=None, dropout=0.0):
     return mean, jnp.clip(log_sigma, *LOG_SIGMA)
 
 
-def to_onnx(params, centre, scale, subspace):
-    """The network as ONNX bytes (scripts/graph.py): raw inputs less `centre` (733,) times `scale` (733,)."""
+def to_onnx(members, centre, scale, subspace):
+    """The networks with these parameters as ONNX bytes (scripts/graph.py): raw inputs less `centre` (733,) times `scale` (733,)."""
     graph = Graph("snn")
     x = graph.centred(centre, subspace)
     x = graph.node("Mul", [x, graph.constant("scale", np.float32(scale))], "scaled")
-    for stream, layers in zip(("stretch", "bending"), params):
-        h = x
-        for i, layer in enumerate(layers[:-1]):
-            h = graph.node("Relu", [graph.dense(h, layer, f"{stream}_{i}")], f"{stream}_{i}_relu")
-        graph.heads(h, layers[-1], stream)
+    for params in members:
+        with graph.member():
+            for stream, layers in zip(("stretch", "bending"), params):
+                h = x
+                for i, layer in enumerate(layers[:-1]):
+                    h = graph.node("Relu", [graph.dense(h, layer, f"{stream}_{i}")], f"{stream}_{i}_relu")
+                graph.heads(h, layers[-1], stream)
     return graph.finished()

@@ -207,7 +207,7 @@ def test_the_exported_snn_gives_the_numbers_of_the_trained_one():
     params = as_stored(snn.init(jax.random.key(3), (32, 24, 64)))
     scale = np.random.default_rng(2).uniform(0.005, 0.02, 733)
     apply = lambda offset: snn.apply(params, offset * scale)
-    exported_like(apply, lambda centre, subspace: snn.to_onnx(params, centre, scale, subspace), density_counts=True)
+    exported_like(apply, lambda centre, subspace: snn.to_onnx([params], centre, scale, subspace), density_counts=True)
 
 
 def ring_params(seed):
@@ -220,7 +220,17 @@ def ring_params(seed):
 def test_the_exported_ring_network_gives_the_numbers_of_the_trained_one():
     params = ring_params(3)
     apply = lambda offset: ring.apply(params, offset[:, :-1])
-    exported_like(apply, lambda centre, subspace: ring.to_onnx(params, centre, subspace), density_counts=False)
+    exported_like(apply, lambda centre, subspace: ring.to_onnx([params], centre, subspace), density_counts=False)
+
+
+def test_several_networks_in_one_file_answer_with_the_mixture_of_theirs():
+    members = [ring_params(seed) for seed in (3, 8, 21)]
+
+    def apply(offset):
+        means, log_sigmas = zip(*(ring.apply(params, offset[:, :-1]) for params in members))
+        return np.mean(means, 0), 0.5 * np.log(np.mean(np.exp(2 * np.array(log_sigmas)), 0) + np.var(means, 0))
+
+    exported_like(apply, lambda centre, subspace: ring.to_onnx(members, centre, subspace), density_counts=False)
 
 
 def test_to_the_ring_network_the_eight_views_are_alike_but_for_their_places_in_the_weave():

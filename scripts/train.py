@@ -49,6 +49,7 @@ def parse_args():
     parser.add_argument("--channels", type=int, nargs=2, default=[48, 96], help="ring: of the first layer, of those after it")
     parser.add_argument("--hidden", type=int, default=256, help="ring: width of each stream's layer")
     parser.add_argument("--dilations", type=int, nargs="+", default=[1, 2, 4], help="ring: of its blocks")
+    parser.add_argument("--members", type=int, default=1, help="networks that differ in their seed; the answer is the mixture of theirs")
     parser.add_argument("--divide-widths", type=int, default=8, help="snn: of 4096-3072-8192: 1, 2, 4, 8, ...")
     parser.add_argument("--epochs", type=int, default=200)
     parser.add_argument("--batch", type=int, default=64)
@@ -113,8 +114,8 @@ class Snn:
     def apply(self, params, offset, key=None, dropout=0.0):
         return snn.apply(params, offset * jnp.asarray(self.scaling.scale, jnp.float32), key, dropout)
 
-    def to_onnx(self, params):
-        return snn.to_onnx(params, self.scaling.centre, self.scaling.scale, self.scaling.subspace)
+    def to_onnx(self, members):
+        return snn.to_onnx(members, self.scaling.centre, self.scaling.scale, self.scaling.subspace)
 
     def record(self):
         return {"kind": f"snn{self.args.divide_widths}", "widths": [w // self.args.divide_widths for w in snn.PAPER_WIDTHS]}
@@ -133,8 +134,8 @@ class Ring:
     def apply(self, params, offset, key=None, dropout=0.0):
         return ring.apply(params, offset[:, :-1], key, dropout)
 
-    def to_onnx(self, params):
-        return ring.to_onnx(params, self.scaling.centre, self.scaling.subspace)
+    def to_onnx(self, members):
+        return ring.to_onnx(members, self.scaling.centre, self.scaling.subspace)
 
     def record(self):
         return {"kind": "ring", "channels": self.args.channels, "hidden": self.args.hidden, "dilations": self.args.dilations}
@@ -337,11 +338,13 @@ def report(name, metrics):
 
 
 def exported(name, drapes, rows, scaling, symmetries, noise, args):
-    """A trained network: as ONNX bytes, what the record says of its layers, and how long it took [s]."""
+    """A trained network, or several that differ in their seed: as ONNX bytes, what the record says of the layers, and how long it
+    took [s]."""
     net = NETS[name](scaling, args)
     start = time.time()
-    params = train(net, drapes, rows, scaling, symmetries, noise, args)
-    return net.to_onnx(params), net.record(), time.time() - start
+    of_seed = lambda k: argparse.Namespace(**{**vars(args), "seed": args.seed + k})
+    members = [train(net, drapes, rows, scaling, symmetries, noise, of_seed(k)) for k in range(args.members)]
+    return net.to_onnx(members), {**net.record(), "members": args.members}, time.time() - start
 
 
 def main():
