@@ -3,7 +3,7 @@
 
 use super::row::{Sample, SimulatedRow};
 use crate::sim::follow::{FollowOptions, Follower};
-use crate::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
+use crate::sim::{Drape, Drop, SimOptions, Stop, drape};
 
 /// The options under which drapes are made that all fall: the default's, but the descent ends
 /// when a cycle lowers the energy by less than 1e-4 of itself. How far such rims
@@ -56,11 +56,7 @@ fn led(mut sheet: Follower, sample: &Sample) -> Option<Follower> {
 }
 
 fn drop_of(sample: &Sample) -> Drop {
-    if sample.canonical {
-        return Drop::canonical();
-    }
-    let seed = sample.run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sample.index;
-    Drop { start: DropStart::Perturbed(seed) }
+    sample.fall.drop(sample.run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sample.index)
 }
 
 fn row(drape: Drape, walked: bool) -> SimulatedRow {

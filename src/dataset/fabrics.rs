@@ -7,6 +7,7 @@ use super::options::GenerateOptions;
 use super::row::Sample;
 use super::walk;
 use crate::fabric::{Fabric, MixtureError};
+use crate::sim::Fall;
 
 /// The fabrics of a run's samples, in the order of its walks where it has any.
 pub(super) struct Fabrics<'a> {
@@ -49,6 +50,7 @@ impl<'a> Fabrics<'a> {
             }
         };
         let fabric = prior.sample(*seed, fabric_index)?;
-        Ok(Sample { index, fabric_index, fabric, run_seed: *seed, canonical: *canonical })
+        let fall = if *canonical { Fall::Canonical } else { Fall::Perturbed };
+        Ok(Sample { index, fabric_index, fabric, run_seed: *seed, fall })
     }
 }

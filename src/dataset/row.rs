@@ -2,6 +2,7 @@
 
 use crate::base::Boundary;
 use crate::fabric::Fabric;
+use crate::sim::Fall;
 
 /// What a simulator is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,8 +15,8 @@ pub struct Sample {
     pub fabric: Fabric,
     /// The run's seed.
     pub run_seed: u64,
-    /// Whether it falls canonically, level with the fixed small unevenness, and not perturbed by a seed.
-    pub canonical: bool,
+    /// How it falls.
+    pub fall: Fall,
 }
 
 /// What a simulator says of one drape.

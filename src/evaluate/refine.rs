@@ -26,7 +26,7 @@ use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit, resimulate}
 use crate::scan::{ScanError, Tuning};
 use crate::sensor::SceneError;
 use crate::sim::experiment::bending_length_m;
-use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, Stop, drape};
+use crate::sim::{Drape, Drop, Experiment, Fall, SimOptions, Stop, drape};
 
 /// One scan of one drape.
 #[derive(Debug)]
@@ -196,8 +196,8 @@ pub struct Series<'a> {
     pub fabrics: std::ops::Range<u64>,
     /// Drops of each fabric, which are refined together.
     pub drops: u64,
-    /// Whether they are the canonical drop, not perturbed ones.
-    pub canonical: bool,
+    /// How they fall; canonical drops of a fabric are all the same.
+    pub fall: Fall,
     /// Vertices a side of the true drapes.
     pub truth_vertices: usize,
     /// Where the true drapes and those of the paper's comparison end ([`SimOptions::energy_drop`]): 0 for full rest.
@@ -259,7 +259,7 @@ impl Series<'_> {
         let name = |folder: &PathBuf| {
             let (seed, vertices) = (self.seed, self.truth_vertices);
             let again = match drop {
-                _ if self.canonical => "-canonical".into(),
+                _ if self.fall == Fall::Canonical => "-canonical".into(),
                 0 => String::new(),
                 _ => format!("-drop{drop}"),
             };
@@ -270,10 +270,7 @@ impl Series<'_> {
         if let Some(path) = path.as_deref().filter(|path| path.exists()) {
             return Ok(Ok(with_rim(read_drape(path)?)));
         }
-        let drop = match self.canonical {
-            true => Drop::canonical(),
-            false => Drop { start: DropStart::Perturbed(self.seed_of(index, drop)) },
-        };
+        let drop = self.fall.drop(self.seed_of(index, drop));
         let drape = drape(fabric, &drop, &self.truth_options());
         if !drape.stop.is_as_asked() || drape.intersections > 0 {
             return Ok(Err((drape.stop, drape.intersections)));
@@ -388,7 +385,7 @@ impl Series<'_> {
     /// Mean distance of a true rim from that of a fabric that is dropped as the true one was; NaN where no canonical drop
     /// was, or it does not come to rest.
     pub(super) fn redropped_m(&self, rim: &Boundary, fabric: &Fabric) -> f64 {
-        if !self.canonical {
+        if self.fall != Fall::Canonical {
             return f64::NAN;
         }
         let Drape { stop, boundary, .. } = drape(fabric, &Drop::canonical(), &self.truth_options());
@@ -642,7 +639,7 @@ mod tests {
             seed: 8,
             fabrics: 0..1,
             drops: 1,
-            canonical: false,
+            fall: Fall::Perturbed,
             truth_vertices: 61,
             energy_drop: 0.0,
             keep: Some(folder.path().to_owned()),

@@ -19,38 +19,7 @@ use crate::dataset::drape_file::rim_of;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture};
 use crate::scan::ScanError;
-use crate::sim::{Drop, DropStart, SimOptions, Stop, drape};
-
-/// How a fabric falls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fall {
-    /// As all others.
-    Canonical,
-    /// In a way of its own.
-    Perturbed,
-}
-
-impl Fall {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Canonical, Self::Perturbed];
-
-    /// The word in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Canonical => "canonical",
-            Self::Perturbed => "perturbed",
-        }
-    }
-
-    fn drop(self, seed: u64) -> Drop {
-        match self {
-            Self::Canonical => Drop::canonical(),
-            Self::Perturbed => Drop { start: DropStart::Perturbed(seed) },
-        }
-    }
-}
+use crate::sim::{Fall, SimOptions, Stop, drape};
 
 /// Fabrics, who is asked, and what they see.
 pub struct Sweep<'a> {
@@ -159,7 +128,7 @@ impl Sweep<'_> {
         for (model, estimator) in self.estimators.iter().enumerate() {
             for fall in Fall::ALL {
                 for (sight, seen_as) in self.sights.iter().enumerate() {
-                    let own: Vec<&Draped> = draped.iter().filter(|d| d.fall == fall).collect();
+                    let own = draped.iter().filter(|d| d.fall == fall);
                     let mut cell = Cell {
                         model: estimator.model().id.clone(),
                         fall,

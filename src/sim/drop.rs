@@ -101,6 +101,39 @@ impl Drop {
     }
 }
 
+/// How a specimen that nothing leads falls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fall {
+    /// As all others ([`DropStart::Canonical`]).
+    Canonical,
+    /// In a way of its own, drawn from a seed ([`DropStart::Perturbed`]).
+    Perturbed,
+}
+
+impl Fall {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Canonical, Self::Perturbed];
+
+    /// The word in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Canonical => "canonical",
+            Self::Perturbed => "perturbed",
+        }
+    }
+
+    /// The drop; a canonical one has no use for the seed.
+    #[must_use]
+    pub fn drop(self, seed: u64) -> Drop {
+        match self {
+            Self::Canonical => Drop::canonical(),
+            Self::Perturbed => Drop { start: DropStart::Perturbed(seed) },
+        }
+    }
+}
+
 /// The springs of a guided drop; `None` where nothing leads the sheet.
 ///
 /// They are of such a stiffness that a cell's weight stretches one by 8 mm (the best of 0.5 to 50 mm, tried on

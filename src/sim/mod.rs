@@ -31,7 +31,7 @@ pub use drape::{
     Drape, count_nodes as rim_nodes, drape, drape_from, drape_on_finer, drape_with_sensitivities,
     nodes_at as rim_nodes_at, rim_harmonics_m,
 };
-pub use drop::{Drop, DropStart, HeldRim, HeldSurface, Hold};
+pub use drop::{Drop, DropStart, Fall, HeldRim, HeldSurface, Hold};
 pub use experiment::{Experiment, MeshWarning};
 pub use follow::{Event, FollowError, FollowOptions, Followed, Follower, Held, Kept, OnEvent};
 pub use hessian_form::HessianForm;

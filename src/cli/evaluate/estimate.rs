@@ -21,7 +21,7 @@ use scan2params::evaluate::rim_noise::RimNoise;
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::io::output;
 use scan2params::report::files;
-use scan2params::sim::NUMERICS_VERSION;
+use scan2params::sim::{Fall, NUMERICS_VERSION};
 
 pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let estimator = estimator(given.model.as_deref())?;
@@ -151,7 +151,7 @@ fn fresh(prior: &Mixture, given: &args::HeldOut) -> Result<Vec<Row>, Failure> {
             prior.sample(seed, index)?
         };
         let sample =
-            Sample { index, fabric_index: index, fabric, run_seed: seed, canonical: false };
+            Sample { index, fabric_index: index, fabric, run_seed: seed, fall: Fall::Perturbed };
         let drape = simulate(&sample, &options);
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if std::io::stderr().is_terminal() {

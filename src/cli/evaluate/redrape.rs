@@ -11,7 +11,7 @@ use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
 use scan2params::report::files;
-use scan2params::sim::SimOptions;
+use scan2params::sim::{Fall, SimOptions};
 
 pub(super) fn run(given: &args::Redrape) -> Outcome {
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
@@ -36,7 +36,7 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: 1,
-        canonical: true,
+        fall: Fall::Canonical,
         truth_vertices: vertices,
         energy_drop: given.energy_drop,
         keep: None,

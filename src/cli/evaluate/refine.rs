@@ -7,6 +7,7 @@ use scan2params::evaluate::refine::{Begin, Case, Series, Sight, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
+use scan2params::sim::Fall;
 use scan2params::sim::experiment::bending_length_m;
 
 /// Bending length from which on cells of 5 mm resolve the folds \[mm\].
@@ -33,7 +34,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: given.drops,
-        canonical: given.canonical,
+        fall: if given.canonical { Fall::Canonical } else { Fall::Perturbed },
         truth_vertices: given.truth_vertices as usize,
         energy_drop: 0.0,
         keep: given.keep.clone(),

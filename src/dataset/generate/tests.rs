@@ -6,7 +6,7 @@ use crate::base::{Boundary, Point3, boundary};
 use crate::dataset::drapes::{self, dataset_options};
 use crate::dataset::manifest::MANIFEST_FILE;
 use crate::dataset::table::{read_file, read_folder};
-use crate::sim::{Drop, SimOptions, drape};
+use crate::sim::{Drop, Fall, SimOptions, drape};
 
 /// A cheap stand-in for the simulator: deterministic in its arguments, and it
 /// fails for every seventh sample.
@@ -69,7 +69,7 @@ fn rows_come_back_as_they_were_made_and_failed_drapes_are_among_them() {
             fabric_index: k,
             fabric,
             run_seed: options.seed,
-            canonical: false,
+            fall: Fall::Perturbed,
         });
         assert_eq!((row.index, row.fabric_index), (k, k));
         for (a, b) in row.fabric.to_paper_units().into_iter().zip(fabric.to_paper_units()) {
