@@ -3,14 +3,22 @@
 import numpy as np
 
 LEVEL = 0.9
+# Share of unseen drapes on finer cells than the training's that each output is to hold at least.
+FINER_LEVEL = 0.85
 QUARTERS = 4
 # Rounds in which the factors of the quarters, which run into each other, are found; they change by less than 1e-3 in the last.
 ROUNDS = 30
 
 
-def rank(count):
-    """Index, among so many sorted scores, of the one within which LEVEL of unseen ones lie."""
-    return min(int(np.ceil((count + 1) * LEVEL)), count) - 1
+def rank(count, level=LEVEL):
+    """Index, among so many sorted scores, of the one within which `level` of unseen ones lie."""
+    return min(int(np.ceil((count + 1) * level)), count) - 1
+
+
+def raised(scores):
+    """Per output: the factor, at least 1, on half widths of which `scores` (rows, 6) are the errors on finer cells, with which FINER_LEVEL
+    of them lie within."""
+    return np.maximum(1.0, np.sort(scores, axis=0)[rank(len(scores), FINER_LEVEL)])
 
 
 def conformal_quantiles(error, sigma):

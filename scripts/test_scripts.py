@@ -288,6 +288,16 @@ def test_intervals_by_length_hold_their_level_in_each_quarter():
     assert np.allclose(got, [factors[0], factors[:2].mean(), factors[3]])
 
 
+def test_intervals_are_widened_for_finer_cells_where_they_do_not_hold_and_never_narrowed():
+    rng = np.random.default_rng(4)
+    scores = np.abs(rng.normal(size=(4000, 6))) / 1.645 * np.array([1.0, 1.5, 0.5, 1.0, 2.0, 1.0])
+    wider = intervals.raised(scores)
+    # 85 % of a Gaussian lie within 1.44 sigmas, 90 % within 1.645
+    assert np.abs(wider - np.maximum(1.0, np.array([1, 1.5, 0.5, 1, 2, 1]) * 1.4395 / 1.645)).max() < 0.05, wider
+    held = (scores <= wider).mean(0)
+    assert np.abs(held[[1, 4]] - intervals.FINER_LEVEL).max() < 0.002 and (held >= intervals.FINER_LEVEL).all(), held
+
+
 def test_coverage_by_quarter_finds_the_soft_quarter_that_is_not_held():
     class Scaling:
         ln_min, ln_max = np.zeros(6), np.full(6, 10.0)

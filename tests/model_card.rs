@@ -118,8 +118,19 @@ fn rendered(record: &Value) -> String {
 fn of_intervals(record: &Value) -> String {
     let on = &record["calibrated_on"];
     let command = record["command"].as_str().unwrap();
+    let widened = record.get("widened_on").map_or_else(String::new, |finer| {
+        let cells = 300.0 / (finer["vertices"].as_f64().unwrap() - 1.0);
+        let factors = finer["factor"].as_array().unwrap().iter();
+        let factors: Vec<String> = factors.map(|f| format!("{:.2}", f.as_f64().unwrap())).collect();
+        format!(
+            " and widened on {} falls of seed {} on cells of {cells:.1} mm, which hold 85 %, by {}",
+            finer["drapes"],
+            finer["seed"],
+            factors.join(", ")
+        )
+    });
     let mut out = format!(
-        "\nIntervals calibrated on {} falls of seed {} (`{command}`). Share of the 90 % intervals that hold the truth, all in all, and in each quarter of \
+        "\nIntervals calibrated on {} falls of seed {}{widened} (`{command}`). Share of the 90 % intervals that hold the truth, all in all, and in each quarter of \
          the true bending length, softest first; last the share of the rims that are called novel:\n\n| falls of other fabrics | | all | 1 | 2 | 3 | 4 | novel |\n|---|---|---|---|---|---|---|---|\n",
         on["drapes"], on["seed"]
     );
