@@ -77,9 +77,9 @@ fn rendered(record: &Value) -> String {
         (&own["test_noisy"], "test split, scan noise"),
         (&own["other_test"], "falls of other fabrics, clean"),
         (&own["other_test_noisy"], "falls of other fabrics, scan noise"),
-        (&beside["test"], "SNN/8 of the same drapes, test split, clean"),
-        (&beside["test_noisy"], "SNN/8, test split, scan noise"),
-        (&beside["other_test"], "SNN/8, falls of other fabrics, clean"),
+        (&beside["test"], "as many SNN/8 of the same drapes, test split, clean"),
+        (&beside["test_noisy"], "these SNN/8, test split, scan noise"),
+        (&beside["other_test"], "these SNN/8, falls of other fabrics, clean"),
         (&own["linear_regression"], "linear regression, test split, clean"),
         (&own["linear_regression_noisy"], "linear regression, test split, scan noise"),
     ] {
