@@ -77,7 +77,7 @@ class Model:
         # cut to the trained range, as the program does, which lies where it does for the density that is asked
         said = np.exp(heavier + self.ln_min + np.clip(mean - heavier / width, 0.0, 1.0) * width)
         length_mm = drape_data.bending_length_mm(said, inputs[1].astype(np.float64))
-        return np.abs(mean - truth), sigma, length_mm
+        return mean - truth, sigma, length_mm
 
 
 def together(drawn):
@@ -89,7 +89,7 @@ def calibrated(model, drapes):
     # with scan noise, since that is what the estimator meets
     error, sigma, length_mm = together([model.said(drapes, seed) for seed in NOISE_SEEDS])
     quantile = intervals.conformal_quantiles(error, sigma)
-    nodes, factors = intervals.by_length(error / (sigma * quantile), length_mm)
+    nodes, factors = intervals.by_length(np.abs(error) / (sigma * quantile), length_mm)
     return {
         "level": intervals.LEVEL,
         "quantile": quantile.tolist(),
@@ -101,7 +101,7 @@ def widened(model, interval, finer):
     """The same where each output holds on drapes of `finer` cells as well, whose cloth is less stiff than the training's cells make it; and
     the factor of each output."""
     error, sigma, length_mm = together([model.said(finer, seed) for seed in NOISE_SEEDS])
-    factor = intervals.raised(error / half_widths(interval, sigma, length_mm))
+    factor = intervals.raised(np.abs(error) / half_widths(interval, sigma, length_mm))
     return interval | {"quantile": (interval["quantile"] * factor).tolist()}, np.round(factor, 3).tolist()
 
 
@@ -117,7 +117,7 @@ def measured(model, drapes, interval, noise_seeds):
     """Coverage on drapes, each noise seed a copy of them."""
     error, sigma, length_mm = together([model.said(drapes, seed) for seed in noise_seeds])
     half = half_widths(interval, sigma, length_mm)
-    held = error <= half
+    held = np.abs(error) <= half
     true_mm = drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64))
     quarter = np.tile(intervals.quarters(true_mm), len(noise_seeds))
     factor = np.exp(np.median(half, axis=0) * (model.ln_max - model.ln_min))
@@ -127,6 +127,14 @@ def measured(model, drapes, interval, noise_seeds):
         "coverage_quarters": [float(held[quarter == k].mean()) for k in range(intervals.QUARTERS)],
         "median_interval_factor_each": factor.tolist(),
     }
+
+
+def mean_errors(model, drapes):
+    """Mean error of the logarithms on clean rims, of all drapes and of each quarter of the true bending length, softest first."""
+    error, _, _ = model.said(drapes)
+    error = error * (model.ln_max - model.ln_min)
+    quarter = intervals.quarters(drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64)))
+    return [error.mean(0), *(error[quarter == k].mean(0) for k in range(intervals.QUARTERS))]
 
 
 def main():
@@ -154,6 +162,8 @@ def main():
         other = model.read(folder)
         if other.manifest["seed"] in seen:
             raise SystemExit(f"{folder}: of the seed of --calibrate or --finer")
+        for name, errors in zip(("all", *range(1, intervals.QUARTERS + 1)), mean_errors(model, other)):
+            print(f"{folder}, mean error of the logarithms, {name}: " + " ".join(f"{v:+.3f}" for v in errors))
         said = {"drapes": len(other.density), "seed": other.manifest["seed"], "vertices": drape_data.vertices(other.manifest)}
         for name, seeds in (("clean", [None]), ("noisy", NOISE_SEEDS)):
             said[name] = measured(model, other, after, seeds)
