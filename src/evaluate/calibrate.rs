@@ -316,7 +316,7 @@ pub struct Summary {
     pub both_named: Option<f64>,
     /// Cases without effects.
     pub none: usize,
-    /// Share of these of which something else was said than that there is none.
+    /// Share of which something else was said than that there is none, of these less the ones of which nothing was said.
     pub false_alarms: Option<f64>,
     /// Cases with an effect that is on no list.
     pub unlisted: usize,
@@ -349,6 +349,7 @@ impl Summary {
         };
         let (one, none) = (of_kind(Kind::One), of_kind(Kind::None));
         let unlisted = of_kind(Kind::Unlisted);
+        let judged: Vec<&Scored> = none.iter().copied().filter(|c| c.said.is_ok()).collect();
         let large: Vec<&Scored> = one.iter().copied().filter(|case| case.is_large()).collect();
         let staying: Vec<&Scored> = one.iter().copied().filter(|case| case.stays_large()).collect();
         let drawn = unlisted.iter().filter_map(|c| Some((c.is_in_region()?, c.region_share()?)));
@@ -373,7 +374,7 @@ impl Summary {
             staying_named: right(&staying),
             both_named: right(&of_kind(Kind::Two)),
             none: none.len(),
-            false_alarms: right(&none).map(|right| 1.0 - right),
+            false_alarms: right(&judged).map(|right| 1.0 - right),
             unlisted: unlisted.len(),
             unexplained: right(&unlisted),
             drawn: drawn.len(),
@@ -476,6 +477,14 @@ mod tests {
         let summary = Summary::of(&cases);
         assert_eq!((summary.cases, summary.one, summary.large, summary.none), (7, 5, 3, 2));
         assert_eq!((summary.named, summary.false_alarms), (Some(2.0 / 3.0), Some(0.5)));
+        // a case of which nothing was said is no alarm
+        let failed = Scored {
+            said: Err("no sheet comes to rest".to_owned()),
+            ..scored(Kind::None, Vec::new(), None, said("none", &[], &[], 5.0))
+        };
+        let [.., found, none] = cases.each_ref();
+        let with = Summary::of(&[found.clone(), none.clone(), failed]);
+        assert_eq!((with.failed, with.none, with.false_alarms), (1, 3, Some(0.5)));
         assert_eq!((summary.staying, summary.staying_named), (1, Some(1.0)));
         assert_eq!((summary.unexplained, summary.both_named), (None, None));
         assert_eq!((summary.drawn, summary.in_region, summary.region_share), (0, None, None));

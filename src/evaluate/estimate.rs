@@ -24,7 +24,7 @@ use crate::base::Boundary;
 use crate::base::seed;
 use crate::base::units::M_PER_MM;
 use crate::dataset::{Manifest, Row};
-use crate::estimate::{EstimateError, EstimateWarning, Estimator};
+use crate::estimate::{Estimate, EstimateError, EstimateWarning, Estimator};
 use crate::fabric::{Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2};
 use crate::numeric::robust;
 use crate::sim::NUMERICS_VERSION;
@@ -48,6 +48,30 @@ pub struct Answer {
     pub novel: bool,
 }
 
+impl Answer {
+    /// What an estimate says.
+    #[must_use]
+    pub fn of(estimate: &Estimate) -> Self {
+        let parameters = estimate.parameters();
+        let novel = |w: &EstimateWarning| matches!(w, EstimateWarning::NovelRim { .. });
+        Self {
+            value: parameters.map(|p| p.value),
+            interval90: parameters.map(|p| p.interval90),
+            novel: estimate.warnings.iter().any(novel),
+        }
+    }
+
+    /// Which of its intervals hold the truth.
+    #[must_use]
+    pub fn holds(&self, truth: &Fabric) -> [bool; STIFFNESSES] {
+        let truth = truth.to_paper_units();
+        std::array::from_fn(|i| {
+            let [low, high] = self.interval90[i];
+            (low..=high).contains(&truth[i])
+        })
+    }
+}
+
 /// What the estimator says of a drape, told its density and where its warp lies.
 ///
 /// # Errors
@@ -62,13 +86,7 @@ pub(super) fn answered(
     rim: &Boundary,
     density_kg_m2: f64,
 ) -> Result<Answer, EstimateError> {
-    let estimate = estimator.estimate(rim, density_kg_m2, true)?;
-    let parameters = estimate.parameters();
-    Ok(Answer {
-        value: parameters.map(|p| p.value),
-        interval90: parameters.map(|p| p.interval90),
-        novel: estimate.warnings.iter().any(|w| matches!(w, EstimateWarning::NovelRim { .. })),
-    })
+    Ok(Answer::of(&estimator.estimate(rim, density_kg_m2, true)?))
 }
 
 /// The rows as scans with the training's noise give them: rim and density; the truth that scores are held against is
@@ -372,8 +390,6 @@ fn score(
     let squares = error.iter().map(|e| e * e).sum::<f64>();
     let about_mean = truth.iter().map(|t| (t - mean).powi(2)).sum::<f64>();
     let ln_width = (box_limits[1][i] / box_limits[0][i]).ln();
-    let holds =
-        |(a, t): (&Answer, &f64)| (a.interval90[i][0].ln()..=a.interval90[i][1].ln()).contains(t);
     let half = |a: &Answer| (a.interval90[i][1] / a.interval90[i][0]).ln() / 2.0;
     let median = |values: Vec<f64>| robust::median(values).unwrap_or(f64::NAN);
     ParameterScore {
@@ -381,7 +397,7 @@ fn score(
         median_abs_ln_error: median(error.iter().map(|e| e.abs()).collect()),
         rmse: (squares / count).sqrt() / ln_width,
         r2: 1.0 - squares / about_mean,
-        coverage: answers.iter().zip(&truth).filter(|&pair| holds(pair)).count() as f64 / count,
+        coverage: answers.iter().zip(truths).filter(|(a, t)| a.holds(t)[i]).count() as f64 / count,
         median_half_width_factor: median(answers.iter().map(half).collect()).exp(),
     }
 }

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::estimate::Answer;
 use super::scan::{Setup, find};
 use crate::base::frame::PLATE_RADIUS_M;
 use crate::base::units::M_PER_MM;
@@ -162,12 +163,11 @@ pub fn case(
             let verdict = figures.verdict(&Limits::default());
             // All seven times the same factor give the same rim.
             let truth = fabric.to_paper_units().map(|value| value * wrong.density);
-            let pairs = estimate.parameters().into_iter().zip(truth);
-            let covered =
-                pairs.clone().filter(|(p, t)| p.interval90[0] <= *t && *t <= p.interval90[1]);
-            let covered = covered.count();
-            let worst_factor =
-                pairs.map(|(p, t)| (p.value / t).max(t / p.value)).fold(1.0, f64::max);
+            let answer = Answer::of(&estimate);
+            let covered = answer.holds(&Fabric::from_paper_units(truth));
+            let covered = covered.into_iter().filter(|holds| *holds).count();
+            let factors = answer.value.into_iter().zip(truth).map(|(v, t)| (v / t).max(t / v));
+            let worst_factor = factors.fold(1.0, f64::max);
             Ok(Judged { figures, verdict, rim_error_m, covered, worst_factor })
         }
     };

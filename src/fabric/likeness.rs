@@ -96,6 +96,12 @@ impl Likeness {
         like
     }
 
+    /// The part that the fabric is likeliest of, however far it lies from it; `None` for a prior without parts.
+    #[must_use]
+    pub fn likeliest(&self) -> Option<&PartLikeness> {
+        self.parts.iter().max_by(|a, b| a.probability.total_cmp(&b.probability))
+    }
+
     /// Whether the fabric is like no part.
     #[must_use]
     pub fn is_outside(&self) -> bool {

@@ -28,10 +28,7 @@ fn answers_of(i: usize, truths: &[Fabric], answers: &[Answer]) -> Chart {
     let value: Vec<f64> = answers.iter().map(|answer| answer.value[i]).collect();
     let bars = truth.iter().zip(answers);
     let bars = bars.flat_map(|(t, answer)| answer.interval90[i].map(|end| [*t, end]));
-    let held = truth.iter().zip(answers).filter(|(t, answer)| {
-        let [low, high] = answer.interval90[i];
-        (low..=high).contains(*t)
-    });
+    let held = truths.iter().zip(answers).filter(|(t, answer)| answer.holds(t)[i]);
     let percent = 100.0 * held.count() as f64 / answers.len() as f64;
     let ends = [f64::min, f64::max].map(|of| truth.iter().copied().fold(truth[0], of));
     let series =

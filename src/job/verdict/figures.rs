@@ -124,8 +124,7 @@ pub struct InPrior {
 
 impl InPrior {
     fn of(likeness: &Likeness) -> Option<Self> {
-        let likeliest =
-            likeness.parts.iter().max_by(|a, b| a.probability.total_cmp(&b.probability))?;
+        let likeliest = likeness.likeliest()?;
         Some(Self {
             network: true,
             like: !likeness.is_outside(),

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::krylov::conjugate_gradients;
 use super::workspace::{Inertia, Newton, largest};
 use crate::base::Vector3;
-use crate::numeric::sparse::{Factor, Real, TOGETHER, Work};
+use crate::numeric::sparse::{BlockPattern, Factor, Real, TOGETHER, Work};
 use crate::sim::effort::charge;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::model::{Model, Tangent};
@@ -106,17 +106,9 @@ impl Newton {
         }
         let (pattern, tangent) = (model.grid.analysis.pattern(), &self.tangent);
         let mut moves = loads.to_vec();
-        let solve = |some: &mut [Vec<Vector3>]| {
-            let mut some: Vec<&mut [Vector3]> = some.iter_mut().map(Vec::as_mut_slice).collect();
-            if exact {
-                let mut work = Work::default();
-                let precondition = |x: &mut [&mut [Vector3]]| self.factor.solve_with(&mut work, x);
-                conjugate_gradients(pattern, tangent, &mut some, LOAD_TOLERANCE, precondition)
-            } else {
-                let mut work = Work::default();
-                let precondition = |x: &mut [&mut [Vector3]]| self.rough.solve_with(&mut work, x);
-                conjugate_gradients(pattern, tangent, &mut some, LOAD_TOLERANCE, precondition)
-            }
+        let solve = |some: &mut [Vec<Vector3>]| match exact {
+            true => solve_whole_with(&self.factor, pattern, tangent, some),
+            false => solve_whole_with(&self.rough, pattern, tangent, some),
         };
         let solved = charge(&mut self.effort.solve_s, || {
             moves.par_chunks_mut(TOGETHER).try_for_each(|some| solve(some).then_some(()))
@@ -179,6 +171,19 @@ impl Newton {
             conjugate_gradients(pattern, tangent, &mut [direction], tolerance, precondition)
         })
     }
+}
+
+/// Loads to the moves under them, several side by side, with the whole tangent, preconditioned by a factor. False at negative curvature.
+fn solve_whole_with<T: Real + Send + Sync>(
+    factor: &Factor<T>,
+    pattern: &BlockPattern,
+    tangent: &Tangent,
+    loads: &mut [Vec<Vector3>],
+) -> bool {
+    let mut loads: Vec<&mut [Vector3]> = loads.iter_mut().map(Vec::as_mut_slice).collect();
+    let mut work = Work::default();
+    let precondition = |x: &mut [&mut [Vector3]]| factor.solve_with(&mut work, x);
+    conjugate_gradients(pattern, tangent, &mut loads, LOAD_TOLERANCE, precondition)
 }
 
 /// The moves under loads by a factor.
