@@ -114,14 +114,17 @@ def half_widths(interval, sigma, length_mm):
 
 
 def measured(model, drapes, interval, noise_seeds):
-    """Coverage on drapes, each noise seed a copy of them."""
+    """Error, as the paper's Table 3 has it, and coverage on drapes, each noise seed a copy of them."""
     error, sigma, length_mm = together([model.said(drapes, seed) for seed in noise_seeds])
     half = half_widths(interval, sigma, length_mm)
     held = np.abs(error) <= half
     true_mm = drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64))
     quarter = np.tile(intervals.quarters(true_mm), len(noise_seeds))
     factor = np.exp(np.median(half, axis=0) * (model.ln_max - model.ln_min))
+    low, high = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
+    normalised = error * (model.ln_max - model.ln_min) / (high - low)
     return {
+        "rmse": float(np.sqrt(np.mean(normalised**2, axis=0)).mean()),
         "coverage": float(held.mean()),
         "coverage_each": held.mean(0).tolist(),
         "coverage_quarters": [float(held[quarter == k].mean()) for k in range(intervals.QUARTERS)],
@@ -172,7 +175,7 @@ def main():
             print(f"{folder}, {name}: novel {(novelty_mm > near).mean():.4f} before, {said[name]['novel']:.4f} after")
             for way, own in (("before", measured(model, other, before, seeds)), ("after", said[name])):
                 each, quarters = (" ".join(f"{v:.3f}" for v in own[key]) for key in ("coverage_each", "coverage_quarters"))
-                print(f"{folder}, {said['drapes']} drapes, {name}, {way}: all {own['coverage']:.3f}; quarters {quarters}; each {each}")
+                print(f"{folder}, {said['drapes']} drapes, {name}, {way}: RMSE {own['rmse']:.4f}; all {own['coverage']:.3f}; quarters {quarters}; each {each}")
         tests.append(said)
     if args.dry_run:
         return

@@ -29,6 +29,7 @@ class Drapes:
     fabric: np.ndarray  # (rows,) fabric index
     group: np.ndarray  # (rows,) what must not be split: the drops of a fabric, the drapes of a walk
     node_count: np.ndarray  # (rows,)
+    vertices: np.ndarray  # (rows,) on a side of the sheet; 0 of made-up drapes
     manifest: dict
     rows_read: int
     left_out: dict  # why: rows
@@ -63,6 +64,7 @@ def read_folder(folder, rows_limit=None):
         fabric[keep],
         group[keep],
         np.asarray(column["node_count"])[keep],
+        np.full(int(keep.sum()), vertices(manifest) or 0),
         manifest,
         len(keep),
         left_out,
@@ -81,13 +83,11 @@ def read_folders(folders, rows_limit=None):
 
 
 def joined(folders, parts):
-    """Several folders as one. A fabric that is in two of them brings their groups together."""
+    """Several folders as one, of any cells. A fabric that is in two of them brings their groups together."""
     manifest = dict(parts[0].manifest)
     differing = {"walks", "count", "program", "simulator"}
     for folder, part in zip(folders[1:], parts[1:]):
         other = [k for k in manifest.keys() | part.manifest.keys() if k not in differing and part.manifest.get(k) != manifest.get(k)]
-        if vertices(part.manifest) != vertices(manifest):
-            other.append("vertices")
         if other:
             raise SystemExit(f"{folder}: {', '.join(other)} differ from {folders[0]}")
     leader = {}  # of a group: another one of its cluster, or itself
@@ -111,7 +111,7 @@ def joined(folders, parts):
     each = lambda key: np.concatenate([getattr(part, key) for part in parts])
     return Drapes(
         each("boundary"), each("stiffness"), each("density"), each("fabric"), np.concatenate(groups),
-        each("node_count"), manifest, sum(part.rows_read for part in parts), left_out,
+        each("node_count"), each("vertices"), manifest, sum(part.rows_read for part in parts), left_out,
     )
 
 

@@ -104,23 +104,25 @@ def test_a_group_never_lies_on_both_sides_of_the_split():
 
 
 def test_folders_are_joined_and_a_fabric_in_two_of_them_joins_their_groups():
-    def drapes(fabric, group):
+    def drapes(fabric, group, vertices=61):
         count = len(fabric)
         return drape_data.Drapes(
-            np.zeros((count, 244, 3), np.float32), np.ones((count, 6)), np.ones(count), np.array(fabric),
-            np.array(group), np.ones(count), {"prior": "p", "seed": 1, "count": count, "simulator": {"vertices": 61}}, count,
-            {"slow": 1},
+            np.zeros((count, 244, 3), np.float32), np.ones((count, 6)), np.ones(count), np.array(fabric), np.array(group), np.ones(count),
+            np.full(count, vertices), {"prior": "p", "seed": 1, "count": count, "simulator": {"vertices": vertices}}, count, {"slow": 1},
         )
 
-    walked, fallen = drapes([4, 9, 7, 2], [0, 0, 1, 1]), drapes([0, 1, 2, 9], [0, 1, 2, 9])
+    walked, fallen = drapes([4, 9, 7, 2], [0, 0, 1, 1]), drapes([0, 1, 2, 9], [0, 1, 2, 9], vertices=121)
     joined = drape_data.joined(["walked", "fallen"], [walked, fallen])
     assert joined.fabric.tolist() == [4, 9, 7, 2, 0, 1, 2, 9] and joined.left_out == {"slow": 2}
     g = joined.group.tolist()
     assert g[0] == g[1] == g[7] and g[2] == g[3] == g[6]
     assert len({g[0], g[2], g[4], g[5]}) == 4
-    for key, other in (("seed", 2), ("canonical", True), ("vertices", {"vertices": 121})):
+    assert joined.vertices.tolist() == 4 * [61] + 4 * [121]
+    rows = np.array([0, 3, 5, 7])
+    assert train.repeated(joined, rows, 3).tolist() == [0, 3, 5, 7, 5, 7, 5, 7] and train.repeated(joined, rows, 1).tolist() == rows.tolist()
+    for key, other in (("seed", 2), ("canonical", True)):
         own = drapes([0, 1], [0, 1])
-        own.manifest["simulator" if key == "vertices" else key] = other
+        own.manifest[key] = other
         try:
             drape_data.joined(["walked", "fallen"], [walked, own])
         except SystemExit as error:

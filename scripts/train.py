@@ -42,7 +42,7 @@ LEAST_RANGE = 5.0
 
 def parse_args():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--data", required=True, nargs="+", type=pathlib.Path, help="folders of `scan2params generate`, of one prior and seed")
+    parser.add_argument("--data", required=True, nargs="+", type=pathlib.Path, help="folders of `scan2params generate`, of one prior and seed, of any cells")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="the .onnx file; .json goes beside it")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--nets", nargs="+", choices=NETS, default=["ring"], help="the first is exported, others are trained to compare")
@@ -57,6 +57,7 @@ def parse_args():
     parser.add_argument("--weight-decay", type=float, default=1e-2)
     parser.add_argument("--dropout", type=float, default=0.05)
     parser.add_argument("--mse-share", type=float, default=0.4, help="share of the epochs before the sigmas are trained")
+    parser.add_argument("--repeat-finer", type=int, default=1, help="how often an epoch has the rows on cells finer than the coarsest ones")
     parser.add_argument("--rows", type=int, help="read only so many rows")
     parser.add_argument("--shares", type=float, nargs=3, default=[0.8, 0.1, 0.1], help="of the groups to train, to calibrate, to test")
     parser.add_argument("--test", type=pathlib.Path, help="also score on all rows of this folder, of another seed")
@@ -337,6 +338,12 @@ def report(name, metrics):
     print(f"  coverage {metrics['coverage']:.3f}" if "coverage" in metrics else "")
 
 
+def repeated(drapes, rows, times):
+    """Rows of an epoch: those on cells finer than the coarsest ones so many times, since they are dear and few and most like cloth."""
+    finer = rows[drapes.vertices[rows] > drapes.vertices.min()]
+    return np.concatenate([rows, *[finer] * (times - 1)])
+
+
 def exported(name, drapes, rows, scaling, symmetries, noise, args):
     """A trained network, or several that differ in their seed: as ONNX bytes, what the record says of the layers, and how long it
     took [s]."""
@@ -357,7 +364,8 @@ def main():
     print(f"{drapes.rows_read} rows, {len(drapes.density)} at rest (left out: {drapes.left_out}), "
           f"{len(train_rows)} / {len(calibration_rows)} / {len(test_rows)} to train / calibrate / test")
 
-    nets = {name: exported(name, drapes, train_rows, scaling, symmetries, noise, args) for name in args.nets}
+    epoch = repeated(drapes, train_rows, args.repeat_finer)
+    nets = {name: exported(name, drapes, epoch, scaling, symmetries, noise, args) for name in args.nets}
     model, layers, seconds = nets[args.nets[0]]
     asks = partial(Network, asked_density=scaling.asked_density, ln_width=scaling.width)
     network = asks(model, symmetries=symmetries)
@@ -416,6 +424,7 @@ def main():
         "rows": {
             "read": drapes.rows_read, "left_out": drapes.left_out, "train": len(train_rows),
             "calibration": len(calibration_rows), "test": len(test_rows),
+            "by_vertices": {str(v): int((drapes.vertices == v).sum()) for v in np.unique(drapes.vertices)},
             **({"other_test": len(other.density)} if args.test else {}),
         },
         "fabrics": int(len(np.unique(drapes.fabric))),
