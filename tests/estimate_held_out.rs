@@ -1,5 +1,5 @@
 //! What the shipped estimate promises, held on the rims of 64 drapes that the model has not
-//! seen (`fixtures/rims`): errors, widths and coverage. An estimator that ignores the scan
+//! seen (`fixtures/rims`), and of 28 on finer cells: errors, widths and coverage. An estimator that ignores the scan
 //! breaks these promises, and so do others with a planted fault. On the same rims: the linear regression that `evaluate
 //! redrape` has beside the network.
 
@@ -13,7 +13,16 @@ use scan2params::evaluate::linear::Linear;
 use scan2params::fabric::{Fabric, Mixture, STIFFNESSES};
 
 fn rims() -> Vec<Row> {
-    at_rest(read_folder(&promises::root().join("fixtures/rims")).unwrap()).unwrap()
+    of_folder("fixtures/rims")
+}
+
+/// Those on cells of 2.5 mm.
+fn finer_rims() -> Vec<Row> {
+    of_folder("fixtures/rims_finer")
+}
+
+fn of_folder(name: &str) -> Vec<Row> {
+    at_rest(read_folder(&promises::root().join(name)).unwrap()).unwrap()
 }
 
 fn scores(answers: &[Answer], rows: &[Row]) -> Scores {
@@ -23,12 +32,19 @@ fn scores(answers: &[Answer], rows: &[Row]) -> Scores {
 
 /// Scores of the shipped estimator on rims changed by `change`; the truth stays.
 fn scores_with(change: impl Fn(Row) -> Row, after: impl Fn(Answer) -> Answer) -> Scores {
+    scores_of(&rims(), change, after)
+}
+
+fn scores_of(
+    rows: &[Row],
+    change: impl Fn(Row) -> Row,
+    after: impl Fn(Answer) -> Answer,
+) -> Scores {
     let estimator = Estimator::shipped().unwrap();
-    let rows = rims();
     let changed = rows.iter().cloned().map(change);
     let answers: Vec<Answer> =
         changed.map(|row| after(answer(&estimator, &row).unwrap())).collect();
-    scores(&answers, &rows)
+    scores(&answers, rows)
 }
 
 /// The figures that are promised, by id.
@@ -52,19 +68,41 @@ fn broken(scores: &Scores) -> Vec<&'static str> {
 
 #[test]
 fn the_rims_are_of_this_simulator_and_new_to_the_model() {
-    let folder = promises::root().join("fixtures/rims");
-    let manifest = Manifest::read(&folder).unwrap();
-    check_folder(&Estimator::shipped().unwrap(), &manifest).unwrap();
-    // what the fixture says it is, it is: each fabric is that of the prior, the seed and the index
-    let prior = Mixture::named(&manifest.prior).unwrap();
-    assert_eq!(prior.sha256(), manifest.prior_sha256);
-    let rows = rims();
-    assert_eq!(rows.len(), 64);
-    for row in &rows {
-        let drawn = prior.sample(manifest.seed, row.index).unwrap().to_paper_units();
-        let same = drawn.iter().zip(row.fabric.to_paper_units());
-        assert!(same.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{}", row.index);
+    for (name, count, vertices) in [("fixtures/rims", 64, 61), ("fixtures/rims_finer", 28, 121)] {
+        let manifest = Manifest::read(&promises::root().join(name)).unwrap();
+        check_folder(&Estimator::shipped().unwrap(), &manifest).unwrap();
+        assert_eq!(manifest.simulator["vertices"], vertices, "{name}");
+        // what the fixture says it is, it is: each fabric is that of the prior, the seed and the index
+        let prior = Mixture::named(&manifest.prior).unwrap();
+        assert_eq!(prior.sha256(), manifest.prior_sha256);
+        let rows = of_folder(name);
+        assert_eq!(rows.len(), count, "{name}");
+        for row in &rows {
+            let drawn = prior.sample(manifest.seed, row.index).unwrap().to_paper_units();
+            let same = drawn.iter().zip(row.fabric.to_paper_units());
+            assert!(same.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{}", row.index);
+        }
     }
+}
+
+#[test]
+fn on_finer_cells_which_are_most_like_cloth_it_is_as_good_as_promised() {
+    let rows = finer_rims();
+    let scores = scores_of(&rows, |row| row, |answer| answer);
+    hold("estimate.rmse_finer", scores.rmse);
+    hold("estimate.coverage_finer", scores.coverage);
+    // as a network answers that knows coarse cells alone: stretch and shear by a quarter too low
+    let low = |answer: Answer| Answer {
+        value: std::array::from_fn(|i| answer.value[i] * if i < 3 { 0.75 } else { 1.0 }),
+        interval90: std::array::from_fn(|i| {
+            answer.interval90[i].map(|end| end * if i < 3 { 0.75 } else { 1.0 })
+        }),
+        ..answer
+    };
+    let low = scores_of(&rows, |row| row, low);
+    println!("stretch and shear a quarter too low: {:.4} {:.3}", low.rmse, low.coverage);
+    assert!(!promise("estimate.rmse_finer").is_kept_by(low.rmse));
+    assert!(!promise("estimate.coverage_finer").is_kept_by(low.coverage));
 }
 
 #[test]

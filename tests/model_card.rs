@@ -24,6 +24,23 @@ fn list(values: &Value, show: impl Fn(f64) -> String) -> String {
     values.collect::<Vec<_>>().join(" | ")
 }
 
+/// Side of a specimen's cells \[mm\].
+fn cells_mm(vertices: f64) -> f64 {
+    300.0 / (vertices - 1.0)
+}
+
+/// How many drapes at rest lie on which cells.
+fn of_cells(by_vertices: &Value) -> String {
+    let by_vertices = by_vertices.as_object().unwrap();
+    let mut each: Vec<(u32, &Value)> =
+        by_vertices.iter().map(|(vertices, rows)| (vertices.parse().unwrap(), rows)).collect();
+    each.sort_by_key(|(vertices, _)| *vertices);
+    let shown = each.iter().map(|(vertices, rows)| {
+        format!("{rows} at rest on cells of {:.1} mm", cells_mm(f64::from(*vertices)))
+    });
+    shown.collect::<Vec<_>>().join(", ")
+}
+
 /// The tables as markdown.
 fn rendered(record: &Value) -> String {
     let number = |pointer: &str| record.pointer(pointer).and_then(Value::as_f64).unwrap();
@@ -44,6 +61,7 @@ fn rendered(record: &Value) -> String {
             format!("{}, {}", record["data_seed"], record["simulator_numerics"]),
         ),
         ("drapes", format!("{read}, of which {:.1} % at rest", 100.0 * (read - left_out) / read)),
+        ("their cells", of_cells(&record["rows"]["by_vertices"])),
         (
             "of these to train, to calibrate, to test (split by walks)",
             format!(
@@ -119,7 +137,7 @@ fn of_intervals(record: &Value) -> String {
     let on = &record["calibrated_on"];
     let command = record["command"].as_str().unwrap();
     let widened = record.get("widened_on").map_or_else(String::new, |finer| {
-        let cells = 300.0 / (finer["vertices"].as_f64().unwrap() - 1.0);
+        let cells = cells_mm(finer["vertices"].as_f64().unwrap());
         let factors = finer["factor"].as_array().unwrap().iter();
         let factors: Vec<String> = factors.map(|f| format!("{:.2}", f.as_f64().unwrap())).collect();
         format!(
@@ -131,18 +149,18 @@ fn of_intervals(record: &Value) -> String {
     });
     let mut out = format!(
         "\nIntervals calibrated on {} falls of seed {}{widened} (`{command}`). Share of the 90 % intervals that hold the truth, all in all, and in each quarter of \
-         the true bending length, softest first; last the share of the rims that are called novel:\n\n| falls of other fabrics | | all | 1 | 2 | 3 | 4 | novel |\n|---|---|---|---|---|---|---|---|\n",
+         the true bending length, softest first; then the share of the rims that are called novel, and the RMSE:\n\n| falls of other fabrics | | all | 1 | 2 | 3 | 4 | novel | RMSE |\n|---|---|---|---|---|---|---|---|---|\n",
         on["drapes"], on["seed"]
     );
     for test in record["tests"].as_array().unwrap() {
-        let cells = 300.0 / (test["vertices"].as_f64().unwrap() - 1.0);
+        let cells = cells_mm(test["vertices"].as_f64().unwrap());
         for (key, name) in [("clean", "clean"), ("noisy", "scan noise")] {
             let measured = &test[key];
             let quarters = list(&measured["coverage_quarters"], |v| format!("{v:.3}"));
             let all = measured["coverage"].as_f64().unwrap();
             let (drapes, seed) = (&test["drapes"], &test["seed"]);
-            let novel = measured["novel"].as_f64().unwrap();
-            writeln!(out, "| {drapes} of seed {seed}, cells of {cells:.1} mm | {name} | {all:.3} | {quarters} | {novel:.3} |").unwrap();
+            let [novel, rmse] = ["novel", "rmse"].map(|key| measured[key].as_f64().unwrap());
+            writeln!(out, "| {drapes} of seed {seed}, cells of {cells:.1} mm | {name} | {all:.3} | {quarters} | {novel:.3} | {rmse:.4} |").unwrap();
         }
     }
     out
