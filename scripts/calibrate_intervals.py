@@ -121,7 +121,7 @@ def measured(model, drapes, interval, noise_seeds):
     true_mm = drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64))
     quarter = np.tile(intervals.quarters(true_mm), len(noise_seeds))
     factor = np.exp(np.median(half, axis=0) * (model.ln_max - model.ln_min))
-    low, high = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
+    low, high = drape_data.ln_box(drapes.manifest)
     normalised = error * (model.ln_max - model.ln_min) / (high - low)
     return {
         "rmse": float(np.sqrt(np.mean(normalised**2, axis=0)).mean()),

@@ -115,6 +115,11 @@ def joined(folders, parts):
     )
 
 
+def ln_box(manifest):
+    """Logarithms of the least and of the most that the prior of a folder has of each stiffness, by whose distance errors are normalised."""
+    return tuple(np.log(np.array(limit)[:6]) for limit in manifest["prior_limits"])
+
+
 GRAVITY_M_S2 = 9.80665
 
 

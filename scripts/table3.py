@@ -53,7 +53,7 @@ class Rows:
 
     def __init__(self, drapes, rows, points=slice(None), density=True):
         self.drapes, self.points, self.density = drapes, points, density
-        lo, hi = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
+        lo, hi = drape_data.ln_box(drapes.manifest)
         self.ln_min, self.width = lo, hi - lo
         x = self.raw(rows)
         self.least, self.range = x.min(0), np.maximum(x.max(0) - x.min(0), train.LEAST_RANGE)

@@ -91,7 +91,7 @@ class Scaling:
         self.ln_min = np.minimum(ln.min(0), ln.min(0)[drape_data.SWAPPED])
         self.ln_max = np.maximum(ln.max(0), ln.max(0)[drape_data.SWAPPED])
         self.width = self.ln_max - self.ln_min
-        lo, hi = (np.log(np.array(limit)[:6]) for limit in drapes.manifest["prior_limits"])
+        lo, hi = drape_data.ln_box(drapes.manifest)
         self.paper_range = hi - lo
 
     def normalised(self, stiffness):
