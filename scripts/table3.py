@@ -43,6 +43,8 @@ def parse_args():
     parser.add_argument("--data", required=True, type=pathlib.Path, help="folder of `scan2params generate --canonical`")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="JSON; what is there is kept, so that a broken run goes on")
     parser.add_argument("--nets", nargs="+", default=["LR", "LR-D", "SNN/8", "SNN/4", "NN/4", "SNN/B/4", "SNN/2", "ring"])
+    parser.add_argument("--sizes", nargs="+", type=float, default=SHARES, metavar="SHARE",
+        help="of the training rows; all four take the widest networks most of an hour")
     parser.add_argument("--test-share", type=float, default=0.1)
     parser.add_argument("--seed", type=int, default=1)
     return parser.parse_args()
@@ -162,8 +164,11 @@ def paper_scores(name, drapes, rows, tests, seed):
 
 
 def extrapolated(sizes, errors):
-    """RMSE at the paper's rows by a power law through the last three sizes, and its exponent."""
-    power, constant = np.polyfit(np.log(sizes[-3:]), np.log(errors[-3:]), 1)
+    """RMSE at the paper's rows by a power law through the last three sizes, and its exponent; none from fewer sizes."""
+    if len(sizes) < 3:
+        return None, None
+    last = np.argsort(sizes)[-3:]
+    power, constant = np.polyfit(np.log(np.take(sizes, last)), np.log(np.take(errors, last)), 1)
     return float(np.exp(constant + power * np.log(PAPER_ROWS))), float(power)
 
 
@@ -171,14 +176,14 @@ def main():
     args = parse_args()
     drapes = drape_data.read_folder(args.data)
     rows, _, tests = drape_data.split_by_group(drapes.group, args.seed, [1.0 - args.test_share, 0.0, args.test_share])
-    sizes = [round(len(rows) * share) for share in SHARES]
+    sizes = [round(len(rows) * share) for share in args.sizes]
     named = {"data": str(args.data), "rows": len(drapes.density), "left_out": drapes.left_out, "tests": len(tests), "seed": args.seed}
     found = json.loads(args.out.read_text()) if args.out.exists() else {**named, "nets": {}}
     if {k: found[k] for k in named} != named:
         raise SystemExit(f"{args.out}: of other data or another seed; give another file")
     for name in args.nets:
         own = found["nets"].setdefault(name, {"sizes": [], "rmse": [], "r2": [], "rmse_each": [], "seconds": []})
-        for size in sizes[len(own["sizes"]) :]:
+        for size in [size for size in sizes if size not in own["sizes"]]:
             start = time.time()
             scores = scores_of(name, drapes, rows[:size], tests, args.seed)
             own["sizes"].append(size)
@@ -191,8 +196,9 @@ def main():
     print("net      " + "".join(f"{size:>9d}" for size in sizes) + f"{'R2':>9s}{'power':>9s}{PAPER_ROWS:>9d}")
     for name in args.nets:
         own = found["nets"][name]
-        errors = "".join(f"{error:9.4f}" for error in own["rmse"])
-        print(f"{name:9s}{errors}{own['r2'][-1]:9.3f}{own['power']:9.2f}{own['at_90000']:9.4f}")
+        errors = dict(zip(own["sizes"], own["rmse"]))
+        line = [*(errors.get(size) for size in sizes), own["r2"][int(np.argmax(own["sizes"]))], own["power"], own["at_90000"]]
+        print(f"{name:9s}" + "".join("        -" if value is None else f"{value:9.4f}" for value in line))
 
 
 if __name__ == "__main__":

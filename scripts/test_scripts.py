@@ -174,8 +174,12 @@ def test_the_papers_networks_learn_what_a_line_cannot():
 
 def test_a_power_law_is_found_and_goes_on():
     sizes = np.array([100, 200, 400, 800])
-    at, power = table3.extrapolated(sizes, 0.5 * sizes**-0.3)
-    assert abs(power + 0.3) < 1e-9 and abs(at / (0.5 * 90_000**-0.3) - 1) < 1e-9
+    errors = 0.5 * sizes**-0.3
+    errors[0] *= 2  # the last three sizes alone, in whatever order they were trained
+    for order in ([0, 1, 2, 3], [3, 0, 1, 2]):
+        at, power = table3.extrapolated(sizes[order], errors[order])
+        assert abs(power + 0.3) < 1e-9 and abs(at / (0.5 * 90_000**-0.3) - 1) < 1e-9
+    assert table3.extrapolated(sizes[:2], errors[:2]) == (None, None)
 
 
 def exported_like(apply, to_onnx, density_counts):
