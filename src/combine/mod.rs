@@ -26,9 +26,6 @@ pub use show::{SCHEMA_VERSION, json, table};
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::numeric::moments::{mean, mean_and_error};
 
-/// Least standard deviation of a logarithm that an interval is taken to state: none is exact.
-const LEAST_SIGMA: f64 = 1e-4;
-
 /// A drape that is in the mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Used {
@@ -188,11 +185,7 @@ fn one_density(drapes: &[Drape]) -> Result<(), CombineError> {
 fn combination(drapes: &[Drape], k: usize) -> Combination {
     let values: Vec<f64> = drapes.iter().map(|drape| drape.values[k]).collect();
     let ln: Vec<f64> = values.iter().map(|v| v.ln()).collect();
-    let stated = |drape: &Drape| {
-        // Ends that were cut at the model's range say too little on their side.
-        let ([low, high], value) = (drape.interval90[k], drape.values[k]);
-        ((high / value).ln().max((value / low).ln()) / pooled::Z90).max(LEAST_SIGMA)
-    };
+    let stated = |drape: &Drape| pooled::stated_sigma(drape.values[k], drape.interval90[k]);
     let sigma: Vec<f64> = drapes.iter().map(stated).collect();
     let pooled = pooled::pool(&ln, &sigma);
     let [mean, error] = mean_and_error(&values);

@@ -22,6 +22,8 @@ use crate::numeric::moments::{mean, mean_and_error};
 
 /// Of a normal distribution: half of its 90 % interval in standard deviations.
 pub const Z90: f64 = 1.644_853_626_951_472_7;
+/// Least standard deviation of a logarithm that an interval is taken to state.
+const LEAST_SIGMA: f64 = 1e-4;
 /// Fisher scoring ends when tau^2 changes by less than this.
 const SETTLED: f64 = 1e-12;
 /// Most steps of it; it takes some ten.
@@ -45,6 +47,13 @@ pub struct Pooled {
     /// For each drape, how far it lies from the others: in standard deviations of that difference, and the number of
     /// them beyond which it is named. `None` where the others are fewer than three.
     pub off: Vec<Option<[f64; 2]>>,
+}
+
+/// Standard deviation of the logarithm that a value with this 90 % interval states, from the longer half of it: an end that was cut
+/// at the model's range says too little on its side. None is exact.
+#[must_use]
+pub fn stated_sigma(value: f64, [low, high]: [f64; 2]) -> f64 {
+    ((high / value).ln().max((value / low).ln()) / Z90).max(LEAST_SIGMA)
 }
 
 /// Half of Student's 90 % interval in standard errors.

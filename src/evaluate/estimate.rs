@@ -8,12 +8,14 @@
 //! width of the prior's box, as in Table 3 of the paper.
 //!
 //! [`noisy`] has the same rims with the scan noise of the training, [`quarters`] the scores by bending length,
-//! [`by_likeness`] by the part of the prior that the answer is said to be like; [`pictures`] has them as charts.
+//! [`by_likeness`] by the part of the prior that the answer is said to be like; [`repeats`] takes the drops of one fabric together;
+//! [`pictures`] has them as charts.
 //!
 //! Where it fails: rims of the simulator, drawn from the prior of the training (or, [`anywhere`], from the whole box);
 //! nothing here says how the estimate does on real cloth.
 
 pub mod pictures;
+pub mod repeats;
 
 use serde::Serialize;
 

@@ -15,7 +15,7 @@ use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::{EstimateError, Estimator};
 use scan2params::evaluate::estimate::{
     self as held_out, Answer, Baseline, Group, Scores, UnfitDrapes, anywhere, by_likeness, noisy,
-    pictures, quarters,
+    pictures, quarters, repeats::Repeats,
 };
 use scan2params::evaluate::rim_noise::RimNoise;
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
@@ -68,6 +68,9 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let scores = all.map(|(name, answers)| (name, Scores::of(&truths, answers, limits)));
     let by_length = [&clean, &scanned].map(|answers| quarters(&truths, answers, limits));
     let likeness = [&clean, &scanned].map(|answers| by_likeness(&prior, &truths, answers));
+    let fabric_of: Vec<u64> = rows.iter().map(|row| row.fabric_index).collect();
+    let together =
+        [&clean, &scanned].map(|answers| Repeats::of(&truths, &fabric_of, answers, limits));
     if given.json {
         let [(_, shipped), (_, with_noise), (_, baseline)] = &scores;
         let all = json!({
@@ -75,6 +78,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
             "shipped": shipped, "scan_noise": with_noise, "ignoring_the_scan": baseline,
             "quarters": { "clean": by_length[0], "scan_noise": by_length[1] },
             "likeness": { "clean": likeness[0], "scan_noise": likeness[1] },
+            "drops_of_one_fabric": { "clean": together[0], "scan_noise": together[1] },
         });
         println!("{}", serde_json::to_string_pretty(&all)?);
         return Ok(());
@@ -86,6 +90,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     }
     groups("quarter of bending length", &by_length);
     groups("answer is like", &likeness);
+    repeats(&together);
     Ok(())
 }
 
@@ -134,6 +139,29 @@ fn groups(by: &str, [clean, scanned]: &[Vec<Group>; 2]) {
                 scores.half_width_factor,
                 each.join(" "),
                 scores.coverage
+            );
+        }
+    }
+}
+
+/// Drops of one fabric taken together, where there are any: clean rims, then the same with scan noise.
+fn repeats(together: &[Option<Repeats>; 2]) {
+    for (rims, repeats) in ["clean", "scan noise"].iter().zip(together) {
+        let Some(Repeats { fabrics, drops, parameters, all }) = repeats else { continue };
+        println!(
+            "\n{drops} drops of {fabrics} fabrics, {rims}: rmse of one, together, share of the error in common, interval90 holds, \
+             shared90 holds, its half_width_factor"
+        );
+        for p in parameters.iter().chain([all]) {
+            println!(
+                "{}, {:.4}, {:.4}, {:.2}, {:.3}, {:.3}, {:.2}",
+                p.key,
+                p.rmse_of_one,
+                p.rmse_together,
+                p.common_share,
+                p.interval_holds,
+                p.shared_holds,
+                p.shared_half_width_factor
             );
         }
     }
