@@ -1,5 +1,5 @@
 //! What the shipped estimate promises, held on the rims of 64 drapes that the model has not
-//! seen (`fixtures/rims`), and of 37 on finer cells: errors, widths and coverage. An estimator that ignores the scan
+//! seen (`fixtures/rims`), of 37 on finer cells and of four drops each of 16 fabrics: errors, widths and coverage. An estimator that ignores the scan
 //! breaks these promises, and so do others with a planted fault. On the same rims: the linear regression that `evaluate
 //! redrape` has beside the network.
 
@@ -8,6 +8,7 @@ mod promises;
 use promises::{hold, promise};
 use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::{Estimator, SWAPPED};
+use scan2params::evaluate::estimate::repeats::Repeats;
 use scan2params::evaluate::estimate::{Answer, Baseline, Scores, answer, at_rest, check_folder};
 use scan2params::evaluate::linear::Linear;
 use scan2params::fabric::{Fabric, Mixture, STIFFNESSES};
@@ -63,7 +64,11 @@ fn broken(scores: &Scores) -> Vec<&'static str> {
 
 #[test]
 fn the_rims_are_of_this_simulator_and_new_to_the_model() {
-    for (name, count, vertices) in [("fixtures/rims", 64, 61), ("fixtures/rims_finer", 37, 121)] {
+    for (name, count, vertices) in [
+        ("fixtures/rims", 64, 61),
+        ("fixtures/rims_finer", 37, 121),
+        ("fixtures/rims_repeats", 64, 61),
+    ] {
         let manifest = Manifest::read(&promises::root().join(name)).unwrap();
         check_folder(&Estimator::shipped().unwrap(), &manifest).unwrap();
         assert_eq!(manifest.simulator["vertices"], vertices, "{name}");
@@ -73,7 +78,7 @@ fn the_rims_are_of_this_simulator_and_new_to_the_model() {
         let rows = of_folder(name);
         assert_eq!(rows.len(), count, "{name}");
         for row in &rows {
-            let drawn = prior.sample(manifest.seed, row.index).unwrap().to_paper_units();
+            let drawn = prior.sample(manifest.seed, row.fabric_index).unwrap().to_paper_units();
             let same = drawn.iter().zip(row.fabric.to_paper_units());
             assert!(same.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{}", row.index);
         }
@@ -98,6 +103,42 @@ fn on_finer_cells_which_are_most_like_cloth_it_is_as_good_as_promised() {
     println!("stretch and shear a quarter too low: {:.4} {:.3}", low.rmse, low.coverage);
     assert!(!promise("estimate.rmse_finer").is_kept_by(low.rmse));
     assert!(!promise("estimate.coverage_finer").is_kept_by(low.coverage));
+}
+
+/// What the drops of one fabric tell together, of answers changed by `after`.
+fn together(rows: &[Row], answers: &[Answer], after: impl Fn(usize, Answer) -> Answer) -> Repeats {
+    let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
+    let fabric_of: Vec<u64> = rows.iter().map(|row| row.fabric_index).collect();
+    let answers: Vec<Answer> = answers.iter().enumerate().map(|(k, a)| after(k, *a)).collect();
+    Repeats::of(&truths, &fabric_of, &answers, Mixture::union().limits()).unwrap()
+}
+
+#[test]
+fn four_drops_of_a_fabric_tell_more_than_one_and_their_shared_interval_holds() {
+    let (rows, estimator) = (of_folder("fixtures/rims_repeats"), Estimator::shipped().unwrap());
+    let answers: Vec<Answer> = rows.iter().map(|row| answer(&estimator, row).unwrap()).collect();
+    let found = together(&rows, &answers, |_, answer| answer);
+    assert_eq!((found.fabrics, found.drops), (16, 64));
+    let less = |found: &Repeats| found.all.rmse_together / found.all.rmse_of_one;
+    hold("repeats.error", less(&found));
+    hold("repeats.shared", found.all.shared_holds);
+    // as if the first drop had been scanned four times
+    let first = |k: usize, _: Answer| answers[k - k % 4];
+    let same = together(&rows, &answers, first);
+    let narrow = |_: usize, answer: Answer| Answer {
+        interval90: std::array::from_fn(|i| {
+            answer.interval90[i].map(|end| answer.value[i] * (end / answer.value[i]).sqrt())
+        }),
+        ..answer
+    };
+    let narrow = together(&rows, &answers, narrow);
+    println!(
+        "one drop four times {:.3}, intervals half as wide {:.3}",
+        less(&same),
+        narrow.all.shared_holds
+    );
+    assert!(!promise("repeats.error").is_kept_by(less(&same)));
+    assert!(!promise("repeats.shared").is_kept_by(narrow.all.shared_holds));
 }
 
 #[test]

@@ -855,7 +855,7 @@ pub(crate) enum Evaluate {
 /// `evaluate estimate`.
 #[derive(Debug, Args)]
 pub(crate) struct HeldOut {
-    /// A folder of `generate`, of another seed than the model's
+    /// A folder of `generate`, of another seed than the model's; with several drops of a fabric also what `combine` makes of them
     #[arg(value_name = "DRAPES", required_unless_present = "count")]
     pub(crate) drapes: Option<PathBuf>,
     /// Drape so many fabrics of the model's prior afresh, as `generate` does
