@@ -28,6 +28,8 @@ import intervals
 import train
 
 NOISE_SEEDS = (101, 102, 103)
+# Sizes of the smooth noise at which coverage is printed [mm]; the training draws them from 0 to 1.
+SIZES_MM = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5)
 # Share of rims with a scan's noise that are not called novel.
 NOT_NOVEL = 0.99
 # Metrics of the training's own split that are of its intervals.
@@ -55,21 +57,21 @@ class Model:
             raise SystemExit(f"{folder}: has several drapes of a fabric or walk, which err together: wanted is one fall a fabric")
         return drapes
 
-    def inputs(self, drapes, noise_seed=None):
-        """Rims [mm] and densities [g/m^2], as scans give them where a seed is given."""
+    def inputs(self, drapes, noise_seed=None, size_mm=None):
+        """Rims [mm] and densities [g/m^2], as scans give them where a seed is given, all with smooth noise of `size_mm` where that is."""
         inputs = drapes.boundary, drapes.density.astype(np.float32)
         if noise_seed is None:
             return inputs
-        return tuple(np.asarray(a) for a in self.noisy(jax.random.key(noise_seed), *inputs))
+        return tuple(np.asarray(a) for a in self.noisy(jax.random.key(noise_seed), *inputs, size_mm=size_mm))
 
     def novelty_mm(self, drapes, noise_seeds):
         """Distance from the space of the training's rims [mm], of each rim of each draw."""
         asked = np.full(len(drapes.density), self.network.asked_density)
         return np.concatenate([self.network.novelty_mm(self.inputs(drapes, seed)[0], asked) for seed in noise_seeds])
 
-    def said(self, drapes, noise_seed=None):
+    def said(self, drapes, noise_seed=None, size_mm=None):
         """Error and sigma of the normalised outputs (rows, 6), and predicted bending length [mm] (rows)."""
-        inputs = self.inputs(drapes, noise_seed)
+        inputs = self.inputs(drapes, noise_seed, size_mm)
         mean, sigma = self.network(*inputs)
         width = self.ln_max - self.ln_min
         heavier = np.log(inputs[1] / self.network.asked_density)[:, None]
@@ -132,6 +134,13 @@ def measured(model, drapes, interval, noise_seeds):
     }
 
 
+def by_noise(model, drapes, interval, size_mm):
+    """Share of the intervals that hold where the smooth noise is of that size in all rims, and the factor on them with which LEVEL would."""
+    error, sigma, length_mm = together([model.said(drapes, seed, size_mm) for seed in NOISE_SEEDS])
+    scores = np.sort(np.abs(error) / half_widths(interval, sigma, length_mm), axis=None)
+    return float((scores <= 1).mean()), float(scores[intervals.rank(len(scores))])
+
+
 def mean_errors(model, drapes):
     """Mean error of the logarithms on clean rims, of all drapes and of each quarter of the true bending length, softest first."""
     error, _, _ = model.said(drapes)
@@ -176,6 +185,9 @@ def main():
             for way, own in (("before", measured(model, other, before, seeds)), ("after", said[name])):
                 each, quarters = (" ".join(f"{v:.3f}" for v in own[key]) for key in ("coverage_each", "coverage_quarters"))
                 print(f"{folder}, {said['drapes']} drapes, {name}, {way}: RMSE {own['rmse']:.4f}; all {own['coverage']:.3f}; quarters {quarters}; each {each}")
+        for size_mm in SIZES_MM:
+            held, factor_for_level = by_noise(model, other, after, size_mm)
+            print(f"{folder}, smooth noise of {size_mm} mm: all {held:.3f}, {intervals.LEVEL} with {factor_for_level:.2f} times the width")
         tests.append(said)
     if args.dry_run:
         return

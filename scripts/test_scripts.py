@@ -140,6 +140,8 @@ def test_noise_has_the_stated_size_and_keeps_doubled_corners_together():
     assert abs(np.sqrt(np.mean(offset**2)) - np.sqrt(1 / 3)) < 0.02
     for side in range(4):
         assert np.abs(offset[:, 61 * side + 60] - offset[:, (61 * side + 61) % 244]).max() < 1e-4
+    moved, _ = train.noisy(jax.random.key(0), still, np.ones(4000, np.float32), noise, noise.basis(), size_mm=0.75)
+    assert abs(np.sqrt(np.mean((np.asarray(moved) - still) ** 2)) - 0.75) < 0.02
 
 
 def test_no_noise_leaves_rims_and_densities_as_they_are():

@@ -152,12 +152,14 @@ def symmetry_tables(symmetries):
     return perm, matrix, target
 
 
-def noisy(key, boundary, density, noise, basis):
-    """Scan noise on (rows, 244, 3) boundaries [mm] and on densities."""
+def noisy(key, boundary, density, noise, basis, size_mm=None):
+    """Scan noise on (rows, 244, 3) boundaries [mm] and on densities; the smooth part is of `size_mm` in all rows where it is given, else
+    drawn."""
     keys = jax.random.split(key, 7)
     rows = boundary.shape[0]
     normal = lambda k, *shape: jax.random.normal(keys[k], shape)
-    size = noise.smooth_mm * jax.random.uniform(keys[0], (rows, 1, 1))
+    drawn = noise.smooth_mm * jax.random.uniform(keys[0], (rows, 1, 1))
+    size = drawn if size_mm is None else size_mm
     smooth = jnp.einsum("pm,rmc->rpc", basis, normal(1, rows, basis.shape[1], 3))
     white = noise.white_mm * normal(2, *boundary.shape)
     shift = noise.shift_mm * normal(3, rows, 1, 3)
