@@ -1242,7 +1242,7 @@ pub(crate) struct Generate {
     /// [default: 1e-4, of a walk 1e-5]
     #[arg(long, value_name = "SHARE", value_parser = energy_drop)]
     pub(crate) energy_drop: Option<f64>,
-    /// Vertices on a side of the drapes; of the shipped model's drapes three in four have the default, the others 91 and 121
+    /// Vertices on a side of the drapes; of the shipped model's drapes four in five have the default, the others 91 and 121
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=241))]
     pub(crate) vertices: u32,
     #[command(flatten)]

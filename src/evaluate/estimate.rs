@@ -408,13 +408,14 @@ fn score(
 mod tests {
     use super::*;
 
-    const LIMITS: [[f64; PARAMETERS]; 2] = [[1.0; PARAMETERS], [std::f64::consts::E; PARAMETERS]];
+    pub(super) const LIMITS: [[f64; PARAMETERS]; 2] =
+        [[1.0; PARAMETERS], [std::f64::consts::E; PARAMETERS]];
 
-    fn fabrics(values: &[f64]) -> Vec<Fabric> {
+    pub(super) fn fabrics(values: &[f64]) -> Vec<Fabric> {
         values.iter().map(|&v| Fabric::from_paper_units([v, v, v, v, v, v, 200.0])).collect()
     }
 
-    fn answer_of(value: f64, factor: f64) -> Answer {
+    pub(super) fn answer_of(value: f64, factor: f64) -> Answer {
         Answer {
             value: [value; STIFFNESSES],
             interval90: [[value / factor, value * factor]; STIFFNESSES],

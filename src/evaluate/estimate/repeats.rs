@@ -147,29 +147,16 @@ fn mean_of(parameters: &[RepeatScore]) -> RepeatScore {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::{LIMITS, answer_of, fabrics};
     use super::*;
     use crate::base::seed;
     use rand::RngExt as _;
     use std::f64::consts::TAU;
 
-    const LIMITS: [[f64; PARAMETERS]; 2] = [[1.0; PARAMETERS], [std::f64::consts::E; PARAMETERS]];
-
-    fn fabric(value: f64) -> Fabric {
-        Fabric::from_paper_units([value, value, value, value, value, value, 200.0])
-    }
-
-    fn answer_of(value: f64, factor: f64) -> Answer {
-        Answer {
-            value: [value; STIFFNESSES],
-            interval90: [[value / factor, value * factor]; STIFFNESSES],
-            novel: false,
-        }
-    }
-
     #[test]
     fn what_drops_have_in_common_stays_and_the_rest_averages_out() {
         // by hand: fabric 7 is 0.2 too high in both drops, fabric 8 0.1 too high and too low; fabric 9 fell once
-        let truths = [100.0, 50.0, 100.0, 50.0, 1.0].map(fabric);
+        let truths = fabrics(&[100.0, 50.0, 100.0, 50.0, 1.0]);
         let value = |truth: f64, off: f64| answer_of(truth * f64::exp(off), 1.5);
         let answers = [
             value(100.0, 0.2),
@@ -211,7 +198,7 @@ mod tests {
                 fabric_of.push(k);
             }
         }
-        let truths = vec![fabric(1.0); answers.len()];
+        let truths = fabrics(&vec![1.0; answers.len()]);
         let all = Repeats::of(&truths, &fabric_of, &answers, LIMITS).unwrap().all;
         assert!((all.rmse_of_one / sigma - 1.0).abs() < 0.05, "{all:?}");
         assert!((all.common_share - 0.5).abs() < 0.06, "{all:?}");
