@@ -5,7 +5,8 @@
 
 Drapes of one walk err together, so that the calibration rows of a training on walks settle its intervals badly. Takes folders
 of `scan2params generate` without --walk, of seeds that the model has not seen. With scan noise the drapes of
---calibrate give the quantile of each output and a factor on all six by the predicted bending length (scripts/intervals.py). Where an output holds less than
+--calibrate give the quantile of each output, a factor on all six by the predicted bending length and one by the rim's noise, which a scan
+states (scripts/intervals.py). Where an output holds less than
 85 % of the drapes of --finer, which lie on finer cells as real cloth does, its quantile is raised until it does. The drapes of --test give
 the coverage, all in all, of each output, and by quarter of the true bending length, before and after. The distance from which a rim is novel is set on them likewise:
 99 of 100 falls with scan noise lie below it, where of the drapes of walks, which are like those of the training, it would be too near. Writes `interval`,
@@ -18,6 +19,7 @@ import pathlib
 import shlex
 import sys
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -28,8 +30,8 @@ import intervals
 import train
 
 NOISE_SEEDS = (101, 102, 103)
-# Sizes of the smooth noise at which coverage is printed [mm]; the training draws them from 0 to 1.
-SIZES_MM = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5)
+# Sizes of the smooth noise at which intervals are calibrated, and coverage printed [mm]; the training draws them from 0 to 1.
+SIZES_MM = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 # Share of rims with a scan's noise that are not called novel.
 NOT_NOVEL = 0.99
 # Metrics of the training's own split that are of its intervals.
@@ -46,8 +48,8 @@ class Model:
         self.ln_min, self.ln_max = (np.array(output[key]) for key in ("ln_min", "ln_max"))
         asked = self.record["input"]["asked_density_g_m2"]
         self.network = train.Network(path.read_bytes(), drape_data.symmetries(), asked, self.ln_max - self.ln_min)
-        noise = drape_data.Noise(**self.record["noise"])
-        self.noisy = jax.jit(partial(train.noisy, noise=noise, basis=jnp.asarray(noise.basis())))
+        self.noise = drape_data.Noise(**self.record["noise"])
+        self.noisy = jax.jit(partial(train.noisy, noise=self.noise, basis=jnp.asarray(self.noise.basis())))
 
     def read(self, folder):
         drapes = drape_data.read_folder(folder)
@@ -58,11 +60,17 @@ class Model:
         return drapes
 
     def inputs(self, drapes, noise_seed=None, size_mm=None):
-        """Rims [mm] and densities [g/m^2], as scans give them where a seed is given, all with smooth noise of `size_mm` where that is."""
+        """Rims [mm] and densities [g/m^2], and how far off the rims are, per coordinate [mm]: as scans give them where a seed is given, with
+        smooth noise of `size_mm` where that is, else of sizes as the training draws them."""
         inputs = drapes.boundary, drapes.density.astype(np.float32)
         if noise_seed is None:
-            return inputs
-        return tuple(np.asarray(a) for a in self.noisy(jax.random.key(noise_seed), *inputs, size_mm=size_mm))
+            return *inputs, np.zeros(len(drapes.density))
+        if size_mm is None:
+            size_mm = np.random.default_rng(noise_seed).uniform(0.0, self.noise.smooth_mm, len(drapes.density))
+        size_mm = np.broadcast_to(size_mm, len(drapes.density)).astype(np.float32)
+        rims, density = self.noisy(jax.random.key(noise_seed), *inputs, size_mm=size_mm[:, None, None])
+        # as `RimNoise` in src/evaluate/rim_noise.rs has it: a motion of the whole moves no answer
+        return np.asarray(rims), np.asarray(density), np.hypot(size_mm, self.noise.white_mm)
 
     def novelty_mm(self, drapes, noise_seeds):
         """Distance from the space of the training's rims [mm], of each rim of each draw."""
@@ -70,61 +78,64 @@ class Model:
         return np.concatenate([self.network.novelty_mm(self.inputs(drapes, seed)[0], asked) for seed in noise_seeds])
 
     def said(self, drapes, noise_seed=None, size_mm=None):
-        """Error and sigma of the normalised outputs (rows, 6), and predicted bending length [mm] (rows)."""
-        inputs = self.inputs(drapes, noise_seed, size_mm)
-        mean, sigma = self.network(*inputs)
+        rims, density, noise_mm = self.inputs(drapes, noise_seed, size_mm)
+        mean, sigma = self.network(rims, density)
         width = self.ln_max - self.ln_min
-        heavier = np.log(inputs[1] / self.network.asked_density)[:, None]
+        heavier = np.log(density / self.network.asked_density)[:, None]
         truth = (np.log(drapes.stiffness) - self.ln_min) / width
         # cut to the trained range, as the program does, which lies where it does for the density that is asked
         said = np.exp(heavier + self.ln_min + np.clip(mean - heavier / width, 0.0, 1.0) * width)
-        length_mm = drape_data.bending_length_mm(said, inputs[1].astype(np.float64))
-        return mean - truth, sigma, length_mm
+        length_mm = drape_data.bending_length_mm(said, density.astype(np.float64))
+        return Said(mean - truth, sigma, length_mm, noise_mm)
+
+    def said_of_draws(self, drapes, seeds, size_mm=None):
+        """The same of several draws, each a copy of the drapes."""
+        return together(self.said(drapes, seed, size_mm) for seed in seeds)
 
 
-def together(drawn):
-    return (np.concatenate(parts) for parts in zip(*drawn))
+class Said(NamedTuple):
+    """What a network says of rims."""
+
+    error: np.ndarray  # of the normalised outputs (rows, 6)
+    sigma: np.ndarray  # likewise
+    length_mm: np.ndarray  # predicted bending length (rows)
+    noise_mm: np.ndarray  # what the rims say of their error (rows)
+
+    def half_widths(self, interval):
+        return intervals.half_widths(interval, self.sigma, self.length_mm, self.noise_mm)
+
+    def scores(self, interval):
+        """Errors in half widths of the intervals (rows, 6)."""
+        return np.abs(self.error) / self.half_widths(interval)
+
+
+def together(all_said):
+    return Said(*(np.concatenate(parts) for parts in zip(*all_said)))
 
 
 def calibrated(model, drapes):
-    """The `interval` of the model's json."""
-    # with scan noise, since that is what the estimator meets
-    error, sigma, length_mm = together([model.said(drapes, seed) for seed in NOISE_SEEDS])
-    quantile = intervals.conformal_quantiles(error, sigma)
-    nodes, factors = intervals.by_length(np.abs(error) / (sigma * quantile), length_mm)
-    return {
-        "level": intervals.LEVEL,
-        "quantile": quantile.tolist(),
-        "by_length": {"length_mm": np.round(nodes, 3).tolist(), "factor": np.round(factors, 4).tolist()},
-    }
+    """The `interval` of the model's json: with scan noise of each size, since that is what the estimator meets, and of none."""
+    said = together([model.said(drapes), *(model.said_of_draws(drapes, NOISE_SEEDS, size_mm) for size_mm in SIZES_MM)])
+    trained = said.noise_mm <= np.hypot(model.noise.smooth_mm, model.noise.white_mm)
+    return intervals.calibrated(np.abs(said.error) / said.sigma, said.length_mm, said.noise_mm, trained)
 
 
 def widened(model, interval, finer):
     """The same where each output holds on drapes of `finer` cells as well, whose cloth is less stiff than the training's cells make it; and
     the factor of each output."""
-    error, sigma, length_mm = together([model.said(finer, seed) for seed in NOISE_SEEDS])
-    factor = intervals.raised(np.abs(error) / half_widths(interval, sigma, length_mm))
+    factor = intervals.raised(model.said_of_draws(finer, NOISE_SEEDS).scores(interval))
     return interval | {"quantile": (interval["quantile"] * factor).tolist()}, np.round(factor, 3).tolist()
-
-
-def half_widths(interval, sigma, length_mm):
-    half = sigma * np.array(interval["quantile"])
-    nodes = interval.get("by_length")
-    if nodes:
-        half = half * intervals.factor_at(length_mm, nodes["length_mm"], nodes["factor"])[:, None]
-    return half
 
 
 def measured(model, drapes, interval, noise_seeds):
     """Error, as the paper's Table 3 has it, and coverage on drapes, each noise seed a copy of them."""
-    error, sigma, length_mm = together([model.said(drapes, seed) for seed in noise_seeds])
-    half = half_widths(interval, sigma, length_mm)
-    held = np.abs(error) <= half
+    said = model.said_of_draws(drapes, noise_seeds)
+    held = said.scores(interval) <= 1
     true_mm = drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64))
     quarter = np.tile(intervals.quarters(true_mm), len(noise_seeds))
-    factor = np.exp(np.median(half, axis=0) * (model.ln_max - model.ln_min))
+    factor = np.exp(np.median(said.half_widths(interval), axis=0) * (model.ln_max - model.ln_min))
     low, high = drape_data.ln_box(drapes.manifest)
-    normalised = error * (model.ln_max - model.ln_min) / (high - low)
+    normalised = said.error * (model.ln_max - model.ln_min) / (high - low)
     return {
         "rmse": float(np.sqrt(np.mean(normalised**2, axis=0)).mean()),
         "coverage": float(held.mean()),
@@ -136,15 +147,13 @@ def measured(model, drapes, interval, noise_seeds):
 
 def by_noise(model, drapes, interval, size_mm):
     """Share of the intervals that hold where the smooth noise is of that size in all rims, and the factor on them with which LEVEL would."""
-    error, sigma, length_mm = together([model.said(drapes, seed, size_mm) for seed in NOISE_SEEDS])
-    scores = np.sort(np.abs(error) / half_widths(interval, sigma, length_mm), axis=None)
+    scores = np.sort(model.said_of_draws(drapes, NOISE_SEEDS, size_mm).scores(interval), axis=None)
     return float((scores <= 1).mean()), float(scores[intervals.rank(len(scores))])
 
 
 def mean_errors(model, drapes):
     """Mean error of the logarithms on clean rims, of all drapes and of each quarter of the true bending length, softest first."""
-    error, _, _ = model.said(drapes)
-    error = error * (model.ln_max - model.ln_min)
+    error = model.said(drapes).error * (model.ln_max - model.ln_min)
     quarter = intervals.quarters(drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64)))
     return [error.mean(0), *(error[quarter == k].mean(0) for k in range(intervals.QUARTERS))]
 
@@ -188,6 +197,7 @@ def main():
         for size_mm in SIZES_MM:
             held, factor_for_level = by_noise(model, other, after, size_mm)
             print(f"{folder}, smooth noise of {size_mm} mm: all {held:.3f}, {intervals.LEVEL} with {factor_for_level:.2f} times the width")
+            said.setdefault("coverage_by_noise", {})[str(size_mm)] = round(held, 4)
         tests.append(said)
     if args.dry_run:
         return

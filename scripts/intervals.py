@@ -1,4 +1,5 @@
-"""Conformal intervals: mean -+ quantile * sigma, the quantile of each output times a factor by the predicted bending length."""
+"""Conformal intervals: mean -+ quantile * sigma, the quantile of each output times a factor by the predicted bending length and one by
+the rim's noise."""
 
 import numpy as np
 
@@ -8,6 +9,8 @@ FINER_LEVEL = 0.85
 QUARTERS = 4
 # Rounds in which the factors of the quarters, which run into each other, are found; they change by less than 1e-3 in the last.
 ROUNDS = 30
+# Likewise of the quantiles and the factors by length and by noise.
+ROUNDS_OF_ALL = 8
 
 
 def rank(count, level=LEVEL):
@@ -47,3 +50,46 @@ def by_length(scores, length_mm):
         own = [np.sort(left[which == k], axis=None) for k in range(QUARTERS)]
         factors = factors * np.array([s[rank(len(s))] for s in own]) ** 0.7
     return nodes, factors
+
+
+def noise_factor_at(noise_mm, nodes_mm, factors):
+    """The factor for the noise of rims: straight between the nodes, and on as between the last two beyond."""
+    steps = np.diff(factors) / np.diff(nodes_mm)
+    beyond = np.maximum(0.0, noise_mm - nodes_mm[-1]) * (steps[-1] if len(steps) else 0.0)
+    return np.interp(noise_mm, nodes_mm, factors) + beyond
+
+
+def by_noise(scores_of_size):
+    """The factor for each size of noise with which LEVEL of its scores lie within, least noise first; more noise never has the smaller one."""
+    return np.maximum.accumulate([np.sort(scores, axis=None)[rank(scores.size)] for scores in scores_of_size])
+
+
+def calibrated(scores, length_mm, noise_mm, trained):
+    """The `interval` of a model's json. Of rows: errors in sigmas (rows, 6), predicted bending length, the rim's noise, of which there
+    are a few sizes, and whether the training has so much: those rows give quantiles and the factor by length, each size its own by noise."""
+    sizes_mm = np.unique(noise_mm)
+    of_length = of_noise = np.ones(len(scores))
+    for _ in range(ROUNDS_OF_ALL):
+        quantile = np.sort(scores[trained] / (of_length * of_noise)[trained, None], axis=0)[rank(trained.sum())]
+        left = scores / quantile
+        nodes, factors = by_length(left[trained] / of_noise[trained, None], length_mm[trained])
+        of_length = factor_at(length_mm, nodes, factors)
+        left = left / of_length[:, None]
+        noise_factors = by_noise([left[noise_mm == size_mm] for size_mm in sizes_mm])
+        of_noise = noise_factor_at(noise_mm, sizes_mm, noise_factors)
+    return {
+        "level": LEVEL,
+        "quantile": quantile.tolist(),
+        "by_length": {"length_mm": np.round(nodes, 3).tolist(), "factor": np.round(factors, 4).tolist()},
+        "by_noise": {"sigma_mm": np.round(sizes_mm, 4).tolist(), "factor": np.round(noise_factors, 4).tolist()},
+    }
+
+
+def half_widths(interval, sigma, length_mm, noise_mm):
+    """Of each output (rows, 6), as `Interval::half_in_sigmas` in src/estimate/model.rs has them."""
+    half = sigma * np.array(interval["quantile"])
+    if nodes := interval.get("by_length"):
+        half = half * factor_at(length_mm, nodes["length_mm"], nodes["factor"])[:, None]
+    if nodes := interval.get("by_noise"):
+        half = half * noise_factor_at(noise_mm, nodes["sigma_mm"], nodes["factor"])[:, None]
+    return half

@@ -296,6 +296,43 @@ def test_intervals_by_length_hold_their_level_in_each_quarter():
     assert np.allclose(got, [factors[0], factors[:2].mean(), factors[3]])
 
 
+def test_intervals_by_length_and_noise_hold_their_level_for_each_size_of_noise():
+    rng = np.random.default_rng(6)
+    sizes_mm = np.array([0.0, 0.3, 0.6, 1.0, 2.0])
+
+    def drawn(rows):
+        length = np.exp(rng.uniform(np.log(2), np.log(30), rows))
+        noise = rng.choice(sizes_mm, rows)
+        spread = np.array([1, 2, 1, 1, 0.5, 1]) * ((1.6 - 0.8 * np.log(length / 2) / np.log(15)) * np.hypot(1, noise))[:, None]
+        return np.abs(rng.normal(size=(rows, 6))) * spread, length, noise
+
+    scores, length, noise = drawn(20000)
+    interval = intervals.calibrated(scores, length, noise, noise <= 1.0)
+    assert interval["by_noise"]["sigma_mm"] == sizes_mm.tolist()
+    growth = np.array(interval["by_noise"]["factor"])
+    assert np.abs(growth / growth[0] / np.hypot(1, sizes_mm) - 1).max() < 0.06, growth
+    scores, length, noise = drawn(20000)
+    held = scores <= intervals.half_widths(interval, np.ones_like(scores), length, noise)
+    for size_mm in sizes_mm:
+        assert 0.885 < held[noise == size_mm].mean() < 0.915, size_mm
+    within = noise <= 1.0
+    assert (np.abs(held[within].mean(0) - 0.9) < 0.015).all(), held[within].mean(0)
+    quarter = intervals.quarters(length)
+    assert all(0.885 < held[within & (quarter == k)].mean() < 0.915 for k in range(4))
+    # without the noise's factor a rim without any would have 0.96 of them held, one of 2 mm 0.65
+    blind = scores <= intervals.half_widths(interval | {"by_noise": None}, np.ones_like(scores), length, noise)
+    assert blind[noise == 0].mean() > 0.93 and blind[noise == 2].mean() < 0.7
+    # beyond the last size it goes on, and less noise than the first has the first's
+    nodes, factors = interval["by_noise"].values()
+    ends = intervals.noise_factor_at(np.array([3.0, 0.0]), nodes, factors)
+    assert np.allclose(ends, [2 * factors[4] - factors[3], factors[0]])
+
+
+def test_more_noise_never_has_the_smaller_factor():
+    scores = np.linspace(0, 1, 600).reshape(100, 6)
+    assert (np.diff(intervals.by_noise([scores, 0.5 * scores, 2 * scores])) >= 0).all()
+
+
 def test_intervals_are_widened_for_finer_cells_where_they_do_not_hold_and_never_narrowed():
     rng = np.random.default_rng(4)
     scores = np.abs(rng.normal(size=(4000, 6))) / 1.645 * np.array([1.0, 1.5, 0.5, 1.0, 2.0, 1.0])

@@ -9,8 +9,11 @@ use promises::{hold, promise};
 use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::{Estimator, SWAPPED};
 use scan2params::evaluate::estimate::repeats::Repeats;
-use scan2params::evaluate::estimate::{Answer, Baseline, Scores, answer, at_rest, check_folder};
+use scan2params::evaluate::estimate::{
+    Answer, Baseline, Scores, answer, at_rest, check_folder, noisy,
+};
 use scan2params::evaluate::linear::Linear;
+use scan2params::evaluate::rim_noise::RimNoise;
 use scan2params::fabric::{Fabric, Mixture, STIFFNESSES};
 
 fn rims() -> Vec<Row> {
@@ -147,6 +150,24 @@ fn errors_widths_and_coverage_are_as_promised() {
     for (id, value) in figures(&scores) {
         hold(id, value);
     }
+}
+
+#[test]
+fn intervals_ask_for_the_noise_of_the_rim() {
+    let noise = Estimator::shipped().unwrap().model().record["noise"].clone();
+    let trained: RimNoise = serde_json::from_value(noise).unwrap();
+    let much = RimNoise { smooth_mm: 3.0 * trained.smooth_mm, ..trained };
+    let rows = noisy(&rims(), &much, 1);
+    let same = |answer: Answer| answer;
+    hold("estimate.coverage_noise", scores_of(&rows, |row| row, same).coverage);
+    let unsaid = |mut row: Row| {
+        let points = row.drape.boundary.positions_m().collect::<Vec<_>>();
+        row.drape.boundary = scan2params::base::Boundary::exact(points).unwrap();
+        row
+    };
+    let unsaid = scores_of(&rows, unsaid, same).coverage;
+    println!("rims that do not say how noisy they are: {unsaid:.3}");
+    assert!(!promise("estimate.coverage_noise").is_kept_by(unsaid));
 }
 
 #[test]

@@ -85,6 +85,12 @@ impl Boundary {
         self.points.iter().map(|point| point.position_m)
     }
 
+    /// Mean of the points' sigmas, per coordinate \[m\].
+    #[must_use]
+    pub fn mean_sigma_m(&self) -> f64 {
+        self.points.iter().map(|point| point.sigma_m).sum::<f64>() / POINTS as f64
+    }
+
     /// The flat specimen's coordinates (x, z) of point `index` \[m\].
     #[must_use]
     pub fn flat_xz_m(index: usize, specimen_side_m: f64) -> [f64; 2] {

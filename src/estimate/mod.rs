@@ -22,8 +22,8 @@ pub use model::{Model, ModelError, SWAPPED};
 pub use runtime::RuntimeError;
 pub use symmetry::{View, views};
 
-use crate::base::Boundary;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use crate::base::{Boundary, BoundaryPoint};
 use crate::fabric::{Fabric, Fault, Likeness, Mixture, STIFFNESSES, TABLE_2, check_density};
 use crate::sim::experiment::bending_length_m;
 use runtime::{Network, Output};
@@ -160,7 +160,7 @@ pub enum EstimateError {
     /// The density is not one of a textile.
     #[error(transparent)]
     Density(#[from] Fault),
-    /// A point of the boundary is not a number.
+    /// A point of the boundary, or its sigma, is not a number.
     #[error("point {index} of the boundary is not finite: the rim has to be complete")]
     NotFinite {
         /// Index in the boundary.
@@ -244,9 +244,7 @@ impl Estimator {
         orientation_known: bool,
     ) -> Result<Estimate, EstimateError> {
         check_density(density_kg_m2)?;
-        if let Some(index) =
-            boundary.positions_m().position(|p| !p.coords.iter().all(|c| c.is_finite()))
-        {
+        if let Some(index) = boundary.points().iter().position(|p| !is_finite(p)) {
             return Err(EstimateError::NotFinite { index });
         }
         let views = symmetry::views(boundary);
@@ -256,7 +254,8 @@ impl Estimator {
         let outputs = self.network.run(&rows)?;
         let mixture = Normalised::over_views(&views, &outputs);
         let novelty = self.novelty(&rows[0], outputs[0].novelty_mm);
-        Ok(self.assemble(&mixture, density_kg_m2, orientation_known, novelty))
+        let asked = Asked { density_kg_m2, noise_m: boundary.mean_sigma_m() };
+        Ok(self.assemble(&mixture, &asked, orientation_known, novelty))
     }
 
     /// The density for which the network is asked. A drape at rest depends on stiffness over weight alone, so that the answer
@@ -281,10 +280,11 @@ impl Estimator {
     fn assemble(
         &self,
         mixture: &Normalised,
-        density_kg_m2: f64,
+        asked: &Asked,
         orientation_known: bool,
         novelty: Novelty,
     ) -> Estimate {
+        let density_kg_m2 = asked.density_kg_m2;
         let mut warnings = Vec::new();
         let unlike = self.unlike_in_density(density_kg_m2);
         // asked for another density the network does not extrapolate
@@ -304,13 +304,13 @@ impl Estimator {
             let [rms_mm, limit_mm] = [novelty.rms_m, novelty.limit_m].map(|m| m / M_PER_MM);
             warnings.push(EstimateWarning::NovelRim { rms_mm, limit_mm });
         }
-        let (as_given, bending) = self.candidate(mixture, density_kg_m2);
+        let (as_given, bending) = self.candidate(mixture, asked);
         warnings.extend(bending.map(EstimateWarning::Bending));
         let mut candidates = vec![as_given];
         if !orientation_known {
             // The network is averaged over quarter turns too, so that the other
             // reading is this one with weft and warp exchanged.
-            candidates.push(self.candidate(&mixture.swapped(), density_kg_m2).0);
+            candidates.push(self.candidate(&mixture.swapped(), asked).0);
             warnings.push(EstimateWarning::OrientationAmbiguous);
             for pair in [(0, 1), (3, 4)] {
                 let both = in_range[pair.0] && in_range[pair.1];
@@ -336,12 +336,12 @@ impl Estimator {
         outside.then_some(EstimateWarning::DensityOutsideTraining { value, min, max })
     }
 
-    /// Values and intervals, cut to the trained range, for a density. The middle is made the
+    /// Values and intervals, cut to the trained range, for a density and a noise. The middle is made the
     /// bending set of one plate, so that it can be simulated.
     fn candidate(
         &self,
         mixture: &Normalised,
-        density_kg_m2: f64,
+        &Asked { density_kg_m2, noise_m }: &Asked,
     ) -> (Candidate, Option<crate::fabric::Warning>) {
         let heavier = density_kg_m2 / self.asked_kg_m2(density_kg_m2);
         let beside = |off: [f64; STIFFNESSES]| {
@@ -352,7 +352,7 @@ impl Estimator {
             Fabric { density_kg_m2, ..Fabric::from_paper_units(values) }
         };
         let said = beside([0.0; STIFFNESSES]);
-        let halves = self.model.interval.half_in_sigmas(bending_length_m(&said));
+        let halves = self.model.interval.half_in_sigmas(bending_length_m(&said), noise_m);
         let end = |sign: f64| beside(std::array::from_fn(|i| sign * halves[i] * mixture.sigma[i]));
         let (middle, warning) = said.project_bending();
         let [low, mut high] = [end(-1.0), end(1.0)];
@@ -407,6 +407,17 @@ impl Estimate {
             trained: self.trained[i],
         })
     }
+}
+
+fn is_finite(point: &BoundaryPoint) -> bool {
+    point.position_m.coords.iter().chain([&point.sigma_m]).all(|value| value.is_finite())
+}
+
+/// What of a specimen and its scan an answer is for, besides the rim.
+struct Asked {
+    density_kg_m2: f64,
+    /// Mean of the rim's sigmas \[m\].
+    noise_m: f64,
 }
 
 /// Means and sigmas of the six normalised outputs.

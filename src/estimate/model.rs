@@ -90,7 +90,7 @@ impl Output {
 }
 
 /// Conformal calibration: the interval is mean -+ quantile * sigma, and with `by_length` times a factor by the fabric's
-/// bending length (`scripts/calibrate_intervals.py`).
+/// bending length, with `by_noise` times one by the rim's noise (`scripts/calibrate_intervals.py`).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Interval {
@@ -98,6 +98,8 @@ pub(super) struct Interval {
     quantile: [f64; STIFFNESSES],
     #[serde(default)]
     by_length: Option<ByLength>,
+    #[serde(default)]
+    by_noise: Option<ByNoise>,
 }
 
 /// Factor on all intervals of a fabric: straight in the logarithm of its bending length between some lengths, that of the first and
@@ -109,39 +111,71 @@ struct ByLength {
     factor: Vec<f64>,
 }
 
+/// Factor on all intervals of a rim: straight in the mean of its points' sigmas between some; beyond the last one it goes on
+/// as between the last two.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ByNoise {
+    sigma_mm: Vec<f64>,
+    factor: Vec<f64>,
+}
+
 impl Interval {
-    /// Half the widths of the intervals in sigmas, for a fabric whose shortest bending length is this \[m\].
-    pub fn half_in_sigmas(&self, bending_length_m: f64) -> [f64; STIFFNESSES] {
-        let length_mm = bending_length_m / M_PER_MM;
-        let factor = self.by_length.as_ref().map_or(1.0, |by_length| by_length.at(length_mm));
-        self.quantile.map(|quantile| quantile * factor)
+    /// Half the widths of the intervals in sigmas, for a fabric whose shortest bending length is this \[m\] and a rim whose
+    /// points are known to within this, per coordinate, in the mean \[m\].
+    pub fn half_in_sigmas(&self, bending_length_m: f64, noise_m: f64) -> [f64; STIFFNESSES] {
+        let [length_mm, noise_mm] = [bending_length_m, noise_m].map(|m| m / M_PER_MM);
+        let by_length = self.by_length.as_ref().map_or(1.0, |by_length| by_length.at(length_mm));
+        let by_noise = self.by_noise.as_ref().map_or(1.0, |by_noise| by_noise.at(noise_mm));
+        self.quantile.map(|quantile| quantile * by_length * by_noise)
     }
 }
 
 impl ByLength {
     fn at(&self, length_mm: f64) -> f64 {
-        let after = self.length_mm.partition_point(|node_mm| *node_mm <= length_mm);
-        match after {
-            0 => self.factor[0],
-            k if k == self.factor.len() => self.factor[k - 1],
-            k => {
-                let [from, to] = [self.length_mm[k - 1], self.length_mm[k]].map(f64::ln);
-                let part = (length_mm.ln() - from) / (to - from);
-                self.factor[k - 1] + part * (self.factor[k] - self.factor[k - 1])
-            }
-        }
+        let Self { length_mm: nodes, factor } = self;
+        let ends = [nodes[0], nodes[nodes.len() - 1]];
+        let nodes: Vec<f64> = nodes.iter().copied().map(f64::ln).collect();
+        straight(&nodes, factor, length_mm.clamp(ends[0], ends[1]).ln())
     }
 
     fn is_sound(&self) -> bool {
-        let Self { length_mm, factor } = self;
-        let rises = length_mm.windows(2).all(|pair| pair[0] < pair[1]);
-        let positive = |values: &[f64]| values.iter().all(|v| *v > 0.0 && v.is_finite());
-        !factor.is_empty()
-            && length_mm.len() == factor.len()
-            && rises
-            && positive(length_mm)
-            && positive(factor)
+        are_nodes(&self.length_mm, &self.factor) && self.length_mm[0] > 0.0
     }
+}
+
+impl ByNoise {
+    fn at(&self, sigma_mm: f64) -> f64 {
+        straight(&self.sigma_mm, &self.factor, sigma_mm.max(self.sigma_mm[0]))
+    }
+
+    /// Factors that fall with the noise would soon be none beyond the last node.
+    fn is_sound(&self) -> bool {
+        are_nodes(&self.sigma_mm, &self.factor)
+            && self.sigma_mm[0] >= 0.0
+            && self.factor.windows(2).all(|pair| pair[0] <= pair[1])
+    }
+}
+
+/// Value at `x` of the line through the nodes, which goes on beyond its ends; a single node holds everywhere.
+fn straight(nodes: &[f64], values: &[f64], x: f64) -> f64 {
+    let last = nodes.len() - 1;
+    if last == 0 {
+        return values[0];
+    }
+    let k = nodes.partition_point(|node| *node <= x).clamp(1, last);
+    let part = (x - nodes[k - 1]) / (nodes[k] - nodes[k - 1]);
+    values[k - 1] + part * (values[k] - values[k - 1])
+}
+
+/// Whether there are as many factors as nodes, one at least, all of them factors, and the nodes rise.
+fn are_nodes(nodes: &[f64], factors: &[f64]) -> bool {
+    let rises = nodes.windows(2).all(|pair| pair[0] < pair[1]);
+    !nodes.is_empty()
+        && nodes.len() == factors.len()
+        && rises
+        && nodes.iter().all(|node| node.is_finite())
+        && factors.iter().all(|factor| *factor > 0.0 && factor.is_finite())
 }
 
 impl Model {
@@ -188,12 +222,15 @@ impl Model {
         if !ln_min.iter().zip(ln_max).all(|(min, max)| min < max && (max - min).is_finite()) {
             faults.push(format!("output ranges are {ln_min:?} to {ln_max:?}"));
         }
-        let Interval { level, quantile, by_length } = &self.interval;
+        let Interval { level, quantile, by_length, by_noise } = &self.interval;
         if (level - 0.9).abs() > 1e-9 || !quantile.iter().all(|q| *q > 0.0 && q.is_finite()) {
             faults.push(format!("interval has level {level} and quantiles {quantile:?}"));
         }
         if let Some(by_length) = by_length.as_ref().filter(|by_length| !by_length.is_sound()) {
             faults.push(format!("interval has the factors {by_length:?}"));
+        }
+        if let Some(by_noise) = by_noise.as_ref().filter(|by_noise| !by_noise.is_sound()) {
+            faults.push(format!("interval has the factors {by_noise:?}"));
         }
         faults
     }
@@ -227,31 +264,52 @@ impl Model {
 mod tests {
     use super::*;
 
-    fn interval(by_length: Option<ByLength>) -> Interval {
-        Interval { level: 0.9, quantile: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], by_length }
+    fn interval(by_length: Option<ByLength>, by_noise: Option<ByNoise>) -> Interval {
+        Interval { level: 0.9, quantile: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], by_length, by_noise }
+    }
+
+    fn factor(of: &Interval, length_mm: f64, noise_mm: f64) -> f64 {
+        let halves = of.half_in_sigmas(length_mm * M_PER_MM, noise_mm * M_PER_MM);
+        let factor = halves[0] / of.quantile[0];
+        for (half, quantile) in halves.iter().zip(of.quantile) {
+            assert!((half - factor * quantile).abs() < 1e-12, "{length_mm} {noise_mm}: {half}");
+        }
+        factor
     }
 
     #[test]
-    fn intervals_are_wider_by_the_factor_of_the_bending_length() {
-        let factors = ByLength { length_mm: vec![4.0, 16.0], factor: vec![1.2, 0.8] };
-        let by_length = interval(Some(factors));
-        for (length_mm, factor) in [(1.0, 1.2), (4.0, 1.2), (8.0, 1.0), (16.0, 0.8), (40.0, 0.8)] {
-            let halves = by_length.half_in_sigmas(length_mm * M_PER_MM);
-            for (half, quantile) in halves.iter().zip(by_length.quantile) {
-                assert!((half - factor * quantile).abs() < 1e-12, "{length_mm}: {half}");
+    fn intervals_are_wider_by_the_factors_of_the_bending_length_and_of_the_noise() {
+        let lengths = || Some(ByLength { length_mm: vec![4.0, 16.0], factor: vec![1.2, 0.8] });
+        let noises =
+            || Some(ByNoise { sigma_mm: vec![0.0, 0.5, 1.0], factor: vec![0.9, 1.0, 1.2] });
+        let by_length = [(1.0, 1.2), (4.0, 1.2), (8.0, 1.0), (16.0, 0.8), (40.0, 0.8)];
+        // noise of more than was tried costs as the last that was
+        let by_noise = [(0.0, 0.9), (0.25, 0.95), (0.5, 1.0), (1.0, 1.2), (2.0, 1.6)];
+        let both = interval(lengths(), noises());
+        for (length_mm, of_length) in by_length {
+            let alone = factor(&interval(lengths(), None), length_mm, 0.7);
+            assert!((alone - of_length).abs() < 1e-12, "{length_mm}: {alone}");
+            for (noise_mm, of_noise) in by_noise {
+                let found = factor(&both, length_mm, noise_mm);
+                assert!((found - of_length * of_noise).abs() < 1e-12, "{length_mm} {noise_mm}");
             }
         }
-        assert_eq!(interval(None).half_in_sigmas(8e-3), interval(None).quantile);
+        assert_eq!(factor(&interval(None, None), 8.0, 3.0), 1.0);
     }
 
     #[test]
     fn factors_that_say_nothing_are_not_sound() {
-        let sound = |length_mm: &[f64], factor: &[f64]| {
+        let length = |length_mm: &[f64], factor: &[f64]| {
             ByLength { length_mm: length_mm.to_vec(), factor: factor.to_vec() }.is_sound()
         };
-        assert!(sound(&[4.0], &[1.1]) && sound(&[4.0, 9.0], &[1.1, 0.9]));
-        assert!(!sound(&[], &[]) && !sound(&[4.0], &[1.1, 1.0]));
-        assert!(!sound(&[9.0, 4.0], &[1.1, 0.9]) && !sound(&[4.0, 9.0], &[1.1, 0.0]));
-        assert!(!sound(&[4.0, f64::NAN], &[1.1, 0.9]) && !sound(&[0.0, 4.0], &[1.0, 1.0]));
+        assert!(length(&[4.0], &[1.1]) && length(&[4.0, 9.0], &[1.1, 0.9]));
+        assert!(!length(&[], &[]) && !length(&[4.0], &[1.1, 1.0]));
+        assert!(!length(&[9.0, 4.0], &[1.1, 0.9]) && !length(&[4.0, 9.0], &[1.1, 0.0]));
+        assert!(!length(&[4.0, f64::NAN], &[1.1, 0.9]) && !length(&[0.0, 4.0], &[1.0, 1.0]));
+        let noise = |sigma_mm: &[f64], factor: &[f64]| {
+            ByNoise { sigma_mm: sigma_mm.to_vec(), factor: factor.to_vec() }.is_sound()
+        };
+        assert!(noise(&[0.0], &[1.1]) && noise(&[0.0, 1.0], &[0.9, 1.1]));
+        assert!(!noise(&[-0.1, 1.0], &[0.9, 1.1]) && !noise(&[0.0, 1.0], &[1.1, 0.9]));
     }
 }

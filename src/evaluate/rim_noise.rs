@@ -16,7 +16,7 @@ use serde::Deserialize;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
 use crate::base::seed::{self, Rng};
 use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Vector3};
+use crate::base::{Boundary, BoundaryPoint, Vector3};
 
 /// Length of the rim in the mind of the noise, and of a side \[mm\].
 const RIM_MM: f64 = 1200.0;
@@ -45,7 +45,8 @@ pub struct RimNoise {
 }
 
 impl RimNoise {
-    /// The rim and the density as scan `index` of the run `seed` gives them.
+    /// The rim and the density as scan `index` of the run `seed` gives them. The rim's sigma is that of the smooth and the
+    /// white part: a motion of the whole moves no answer, and a scan that counts it errs on the side of wider intervals.
     #[must_use]
     pub fn on(&self, rim: &Boundary, density_kg_m2: f64, seed: u64, index: u64) -> (Boundary, f64) {
         let mut rng = seed::rng(seed, "rim noise", index);
@@ -62,8 +63,10 @@ impl RimNoise {
             // small angles: as the training has it
             point + M_PER_MM * moved_mm + turn.cross(&point.coords)
         });
-        let points: Vec<_> = points.collect();
-        let noisy = Boundary::exact(points).unwrap_or_else(|_| unreachable!("as many points"));
+        let sigma_m = M_PER_MM * size_mm.hypot(self.white_mm);
+        let known = |position_m| BoundaryPoint { position_m, sigma_m, observed: true };
+        let noisy = Boundary::new(points.map(known).collect())
+            .unwrap_or_else(|_| unreachable!("as many points"));
         (noisy, density_kg_m2 * (1.0 + self.density_relative * normal()))
     }
 

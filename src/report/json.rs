@@ -161,12 +161,11 @@ fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
 
 fn boundary(outcome: &Outcome) -> Value {
     let points = outcome.rim.boundary().points();
-    let mean_sigma = points.iter().map(|p| p.sigma_m).sum::<f64>() / points.len() as f64;
     let mut value = json!({
         "points": points.len(),
         "folds": rim_nodes(outcome.rim.boundary()),
         "observed_fraction": outcome.rim.observed_fraction(),
-        "mean_sigma_mm": mean_sigma / M_PER_MM,
+        "mean_sigma_mm": outcome.rim.boundary().mean_sigma_m() / M_PER_MM,
     });
     if let Some(again) = &outcome.resimulation {
         let squares: f64 = outcome
