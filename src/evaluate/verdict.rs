@@ -205,7 +205,7 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
             ("width_weft_mm", weft),
             ("plate_mm", mm(scan.radius_m)),
             ("plate_sigma_mm", mm(scan.radius_sigma_m)),
-            ("noise_mm", mm(scan.noise_m)),
+            ("noise_mm", mm(f.noise_m)),
             ("misfit_of_refused", scan.misfit_m / f.given.most_misfit_m),
             ("unexplained_of_refused", scan.unexplained_m2 / f.given.most_unexplained_m2),
         ]);

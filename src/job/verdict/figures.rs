@@ -25,6 +25,8 @@ pub struct Figures {
     /// Lengths of the four sides: along the cloth in a scan, along the chords between the points
     /// in a rim from a file.
     pub sides_m: [f64; SIDES],
+    /// Noise: of single points of a scan, the mean of the sigmas of a rim from a file.
+    pub noise_m: f64,
     /// What the scan shows beside the rim; `None` for a rim from a file.
     pub scan: Option<OnPlate>,
     /// Share of the rim's points that were observed.
@@ -73,8 +75,6 @@ pub struct OnPlate {
     pub radius_m: f64,
     /// Its standard error.
     pub radius_sigma_m: f64,
-    /// Noise of single points.
-    pub noise_m: f64,
     /// Root mean square distance of cloth and sheet.
     pub misfit_m: f64,
     /// Largest area of cloth near a point of the rim that the sheet does not explain \[m^2\].
@@ -236,6 +236,7 @@ impl Figures {
         Self {
             given: Given::of(options, q.noise_m),
             sides_m: q.side_lengths_m,
+            noise_m: q.noise_m,
             scan: Some(on_plate(scanned)),
             observed_fraction: q.observed_fraction,
             longest_gap_m: q.longest_gap_m,
@@ -259,6 +260,7 @@ impl Figures {
         Self {
             given: Given::of(options, 0.0),
             sides_m: side_chords_m(boundary),
+            noise_m: boundary.mean_sigma_m(),
             scan: None,
             observed_fraction: rim.observed_fraction(),
             longest_gap_m: longest_gap_m(boundary),
@@ -321,7 +323,6 @@ fn on_plate(scanned: &ScannedBoundary) -> OnPlate {
     OnPlate {
         radius_m: q.plate_radius_m,
         radius_sigma_m: q.plate_radius_scatter_m / BEARINGS_OF_ONE_PLATE.sqrt(),
-        noise_m: q.noise_m,
         misfit_m: q.sheet_rms_m,
         unexplained_m2: q.unexplained_m2,
         widths_m: q.widths_m,

@@ -66,7 +66,6 @@ const UNKNOWN_STRETCH: f64 = 0.05;
 /// The sides against what the specimen, its folds and its stretch allow: one by one, and
 /// their mean, which tells the scale.
 fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
-    let noise_m = f.scan.map_or(0.0, |scan| scan.noise_m);
     let side_m = f.given.side_m;
     let softest_m = limits.least_bending_length_m;
     let [bending_m, stretch] = match &f.answer {
@@ -76,12 +75,14 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let chords_m = if f.scan.is_none() { limits.chord_share * side_m } else { 0.0 };
     let least_m = side_m - limits.side_loss_m2 / bending_m[0].max(softest_m) - chords_m;
     // Sides 0 and 2 run along the weft, 1 and 3 along the warp.
+    // A rim from a file may be one that nobody scanned, and have its folds as they are.
+    let smoothed = f64::from(u8::from(f.scan.is_some()));
     let most_m: [f64; SIDES] = std::array::from_fn(|s| {
-        let loss_m = limits.side_loss_m2 / bending_m[1].max(softest_m);
+        let loss_m = smoothed * limits.side_loss_m2 / bending_m[1].max(softest_m);
         side_m * (1.0 + limits.stretch_of_rim * stretch[s % 2]) - loss_m
     });
     let off = |length_m: f64, most_m: f64| (length_m - most_m).max(least_m - length_m).max(0.0);
-    let more_m = limits.side_off_per_noise * noise_m;
+    let more_m = limits.side_off_per_noise * f.noise_m;
     let lengths = f.sides_m.map(|m| format!("{:.1}", mm(m))).join(", ");
     let mean = |values: [f64; SIDES]| values.iter().sum::<f64>() / SIDES as f64;
     let mut grounds = Vec::new();
@@ -134,8 +135,8 @@ fn width(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     let [most_loss_m, least_loss_m] =
         bending_m.map(|length_m| limits.side_loss_m2 / length_m.max(softest_m));
     let least_m = side_m - most_loss_m - limits.width_lead_m;
-    let more_m = limits.width_off_per_noise * scan.noise_m;
-    let swell_m = limits.width_swell_per_noise * scan.noise_m;
+    let more_m = limits.width_off_per_noise * f.noise_m;
+    let swell_m = limits.width_swell_per_noise * f.noise_m;
     let [warp_m, weft_m] = scan.widths_m;
     let measured = [("weft", weft_m, stretch[0]), ("warp", warp_m, stretch[1])];
     let off = measured.into_iter().filter_map(|(thread, width_m, stretch)| {
@@ -199,7 +200,7 @@ fn arched(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     let least_m = expected_m - limits.plate_arch_per_m * length_m * length_m;
     let off_m = least_m - scan.radius_m;
     let more_m = limits.plate_arched_sigmas * scan.radius_sigma_m
-        + limits.plate_arched_per_noise * scan.noise_m;
+        + limits.plate_arched_per_noise * f.noise_m;
     let (level, limit_m) = limits.plate_smaller_m.plus(more_m).level(off_m)?;
     let text = format!(
         "the cloth leaves the plate at a radius of {:.1} mm (standard error {:.1}); cloth of the bending length found, \

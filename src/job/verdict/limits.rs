@@ -25,7 +25,7 @@ pub struct Steps {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Limits {
     /// A scanned side is shorter than the cloth's by this over the bending length \[m^2\]:
-    /// sharp folds are smoothed.
+    /// sharp folds are smoothed. One from a file may be.
     pub side_loss_m2: f64,
     /// Bending length of the softest cloth \[m\], for a scan without an answer.
     pub least_bending_length_m: f64,
@@ -35,7 +35,7 @@ pub struct Limits {
     pub side_off_m: Steps,
     /// What the mean of the four sides may differ from its expected length \[m\].
     pub scale_off_m: Steps,
-    /// What each metre of noise adds to both \[-\].
+    /// What each metre of noise adds to both, of single points in a scan, of what a rim from a file says \[-\].
     pub side_off_per_noise: f64,
     /// Sensors see cloth end this far before its edges, both together \[m\].
     pub width_lead_m: f64,
@@ -96,10 +96,29 @@ pub struct Limits {
     pub refined_misfit: Steps,
     /// Share of what was uncertain of a stiffness that its drape has to take away to show it \[-\].
     pub shown: f64,
-    /// Mean distance of the drape of the estimate from the scanned rim \[m\].
+    /// Mean distance of the drape of the estimate from the scanned rim, of cloth so soft that it may fall
+    /// into another shape \[m\].
     pub resimulated_m: Steps,
+    /// The same of stiff cloth, which falls into one shape \[m\].
+    pub resimulated_stiff_m: Steps,
+    /// Bending lengths up to which cloth is soft and from which on it is stiff in this; straight between \[m\].
+    pub resimulated_lengths_m: [f64; 2],
     /// Difference between the counts of folds of the two.
     pub resimulated_folds: Steps,
+}
+
+impl Limits {
+    /// What the drape of the estimate may lie off the scanned rim, for cloth of this bending length \[m\].
+    pub(super) fn resimulated_at(&self, bending_length_m: f64) -> Steps {
+        let [soft_m, stiff_m] = self.resimulated_lengths_m;
+        let part = ((bending_length_m - soft_m) / (stiff_m - soft_m)).clamp(0.0, 1.0);
+        let between = |soft: f64, stiff: f64| soft + part * (stiff - soft);
+        let Self { resimulated_m: soft, resimulated_stiff_m: stiff, .. } = self;
+        Steps {
+            doubtful: between(soft.doubtful, stiff.doubtful),
+            do_not_use: between(soft.do_not_use, stiff.do_not_use),
+        }
+    }
 }
 
 impl Default for Limits {
@@ -138,6 +157,8 @@ impl Default for Limits {
             refined_misfit: steps(0.65, 1.5),       // M, C
             shown: 0.3,                             // C
             resimulated_m: steps(14e-3, 22e-3),     // M, C
+            resimulated_stiff_m: steps(4e-3, 7e-3), // M
+            resimulated_lengths_m: [10e-3, 16e-3],  // M
             resimulated_folds: steps(1.5, 3.5),     // M, C
         }
     }

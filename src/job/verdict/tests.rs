@@ -26,10 +26,10 @@ fn honest() -> Figures {
             most_unexplained_m2: 33e-6,
         },
         sides_m: [0.2990, 0.2992, 0.2989, 0.2991],
+        noise_m: 0.0,
         scan: Some(OnPlate {
             radius_m: 0.0491,
             radius_sigma_m: 0.4e-3,
-            noise_m: 0.0,
             misfit_m: 0.07e-3,
             unexplained_m2: 0.0,
             widths_m: [Some(0.2985); 2],
@@ -167,7 +167,7 @@ fn sides_are_held_against_the_specimen_s_its_folds_and_its_stretch() {
         verdict(&figures).level
     };
     assert_eq!(long(|_| ()), Level::Doubtful);
-    assert_eq!(long(|f| f.scan.as_mut().unwrap().noise_m = 1e-3), Level::Reliable);
+    assert_eq!(long(|f| f.noise_m = 1e-3), Level::Reliable);
     assert_eq!(long(|f| answer(f).stretch = [0.05; 2]), Level::Reliable);
     // With twelve folds the drape of eight would be a ground of its own.
     let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, again: None, ..honest() };
@@ -191,15 +191,13 @@ fn the_cloth_from_edge_to_edge_tells_a_scale_that_its_sides_hide() {
             let most_m = 0.300 * (1.0 + limits.stretch_of_width * 0.004) - loss_m
                 + limits.width_swell_per_noise * noise_m;
             straddles(Code::Width, level, limit_m, |f, off_m| {
-                let scan = f.scan.as_mut().unwrap();
-                scan.noise_m = noise_m;
-                scan.widths_m[along] = Some(most_m + off_m);
+                f.noise_m = noise_m;
+                f.scan.as_mut().unwrap().widths_m[along] = Some(most_m + off_m);
             });
             let least_m = 0.300 - loss_m - limits.width_lead_m;
             straddles(Code::Width, level, limit_m, |f, off_m| {
-                let scan = f.scan.as_mut().unwrap();
-                scan.noise_m = noise_m;
-                scan.widths_m[along] = Some(least_m - off_m);
+                f.noise_m = noise_m;
+                f.scan.as_mut().unwrap().widths_m[along] = Some(least_m - off_m);
             });
         }
     }
@@ -283,8 +281,20 @@ fn a_rim_from_a_file_says_so_and_its_chords_may_be_short() {
     assert_eq!(said.grounds.iter().map(|g| g.code).collect::<Vec<_>>(), [Code::RimFromFile]);
     assert_eq!(verdict(&Figures { sides_m: [0.286; 4], ..file.clone() }).level, Level::DoNotUse);
     assert_eq!(verdict(&Figures { sides_m: [0.304; 4], ..file.clone() }).level, Level::DoNotUse);
-    let bridged = Figures { observed_fraction: 0.0, longest_gap_m: 1.2, ..file };
+    let bridged = Figures { observed_fraction: 0.0, longest_gap_m: 1.2, ..file.clone() };
     assert_eq!(verdict(&bridged).level, Level::DoNotUse);
+    // a scan shortens the folds of soft cloth; a rim that nobody scanned has them as they are, and one that says how noisy it
+    // is may be longer by that
+    let soft = |sides_m: f64, noise_m: f64, figures: Figures| {
+        let mut soft =
+            Figures { sides_m: [sides_m; 4], folds: 12, again: None, noise_m, ..figures };
+        answer(&mut soft).bending_length_m = 3e-3;
+        verdict(&soft).level
+    };
+    assert_eq!(soft(0.3011, 0.0, honest()), Level::DoNotUse);
+    assert_eq!(soft(0.3011, 0.0, file.clone()), Level::Reliable);
+    assert_eq!(soft(0.3018, 0.0, file.clone()), Level::Doubtful);
+    assert_eq!(soft(0.3018, 0.5e-3, file), Level::Reliable);
 }
 
 #[test]
@@ -408,6 +418,18 @@ fn the_drape_of_the_estimate_is_held_against_the_scan() {
     ] {
         straddles(Code::ResimulationOff, level, limit_m, |f, mean_m| {
             again(f, &|fit| fit.mean_m = mean_m);
+        });
+    }
+    // cloth of 16 mm and more falls into one shape, however it falls
+    let [soft, stiff] = [limits.resimulated_m, limits.resimulated_stiff_m];
+    let between = 0.5 * (soft.doubtful + stiff.doubtful);
+    for (bending_m, limit_m) in
+        [(10e-3, soft.doubtful), (13e-3, between), (16e-3, stiff.doubtful), (30e-3, stiff.doubtful)]
+    {
+        straddles(Code::ResimulationOff, Level::Doubtful, limit_m + 0.5e-3, |f, mean_m| {
+            (f.noise_m, f.folds) = (0.5e-3, 4);
+            answer(f).bending_length_m = bending_m;
+            again(f, &|fit| (fit.mean_m, fit.folds) = (mean_m, 4));
         });
     }
     for (folds, level) in [

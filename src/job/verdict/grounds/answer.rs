@@ -172,14 +172,17 @@ pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
 /// The drape of the estimate beside the scan.
 pub(super) fn resimulated(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
-    if let Some((level, limit_m)) = limits.resimulated_m.level(again.mean_m) {
+    let bending_m = f.answer.as_ref().map_or(0.0, |answer| answer.bending_length_m);
+    let steps = limits.resimulated_at(bending_m).plus(f.noise_m);
+    if let Some((level, limit_m)) = steps.level(again.mean_m) {
         let text = format!(
-            "draped again with these stiffnesses, the rim lies {:.1} mm from the scanned one in the mean (limit {:.0} \
-             mm; honest scans come within {:.0}): the stiffnesses do not reproduce the drape; check the scan, or lay \
-             the specimen anew",
+            "draped again with these stiffnesses, the rim lies {:.1} mm from the scanned one in the mean (limit {:.1} \
+             mm; honest scans of cloth of this bending length, {:.0} mm, come within {:.1}): the stiffnesses do not \
+             reproduce the drape; check the plate and the scan, or lay the specimen anew",
             mm(again.mean_m),
             mm(limit_m),
-            mm(limits.resimulated_m.doubtful)
+            mm(bending_m),
+            mm(steps.doubtful)
         );
         let measured = (mm(again.mean_m), mm(limit_m), "mm");
         grounds.push(Ground::new(Code::ResimulationOff, level, measured, text));
