@@ -748,7 +748,7 @@ pub(crate) enum Evaluate {
     },
     /// Accuracy, widths and coverage of the estimate on rims that the model has not seen, clean and with the scan noise
     /// of its training, by bending length, beside a baseline that ignores the scan.
-    Estimate(HeldOut),
+    Estimate(Box<HeldOut>),
     /// Fabrics that fall again with what is estimated from their rims: the paper's Figs. 8 and 9.
     Redrape(Redrape),
     /// The estimate on canonical and on perturbed drops, seen clean and by sensors, of the shipped network and of others beside it
@@ -876,6 +876,8 @@ pub(crate) struct HeldOut {
     /// Print the scores as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) experiment: ExperimentFlags,
 }
 
 /// `evaluate redrape`.

@@ -16,6 +16,7 @@
 
 pub mod pictures;
 pub mod repeats;
+pub mod verdicts;
 
 use serde::Serialize;
 

@@ -79,19 +79,41 @@ pub fn case(made: &VirtualScan, drape: &Mesh, truth: &Boundary, tuning: &Tuning)
     Case { answer: found.map(|found| rim_error(&found, drape, truth)), seconds }
 }
 
+/// How far a rim lies from the true one and how far it says, root mean squares of a coordinate.
+#[derive(Clone, Copy, Debug)]
+pub struct RimOff {
+    /// The error \[m\].
+    pub off_m: f64,
+    /// The same but for the rigid motion that fits it best \[m\].
+    pub without_motion_m: f64,
+    /// What the rim says of it \[m\].
+    pub sigma_m: f64,
+}
+
+impl RimOff {
+    /// Of a rim and the truth.
+    #[must_use]
+    pub fn of(found: &Boundary, truth: &Boundary) -> Self {
+        let errors = errors(found, truth);
+        let (_, left) = without_motion(truth, &errors);
+        let rms = |squares: f64| (squares / (3 * errors.len()) as f64).sqrt();
+        let square = |all: &[Vector3]| all.iter().map(Vector3::norm_squared).sum();
+        Self {
+            off_m: rms(square(&errors)),
+            without_motion_m: rms(square(&left)),
+            sigma_m: rms(found.points().iter().map(|p| 3.0 * p.sigma_m.powi(2)).sum()),
+        }
+    }
+}
+
 /// Holds a rim against the truth; `drape` is the grid of vertices that it is of.
 #[must_use]
 pub fn rim_error(found: &ScannedBoundary, drape: &Mesh, truth: &Boundary) -> RimError {
     let points = found.boundary.points();
-    let errors: Vec<Vector3> =
-        points.iter().zip(truth.positions_m()).map(|(p, q)| p.position_m - q).collect();
+    let errors = errors(&found.boundary, truth);
     let lengths = errors.iter().map(Vector3::norm);
-    let middle =
-        truth.positions_m().fold(Vector3::zeros(), |s, q| s + q.coords) / points.len() as f64;
-    let arms: Vec<Vector3> = truth.positions_m().map(|q| q.coords - middle).collect();
-    let motion = best_motion(&arms, &errors);
-    let moved = arms.iter().map(|arm| motion.0 + motion.1.cross(arm));
-    let left = errors.iter().zip(moved).map(|(e, m)| (e - m).norm()).sum::<f64>();
+    let (motion, left) = without_motion(truth, &errors);
+    let left = left.iter().map(Vector3::norm).sum::<f64>();
     let across: Vec<f64> = points
         .iter()
         .enumerate()
@@ -111,6 +133,20 @@ pub fn rim_error(found: &ScannedBoundary, drape: &Mesh, truth: &Boundary) -> Rim
         scores: scores.collect(),
         observed: found.quality.observed_fraction,
     }
+}
+
+fn errors(found: &Boundary, truth: &Boundary) -> Vec<Vector3> {
+    found.positions_m().zip(truth.positions_m()).map(|(p, q)| p - q).collect()
+}
+
+/// The rigid motion of [`best_motion`], and the errors but for it.
+fn without_motion(truth: &Boundary, errors: &[Vector3]) -> ((Vector3, Vector3), Vec<Vector3>) {
+    let middle =
+        truth.positions_m().fold(Vector3::zeros(), |s, q| s + q.coords) / errors.len() as f64;
+    let arms: Vec<Vector3> = truth.positions_m().map(|q| q.coords - middle).collect();
+    let motion = best_motion(&arms, errors);
+    let left = arms.iter().zip(errors).map(|(arm, e)| e - motion.0 - motion.1.cross(arm)).collect();
+    (motion, left)
 }
 
 /// Shift t of the rim's middle and small rotation w about it with t + w x q nearest

@@ -14,7 +14,9 @@ use serde::Serialize;
 
 use super::estimate::{Answer, Scores, answered};
 use super::refine::{CaseError, Sight};
+use super::scan::RimOff;
 use crate::base::Boundary;
+use crate::base::units::M_PER_MM;
 use crate::dataset::drape_file::rim_of;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture};
@@ -44,8 +46,15 @@ pub struct Draped {
     pub fall: Fall,
     /// The true fabric.
     pub fabric: Fabric,
-    /// None where the drape did not come to rest; by sight, then by network.
-    answers: Option<Vec<Result<Vec<Answer>, ScanError>>>,
+    /// None where the drape did not come to rest; by sight.
+    answers: Option<Vec<Result<Asked, ScanError>>>,
+}
+
+/// A rim and what each network makes of it.
+#[derive(Debug)]
+struct Asked {
+    off: RimOff,
+    said: Vec<Answer>,
 }
 
 /// The answers of a network for one fall and sight.
@@ -61,8 +70,21 @@ pub struct Cell {
     pub refused: usize,
     /// Drapes that did not come to rest.
     pub not_at_rest: usize,
+    /// How far the rims lie from the true ones, in the mean; none where all were refused.
+    pub rim: Option<Off>,
     /// The answers' scores; none where all were refused.
     pub scores: Option<Scores>,
+}
+
+/// How far rims lie from the true ones and say that they do, means of the root mean squares of a coordinate \[mm\].
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Off {
+    /// The error.
+    pub off_mm: f64,
+    /// The same but for a rigid motion of each rim, which moves no answer.
+    pub deformed_mm: f64,
+    /// What the rims say, by which the intervals go.
+    pub sigma_mm: f64,
 }
 
 /// Why a sweep cannot be made.
@@ -107,7 +129,10 @@ impl Sweep<'_> {
         for sight in &self.sights {
             let seen = sight.of(&truth, seed).map_err(CaseError::from)?;
             answers.push(match seen {
-                Ok(seen) => Ok(self.asked(&seen.rim, &fabric)?),
+                Ok(seen) => Ok(Asked {
+                    off: RimOff::of(&seen.rim, &truth.1),
+                    said: self.asked(&seen.rim, &fabric)?,
+                }),
                 Err(refused) => Err(refused),
             });
         }
@@ -135,19 +160,22 @@ impl Sweep<'_> {
                         sight: seen_as.name().to_owned(),
                         refused: 0,
                         not_at_rest: 0,
+                        rim: None,
                         scores: None,
                     };
-                    let (mut truths, mut answers) = (Vec::new(), Vec::new());
+                    let (mut truths, mut answers, mut offs) = (Vec::new(), Vec::new(), Vec::new());
                     for Draped { fabric, answers: said, .. } in own {
                         match said.as_ref().map(|said| &said[sight]) {
                             None => cell.not_at_rest += 1,
                             Some(Err(_)) => cell.refused += 1,
                             Some(Ok(said)) => {
                                 truths.push(*fabric);
-                                answers.push(said[model]);
+                                answers.push(said.said[model]);
+                                offs.push(said.off);
                             }
                         }
                     }
+                    cell.rim = Off::mean(&offs);
                     if !answers.is_empty() {
                         cell.scores = Some(Scores::of(&truths, &answers, self.prior.limits()));
                     }
@@ -156,6 +184,20 @@ impl Sweep<'_> {
             }
         }
         cells
+    }
+}
+
+impl Off {
+    /// The mean; none of none.
+    fn mean(of: &[RimOff]) -> Option<Self> {
+        let mean_mm = |length_m: fn(&RimOff) -> f64| {
+            of.iter().map(length_m).sum::<f64>() / of.len() as f64 / M_PER_MM
+        };
+        (!of.is_empty()).then(|| Self {
+            off_mm: mean_mm(|rim| rim.off_m),
+            deformed_mm: mean_mm(|rim| rim.without_motion_m),
+            sigma_mm: mean_mm(|rim| rim.sigma_m),
+        })
     }
 }
 
@@ -181,18 +223,17 @@ impl Draped {
 
 impl Cell {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str =
-        "model, drop, seen, answered, refused, not_at_rest, rmse, r2, coverage, half_width_factor";
+    pub const COLUMNS: &str = "model, drop, seen, answered, refused, not_at_rest, off_mm, deformed_mm, sigma_mm, rmse, r2, coverage, half_width_factor";
 
     /// As a row of a table.
     #[must_use]
     pub fn row(&self) -> String {
-        let Self { model, fall, sight, refused, not_at_rest, scores } = self;
+        let Self { model, fall, sight, refused, not_at_rest, rim, scores } = self;
         let begun = format!("{model}, {}, {sight}", fall.name());
-        match scores {
-            None => format!("{begun}, 0, {refused}, {not_at_rest}, , , , "),
-            Some(s) => format!(
-                "{begun}, {}, {refused}, {not_at_rest}, {:.4}, {:.3}, {:.3}, {:.2}",
+        match scores.as_ref().zip(*rim) {
+            None => format!("{begun}, 0, {refused}, {not_at_rest}, , , , , , , "),
+            Some((s, Off { off_mm, deformed_mm, sigma_mm })) => format!(
+                "{begun}, {}, {refused}, {not_at_rest}, {off_mm:.3}, {deformed_mm:.3}, {sigma_mm:.3}, {:.4}, {:.3}, {:.3}, {:.2}",
                 s.drapes, s.rmse, s.r2, s.coverage, s.half_width_factor
             ),
         }
@@ -221,6 +262,12 @@ mod tests {
             println!("{}", cell.row());
             assert_eq!(cell.row().split(", ").count(), Cell::COLUMNS.split(", ").count());
             assert_eq!((cell.refused, cell.not_at_rest), (0, 0));
+            let Off { off_mm, deformed_mm, sigma_mm } = cell.rim.unwrap();
+            // a rim that is seen as it is has no error and says so; a scan's is of the size that it says
+            match cell.sight.as_str() {
+                "rim" => assert_eq!([off_mm, deformed_mm, sigma_mm], [0.0; 3]),
+                _ => assert!(deformed_mm < off_mm && (0.5..2.0).contains(&(off_mm / sigma_mm))),
+            }
         }
         let rmse = |k: usize| cells[k].scores.as_ref().unwrap().rmse;
         // both networks are the same one, and a scan moves the answer, but not far
@@ -247,6 +294,6 @@ mod tests {
         let cells = sweep.cells(&all);
         let Cell { refused, not_at_rest, scores, .. } = &cells[1];
         assert_eq!((*refused, *not_at_rest, scores.is_none()), (1, 1, true));
-        assert!(cells[1].row().ends_with("perturbed, rim, 0, 1, 1, , , , "));
+        assert!(cells[1].row().ends_with("perturbed, rim, 0, 1, 1, , , , , , , "));
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, anyhow};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -15,13 +15,13 @@ use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::{EstimateError, Estimator};
 use scan2params::evaluate::estimate::{
     self as held_out, Answer, Baseline, Group, Scores, UnfitDrapes, anywhere, by_likeness, noisy,
-    pictures, quarters, repeats::Repeats,
+    pictures, quarters, repeats::Repeats, verdicts::Verdicts,
 };
 use scan2params::evaluate::rim_noise::RimNoise;
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::io::output;
 use scan2params::report::files;
-use scan2params::sim::{Fall, NUMERICS_VERSION};
+use scan2params::sim::{Experiment, Fall, NUMERICS_VERSION, SimOptions};
 
 pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let estimator = estimator(given.model.as_deref())?;
@@ -30,12 +30,18 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
         std::fs::create_dir_all(folder)?;
     }
     let prior = Mixture::named(&estimator.model().prior)?;
+    let experiment = given.experiment.experiment().map_err(Failure::usage)?;
     let made = match &given.drapes {
+        Some(_) if experiment != Experiment::default() => {
+            return Err(Failure::usage(anyhow!(
+                "drapes of a folder lie as they lie; the flags of an experiment go with --count"
+            )));
+        }
         Some(folder) => unseen(&estimator, folder)?,
         None => {
             held_out::check_unseen(&estimator, prior.name(), given.seed, NUMERICS_VERSION)
                 .map_err(Failure::usage)?;
-            fresh(&prior, given)?
+            fresh(&prior, given, experiment)?
         }
     };
     let count = made.len();
@@ -47,6 +53,9 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let answers = |rows: &[Row]| -> Result<Vec<Answer>, EstimateError> {
         rows.par_iter().map(|row| held_out::answer(&estimator, row)).collect()
     };
+    let verdicts = [&rows, &scanned].map(|rows| Verdicts::of(&estimator, &prior, rows));
+    let [with_clean, with_noise] = verdicts;
+    let verdicts = [with_clean?, with_noise?];
     let (clean, scanned) = (answers(&rows)?, answers(&scanned)?);
     let ignoring = vec![Baseline::of(&prior)?.answer(); rows.len()];
     if let Some(folder) = &given.out {
@@ -79,6 +88,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
             "quarters": { "clean": by_length[0], "scan_noise": by_length[1] },
             "likeness": { "clean": likeness[0], "scan_noise": likeness[1] },
             "drops_of_one_fabric": { "clean": together[0], "scan_noise": together[1] },
+            "verdicts": { "clean": verdicts[0], "scan_noise": verdicts[1] },
         });
         println!("{}", serde_json::to_string_pretty(&all)?);
         return Ok(());
@@ -91,6 +101,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     groups("quarter of bending length", &by_length);
     groups("answer is like", &likeness);
     repeats(&together);
+    told(&verdicts);
     Ok(())
 }
 
@@ -167,10 +178,25 @@ fn repeats(together: &[Option<Repeats>; 2]) {
     }
 }
 
-/// Drapes as `generate` makes them, on all cores.
-fn fresh(prior: &Mixture, given: &args::HeldOut) -> Result<Vec<Row>, Failure> {
+/// What the verdict makes of the answers: to clean rims, then to the same with scan noise.
+fn told(verdicts: &[Verdicts; 2]) {
+    println!("\nverdict, rims, reliable, doubtful, do_not_use, answers with each ground");
+    for (rims, verdicts) in ["clean", "scan noise"].iter().zip(verdicts) {
+        let Verdicts { reliable, doubtful, do_not_use, grounds } = verdicts;
+        let grounds: Vec<String> = grounds.iter().map(|(code, n)| format!("{code} {n}")).collect();
+        println!("verdict, {rims}, {reliable}, {doubtful}, {do_not_use}, {}", grounds.join(" "));
+    }
+}
+
+/// Drapes as `generate` makes them, but on this bench, on all cores.
+fn fresh(
+    prior: &Mixture,
+    given: &args::HeldOut,
+    experiment: Experiment,
+) -> Result<Vec<Row>, Failure> {
     let (count, seed) = (given.count.unwrap_or(1), given.seed);
-    let (options, start) = (dataset_options(), Instant::now());
+    let options = SimOptions { experiment, ..dataset_options() };
+    let start = Instant::now();
     let made = AtomicU64::new(0);
     let row = |index: u64| {
         let fabric = if given.anywhere {
