@@ -66,7 +66,8 @@ impl Boundary {
     /// points_m : array_like, shape (244, 3)
     ///     Positions in the simulation frame, in metres, in the order of the class.
     /// sigma_m : array_like, shape (244,), optional
-    ///     Standard deviation of each position, per coordinate; 0 if not given.
+    ///     Standard deviation of each position, per coordinate; the estimate's intervals go by its mean. 0 if not
+    ///     given, which is for exact rims.
     /// observed : array_like of bool, shape (244,), optional
     ///     Whether each point was seen, not bridged; true if not given.
     /// warp_known : bool, optional
