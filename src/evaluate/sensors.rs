@@ -83,7 +83,7 @@ pub struct Off {
     pub off_mm: f64,
     /// The same but for a rigid motion of each rim, which moves no answer.
     pub deformed_mm: f64,
-    /// What the rims say, by which the intervals go.
+    /// What the rims say of it, whose mean over the points the intervals go by.
     pub sigma_mm: f64,
 }
 
