@@ -14,6 +14,7 @@ the coverage, all in all, of each output, and by quarter of the true bending len
 """
 
 import argparse
+import dataclasses
 import json
 import pathlib
 import shlex
@@ -158,6 +159,15 @@ def mean_errors(model, drapes):
     return [error.mean(0), *(error[quarter == k].mean(0) for k in range(intervals.QUARTERS))]
 
 
+def moved(model, drapes, interval, by_mm):
+    """Mean change of the answers in half widths of their intervals where all rims are moved so [mm], in each quarter of the true bending length."""
+    before = model.said(drapes)
+    after = model.said(dataclasses.replace(drapes, boundary=(drapes.boundary + np.array(by_mm)).astype(np.float32)))
+    change = (after.error - before.error) / before.half_widths(interval)
+    quarter = intervals.quarters(drape_data.bending_length_mm(drapes.stiffness, drapes.density.astype(np.float64)))
+    return [change[quarter == k].mean(0) for k in range(intervals.QUARTERS)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--calibrate", required=True, type=pathlib.Path)
@@ -198,6 +208,9 @@ def main():
             held, factor_for_level = by_noise(model, other, after, size_mm)
             print(f"{folder}, smooth noise of {size_mm} mm: all {held:.3f}, {intervals.LEVEL} with {factor_for_level:.2f} times the width")
             said.setdefault("coverage_by_noise", {})[str(size_mm)] = round(held, 4)
+        for name, by_mm in (("down", (0.0, -0.5, 0.0)), ("sideways", (0.5, 0.0, 0.0))):
+            for k, change in enumerate(moved(model, other, after, by_mm), 1):
+                print(f"{folder}, rims 0.5 mm {name}, quarter {k}, answers move by half widths: " + " ".join(f"{v:+.2f}" for v in change))
         tests.append(said)
     if args.dry_run:
         return

@@ -21,6 +21,7 @@ pub mod verdicts;
 use serde::Serialize;
 
 use rand::RngExt as _;
+use rayon::prelude::*;
 
 use super::rim_noise::RimNoise;
 use crate::base::Boundary;
@@ -81,6 +82,15 @@ impl Answer {
 /// As [`Estimator::estimate`].
 pub fn answer(estimator: &Estimator, row: &Row) -> Result<Answer, EstimateError> {
     answered(estimator, &row.drape.boundary, row.fabric.density_kg_m2)
+}
+
+/// The estimates from many drapes, told the same, on all cores.
+///
+/// # Errors
+/// As [`Estimator::estimate`].
+pub fn estimates(estimator: &Estimator, rows: &[Row]) -> Result<Vec<Estimate>, EstimateError> {
+    let of = |row: &Row| estimator.estimate(&row.drape.boundary, row.fabric.density_kg_m2, true);
+    rows.par_iter().map(of).collect()
 }
 
 /// [`answer`] of a rim and a density.

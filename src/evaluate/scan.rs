@@ -7,8 +7,10 @@
 use std::time::Instant;
 
 use nalgebra::{Matrix6, Vector6};
+use serde::Serialize;
 
 pub use super::setup::{Setup, SetupError};
+use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3, Vector3};
 use crate::geom::Mesh;
 use crate::numeric::robust;
@@ -79,15 +81,15 @@ pub fn case(made: &VirtualScan, drape: &Mesh, truth: &Boundary, tuning: &Tuning)
     Case { answer: found.map(|found| rim_error(&found, drape, truth)), seconds }
 }
 
-/// How far a rim lies from the true one and how far it says, root mean squares of a coordinate.
-#[derive(Clone, Copy, Debug)]
+/// How far a rim lies from the true one and says that it does, root mean squares of a coordinate \[mm\].
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct RimOff {
-    /// The error \[m\].
-    pub off_m: f64,
-    /// The same but for the rigid motion that fits it best \[m\].
-    pub without_motion_m: f64,
-    /// What the rim says of it \[m\].
-    pub sigma_m: f64,
+    /// The error.
+    pub off_mm: f64,
+    /// The same but for the rigid motion that fits it best, which moves no answer.
+    pub deformed_mm: f64,
+    /// What the rim says of it.
+    pub sigma_mm: f64,
 }
 
 impl RimOff {
@@ -96,13 +98,24 @@ impl RimOff {
     pub fn of(found: &Boundary, truth: &Boundary) -> Self {
         let errors = errors(found, truth);
         let (_, left) = without_motion(truth, &errors);
-        let rms = |squares: f64| (squares / (3 * errors.len()) as f64).sqrt();
+        let rms_mm = |squares: f64| (squares / (3 * errors.len()) as f64).sqrt() / M_PER_MM;
         let square = |all: &[Vector3]| all.iter().map(Vector3::norm_squared).sum();
         Self {
-            off_m: rms(square(&errors)),
-            without_motion_m: rms(square(&left)),
-            sigma_m: rms(found.points().iter().map(|p| 3.0 * p.sigma_m.powi(2)).sum()),
+            off_mm: rms_mm(square(&errors)),
+            deformed_mm: rms_mm(square(&left)),
+            sigma_mm: rms_mm(found.points().iter().map(|p| 3.0 * p.sigma_m.powi(2)).sum()),
         }
+    }
+
+    /// The mean; none of none.
+    #[must_use]
+    pub fn mean(all: &[Self]) -> Option<Self> {
+        let of = |part: fn(&Self) -> f64| mean(all.iter().map(part));
+        (!all.is_empty()).then(|| Self {
+            off_mm: of(|rim| rim.off_mm),
+            deformed_mm: of(|rim| rim.deformed_mm),
+            sigma_mm: of(|rim| rim.sigma_mm),
+        })
     }
 }
 

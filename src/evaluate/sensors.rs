@@ -16,7 +16,6 @@ use super::estimate::{Answer, Scores, answered};
 use super::refine::{CaseError, Sight};
 use super::scan::RimOff;
 use crate::base::Boundary;
-use crate::base::units::M_PER_MM;
 use crate::dataset::drape_file::rim_of;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture};
@@ -71,20 +70,9 @@ pub struct Cell {
     /// Drapes that did not come to rest.
     pub not_at_rest: usize,
     /// How far the rims lie from the true ones, in the mean; none where all were refused.
-    pub rim: Option<Off>,
+    pub rim: Option<RimOff>,
     /// The answers' scores; none where all were refused.
     pub scores: Option<Scores>,
-}
-
-/// How far rims lie from the true ones and say that they do, means of the root mean squares of a coordinate \[mm\].
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Off {
-    /// The error.
-    pub off_mm: f64,
-    /// The same but for a rigid motion of each rim, which moves no answer.
-    pub deformed_mm: f64,
-    /// What the rims say of it, whose mean over the points the intervals go by.
-    pub sigma_mm: f64,
 }
 
 /// Why a sweep cannot be made.
@@ -175,7 +163,7 @@ impl Sweep<'_> {
                             }
                         }
                     }
-                    cell.rim = Off::mean(&offs);
+                    cell.rim = RimOff::mean(&offs);
                     if !answers.is_empty() {
                         cell.scores = Some(Scores::of(&truths, &answers, self.prior.limits()));
                     }
@@ -184,20 +172,6 @@ impl Sweep<'_> {
             }
         }
         cells
-    }
-}
-
-impl Off {
-    /// The mean; none of none.
-    fn mean(of: &[RimOff]) -> Option<Self> {
-        let mean_mm = |length_m: fn(&RimOff) -> f64| {
-            of.iter().map(length_m).sum::<f64>() / of.len() as f64 / M_PER_MM
-        };
-        (!of.is_empty()).then(|| Self {
-            off_mm: mean_mm(|rim| rim.off_m),
-            deformed_mm: mean_mm(|rim| rim.without_motion_m),
-            sigma_mm: mean_mm(|rim| rim.sigma_m),
-        })
     }
 }
 
@@ -232,7 +206,7 @@ impl Cell {
         let begun = format!("{model}, {}, {sight}", fall.name());
         match scores.as_ref().zip(*rim) {
             None => format!("{begun}, 0, {refused}, {not_at_rest}, , , , , , , "),
-            Some((s, Off { off_mm, deformed_mm, sigma_mm })) => format!(
+            Some((s, RimOff { off_mm, deformed_mm, sigma_mm })) => format!(
                 "{begun}, {}, {refused}, {not_at_rest}, {off_mm:.3}, {deformed_mm:.3}, {sigma_mm:.3}, {:.4}, {:.3}, {:.3}, {:.2}",
                 s.drapes, s.rmse, s.r2, s.coverage, s.half_width_factor
             ),
@@ -262,7 +236,7 @@ mod tests {
             println!("{}", cell.row());
             assert_eq!(cell.row().split(", ").count(), Cell::COLUMNS.split(", ").count());
             assert_eq!((cell.refused, cell.not_at_rest), (0, 0));
-            let Off { off_mm, deformed_mm, sigma_mm } = cell.rim.unwrap();
+            let RimOff { off_mm, deformed_mm, sigma_mm } = cell.rim.unwrap();
             // a rim that is seen as it is has no error and says so; a scan's is of the size that it says
             match cell.sight.as_str() {
                 "rim" => assert_eq!([off_mm, deformed_mm, sigma_mm], [0.0; 3]),

@@ -50,13 +50,11 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let noise: RimNoise = serde_json::from_value(noise.clone())?;
     let scanned = noisy(&rows, &noise, given.seed);
     let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();
-    let answers = |rows: &[Row]| -> Result<Vec<Answer>, EstimateError> {
-        rows.par_iter().map(|row| held_out::answer(&estimator, row)).collect()
-    };
-    let verdicts = [&rows, &scanned].map(|rows| Verdicts::of(&estimator, &prior, rows));
-    let [with_clean, with_noise] = verdicts;
-    let verdicts = [with_clean?, with_noise?];
-    let (clean, scanned) = (answers(&rows)?, answers(&scanned)?);
+    let said =
+        [held_out::estimates(&estimator, &rows)?, held_out::estimates(&estimator, &scanned)?];
+    let verdicts =
+        [Verdicts::of(&prior, &rows, &said[0]), Verdicts::of(&prior, &scanned, &said[1])];
+    let [clean, scanned] = said.map(|said| said.iter().map(Answer::of).collect::<Vec<Answer>>());
     let ignoring = vec![Baseline::of(&prior)?.answer(); rows.len()];
     if let Some(folder) = &given.out {
         let drawn = [

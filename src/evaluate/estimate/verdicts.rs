@@ -1,6 +1,6 @@
 //! What the verdict makes of the answers to rims, for `evaluate estimate`.
 //!
-//! In: rims of drapes that were made, and an estimator. Out: how many answers are reliable, doubtful and not to be
+//! In: rims of drapes that were made, and the estimates from them. Out: how many answers are reliable, doubtful and not to be
 //! used, and on which grounds. It is the verdict of `estimate` on a rim from a file: nothing of a scan, no drape of the
 //! answer.
 //!
@@ -8,12 +8,11 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::base::boundary::Orientation;
 use crate::dataset::Row;
-use crate::estimate::{EstimateError, Estimator};
+use crate::estimate::Estimate;
 use crate::fabric::Mixture;
 use crate::intake::rim::{GivenWarp, Rim};
 use crate::job::verdict::{self, Level, Verdict};
@@ -33,22 +32,16 @@ pub struct Verdicts {
 }
 
 impl Verdicts {
-    /// On the answers to these rims, told their density and where their warp lies.
-    ///
-    /// # Errors
-    /// As [`Estimator::estimate`].
-    pub fn of(estimator: &Estimator, prior: &Mixture, rows: &[Row]) -> Result<Self, EstimateError> {
-        let verdict = |row: &Row| -> Result<Verdict, EstimateError> {
-            let boundary = row.drape.boundary.clone();
-            let estimate = estimator.estimate(&boundary, row.fabric.density_kg_m2, true)?;
+    /// On these answers to the rims of `rows`, whose warp was told.
+    #[must_use]
+    pub fn of(prior: &Mixture, rows: &[Row], estimates: &[Estimate]) -> Self {
+        let verdict = |(row, estimate): (&Row, &Estimate)| {
             let (orientation, warp) = (Orientation::Given, GivenWarp::File);
-            let rim = Rim::Given { boundary, orientation, warp };
-            let likeness = estimate.likeness(prior);
-            let answer = (&estimate, Some(&likeness));
-            Ok(verdict::of_job(&rim, &ScanOptions::default(), answer, None, None))
+            let rim = Rim::Given { boundary: row.drape.boundary.clone(), orientation, warp };
+            let answer = (estimate, Some(&estimate.likeness(prior)));
+            verdict::of_job(&rim, &ScanOptions::default(), answer, None, None)
         };
-        let verdicts: Result<Vec<Verdict>, EstimateError> = rows.par_iter().map(verdict).collect();
-        Ok(Self::counted(&verdicts?))
+        Self::counted(&rows.iter().zip(estimates).map(verdict).collect::<Vec<Verdict>>())
     }
 
     fn counted(verdicts: &[Verdict]) -> Self {
