@@ -45,6 +45,7 @@ mod origin;
 mod parameterisation;
 mod plane;
 mod plate;
+mod pose;
 mod quality;
 mod registration;
 mod rim;

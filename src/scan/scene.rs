@@ -219,7 +219,10 @@ fn plate_of(
     let tuning = &options.tuning.scene;
     let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, tuning, tuning.most_coarse)).collect();
     limits::enough_points(samples.len(), options)?;
-    let find = |points: Vec<Point3>| plate::find(&points, unit, options);
+    let find = |points: Vec<Point3>| {
+        let refused = ScanError::NoPlate { best: None, radius_m: options.plate_radius_m, falling_limit: 0.35, unit };
+        plate::places(&points, options).into_iter().next().map(|place| place.plate).ok_or(refused)
+    };
     let refused = match find(samples.iter().map(|s| s.at).collect()) {
         Ok(plate) => return Ok(plate),
         Err(refused) => refused,

@@ -5,7 +5,7 @@
 //! The outline is the farthest reach on each bearing; hidden parts reach less and
 //! are outvoted by a bounded loss.
 
-use super::tuning::SquareTuning;
+use super::tuning::{PoseTuning, SquareTuning};
 
 /// The specimen's square in the parameter plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,6 +176,69 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> Squ
     }
     let hidden = hidden_arc(&outline, half - tuning.bound_m);
     describe(best, &points, half, tuning.bound_m, hidden)
+}
+
+/// Where a flattened surface ends, against a square: shares of all bearings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    /// At its side.
+    pub on_share: f64,
+    /// Short of it, or nowhere seen.
+    pub short_share: f64,
+    /// Beyond it.
+    pub beyond_share: f64,
+    /// Mean over the bearings of the log-likelihood ratio of the specimen against anything
+    /// \[nats\].
+    mean_nats: f64,
+}
+
+impl Ends {
+    /// The log-likelihood ratio, with bearings that err together counted once \[nats\].
+    pub fn nats(&self, tuning: &PoseTuning) -> f64 {
+        tuning.bearings * self.mean_nats
+    }
+}
+
+/// Where the outline of `flat` ends, against the square of about `side_m` that fits best.
+pub(super) fn ends(
+    flat: &[[f64; 2]],
+    side_m: f64,
+    tuning: &SquareTuning,
+    of_pose: &PoseTuning,
+) -> (Square, Ends) {
+    let fit = find(flat, side_m, tuning);
+    let own = measure(flat, side_m, tuning);
+    let outline = outline(flat);
+    let of = |square: Square, side_m: f64| {
+        (square, ends_on(&outline, &square, side_m, of_pose))
+    };
+    let nominal = of(fit.square, side_m);
+    // A specimen of another size is one too, and what is wrong with it is said later.
+    let scaled = own.map(|own| of(own.square, own.side_m));
+    let best = scaled.filter(|scaled| scaled.1.mean_nats > nominal.1.mean_nats);
+    best.unwrap_or(nominal)
+}
+
+fn ends_on(outline: &[Option<[f64; 2]>], square: &Square, side_m: f64, tuning: &PoseTuning) -> Ends {
+    let [on, short, beyond] = tuning.chances;
+    let half_m = 0.5 * side_m;
+    let (near_m, sigma_m) = (tuning.near_sigmas * tuning.edge_sigma_m, tuning.edge_sigma_m);
+    let anything = 1.0 / tuning.anywhere_m;
+    let normal = |off: f64| {
+        (-0.5 * (off / sigma_m).powi(2)).exp() / (sigma_m * std::f64::consts::TAU.sqrt())
+    };
+    let (mut counts, mut nats) = ([0.0; 3], 0.0);
+    for p in outline {
+        let off = p.map_or(-half_m, |p| excess(square.material(p), half_m));
+        let which = if off.abs() < near_m { 0 } else { 1 + usize::from(off > 0.0) };
+        counts[which] += 1.0;
+        let elsewhere =
+            if off < 0.0 { short / half_m } else { beyond / (tuning.anywhere_m - half_m).max(sigma_m) };
+        nats += ((on * normal(off) + elsewhere) / anything).ln();
+    }
+    let count = outline.len() as f64;
+    let [on_share, short_share, beyond_share] = counts.map(|c| c / count);
+    Ends { on_share, short_share, beyond_share, mean_nats: nats / count }
 }
 
 /// The square that the flattened cloth makes, of a side within the tuning's range about

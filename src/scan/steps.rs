@@ -17,7 +17,8 @@ use super::mesh_facts::MeshFacts;
 use super::options::{ScanOptions, WarpToward};
 use super::origin::{self, Origin};
 use super::parameterisation::{self, Parameterisation};
-use super::plate::{self, Plate};
+use super::plate::Plate;
+use super::pose::{self, Pose};
 use super::registration::{EdgeShift, Registration};
 use super::rim::{self, Rim};
 use super::scene::Scene;
@@ -176,12 +177,12 @@ pub(super) struct Assessed<'a> {
 }
 
 impl Plated {
-    /// Finds the plate, in the first of the scene's units in which there is one.
+    /// Finds the drape, in the first of the scene's units in which there is one.
     pub fn of(mut scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
-        let find = |scene: &Scene| plate::find(&scene.points, scene.unit, options);
+        let find = |scene: &Scene| pose::find(&scene.points, scene.unit, options);
         let first = find(&scene);
-        let mut plate = match first {
-            Ok(plate) => plate,
+        let pose = match first {
+            Ok(pose) => pose,
             Err(refused) => {
                 let spacing_m = scene.spacing_m();
                 let others = std::mem::take(&mut scene.other_units);
@@ -192,7 +193,7 @@ impl Plated {
                 found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
             }
         };
-        let another = plate::another(&scene.points, &plate, scene.unit, options);
+        let Pose { mut plate, another, .. } = pose;
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         Ok(Self { scene, plate, another, sensor_noise_m })

@@ -29,6 +29,8 @@ pub struct Tuning {
     pub scene: SceneTuning,
     /// The search for the plate.
     pub plate: PlateTuning,
+    /// Which place is the drape.
+    pub pose: PoseTuning,
     /// Cutting away what closes a mesh from below.
     pub underside: UndersideTuning,
     /// The local frame and the floor.
@@ -100,9 +102,8 @@ pub struct SceneTuning {
 /// and views").
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlateTuning {
-    /// Points in which the plate is looked for: every 3 mm of a scene of a square metre,
-    /// and where none is found in these, more: every 2 mm.
-    pub most_coarse: [usize; 2],
+    /// Points in which the plate is looked for: every 2 mm of a scene of a square metre.
+    pub most_coarse: usize,
     /// Voxel in which these are downsampled.
     pub coarse_cell_radii: f64,
     /// Distance between the places at which a flat patch is tried.
@@ -129,30 +130,45 @@ pub struct PlateTuning {
     pub reach_radii: f64,
     /// Bearings at which the edge is looked at.
     pub bearings: usize,
-    /// Rings to a plate radius in which it is.
-    pub rings_per_radius: f64,
-    /// What is lower than the plane by this has fallen away.
-    pub drop_radii: f64,
-    /// Deeper than any plate is thick.
-    pub deep_radii: f64,
-    /// Rings inward of a bearing's edge below which cloth may hang.
-    pub inward_rings: usize,
-    /// Share of points on the wrong side of a bearing's edge that is still clear.
-    pub most_wrong: f64,
-    /// Largest share of the points around a plate that lie above it.
-    pub most_rising: f64,
-    /// Share of the bearings on which the surface must fall away.
-    pub falling_limit: f64,
-    /// Radius at which cloth over the plate has usually fallen away.
-    pub leaving_radii: f64,
-    /// Places that are measured, in which the plate is the one with the roundest edge.
+    /// Points whose tangent planes stand for the scene's, where planes wider than the specimen
+    /// are looked for.
+    pub most_tangents: usize,
+    /// Radius of the neighbourhood that a tangent plane is laid through \[m\].
+    pub tangent_m: f64,
+    /// Points this near to a wide plane are on it \[m\].
+    pub on_wide_m: f64,
+    /// Least cosine between a wide plane and the tangent plane of a point on it.
+    pub along_wide: f64,
+    /// Fewest tangent planes that make a plane.
+    pub least_tangents: usize,
+    /// Planes tried for each that is found.
+    pub wide_trials: usize,
+    /// Planes that are looked at.
+    pub most_wide_planes: usize,
+    /// Wider than this in both directions is wider than the specimen, in its sides.
+    pub wide_sides: f64,
+    /// Radius around a patch in which a drape is looked for, in sides of the specimen: farther
+    /// than corners lie.
+    pub around_sides: f64,
+    /// How far cloth reaches from the axis, in sides of the specimen.
+    pub reach_sides: f64,
+    /// How deep it hangs, in lengths of the longest overhang.
+    pub hang: f64,
+    /// How high it rises over the plate \[m\].
+    pub rise_m: f64,
+    /// Level points beyond this radius are not the disc's.
+    pub level_outside_radii: f64,
+    /// Cloth hangs from this depth on.
+    pub hanging_radii: f64,
+    /// Cubic cells that a surface of the area of one side of a cell goes through, in the mean over
+    /// directions.
+    pub cells_per_area: f64,
+    /// Places that are measured and verified at most.
     pub most_measured: usize,
+    /// Rounds of a measurement.
+    pub measurements: usize,
     /// Edges between these radii count as round.
     pub round_radii: [f64; 2],
-    /// Share of round bearings at which no other place is measured.
-    pub round_enough: f64,
-    /// Share of round bearings below which it is no plate.
-    pub least_round: f64,
     /// Most points around a place that it is measured on.
     pub most_near: usize,
     /// The plane is laid through what lies within this radius.
@@ -187,17 +203,27 @@ pub struct PlateTuning {
     pub outside_m: [f64; 2],
     /// Sectors about the axis in which it is.
     pub skirt_sectors: usize,
-    /// Another drape is looked for this far from the axis, in sides of the specimen: nearer there
-    /// is only the first one's cloth.
-    pub apart_sides: f64,
-    /// There, heights in bins of this width \[m\]
-    pub floor_bin_m: f64,
-    /// that hold more than this share are the floor's, not a drape's.
-    pub floor_share: f64,
-    /// Its cloth hangs this deep below its plate at least,
-    pub hanging_radii: f64,
-    /// on this share of the bearings.
-    pub hanging_share: f64,
+}
+
+/// Which place is the drape (`pose`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseTuning {
+    /// Most points that are flattened at a place.
+    pub most_points: usize,
+    /// Cell of their downsampling \[m\].
+    pub cell_m: f64,
+    /// Chances that the outline of a drape ends at the square's side, short of it, and beyond.
+    pub chances: [f64; 3],
+    /// Standard deviation of the outline about the side \[m\].
+    pub edge_sigma_m: f64,
+    /// Within this many of these it ends at the side, in the shares that are told.
+    pub near_sigmas: f64,
+    /// Farthest that the outline of anything ends \[m\].
+    pub anywhere_m: f64,
+    /// Bearings that err independently of each other.
+    pub bearings: f64,
+    /// Standard deviation of the specimen's middle about the plate's \[m\].
+    pub off_sigma_m: f64,
 }
 
 /// Cutting away what closes a mesh from below (`underside`).
@@ -683,7 +709,7 @@ const SHIPPED: Tuning = Tuning {
         most_chord_m: 0.1e-3,   // c
     },
     plate: PlateTuning {
-        most_coarse: [110_000, 250_000], // m: time against scenes of a room
+        most_coarse: 250_000, // c
         coarse_cell_radii: 0.1,          // c
         seed_cell_radii: 0.4,            // c
         patch_radii: 0.6,                // c
@@ -696,18 +722,24 @@ const SHIPPED: Tuning = Tuning {
         same_radii: 0.04,                // c
         reach_radii: 2.2,                // c
         bearings: 36,                    // c
-        rings_per_radius: 10.0,          // c
-        drop_radii: 0.08,                // c
-        deep_radii: 0.3,                 // d: plates of up to 15 mm
-        inward_rings: 3,                 // c
-        most_wrong: 0.15,                // c
-        most_rising: 0.3,                // c: no more than strays do; half do inside a fold
-        falling_limit: 0.35,             // c
-        leaving_radii: 1.1,              // m: from soft to stiff
+        most_tangents: 6_000,            // c: time
+        tangent_m: 15e-3,                // c
+        on_wide_m: 8e-3,                 // c
+        along_wide: 0.9,                 // c
+        least_tangents: 100,             // c
+        wide_trials: 100,                // l: for a plane of one in ten, a failure in 10^4
+        most_wide_planes: 6,             // c
+        wide_sides: 1.1,                 // d
+        around_sides: 0.78,              // d
+        reach_sides: 0.74,               // d: corners at 0.71, stretch
+        hang: 1.12,                      // d: stretch
+        rise_m: 8e-3,                    // c
+        level_outside_radii: 1.5,        // c
+        hanging_radii: 0.5,              // d: rims hang 1.2 deep and more; tables are higher
+        cells_per_area: 1.5,             // d: the mean of |cos| over three axes
         most_measured: 6,                // c: time
+        measurements: 6,                 // c
         round_radii: [0.7, 1.2],         // m: edges of stiff cloth are read 8 mm too far in
-        round_enough: 0.7,               // m: plates 0.75 and more, folds 0.5 and less
-        least_round: 0.5,                // m: plates 0.75 and more, a column's side less
         most_near: 100_000,              // c: time
         disc_radii: 0.8,                 // c
         least_edges: 10,                 // c
@@ -725,11 +757,16 @@ const SHIPPED: Tuning = Tuning {
         side_radii: 1.05,                // c
         outside_m: [2e-3, 8e-3],         // c
         skirt_sectors: 120,              // c
-        apart_sides: 0.53,               // d: rims reach 0.5, stiff corners more, but narrow
-        floor_bin_m: 10e-3,              // c: the floor's tilt against the plate at half a metre
-        floor_share: 0.25,               // d: a plate's top is 0.1 of its drape
-        hanging_radii: 0.6,              // d: rims hang 1.2 deep and more; tables are higher
-        hanging_share: 0.6,              // c
+    },
+    pose: PoseTuning {
+        most_points: 80_000,          // c
+        cell_m: 3.5e-3,               // c
+        chances: [0.9, 0.09, 0.01],   // c
+        edge_sigma_m: 4e-3,           // c
+        near_sigmas: 2.5,             // c
+        anywhere_m: 0.237,            // d
+        bearings: 20.0,               // c
+        off_sigma_m: 15e-3,           // c
     },
     underside: UndersideTuning {
         sure: 0.93,                                              // m

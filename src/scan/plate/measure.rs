@@ -5,8 +5,10 @@
 //! is a straight line in r that vanishes at the edge R; the centre is that of the
 //! circle through the edges of all bearings.
 
-use nalgebra::{SMatrix, SVector, UnitVector3};
+use nalgebra::{DMatrix, DVector, UnitVector3};
+use rayon::prelude::*;
 
+use super::super::options::ScanOptions;
 use super::super::plane::{horizontal_axes, principal};
 use super::super::tuning::PlateTuning;
 use super::layer;
@@ -33,14 +35,46 @@ pub(in crate::scan) struct Plate {
     pub centre_sigma_m: f64,
     /// Standard error of the disc's tilt \[rad\].
     pub tilt_sigma_rad: f64,
+    /// Share of the bearings whose edge lies where the plate's must; 0 if too few show one to
+    /// make a circle, whose figures are then the candidate's.
+    pub round: f64,
 }
 
-/// A candidate, measured.
-pub(super) struct Measured {
-    /// What it is, if it is the plate.
-    pub plate: Plate,
-    /// Share of the bearings whose edge lies where the plate's must.
-    pub round: f64,
+/// Finds the plate's tilt, height and noise anew about the centre that it has: cloth arches over it
+/// evenly, so that about the true centre only a plane is odd.
+pub(in crate::scan) fn level(points: &[Point3], plate: &mut Plate, options: &ScanOptions) {
+    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
+    let mut around = Around::new(points, plate.centre, plate.up.into_inner(), radius_m, tuning);
+    around.noise_m = plate.noise_m;
+    for _ in 0..2 {
+        around.uncover(true);
+        let Some(Arch { slope, height_m, .. }) = around.arch(EVEN_AND_PLANE) else { return };
+        let [u, v] = around.axes();
+        around.up = (around.up - u * slope[0] - v * slope[1]).normalize();
+        around.centre += around.up * height_m;
+    }
+    let Some(Arch { scatter_m, .. }) = around.arch(QUARTIC) else { return };
+    (plate.centre, plate.up) = (around.centre, UnitVector3::new_normalize(around.up));
+    plate.noise_m = scatter_m;
+}
+
+/// Powers of the level coordinates that a surface over the plate is made of: all up to the
+/// fourth,
+const QUARTIC: &[(i32, i32)] = &[
+    (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (4, 0), (3, 1), (2, 2), (1, 3), (0, 4),
+    (3, 0), (2, 1), (1, 2), (0, 3),
+];
+/// and of these a plane and what is even.
+const EVEN_AND_PLANE: &[(i32, i32)] = QUARTIC.split_at(11).0;
+
+/// A surface over the plate.
+struct Arch {
+    /// Its slope at the centre.
+    slope: [f64; 2],
+    /// Its height there \[m\].
+    height_m: f64,
+    /// Robust scatter of the points about it \[m\].
+    scatter_m: f64,
 }
 
 /// The points around a candidate, and what is known of its place.
@@ -62,22 +96,11 @@ pub(super) fn measure(
     rough: &Candidate,
     radius_m: f64,
     tuning: &PlateTuning,
-) -> Option<Measured> {
-    let reach_m = radius_m * tuning.reach_radii;
-    let near = || points.iter().copied().filter(|p| (p - rough.centre).norm() < reach_m);
-    let stride = near().count().div_ceil(tuning.most_near).max(1);
-    let mut around = Around {
-        all: near().step_by(stride).collect(),
-        open: Vec::new(),
-        centre: rough.centre,
-        up: rough.up,
-        noise_m: tuning.flat_rms_m,
-        radius_m,
-        tuning,
-    };
-    let mut circle = Circle { centre: [0.0; 2], radius_m: 0.0, scatter_m: 0.0 };
-    let (mut tilt_sigma_rad, mut round) = (0.0, 0.0);
-    for step in 0..6 {
+) -> Option<Plate> {
+    let mut around = Around::new(points, rough.centre, rough.up, radius_m, tuning);
+    let nominal = Circle { centre: [0.0; 2], radius_m, scatter_m: 0.5 * radius_m };
+    let (mut circle, mut tilt_sigma_rad, mut round) = (nominal, 0.0, 0.0);
+    for step in 0..tuning.measurements {
         // What is covered depends on the place, which settles after a step or two.
         if step % 2 == 0 {
             around.uncover(step > 0);
@@ -85,28 +108,44 @@ pub(super) fn measure(
         tilt_sigma_rad = around.fit_plane()?;
         let [u, v] = around.axes();
         let edges = around.leaving_edges();
-        circle = circle_through(&edges, tuning.least_edges)?;
-        let [x, z] = circle.centre;
+        let Some(found) = circle_through(&edges, tuning.least_edges) else { break };
+        let [x, z] = found.centre;
         around.centre += u * x + v * z;
         let [least, most] = tuning.round_radii;
         let from_axis = |e: &[f64; 2]| (e[0] - x).hypot(e[1] - z) / radius_m;
         let there = edges.iter().filter(|e| (least..most).contains(&from_axis(e))).count();
         round = there as f64 / tuning.bearings as f64;
+        circle = found;
     }
-    let plate = Plate {
+    Some(Plate {
         centre: around.centre,
         up: UnitVector3::new_normalize(around.up),
         radius_m: circle.radius_m,
         radius_scatter_m: circle.scatter_m,
         // Each bearing tells one direction; edges of the same fold go together.
         centre_sigma_m: circle.scatter_m / (tuning.bearings as f64 / 4.0).sqrt() * 0.5,
-        noise_m: around.noise_over_arch().unwrap_or(around.noise_m),
+        noise_m: around.arch(QUARTIC).map_or(around.noise_m, |arch| arch.scatter_m),
         tilt_sigma_rad,
-    };
-    Some(Measured { plate, round })
+        round,
+    })
 }
 
-impl Around<'_> {
+impl<'a> Around<'a> {
+    fn new(
+        points: &[Point3],
+        centre: Point3,
+        up: Vector3,
+        radius_m: f64,
+        tuning: &'a PlateTuning,
+    ) -> Self {
+        let reach_m = radius_m * tuning.reach_radii;
+        let near: Vec<Point3> =
+            points.par_iter().copied().filter(|p| (p - centre).norm() < reach_m).collect();
+        let stride = near.len().div_ceil(tuning.most_near).max(1);
+        let all = near.into_iter().step_by(stride).collect();
+        Self { all, open: Vec::new(), centre, up, noise_m: tuning.flat_rms_m, radius_m, tuning }
+    }
+
     /// Two level axes.
     fn axes(&self) -> [Vector3; 2] {
         let (u, v) = horizontal_axes(&self.up, &Vector3::x());
@@ -193,40 +232,40 @@ impl Around<'_> {
         edges
     }
 
-    /// Robust scatter of the points on the plate about a quartic surface: stiff cloth
-    /// arches over the plate, which is not noise.
-    fn noise_over_arch(&self) -> Option<f64> {
-        const TERMS: usize = 15;
+    /// The surface of these powers through the points on the plate, robustly: stiff cloth arches
+    /// over the plate, which is not noise.
+    fn arch(&self, powers: &[(i32, i32)]) -> Option<Arch> {
         let ([u, v], Self { centre, up, radius_m, tuning, .. }) = (self.axes(), self);
-        let powers = (0..=4).flat_map(|degree| (0..=degree).map(move |k| (degree - k, k)));
-        let powers: Vec<(i32, i32)> = powers.collect();
-        let rows: Vec<(SVector<f64, TERMS>, f64)> = self
+        let terms = powers.len();
+        let rows: Vec<(DVector<f64>, f64)> = self
             .open
             .iter()
             .map(|p| (p - centre) / *radius_m)
             .filter(|d| (d - up * d.dot(up)).norm() < tuning.disc_radii && d.dot(up).abs() < 0.2)
             .map(|d| {
                 let (x, z) = (d.dot(&u), d.dot(&v));
-                let row = SVector::from_fn(|k, _| x.powi(powers[k].0) * z.powi(powers[k].1));
+                let row = DVector::from_fn(terms, |k, _| x.powi(powers[k].0) * z.powi(powers[k].1));
                 (row, d.dot(up) * *radius_m)
             })
             .collect();
-        let mut found = SVector::<f64, TERMS>::zeros();
+        let mut found = DVector::zeros(terms);
         let mut scatter_m = f64::INFINITY;
         for _ in 0..3 {
-            let mut normal = SMatrix::<f64, TERMS, TERMS>::identity() * 1e-9;
-            let mut right = SVector::<f64, TERMS>::zeros();
+            let mut normal = DMatrix::identity(terms, terms) * 1e-9;
+            let mut right = DVector::zeros(terms);
             for (row, height) in &rows {
                 let off = (height - row.dot(&found)).abs();
                 let weight = (1.5 * scatter_m / off.max(1e-9)).min(1.0);
-                normal += row * row.transpose() * weight;
-                right += row * (weight * height);
+                normal.syger(weight, row, row, 1.0);
+                right.axpy(weight * height, row, 1.0);
             }
+            normal.fill_upper_triangle_with_lower_triangle();
             found = normal.cholesky()?.solve(&right);
             let off: Vec<f64> = rows.iter().map(|(row, height)| height - row.dot(&found)).collect();
             scatter_m = robust::sigma(&off)?.max(1e-6);
         }
-        Some(scatter_m)
+        let slope = [found[1], found[2]].map(|m| m / radius_m);
+        Some(Arch { slope, height_m: found[0], scatter_m })
     }
 }
 

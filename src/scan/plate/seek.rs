@@ -9,10 +9,13 @@ use rayon::prelude::*;
 
 use super::super::downsample::voxel_downsample;
 use super::super::neighbours::Neighbours;
+use super::super::options::ScanOptions;
 use super::super::plane::{horizontal_axes, principal};
 use super::super::tuning::PlateTuning;
+use super::evidence::Evidence;
 use super::layer;
 use super::placed::Placed;
+use super::wide::on_wide_planes;
 use crate::base::{Point3, Vector3};
 use crate::numeric::robust;
 
@@ -23,10 +26,8 @@ pub(super) struct Candidate {
     pub centre: Point3,
     /// Its normal, away from where the surface falls.
     pub up: Vector3,
-    /// Share of the bearings on which the surface falls away.
-    pub falling: f64,
-    /// Median radius at which it does \[m\].
-    pub radius_m: f64,
+    /// What speaks for it.
+    pub evidence: Evidence,
 }
 
 impl Candidate {
@@ -36,27 +37,35 @@ impl Candidate {
     }
 }
 
-/// The flat discs that look most like a plate of this radius, among `most` of the points:
-/// the best first, each place once.
-pub(super) fn candidates(
-    points: &[Point3],
-    radius_m: f64,
-    most: usize,
-    tuning: &PlateTuning,
-) -> Vec<Candidate> {
-    let stride = points.len().div_ceil(most).max(1);
+/// The flat discs that look most like a plate with a drape on it: the best first, each place
+/// once.
+pub(super) fn candidates(points: &[Point3], options: &ScanOptions) -> Vec<Candidate> {
+    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
+    let side_m = options.specimen_side_m;
+    let stride = points.len().div_ceil(tuning.most_coarse).max(1);
     let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
-    let coarse = voxel_downsample(&some, None, radius_m * tuning.coarse_cell_radii).points;
+    let cell_m = radius_m * tuning.coarse_cell_radii;
+    let coarse = voxel_downsample(&some, None, cell_m).points;
     let tree = Neighbours::new(&coarse);
-    let seeds = voxel_downsample(&coarse, None, radius_m * tuning.seed_cell_radii).points;
-    let search = Search { points: &coarse, tree: &tree, radius_m, tuning };
+    let wide =
+        on_wide_planes(&coarse, &tree, tuning.wide_sides * side_m, options.seed, tuning);
+    let narrow = coarse.iter().zip(wide).filter(|(_, wide)| !wide);
+    let narrow: Vec<Point3> = narrow.map(|(p, _)| *p).collect();
+    let seeds = voxel_downsample(&narrow, None, radius_m * tuning.seed_cell_radii).points;
+    let narrow_tree = &Neighbours::new(&narrow);
+    let (points, tree, narrow) = (&coarse, &tree, &narrow);
+    let search = Search { points, tree, narrow, narrow_tree, radius_m, side_m, cell_m, tuning };
     let patches: Vec<Patch> = seeds.par_iter().flat_map_iter(|seed| search.patches(seed)).collect();
     let different = different(&patches, tuning.same_radii * radius_m);
     let mut found: Vec<Candidate> = different.par_iter().map(|patch| search.judge(patch)).collect();
-    let leaving_m = tuning.leaving_radii * radius_m;
-    let score = |c: &Candidate| c.falling - 2.0 * (c.radius_m / leaving_m - 1.0).abs();
-    found.sort_by(|a, b| score(b).total_cmp(&score(a)));
-    found
+    found.sort_by(|a, b| b.evidence.score().total_cmp(&a.evidence.score()));
+    let mut apart: Vec<Candidate> = Vec::new();
+    for candidate in found {
+        if apart.len() < tuning.most_measured && !apart.iter().any(|a| a.is_near(&candidate, radius_m)) {
+            apart.push(candidate);
+        }
+    }
+    apart
 }
 
 /// A flat piece of surface and one of its sides.
@@ -97,7 +106,12 @@ struct Settled {
 struct Search<'a> {
     points: &'a [Point3],
     tree: &'a Neighbours,
+    /// Those that lie on no wide plane.
+    narrow: &'a [Point3],
+    narrow_tree: &'a Neighbours,
     radius_m: f64,
+    side_m: f64,
+    cell_m: f64,
     tuning: &'a PlateTuning,
 }
 
@@ -135,7 +149,7 @@ impl Search<'_> {
 
     /// One step of it: how far the centre moved, `None` if there is nothing flat.
     fn settle_once(&self, patch: &mut Patch, layered: &mut bool) -> Option<f64> {
-        let Self { points, tree, radius_m, tuning } = *self;
+        let Self { points, tree, radius_m, tuning, .. } = *self;
         let Patch { centre, up } = *patch;
         let reach_m = radius_m * tuning.patch_radii;
         let wide = tree.within(&centre, radius_m * tuning.around_radii);
@@ -175,21 +189,16 @@ impl Search<'_> {
         true
     }
 
-    /// Asks on which bearings the surface falls away from a patch.
+    /// What speaks for a patch.
     fn judge(&self, patch: &Patch) -> Candidate {
-        let (tuning, Patch { centre, up }) = (self.tuning, *patch);
-        let wide = self.tree.within(&centre, self.radius_m * tuning.reach_radii);
+        let Patch { centre, up } = *patch;
         let (u, v) = horizontal_axes(&up, &Vector3::x());
-        let wide = wide.iter().map(|&i| Placed::of(&self.points[i], &centre, [&u, &up, &v]));
-        let wide: Vec<Placed> = wide.collect();
-        // Most of what is near a plate lies under it.
-        let rises = |p: &&Placed| p.height_m > tuning.drop_radii * self.radius_m;
-        let rising = wide.iter().filter(rises).count() as f64;
-        if rising > tuning.most_rising * wide.len() as f64 {
-            return Candidate { centre, up, falling: 0.0, radius_m: 0.0 };
-        }
-        let (falling, radius_m) = falling_edge(&wide, self.radius_m, tuning);
-        Candidate { centre, up, falling, radius_m }
+        let around = self.narrow_tree.within(&centre, self.tuning.around_sides * self.side_m);
+        let placed = |i: &usize| Placed::of(&self.narrow[*i], &centre, [&u, &up, &v]);
+        let around: Vec<Placed> = around.iter().map(placed).collect();
+        let evidence =
+            Evidence::of(&around, self.radius_m, self.side_m, self.cell_m, self.tuning);
+        Candidate { centre, up, evidence }
     }
 }
 
@@ -197,83 +206,4 @@ impl Search<'_> {
 fn flatness(near: &[Point3], mean: &Point3, axis: &Vector3) -> f64 {
     let heights: Vec<f64> = near.iter().map(|p| (p - mean).dot(axis)).collect();
     robust::sigma(&heights).unwrap_or(f64::INFINITY)
-}
-
-/// What one bearing has in one ring.
-#[derive(Clone, Copy, Default)]
-struct Ring {
-    /// Points that are level with the disc, or above it.
-    level: u32,
-    /// Points that have fallen away.
-    below: u32,
-    /// And deeper than any plate is thick.
-    deep: u32,
-    /// Whether something level is beside it: what is below here is then covered.
-    covered: bool,
-}
-
-/// Share of the bearings on which the surface leaves the plane downwards before
-/// 1.8 radii and nothing stays up there, and the median radius of leaving.
-fn falling_edge(points: &[Placed], radius_m: f64, tuning: &PlateTuning) -> (f64, f64) {
-    let bearings = tuning.bearings;
-    let count = (tuning.reach_radii * tuning.rings_per_radius).round() as usize;
-    let drop_m = tuning.drop_radii * radius_m;
-    let mut rings = vec![vec![Ring::default(); count]; bearings];
-    for p in points {
-        let ring = (p.radius_m() / radius_m * tuning.rings_per_radius) as usize;
-        // What rises counts as level: it does not fall away.
-        if ring < count && p.height_m < 10.0 * drop_m {
-            let here = &mut rings[p.sector(bearings)][ring];
-            if p.height_m < -drop_m {
-                here.below += 1;
-                here.deep += u32::from(p.height_m < -tuning.deep_radii * radius_m);
-            } else {
-                here.level += 1;
-            }
-        }
-    }
-    mark_covered(&mut rings);
-    let edges = rings.iter().filter_map(|rings| sector_edge(rings, tuning));
-    let edges_m: Vec<f64> =
-        edges.map(|ring| ring as f64 / tuning.rings_per_radius * radius_m).collect();
-    let share = edges_m.len() as f64 / bearings as f64;
-    (share, robust::median(edges_m).unwrap_or(0.0))
-}
-
-/// Says where something level lies within about a ring's width.
-fn mark_covered(rings: &mut [Vec<Ring>]) {
-    let bearings = rings.len();
-    let count = rings.first().map_or(0, Vec::len);
-    let level: Vec<Vec<bool>> =
-        rings.iter().map(|sector| sector.iter().map(|ring| ring.level > 0).collect()).collect();
-    for ring in 0..count {
-        // Sectors are narrow near the centre.
-        let width = std::f64::consts::TAU * (ring as f64 + 0.5) / bearings as f64;
-        let reach = ((1.0 / width).ceil() as usize).min(bearings / 2);
-        let near = ring.saturating_sub(1)..(ring + 2).min(count);
-        for sector in 0..bearings {
-            let beside = (0..=2 * reach).map(|k| (sector + bearings + k - reach) % bearings);
-            let any = beside.into_iter().any(|s| near.clone().any(|r| level[s][r]));
-            rings[sector][ring].covered = any;
-        }
-    }
-}
-
-/// The ring at which one bearing's surface leaves the plane: level up to there but for what
-/// is covered, and nearly nothing level beyond. Cloth hangs down there: beyond, or straight
-/// below where a fold goes in.
-fn sector_edge(rings: &[Ring], tuning: &PlateTuning) -> Option<usize> {
-    let sum = |rings: &[Ring], of: fn(&Ring) -> u32| rings.iter().map(of).sum::<u32>();
-    let level = |ring: &Ring| ring.level;
-    let below = |ring: &Ring| ring.below;
-    let deep = |ring: &Ring| ring.deep;
-    let open = |ring: &Ring| if ring.covered { 0 } else { ring.below };
-    // The split with the fewest points on the wrong side.
-    let wrong = |r: usize| sum(&rings[..r], open) + sum(&rings[r..], level);
-    let split = (1..rings.len()).min_by_key(|&r| wrong(r))?;
-    let near = split.saturating_sub(tuning.inward_rings);
-    let inside = sum(&rings[..split], level);
-    let outside = sum(&rings[split..], below) + sum(&rings[near..split], deep);
-    let clear = f64::from(wrong(split)) < tuning.most_wrong * f64::from(inside + outside);
-    (clear && inside >= 4 && outside >= 3 && split + 1 < rings.len()).then_some(split)
 }

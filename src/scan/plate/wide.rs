@@ -1,0 +1,123 @@
+//! Planes wider than the specimen: floors, tables, walls. No drape is one, so they are left
+//! out where a drape is looked for.
+//!
+//! In: downsampled points of a scene \[m\]. Out: which of them lie on such a plane. The search is a consensus over the
+//! tangent planes of single points (Fischler and Bolles 1981), refined by principal axes.
+
+use rayon::prelude::*;
+
+use super::super::neighbours::Neighbours;
+use super::super::plane::{horizontal_axes, principal};
+use super::super::tuning::PlateTuning;
+use crate::base::{Point3, Vector3, seed};
+use crate::numeric::robust;
+
+/// A plane through a point.
+#[derive(Clone, Copy)]
+struct Plane {
+    at: Point3,
+    normal: Vector3,
+}
+
+impl Plane {
+    fn off_m(&self, p: &Point3) -> f64 {
+        (p - self.at).dot(&self.normal).abs()
+    }
+}
+
+/// Which points lie on a plane that is wider than `width_m` in both directions.
+pub(super) fn on_wide_planes(
+    points: &[Point3],
+    tree: &Neighbours,
+    width_m: f64,
+    run_seed: u64,
+    tuning: &PlateTuning,
+) -> Vec<bool> {
+    let mut wide = vec![false; points.len()];
+    // The tangent planes of some points stand for all.
+    let stride = points.len().div_ceil(tuning.most_tangents).max(1);
+    let tangent = |p: &Point3| {
+        let near = tree.within(p, tuning.tangent_m);
+        principal(near.iter().map(|&i| points[i])).map(|(at, normal, _)| Plane { at, normal })
+    };
+    let mut tangents: Vec<Plane> =
+        points.par_iter().step_by(stride).filter_map(tangent).collect();
+    let mut rng = seed::rng(run_seed, "wide planes", 0);
+    for _ in 0..tuning.most_wide_planes {
+        let Some(plane) = fullest(&tangents, &mut rng, tuning) else { break };
+        tangents.retain(|t| plane.off_m(&t.at) > tuning.on_wide_m);
+        let on: Vec<usize> =
+            (0..points.len()).filter(|&i| plane.off_m(&points[i]) < tuning.on_wide_m).collect();
+        if is_wide(&plane, on.iter().map(|&i| &points[i]), width_m) {
+            on.into_iter().for_each(|i| wide[i] = true);
+        }
+    }
+    wide
+}
+
+/// The plane with most tangent planes on it; `None` if few are left.
+fn fullest(tangents: &[Plane], rng: &mut seed::Rng, tuning: &PlateTuning) -> Option<Plane> {
+    let on = |plane: &Plane| {
+        let plane = *plane;
+        tangents.iter().filter(move |t| {
+            plane.off_m(&t.at) < tuning.on_wide_m
+                && t.normal.dot(&plane.normal).abs() > tuning.along_wide
+        })
+    };
+    if tangents.is_empty() {
+        return None;
+    }
+    let picks: Vec<usize> = (0..tuning.wide_trials)
+        .map(|_| (rand::RngExt::random::<f64>(rng) * tangents.len() as f64) as usize)
+        .collect();
+    let fullest = picks.into_par_iter().map(|k| (on(&tangents[k]).count(), k)).max()?;
+    let mut plane = tangents[fullest.1];
+    for _ in 0..2 {
+        let (at, normal, _) = principal(on(&plane).map(|t| t.at))?;
+        plane = Plane { at, normal };
+    }
+    (fullest.0 >= tuning.least_tangents).then_some(plane)
+}
+
+/// Whether points on a plane spread over more than `width_m` both ways.
+fn is_wide<'a>(plane: &Plane, on: impl Iterator<Item = &'a Point3>, width_m: f64) -> bool {
+    let on: Vec<Point3> = on.copied().collect();
+    let Some((mean, ..)) = principal(on.iter().copied()) else { return false };
+    // The longer principal axis, and the one across it.
+    let (u, v) = horizontal_axes(&plane.normal, &Vector3::x());
+    let flat: Vec<[f64; 2]> = on.iter().map(|p| [(p - mean).dot(&u), (p - mean).dot(&v)]).collect();
+    let sum = |f: fn(&[f64; 2]) -> f64| flat.iter().map(f).sum::<f64>();
+    let (xx, xy, yy) = (sum(|p| p[0] * p[0]), sum(|p| p[0] * p[1]), sum(|p| p[1] * p[1]));
+    let turn = 0.5 * (2.0 * xy).atan2(xx - yy);
+    let extent = |angle: f64| {
+        let along: Vec<f64> =
+            flat.iter().map(|p| p[0] * angle.cos() + p[1] * angle.sin()).collect();
+        let at = |share| robust::quantile(along.clone(), share).unwrap_or(0.0);
+        at(0.98) - at(0.02)
+    };
+    extent(turn).min(extent(turn + std::f64::consts::FRAC_PI_2)) > width_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::tuning::Tuning;
+    use super::*;
+
+    #[test]
+    fn a_table_is_wide_and_a_sheet_of_the_specimens_size_is_not() {
+        let grid = |half: i32, at: [f64; 3]| {
+            (-half..=half).flat_map(move |i| {
+                (-half..=half).map(move |k| {
+                    Point3::new(f64::from(i) * 5e-3 + at[0], at[1], f64::from(k) * 5e-3 + at[2])
+                })
+            })
+        };
+        let sheet: Vec<Point3> = grid(30, [0.0, 0.2, 0.0]).collect();
+        let table: Vec<Point3> = grid(50, [0.1, 0.0, 0.0]).collect();
+        let points = [sheet.clone(), table].concat();
+        let tree = Neighbours::new(&points);
+        let wide = on_wide_planes(&points, &tree, 0.33, 0, &Tuning::default().plate);
+        assert!(wide[..sheet.len()].iter().all(|w| !w));
+        assert!(wide[sheet.len()..].iter().all(|w| *w));
+    }
+}
