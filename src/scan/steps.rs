@@ -11,6 +11,7 @@ use super::edge;
 use super::error::ScanError;
 use super::fit::{self, EdgePoint};
 use super::floor::Floor;
+use super::hints::{Hints, Region};
 use super::mark::{self, Marked};
 use super::measured::{MeasuredSize, Misfit};
 use super::mesh_facts::MeshFacts;
@@ -175,10 +176,21 @@ pub(super) struct Assessed<'a> {
     pub unexplained: Unexplained,
 }
 
+/// The plate in the part of a scene in which it is to be looked for.
+fn find_plate(scene: &Scene, options: &ScanOptions) -> Result<Plate, ScanError> {
+    let Some(region) = Region::to_search(options, scene.unit) else {
+        return plate::find(&scene.points, scene.unit, options);
+    };
+    let inside = scene.points.par_iter().filter(|p| region.contains(p)).copied();
+    let points: Vec<Point3> = inside.collect();
+    limits::enough_points(points.len(), options)?;
+    plate::find(&points, scene.unit, options)
+}
+
 impl Plated {
     /// Finds the plate, in the first of the scene's units in which there is one.
     pub fn of(mut scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
-        let find = |scene: &Scene| plate::find(&scene.points, scene.unit, options);
+        let find = |scene: &Scene| find_plate(scene, options);
         let first = find(&scene);
         let mut plate = match first {
             Ok(plate) => plate,
@@ -192,7 +204,17 @@ impl Plated {
                 found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
             }
         };
-        let another = plate::another(&scene.points, &plate, scene.unit, options);
+        if let Some(region) = Region::about(&plate.centre, &plate.up, options) {
+            scene.crop(&region);
+        }
+        // Who says where the plate is has said which of several drapes is meant.
+        let is_meant = options.plate_near.is_some()
+            && Hints::of(options, scene.unit).allow(&plate.centre, &plate.up);
+        let another = if is_meant {
+            None
+        } else {
+            plate::another(&scene.points, &plate, scene.unit, options)
+        };
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         Ok(Self { scene, plate, another, sensor_noise_m })
