@@ -258,7 +258,7 @@ fn run(
 ///     As of `boundary`, or what that gave.
 /// density_kg_m2 : float
 ///     Areal density of the fabric in kg/m^2: weigh the specimen.
-/// triangles, colors, unit, warp_toward, mark, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
+/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
 ///     As of `boundary`; not with a Boundary.
 /// resimulate : bool
 ///     Whether the estimate is draped again and held against the scan.
@@ -283,7 +283,7 @@ fn run(
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
-#[pyo3(signature = (scan, density_kg_m2, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, resimulate=false, effects=None, face="up", progress=None))]
+#[pyo3(signature = (scan, density_kg_m2, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, crop_radius_m=None, crop_box=None, up=None, plate_near=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, resimulate=false, effects=None, face="up", progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn estimate(
     scan: &Bound<'_, PyAny>,
@@ -293,6 +293,10 @@ pub(crate) fn estimate(
     unit: Option<&str>,
     warp_toward: Option<&Bound<'_, PyAny>>,
     mark: Option<&str>,
+    crop_radius_m: Option<f64>,
+    crop_box: Option<&Bound<'_, PyAny>>,
+    up: Option<&Bound<'_, PyAny>>,
+    plate_near: Option<&Bound<'_, PyAny>>,
     specimen_side_m: Option<f64>,
     plate_radius_m: Option<f64>,
     seed: Option<u64>,
@@ -310,6 +314,10 @@ pub(crate) fn estimate(
         unit,
         warp_toward,
         mark,
+        crop_radius_m,
+        crop_box,
+        up,
+        plate_near,
         specimen_side_m,
         plate_radius_m,
         seed,
@@ -336,7 +344,7 @@ pub(crate) fn estimate(
 /// with_scans : sequence of scans
 ///     Other scans of the same fabric, in any of these forms. Those that are no Boundary are taken in with the options
 ///     given here.
-/// triangles, colors, unit, warp_toward, mark, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
+/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
 ///     As of `boundary`; not with a Boundary. The arrays are those of `scan` alone.
 /// effects : str or os.PathLike, optional
 ///     A ``params.json`` of `calibrate`, whose effects the simulator takes into account.
@@ -360,7 +368,7 @@ pub(crate) fn estimate(
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
-#[pyo3(signature = (scan, density_kg_m2, with_scans=None, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, effects=None, face="up", progress=None))]
+#[pyo3(signature = (scan, density_kg_m2, with_scans=None, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, crop_radius_m=None, crop_box=None, up=None, plate_near=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, effects=None, face="up", progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn refine(
     scan: &Bound<'_, PyAny>,
@@ -371,6 +379,10 @@ pub(crate) fn refine(
     unit: Option<&str>,
     warp_toward: Option<&Bound<'_, PyAny>>,
     mark: Option<&str>,
+    crop_radius_m: Option<f64>,
+    crop_box: Option<&Bound<'_, PyAny>>,
+    up: Option<&Bound<'_, PyAny>>,
+    plate_near: Option<&Bound<'_, PyAny>>,
     specimen_side_m: Option<f64>,
     plate_radius_m: Option<f64>,
     seed: Option<u64>,
@@ -387,6 +399,10 @@ pub(crate) fn refine(
         unit,
         warp_toward,
         mark,
+        crop_radius_m,
+        crop_box,
+        up,
+        plate_near,
         specimen_side_m,
         plate_radius_m,
         seed,

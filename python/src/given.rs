@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use scan2params::geom::Cloud;
 use scan2params::intake::{IntakeError, Rim, rim};
 use scan2params::io::{ReadOptions, intrinsics};
-use scan2params::scan::{LengthUnit, ScanOptions};
+use scan2params::scan::{Crop, LengthUnit, ScanOptions};
 
 use crate::augment::Scan;
 use crate::boundary::Boundary;
@@ -24,6 +24,10 @@ pub(crate) struct Known<'a, 'py> {
     pub(crate) unit: Option<&'a str>,
     pub(crate) warp_toward: Option<&'a Bound<'py, PyAny>>,
     pub(crate) mark: Option<&'a str>,
+    pub(crate) crop_radius_m: Option<f64>,
+    pub(crate) crop_box: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) up: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) plate_near: Option<&'a Bound<'py, PyAny>>,
     pub(crate) specimen_side_m: Option<f64>,
     pub(crate) plate_radius_m: Option<f64>,
     pub(crate) seed: Option<u64>,
@@ -125,6 +129,10 @@ impl Known<'_, '_> {
             ("unit", self.unit.is_some()),
             ("warp_toward", self.warp_toward.is_some()),
             ("mark", self.mark.is_some()),
+            ("crop_radius_m", self.crop_radius_m.is_some()),
+            ("crop_box", self.crop_box.is_some()),
+            ("up", self.up.is_some()),
+            ("plate_near", self.plate_near.is_some()),
             ("specimen_side_m", self.specimen_side_m.is_some()),
             ("plate_radius_m", self.plate_radius_m.is_some()),
             ("seed", self.seed.is_some()),
@@ -172,13 +180,26 @@ impl Known<'_, '_> {
         if self.warp_toward.is_some() && self.mark.is_some() {
             return Err(invalid("warp_toward, mark: both say where the warp points; give one"));
         }
-        Ok(ScanOptions {
+        let crop = match (self.crop_radius_m, self.crop_box) {
+            (None, None) => None,
+            (Some(radius_m), None) => Some(Crop::Radius { radius_mm: radius_m * 1e3 }),
+            (None, Some(corners)) => Some(words::crop_box(corners)?),
+            (Some(_), Some(_)) => {
+                return Err(invalid("crop_radius_m, crop_box: both crop the scan; give one"));
+            }
+        };
+        let options = ScanOptions {
             unit: self.unit.map(words::unit).transpose()?.flatten(),
             warp_toward: self.warp_toward.map(words::warp_toward).transpose()?,
             mark: self.mark.map(words::mark).transpose()?,
+            crop,
+            up: self.up.map(words::up).transpose()?,
+            plate_near: self.plate_near.map(words::plate_near).transpose()?,
             seed: self.seed.unwrap_or(default.seed),
             ..experiment
-        })
+        };
+        options.check_hints().map_err(invalid)?;
+        Ok(options)
     }
 }
 

@@ -25,6 +25,14 @@ use crate::work;
 ///     vector. Without it and without `mark`, weft and warp may be exchanged.
 /// mark : str, optional
 ///     Colour of a mark in the middle of the side to which the warp runs: ``'red'``, ... or ``'#rrggbb'``.
+/// crop_radius_m : float, optional
+///     Look at what lies within this radius of the plate only.
+/// crop_box : array_like of shape (2, 3), optional
+///     Look at a box only: two opposite corners, in the frame and unit of the coordinates.
+/// up : str or array_like of shape (3,), optional
+///     Which way is up in the scan's frame, to 20 degrees: ``'z'``, ``'-y'``, or a vector.
+/// plate_near : array_like of shape (3,), optional
+///     Where the plate is, to 100 mm, in the frame and unit of the coordinates.
 /// specimen_side_m, plate_radius_m : float, optional
 ///     Side of the square specimen and radius of the plate; 0.3 and 0.05 if not given. `estimate` and `refine` take
 ///     these only.
@@ -53,7 +61,7 @@ use crate::work;
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
-#[pyo3(signature = (scan, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, progress=None))]
+#[pyo3(signature = (scan, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, crop_radius_m=None, crop_box=None, up=None, plate_near=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn boundary(
     scan: &Bound<'_, PyAny>,
@@ -62,6 +70,10 @@ pub(crate) fn boundary(
     unit: Option<&str>,
     warp_toward: Option<&Bound<'_, PyAny>>,
     mark: Option<&str>,
+    crop_radius_m: Option<f64>,
+    crop_box: Option<&Bound<'_, PyAny>>,
+    up: Option<&Bound<'_, PyAny>>,
+    plate_near: Option<&Bound<'_, PyAny>>,
     specimen_side_m: Option<f64>,
     plate_radius_m: Option<f64>,
     seed: Option<u64>,
@@ -76,6 +88,10 @@ pub(crate) fn boundary(
         unit,
         warp_toward,
         mark,
+        crop_radius_m,
+        crop_box,
+        up,
+        plate_near,
         specimen_side_m,
         plate_radius_m,
         seed,

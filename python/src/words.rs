@@ -2,8 +2,9 @@
 
 use pyo3::prelude::*;
 use scan2params::calibrate::manifest::Face;
+use scan2params::intake::hints::parse_up;
 use scan2params::intake::rim::parse_warp_toward;
-use scan2params::scan::{LengthUnit, MarkColor, WarpToward};
+use scan2params::scan::{Crop, LengthUnit, MarkColor, WarpToward};
 
 use crate::arrays;
 use crate::errors::invalid;
@@ -31,6 +32,36 @@ pub(crate) fn warp_toward(given: &Bound<'_, PyAny>) -> PyResult<WarpToward> {
         [x, y, z] if [x, y, z] != [0.0; 3] => Ok(WarpToward::Direction([x, y, z])),
         _ => Err(invalid("warp_toward: a direction of length 0; give another")),
     }
+}
+
+/// Which way is up, in words or as three numbers.
+pub(crate) fn up(given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    if let Ok(text) = given.extract::<String>() {
+        return parse_up(&text).map_err(|error| invalid(format!("up: {error}")));
+    }
+    three("up", given)
+}
+
+/// A place as three numbers.
+pub(crate) fn plate_near(given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    three("plate_near", given)
+}
+
+fn three(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[f64; 3]> {
+    let numbers = arrays::numbers(name, given, 3, f64::NEG_INFINITY)?;
+    Ok([numbers[0], numbers[1], numbers[2]])
+}
+
+/// Two opposite corners, in any order.
+pub(crate) fn crop_box(given: &Bound<'_, PyAny>) -> PyResult<Crop> {
+    let corners = arrays::finite_points("crop_box", given)?;
+    let [a, b] = corners[..] else {
+        return Err(invalid(format!(
+            "crop_box: {} corners; give two opposite ones",
+            corners.len()
+        )));
+    };
+    Ok(Crop::Box { low: a.inf(&b).into(), high: a.sup(&b).into() })
 }
 
 /// A colour by its name or as `#rrggbb`.

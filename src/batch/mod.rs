@@ -3,7 +3,7 @@
 //! In: a folder, densities, one set of options. Out: one [`Row`] per scan, its
 //! refusal or failure included, in the order of the scans' paths; in the folder of
 //! results `results.csv`, `results.jsonl`, `journal.jsonl`, `report.html`, and below `files` what
-//! `estimate --out` writes of each scan.
+//! `estimate --out` writes of each scan, of a refused one the picture of what was found.
 //!
 //! Each finished scan is a line of the journal, so that a run
 //! can be killed at any time. The next run keeps a row if the scan's bytes, the
@@ -88,6 +88,8 @@ pub struct Summary {
     pub written: [PathBuf; 2],
     /// Its page, if one was asked for.
     pub page: Option<PathBuf>,
+    /// Pictures of refused scans, what was found in each; in the rows' order.
+    pub pictures: Vec<PathBuf>,
 }
 
 /// Estimates every scan of a folder.
@@ -145,7 +147,8 @@ pub fn run(
     let written = write(out, &rows)?;
     let page = options.pages.then(|| page::write(out, &options.folder, &rows)).transpose()?;
     let (unreadable_lines, torn_bytes) = (held.unreadable_lines, held.torn_bytes);
-    Ok(Summary { rows, kept, passed_over, unreadable_lines, torn_bytes, written, page })
+    let pictures = rows.iter().filter_map(|row| batch.picture(row)).collect();
+    Ok(Summary { rows, kept, passed_over, unreadable_lines, torn_bytes, written, page, pictures })
 }
 
 /// Whether the results can be written, and the table of densities is none of them.
@@ -236,6 +239,12 @@ impl Batch<'_> {
             && sha256_of(&input.path).ok() == row.input_sha256
     }
 
+    /// The picture of a refused scan, if there is one: a rim from a file has none.
+    fn picture(&self, row: &Row) -> Option<PathBuf> {
+        let path = self.files().join(files::refused_name(&row.file));
+        (row.status == Status::Refused && path.is_file()).then_some(path)
+    }
+
     /// Where the files of the scans go.
     fn files(&self) -> PathBuf {
         self.options.out.join("files")
@@ -284,10 +293,16 @@ impl Batch<'_> {
             refine: self.options.refine,
             with: Vec::new(),
         };
-        let outcome = job.run_with(self.estimator)?;
         let (folder, name) = match input.file.rsplit_once('/') {
             Some((folder, name)) => (self.files().join(folder), name),
             None => (self.files(), input.file.as_str()),
+        };
+        let outcome = match job.run_with(self.estimator) {
+            Ok(outcome) => outcome,
+            Err(error) => {
+                files::write_refused_as(&error, &folder, name)?;
+                return Err(error);
+            }
         };
         files::write_as(&outcome, &folder, name)?;
         if self.options.pages {

@@ -17,11 +17,12 @@ use scan2params::calibrate::manifest::Face;
 use scan2params::dataset::augment::{Form, Unit};
 use scan2params::exchange::Target;
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR};
+use scan2params::intake::hints::{parse_crop, parse_place, parse_up};
 use scan2params::intake::rim::parse_warp_toward;
 use scan2params::io::{
     DepthSource, Format, Intrinsics, ReadOptions, files_of, intrinsics, is_views_folder,
 };
-use scan2params::scan::{LengthUnit, MarkColor, ScanOptions, WarpToward};
+use scan2params::scan::{Crop, LengthUnit, MarkColor, ScanOptions, WarpToward};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
 /// simulator reproduces it.
@@ -270,6 +271,17 @@ pub(crate) struct ReadFlags {
     /// Unit of the file's coordinates; guessed from the sizes of scene and plate if not given
     #[arg(long, value_parser = unit, value_name = "m|mm|cm|in")]
     pub(crate) unit: Option<LengthUnit>,
+    /// Part of the scan that is looked at: a radius about the plate [mm], or two opposite corners X1,Y1,Z1,X2,Y2,Z2
+    /// of a box in the file's frame and unit
+    #[arg(long, value_name = "RADIUS_MM|BOX", value_parser = parse_crop, allow_hyphen_values = true)]
+    pub(crate) crop: Option<Crop>,
+    /// Which way is up in the scan's frame, to 20 degrees: x, -x, y, -y, z, -z, or three numbers X,Y,Z; found from
+    /// the cloth if not given
+    #[arg(long, value_name = "AXIS", value_parser = parse_up, allow_hyphen_values = true)]
+    pub(crate) up: Option<[f64; 3]>,
+    /// Where the plate is, to 100 mm, in the file's frame and unit; found from the cloth if not given
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true)]
+    pub(crate) plate_near: Option<[f64; 3]>,
     /// Side of the square specimen [mm]; `estimate` and `batch` take 300 only
     #[arg(long, value_name = "MM", default_value_t = SPECIMEN_SIDE_M / M_PER_MM)]
     pub(crate) specimen_size: f64,
@@ -338,13 +350,18 @@ impl ReadFlags {
     pub(crate) fn options(&self) -> Result<ScanOptions, Failure> {
         let [side_m, radius_m] = [self.specimen_size, self.plate_radius].map(|mm| mm * M_PER_MM);
         let experiment = ScanOptions::for_experiment(side_m, radius_m).map_err(Failure::usage)?;
-        Ok(ScanOptions {
+        let options = ScanOptions {
             unit: self.unit,
             warp_toward: self.warp_toward,
             mark: self.mark,
+            crop: self.crop,
+            up: self.up,
+            plate_near: self.plate_near,
             seed: self.seed,
             ..experiment
-        })
+        };
+        options.check_hints().map_err(Failure::usage)?;
+        Ok(options)
     }
 }
 
@@ -402,7 +419,7 @@ pub(crate) struct Estimate {
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: f64,
     /// Folder for params.json, boundary.csv, boundary.png and report.html; the estimate is then
-    /// draped again and held against the scan
+    /// draped again and held against the scan. Of a refused scan the picture that `inspect` draws
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print params.json instead of the table

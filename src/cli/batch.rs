@@ -103,6 +103,9 @@ fn conclude(summary: &Summary) -> Outcome {
             }
         }
     }
+    for path in &summary.pictures {
+        eprintln!("wrote {}: what was found in the scan", path.display());
+    }
     let (without, all) =
         (failed.iter().filter(|row| row.status != Status::Ok).count(), summary.rows.len());
     let mut said = format!("{without} of {all} scans have no estimate");

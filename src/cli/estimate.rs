@@ -4,7 +4,7 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::calibrate::cloth_file;
-use scan2params::job::Job;
+use scan2params::job::{Job, JobError};
 use scan2params::report::cusick::StandardCusick;
 use scan2params::report::page::lab::{self, Lab, LabError};
 use scan2params::report::page::options::Extra;
@@ -35,7 +35,13 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
     }
     let lab = read_lab(given)?;
     let working = Working::on(format!("estimating {}", job.input.display()));
-    let outcome = job.run_telling(|step| working.now(step)).map_err(Failure::of_job)?;
+    let outcome = match job.run_telling(|step| working.now(step)) {
+        Ok(outcome) => outcome,
+        Err(error) => {
+            drop(working);
+            return Err(refused(error, given));
+        }
+    };
     let cusick = given.cusick.then(|| {
         working.now("simulating the standard Cusick test");
         StandardCusick::of(&outcome.estimate.fabric)
@@ -62,6 +68,19 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         }
     }
     Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
+}
+
+/// Leaves a picture of a scan that gives no rim, and hands the failure on.
+fn refused(error: JobError, given: &args::Estimate) -> Failure {
+    if let Some(folder) = &given.out {
+        match files::write_refused(&error, folder) {
+            Ok(Some(path)) => eprintln!("wrote {}: what was found in the scan", path.display()),
+            Ok(None) => {}
+            // The refusal is the answer, with its picture or without.
+            Err(error) => warning!("warning: no picture of the refused scan: {error}"),
+        }
+    }
+    Failure::of_job(error)
 }
 
 /// The laboratory's fields, if a file has them.

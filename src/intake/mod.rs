@@ -4,6 +4,7 @@
 //! the remedy.
 
 mod error;
+pub mod hints;
 pub mod rim;
 
 pub use error::{IntakeError, RimError};

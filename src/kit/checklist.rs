@@ -73,7 +73,7 @@ fn plate(options: &ScanOptions) -> Vec<Refusal> {
                 mm(options.plate_radius_m),
                 100.0 * tuning.falling_limit
             ),
-            "scan from above too; use the plate of this kit",
+            "scan from above too; use the plate of this kit; in a cluttered scene say `--plate-near`, `--up` or `--crop`",
         ),
         refusal(
             "NoPlateEdge",
@@ -86,7 +86,7 @@ fn plate(options: &ScanOptions) -> Vec<Refusal> {
         refusal(
             "SeveralDrapes",
             "a second drape in the scan",
-            "one stand at a time, or crop the scan",
+            "one stand at a time, or say which with `--plate-near` or `--crop`",
         ),
         refusal(
             "NoCrease",

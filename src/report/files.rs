@@ -6,7 +6,8 @@ use image::RgbImage;
 
 use super::page::options::Extra;
 use super::page::{overlay as page_overlay, scan as page_scan};
-use super::{json, overlay};
+use super::{inspection, json, overlay};
+use crate::intake::IntakeError;
 use crate::io::{self, OutputError, WriteError, output};
 use crate::job::{JobError, Outcome};
 
@@ -45,6 +46,41 @@ pub fn write_thumbnail(outcome: &Outcome, folder: &Path, stem: &str) -> Result<(
     io::atomically(&path, |out| out.write_all(drawing.as_bytes()))
 }
 
+/// Writes `<stem>.inspect.png`, what was found in a scan that was refused, into `folder`, which is made if it is not
+/// there; the stem is that scan's. Returns its path; `None` where the job failed for another reason.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_refused(error: &JobError, folder: &Path) -> Result<Option<PathBuf>, WriteError> {
+    let JobError::Intake(IntakeError::Refused { path, .. }) = error else { return Ok(None) };
+    write_refused_as(error, folder, &stem(path))
+}
+
+/// [`write_refused`] with a stem of the caller's.
+///
+/// # Errors
+/// When the system refuses.
+pub fn write_refused_as(
+    error: &JobError,
+    folder: &Path,
+    stem: &str,
+) -> Result<Option<PathBuf>, WriteError> {
+    let JobError::Intake(IntakeError::Refused { source, found, .. }) = error else {
+        return Ok(None);
+    };
+    std::fs::create_dir_all(folder)
+        .map_err(|source| WriteError { path: folder.to_owned(), source })?;
+    let path = folder.join(refused_name(stem));
+    picture(&path, &inspection::draw_refused(found, source))?;
+    Ok(Some(path))
+}
+
+/// The name of a refused scan's picture.
+#[must_use]
+pub fn refused_name(stem: &str) -> String {
+    format!("{stem}.inspect.png")
+}
+
 /// Whether the files of the result of `input` can be written into `folder` without any
 /// of `inputs` being lost.
 ///
@@ -55,7 +91,10 @@ pub fn check(input: &Path, folder: &Path, inputs: &[PathBuf]) -> Result<(), Outp
     if folder.is_dir() {
         let stem = stem(input);
         let page = folder.join(format!("{stem}.{PAGE}"));
-        for path in paths(folder, &stem).into_iter().chain([page]) {
+        // Any of the scans may be the one that is refused.
+        let scans = inputs.iter().map(PathBuf::as_path).chain([input]);
+        let refused = scans.map(|scan| folder.join(refused_name(&self::stem(scan))));
+        for path in paths(folder, &stem).into_iter().chain([page]).chain(refused) {
             output::check_file(&path, inputs)?;
         }
     }

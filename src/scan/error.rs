@@ -10,7 +10,8 @@ use crate::base::{Point3, Vector3};
 pub enum ScanError {
     /// Not enough points to carry a rim.
     #[error(
-        "{points} usable points, at least {limit} are needed; scan more densely or check the file"
+        "{points} usable points, at least {limit} are needed; scan more densely, check the file, or widen --crop if it \
+         is given"
     )]
     TooFewPoints {
         /// Finite points in the cloud.
@@ -75,8 +76,12 @@ pub enum ScanError {
             b.falling * 100.0, b.radius_m * 1e3)),
         radius_m * 1e3, falling_limit * 100.0,
         best.as_ref().filter(|b| b.falling >= *falling_limit).map_or_else(
-            || format!("scan the drape from above too, or give the unit if {} is wrong", unit.name()),
-            |b| format!("if the plate has that radius, give --plate-radius {:.0}", b.radius_m * 1e3))
+            || format!(
+                "scan the drape from above too, or give --unit if {} is wrong. If the drape is in the scan, say where: \
+                 --up AXIS, --plate-near X,Y,Z or --crop", unit.name()),
+            |b| format!(
+                "if the plate has that radius, give --plate-radius {:.0}. If that is not the plate, say where it is: \
+                 --plate-near X,Y,Z, --up AXIS or --crop", b.radius_m * 1e3))
     )]
     NoPlate {
         /// The best candidate, if any.
@@ -90,9 +95,9 @@ pub enum ScanError {
     },
     /// More than one drape in the scan.
     #[error(
-        "another drape stands {apart_mm:.0} mm beside this one: their plates are at {} and {} {}; crop the scan to one \
-         of them",
-        place(&centres[0], *unit), place(&centres[1], *unit), unit.name()
+        "another drape stands {apart_mm:.0} mm beside this one: their plates are at {} and {} {}; say which with \
+         --plate-near {}, or leave one out with --crop",
+        place(&centres[0], *unit), place(&centres[1], *unit), unit.name(), as_flag(&centres[0], *unit)
     )]
     SeveralDrapes {
         /// Distance of the two plates \[mm\].
@@ -395,6 +400,15 @@ pub struct PlateCandidate {
 
 /// Coordinates in a file's unit, to a tenth of a millimetre.
 fn place(at: &[f64; 3], unit: LengthUnit) -> String {
+    format!("({})", written(at, unit).join(", "))
+}
+
+/// The same as a flag takes them.
+fn as_flag(at: &[f64; 3], unit: LengthUnit) -> String {
+    written(at, unit).join(",")
+}
+
+fn written(at: &[f64; 3], unit: LengthUnit) -> [String; 3] {
     let decimals = (unit.metres() / 1e-4).log10().ceil() as usize;
-    format!("({:.decimals$}, {:.decimals$}, {:.decimals$})", at[0], at[1], at[2])
+    at.map(|c| format!("{c:.decimals$}"))
 }

@@ -17,6 +17,33 @@ pub enum WarpToward {
     BearingDeg(f64),
 }
 
+/// The part of a scan that is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Crop {
+    /// What lies within a radius of the plate. Where [`ScanOptions::plate_near`] is given the plate is
+    /// looked for within a sphere about that place, and a sphere about the plate stays. Otherwise a
+    /// cylinder about the plate's axis stays, once the plate is found.
+    Radius {
+        /// The radius \[mm\].
+        radius_mm: f64,
+    },
+    /// What lies within a box along the file's axes.
+    Box {
+        /// Its corner of the smallest coordinates, file's frame and unit.
+        low: [f64; 3],
+        /// Its corner of the largest.
+        high: [f64; 3],
+    },
+}
+
+/// Largest angle between the plate's normal and [`ScanOptions::up`] \[degrees\]. Chosen: a user
+/// names an axis of the file, and stands are levelled by eye.
+pub const UP_WITHIN_DEG: f64 = 20.0;
+/// Largest distance between the plate's centre and [`ScanOptions::plate_near`] \[m\]. Chosen: half
+/// of what keeps two drapes apart, and more than a place read off a screen errs by.
+pub const PLATE_WITHIN_M: f64 = 0.1;
+
 /// The settings of one scan, all with defaults.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScanOptions {
@@ -35,6 +62,14 @@ pub struct ScanOptions {
     /// Colour of a mark in the middle of the side to which the warp runs; read where
     /// `warp_toward` says nothing.
     pub mark: Option<MarkColor>,
+    /// The part of the scan that is looked at; `None` looks at all of it.
+    pub crop: Option<Crop>,
+    /// A direction in the scan's frame within [`UP_WITHIN_DEG`] of which the plate's normal
+    /// lies; `None` finds it from the cloth.
+    pub up: Option<[f64; 3]>,
+    /// A place in the file's frame and unit within [`PLATE_WITHIN_M`] of which the plate's
+    /// centre lies; `None` looks everywhere.
+    pub plate_near: Option<[f64; 3]>,
     /// Seed of the plane consensus.
     pub seed: u64,
     /// Largest arc of the rim that is bridged \[m\]. Empirical, as the four below, from
@@ -111,7 +146,73 @@ pub enum ExperimentFault {
     },
 }
 
+/// Why what a caller says of the scene cannot be meant.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum HintFault {
+    /// A crop that cuts the cloth.
+    #[error(
+        "a crop of {radius_mm} mm radius about the plate cuts the cloth: give at least {least_mm:.0} mm, half the \
+         specimen's diagonal"
+    )]
+    CropRadius {
+        /// Radius asked for.
+        radius_mm: f64,
+        /// Least radius.
+        least_mm: f64,
+    },
+    /// A box without an inside.
+    #[error(
+        "a crop to a box from {low} to {high} along {axis} leaves nothing: give two opposite corners of the box, in \
+         the file's frame and unit"
+    )]
+    CropBox {
+        /// The axis: x, y or z.
+        axis: char,
+        /// Where the box begins along it.
+        low: f64,
+        /// Where it ends.
+        high: f64,
+    },
+    /// A direction of no length, or of no number.
+    #[error("up is no direction: give three finite numbers, not all 0")]
+    Up,
+    /// A place of no number.
+    #[error("the place of the plate is none: give three finite numbers")]
+    PlateNear,
+}
+
 impl ScanOptions {
+    /// Refuses a crop, an up or a place of the plate that cannot be meant.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check_hints(&self) -> Result<(), HintFault> {
+        match self.crop {
+            Some(Crop::Radius { radius_mm }) => {
+                let least_mm = 1e3 * self.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
+                if !(radius_mm.is_finite() && radius_mm >= least_mm) {
+                    return Err(HintFault::CropRadius { radius_mm, least_mm: least_mm.ceil() });
+                }
+            }
+            Some(Crop::Box { low, high }) => {
+                for ((axis, low), high) in ['x', 'y', 'z'].into_iter().zip(low).zip(high) {
+                    if !(low.is_finite() && high.is_finite() && low < high) {
+                        return Err(HintFault::CropBox { axis, low, high });
+                    }
+                }
+            }
+            None => {}
+        }
+        let finite = |numbers: [f64; 3]| numbers.iter().all(|number| number.is_finite());
+        if self.up.is_some_and(|up| !finite(up) || up == [0.0; 3]) {
+            return Err(HintFault::Up);
+        }
+        if self.plate_near.is_some_and(|place| !finite(place)) {
+            return Err(HintFault::PlateNear);
+        }
+        Ok(())
+    }
+
     /// The default settings for a specimen of another side, on a plate of another radius
     /// \[m\].
     ///
@@ -160,6 +261,9 @@ impl Default for ScanOptions {
             cloth_height_m: 1e-3,
             warp_toward: None,
             mark: None,
+            crop: None,
+            up: None,
+            plate_near: None,
             seed: 0,
             max_gap_m: 0.068,
             max_gap_per_noise: 42.0,

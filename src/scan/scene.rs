@@ -7,11 +7,15 @@
 //! ([`super::loops`]); what an app closed underneath is cut away before
 //! ([`super::underside`]).
 //!
+//! A box of the file to which the scan is cropped is cut out first: nothing else of the
+//! file counts for its unit.
+//!
 //! In: a cloud in the file's unit. Out: points in metres, the scan's own frame.
 
 use rayon::prelude::*;
 
 use super::error::ScanError;
+use super::hints::{self, Region};
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
@@ -45,10 +49,16 @@ pub(super) struct Scene {
 
 /// Takes a scan.
 pub(super) fn take(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
-    match mesh_of(&cloud) {
+    let points_in_file = cloud.points.len();
+    let cloud = match Region::of_file(options) {
+        Some(region) => hints::cropped(&cloud, &region),
+        None => cloud,
+    };
+    let scene = match mesh_of(&cloud) {
         Some(mesh) => of_mesh(&cloud, mesh, options),
         None => of_points(cloud, options),
-    }
+    };
+    Ok(Scene { points_in_file, ..scene? })
 }
 
 fn of_points(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
@@ -87,6 +97,16 @@ impl Scene {
         let factor = unit.metres() / self.unit.metres();
         self.points.par_iter_mut().for_each(|p| *p *= factor);
         self.unit = unit;
+    }
+
+    /// Leaves what lies within a region \[m\], scan's frame.
+    pub fn crop(&mut self, region: &Region) {
+        let inside: Vec<bool> = self.points.par_iter().map(|p| region.contains(p)).collect();
+        hints::retain(&mut self.points, &inside);
+        if !self.colors.is_empty() {
+            hints::retain(&mut self.colors, &inside);
+        }
+        self.free_edge.retain(|p| region.contains(p));
     }
 
     /// Typical distance between neighbouring points \[m\]: the side of the square that each
@@ -183,12 +203,21 @@ fn mesh_in_metres(
         let vertices: Vec<Point3> = cloud.points.iter().map(|p| p * unit.metres()).collect();
         let mut whole = Mesh { vertices, triangles: triangles.to_vec() };
         drop_bridges(&mut whole, &options.tuning.scene);
-        match plate_of(&whole, unit, options) {
+        let part = Region::to_search(options, unit).map(|region| part_of(&whole, &region));
+        match plate_of(part.as_ref().unwrap_or(&whole), unit, options) {
             Ok(plate) => return Ok((whole, plate, unit)),
             Err(error) => _ = refused.get_or_insert(error),
         }
     }
     Err(refused.unwrap_or_else(|| limits::too_few_points(cloud.points.len(), options)))
+}
+
+/// The triangles of a mesh that lie within a region, on the vertices of the whole.
+fn part_of(mesh: &Mesh, region: &Region) -> Mesh {
+    let inside: Vec<bool> = mesh.vertices.iter().map(|p| region.contains(p)).collect();
+    let within = |t: &&[u32; 3]| t.iter().all(|&v| inside[v as usize]);
+    let triangles = mesh.triangles.iter().filter(within).copied().collect();
+    Mesh { vertices: mesh.vertices.clone(), triangles }
 }
 
 /// Drops what spans the gaps of depth images in meshes that are made from them: in a

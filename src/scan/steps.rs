@@ -11,6 +11,7 @@ use super::edge;
 use super::error::ScanError;
 use super::fit::{self, EdgePoint};
 use super::floor::Floor;
+use super::hints::{Hints, Region};
 use super::mark::{self, Marked};
 use super::measured::{MeasuredSize, Misfit};
 use super::mesh_facts::MeshFacts;
@@ -176,10 +177,21 @@ pub(super) struct Assessed<'a> {
     pub unexplained: Unexplained,
 }
 
+/// The drape in the part of a scene in which it is to be looked for.
+fn find_drape(scene: &Scene, options: &ScanOptions) -> Result<Pose, ScanError> {
+    let Some(region) = Region::to_search(options, scene.unit) else {
+        return pose::find(&scene.points, scene.unit, options);
+    };
+    let inside = scene.points.par_iter().filter(|p| region.contains(p)).copied();
+    let points: Vec<Point3> = inside.collect();
+    limits::enough_points(points.len(), options)?;
+    pose::find(&points, scene.unit, options)
+}
+
 impl Plated {
     /// Finds the drape, in the first of the scene's units in which there is one.
     pub fn of(mut scene: Scene, options: &ScanOptions) -> Result<Self, ScanError> {
-        let find = |scene: &Scene| pose::find(&scene.points, scene.unit, options);
+        let find = |scene: &Scene| find_drape(scene, options);
         let first = find(&scene);
         let pose = match first {
             Ok(pose) => pose,
@@ -194,6 +206,9 @@ impl Plated {
             }
         };
         let Pose { mut plate, another, .. } = pose;
+        if let Some(region) = Region::about(&plate.centre, &plate.up, options) {
+            scene.crop(&region);
+        }
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         Ok(Self { scene, plate, another, sensor_noise_m })
