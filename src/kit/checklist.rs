@@ -226,7 +226,8 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
         refusal(
             "Misfit",
             format!(
-                "a sheet more than {:.2} mm + {} of the noise off the cloth: creases, or cloth that touches something",
+                "a sheet more than {:.2} mm + {} times what it is off over the plate off the cloth: creases, or cloth that \
+                 touches something",
                 mm(options.max_misfit_m),
                 options.max_misfit_per_noise
             ),

@@ -222,6 +222,9 @@ pub fn quality(scanned: &ScannedBoundary) -> Value {
         "point_spacing_mm": mm(q.point_spacing_m),
         "noise_mm": mm(q.noise_m),
         "sheet_rms_mm": mm(q.sheet_rms_m),
+        "sheet_rms_on_plate_mm": mm(q.sheet_rms_on_plate_m),
+        "drape_nats": q.drape_nats,
+        "drape_ahead_nats": q.drape_ahead_nats,
         "unexplained_mm2": q.unexplained_m2 / (M_PER_MM * M_PER_MM),
     })
 }

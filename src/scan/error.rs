@@ -67,29 +67,13 @@ pub enum ScanError {
         /// The likelier reason.
         reading: SizeReading,
     },
-    /// No flat round top with cloth falling away on all sides.
-    #[error(
-        "no plate found: {} a disc of {:.0} mm radius is needed, flat, with the cloth falling away from it on \
-         {:.0} % of its edge; {}",
-        best.as_ref().map_or_else(|| "no flat patch at all;".to_owned(), |b| format!(
-            "the best of the flat patches has the cloth falling away on {:.0} % of its edge and a radius of {:.0} mm, while",
-            b.falling * 100.0, b.radius_m * 1e3)),
-        radius_m * 1e3, falling_limit * 100.0,
-        best.as_ref().filter(|b| b.falling >= *falling_limit).map_or_else(
-            || format!(
-                "scan the drape from above too, or give --unit if {} is wrong. If the drape is in the scan, say where: \
-                 --up AXIS, --plate-near X,Y,Z or --crop", unit.name()),
-            |b| format!(
-                "if the plate has that radius, give --plate-radius {:.0}. If that is not the plate, say where it is: \
-                 --plate-near X,Y,Z, --up AXIS or --crop", b.radius_m * 1e3))
-    )]
+    /// Nothing in the scan is a drape.
+    #[error("no drape found: {}", why.says(*radius_m, *unit))]
     NoPlate {
-        /// The best candidate, if any.
-        best: Option<PlateCandidate>,
-        /// Radius looked for \[m\].
+        /// What is there instead.
+        why: NoDrape,
+        /// Radius of the plate looked for \[m\].
         radius_m: f64,
-        /// Least share of the edge where the surface falls.
-        falling_limit: f64,
         /// The unit in use.
         unit: LengthUnit,
     },
@@ -385,17 +369,80 @@ impl SizeReading {
     }
 }
 
-/// A flat patch that was considered as the plate.
+/// What a scan without a drape has instead.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoDrape {
+    /// Nearly nothing but planes wider than the specimen.
+    WidePlanes {
+        /// Their share of the scene.
+        percent: f64,
+    },
+    /// No level patch of the plate's size.
+    NoPatch,
+    /// The likeliest place is not the specimen's.
+    NotTheSpecimen(PlateCandidate),
+    /// The plate has another radius.
+    OtherRadius(PlateCandidate),
+}
+
+impl NoDrape {
+    /// The place that was likeliest, if there is one.
+    #[must_use]
+    pub fn candidate(&self) -> Option<&PlateCandidate> {
+        match self {
+            Self::NotTheSpecimen(best) | Self::OtherRadius(best) => Some(best),
+            Self::WidePlanes { .. } | Self::NoPatch => None,
+        }
+    }
+
+    /// What was found, and what to do; the radius looked for \[m\].
+    fn says(&self, radius_m: f64, unit: LengthUnit) -> String {
+        let radius_mm = radius_m * 1e3;
+        let at = |best: &PlateCandidate| {
+            let centre: [f64; 3] = (best.centre / unit.metres()).coords.into();
+            format!("{} {}", place(&centre, unit), unit.name())
+        };
+        let help = "If the drape is in the scan, say where: --plate-near X,Y,Z, --up AXIS or --crop";
+        match self {
+            Self::WidePlanes { percent } => format!(
+                "{percent:.0} % of the scan is a plane wider than the specimen, a table, a board or a wall, and nothing \
+                 level of {radius_mm:.0} mm radius stands out of it; scan a drape, or crop the scan to it with --crop"
+            ),
+            Self::NoPatch => format!(
+                "there is no level patch of {radius_mm:.0} mm radius; scan the drape from above too, or give --unit if {} \
+                 is wrong. {help}", unit.name()
+            ),
+            Self::NotTheSpecimen(best) if best.beyond > best.short => format!(
+                "at the likeliest place, {}, the surface goes on beyond the specimen on {:.0} % of the bearings, as a \
+                 table, a board or a wall does. {help}", at(best), best.beyond * 100.0
+            ),
+            Self::NotTheSpecimen(best) => format!(
+                "at the likeliest place, {}, the surface ends before the specimen's edge on {:.0} % of the bearings: \
+                 something smaller, or a drape of which too little is seen; scan it from all sides. {help}",
+                at(best), best.short * 100.0
+            ),
+            Self::OtherRadius(best) => format!(
+                "a cloth hangs at {}, but it leaves its plate at a radius of {:.0} mm, and {radius_mm:.0} are expected; \
+                 if the plate has that radius, give --plate-radius {:.0}",
+                at(best), best.radius_m * 1e3, best.radius_m * 1e3
+            ),
+        }
+    }
+}
+
+/// A place that was considered as the plate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateCandidate {
-    /// Radius at which the surface leaves the patch's plane \[m\]; 0 if nowhere.
+    /// Radius at which the surface leaves the patch's plane \[m\].
     pub radius_m: f64,
-    /// Share of the patch's edge where the surface falls away.
-    pub falling: f64,
     /// The patch's centre, scan's frame \[m\].
     pub centre: Point3,
     /// Its normal, away from where the surface falls.
     pub up: Vector3,
+    /// Share of the bearings on which the flattened surface ends short of the specimen's edge,
+    pub short: f64,
+    /// and beyond it.
+    pub beyond: f64,
 }
 
 /// Coordinates in a file's unit, to a tenth of a millimetre.

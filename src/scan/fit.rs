@@ -54,34 +54,25 @@ pub(super) fn fit_sheet(
     Some(Fitted { sheet, material })
 }
 
-/// Distances of the surface points to the sheet.
+/// Distances of the surface points to the sheet, which is flat within `flat_m` of its middle.
 pub(super) fn misfit(
     sheet: &Sheet,
     surface: &Parameterisation,
     material: &[[f64; 2]],
     square: &Square,
+    flat_m: f64,
 ) -> Misfit {
     let off: Vec<f64> =
         surface.points.iter().zip(material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
-    let rms_m = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
-    if std::env::var("MISFIT").is_ok() {
-        let mut cells: std::collections::BTreeMap<(i32, i32), (f64, f64)> = Default::default();
-        for (d, m) in off.iter().zip(material) {
-            let key = ((m[0] / 0.02).floor() as i32, (m[1] / 0.02).floor() as i32);
-            let c = cells.entry(key).or_default();
-            c.0 += d * d;
-            c.1 += 1.0;
-        }
-        let mut rms: Vec<f64> = cells.values().filter(|c| c.1 > 20.0).map(|c| (c.0 / c.1).sqrt() * 1e3).collect();
-        rms.sort_by(f64::total_cmp);
-        let q = |s: f64| rms[((rms.len() - 1) as f64 * s) as usize];
-        let on: Vec<f64> = off.iter().zip(material).filter(|(_, m)| m[0].hypot(m[1]) < 0.038).map(|(d, _)| d * d).collect();
-        let plate = (on.iter().sum::<f64>() / on.len() as f64).sqrt() * 1e3;
-        println!("    misfit rms {:.3} plate {plate:.3} patches q10 {:.3} q50 {:.3} q75 {:.3} q90 {:.3} q97 {:.3} max {:.3}", rms_m * 1e3, q(0.1), q(0.5), q(0.75), q(0.9), q(0.97), q(1.0));
-    }
+    let rms = |off: &[f64]| {
+        (off.iter().map(|d| d * d).sum::<f64>() / off.len().max(1) as f64).sqrt()
+    };
+    let on_plate = |m: &[f64; 2]| m[0].hypot(m[1]) < flat_m;
+    let over_plate: Vec<f64> =
+        off.iter().zip(material).filter(|(_, m)| on_plate(m)).map(|(d, _)| *d).collect();
     let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b]));
     let worst_bearing_deg = worst.map_or(0.0, |worst| square.bearing_deg(material[worst]));
-    Misfit { rms_m, worst_bearing_deg }
+    Misfit { rms_m: rms(&off), on_plate_m: rms(&over_plate), worst_bearing_deg }
 }
 
 /// Raw points, of at most `most` of the cloth's, that lie on the sheet near its edge, with

@@ -21,6 +21,9 @@ pub(super) struct Floor {
     pub rms_m: f64,
 }
 
+/// Bearings on which a floor is looked for.
+const SECTORS: usize = 12;
+
 /// The lowest large level plane: the best of consensus planes through a few
 /// points, among points lower than any cloth can hang high. The points are the
 /// scan's, the plane is in the local frame.
@@ -78,7 +81,17 @@ pub(super) fn find(
     // larger one the table need not be larger.
     let narrow_m = half.min(0.5 * SPECIMEN_SIDE_M);
     let wide = support.iter().filter(|p| p.x.hypot(p.z) > narrow_m).count();
-    (wide > tuning.least_wide_cells && normal.y > tuning.least_cosine).then(|| Floor {
+    // It goes round the axis too, as the top of what stands beside the drape does not.
+    let mut around = [false; SECTORS];
+    for p in support.iter().filter(|p| p.x.hypot(p.z) > tuning.around_radii * options.plate_radius_m) {
+        let share = (p.z.atan2(p.x) / std::f64::consts::TAU).rem_euclid(1.0);
+        around[((share * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
+    }
+    let around = around.iter().filter(|seen| **seen).count();
+    let is_floor = wide > tuning.least_wide_cells
+        && around >= tuning.least_around
+        && normal.y > tuning.least_cosine;
+    is_floor.then(|| Floor {
         height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
         normal,
         rms_m,

@@ -134,8 +134,8 @@ impl Found {
             ScanError::TooSparse { cause, .. } => cause,
             error => error,
         };
-        let ScanError::NoPlate { best, unit, .. } = cause else { return };
-        self.plate_candidate.clone_from(best);
+        let ScanError::NoPlate { why, unit, .. } = cause else { return };
+        self.plate_candidate = why.candidate().cloned();
         if self.unit.replace(*unit).is_none() {
             self.scene.iter_mut().for_each(|p| *p *= unit.metres());
         }

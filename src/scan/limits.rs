@@ -4,7 +4,7 @@
 //! In: figures of the stages and the caller's options. Out: nothing, or a [`ScanError`]
 //! that says what was measured, the limit, the place and the remedy.
 
-use super::error::{ScanError, SizeReading};
+use super::error::{NoDrape, PlateCandidate, ScanError, SizeReading};
 use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
 use super::options::ScanOptions;
 use super::plate::Plate;
@@ -38,6 +38,32 @@ pub(super) fn units(guess: Guess, options: &ScanOptions) -> Result<Vec<LengthUni
         smallest_m: options.tuning.scene.smallest_m,
         largest_m: options.tuning.scene.largest_m,
     })
+}
+
+/// Why there is no place for a drape in a scene with this share of wide planes.
+pub(super) fn no_place(wide_share: f64, options: &ScanOptions) -> NoDrape {
+    if wide_share < options.tuning.pose.only_wide {
+        return NoDrape::NoPatch;
+    }
+    NoDrape::WidePlanes { percent: 100.0 * wide_share }
+}
+
+/// Refuses a plate whose edge does not show, and one of another radius.
+pub(super) fn plate(plate: &Plate, unit: LengthUnit, options: &ScanOptions) -> Result<(), ScanError> {
+    let (tuning, expected_m) = (&options.tuning.plate, options.plate_radius_m);
+    let (bearings, radius_m) = (tuning.bearings, plate.radius_m);
+    if plate.round == 0.0 {
+        return Err(ScanError::NoPlateEdge { least: tuning.least_edges, bearings, radius_m: expected_m });
+    }
+    // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
+    let sigma_m = plate.radius_scatter_m / (bearings as f64 / 4.0).sqrt();
+    if (radius_m - expected_m).abs() > tuning.radius_tolerance * expected_m + 2.0 * sigma_m {
+        let (centre, up) = (plate.centre, plate.up.into_inner());
+        let candidate = PlateCandidate { radius_m, centre, up, short: 0.0, beyond: 0.0 };
+        let why = NoDrape::OtherRadius(candidate);
+        return Err(ScanError::NoPlate { why, radius_m: expected_m, unit });
+    }
+    Ok(())
 }
 
 /// Refuses a scan that shows another drape beside the first.
@@ -123,10 +149,11 @@ pub(super) fn underlying(
 ) -> ScanError {
     let tuning = &options.tuning.limits;
     let (unseen, unfit) = match &error {
-        // Nearly a plate: a table of sparse points is none for other reasons.
-        ScanError::NoPlate { best: Some(best), falling_limit, .. } => {
-            (best.falling >= tuning.nearly_falling * falling_limit, false)
+        // A table of sparse points is no drape for other reasons.
+        ScanError::NoPlate { why: NoDrape::NotTheSpecimen(best), .. } => {
+            (best.short > best.beyond, false)
         }
+        ScanError::NoPlate { why: NoDrape::NoPatch, .. } => (true, false),
         ScanError::NoPlateEdge { .. } => (true, false),
         ScanError::NotASquare { .. }
         | ScanError::HiddenRim { .. }
@@ -223,13 +250,9 @@ pub(super) fn mark(marking: Marking, options: &ScanOptions) -> Result<f64, ScanE
     Ok(side_bearing_deg)
 }
 
-/// Refuses a sheet that lies farther off the points than the noise explains.
-pub(super) fn misfit(
-    misfit: &Misfit,
-    noise_m: f64,
-    options: &ScanOptions,
-) -> Result<(), ScanError> {
-    let limit_m = options.most_misfit_m(noise_m);
+/// Refuses a sheet that lies farther off the points than the scan's noise does on the plate.
+pub(super) fn misfit(misfit: &Misfit, options: &ScanOptions) -> Result<(), ScanError> {
+    let limit_m = options.most_misfit_m(misfit.on_plate_m);
     if misfit.rms_m > limit_m {
         return Err(ScanError::Misfit {
             rms_mm: misfit.rms_m * 1e3,

@@ -46,6 +46,10 @@ pub(super) struct MeasuredSize {
 pub(super) struct Misfit {
     /// Root mean square distance \[m\].
     pub rms_m: f64,
+    /// The same over the plate, where the cloth is smooth: what the scan's noise leaves of
+    /// itself on the smoothed surface. White noise leaves little, noise that is smooth over
+    /// several points most of it \[m\].
+    pub on_plate_m: f64,
     /// Where it is largest, bearing in the parameter plane \[degrees\].
     pub worst_bearing_deg: f64,
 }

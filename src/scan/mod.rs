@@ -128,7 +128,7 @@ fn assess<'a>(
 ) -> Result<Assessed<'a>, ScanError> {
     let scene = found.note(stages.span("points and unit", || scene::take(cloud, options))?);
     let plated = found.note(stages.span("plate", || Plated::of(scene, options))?);
-    plated.judge()?;
+    plated.judge(options)?;
     let local = found.note(stages.span("floor", || Local::of(plated, options)));
     let isolated = found.note(Isolated::of(local, options, stages));
     let parameterised =

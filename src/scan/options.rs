@@ -82,8 +82,9 @@ pub struct ScanOptions {
     /// sheet \[m^2\]: more means that the sheet has missed a fold.
     pub max_unexplained_m2: f64,
     /// Largest root mean square distance of the smoothed points to the fitted
-    /// sheet \[m\], and what each metre of noise adds; more means that the sheet took a wrong
-    /// turn, or that the cloth has creases.
+    /// sheet \[m\], beside `max_misfit_per_noise` times what it is over the plate, where the cloth
+    /// is smooth and only the scan's noise is left; more means that the sheet took a wrong turn, or that the
+    /// cloth has creases.
     pub max_misfit_m: f64,
     /// See [`ScanOptions::max_misfit_m`].
     pub max_misfit_per_noise: f64,
@@ -269,7 +270,7 @@ impl Default for ScanOptions {
             max_gap_per_noise: 42.0,
             max_unexplained_m2: 33e-6,
             max_misfit_m: 0.15e-3,
-            max_misfit_per_noise: 0.45,
+            max_misfit_per_noise: 1.6,
             min_observed: 0.75,
             min_observed_per_noise: 120.0,
             side_range_m: [0.280, 0.330],
@@ -293,10 +294,10 @@ impl ScanOptions {
         (self.max_gap_m - self.max_gap_per_noise * self.more_noise_m(noise_m)).max(0.0)
     }
 
-    /// Largest root mean square distance of cloth and sheet at this noise \[m\].
+    /// Largest root mean square distance of cloth and sheet where it is this over the plate \[m\].
     #[must_use]
-    pub fn most_misfit_m(&self, noise_m: f64) -> f64 {
-        self.max_misfit_m + self.max_misfit_per_noise * noise_m
+    pub fn most_misfit_m(&self, on_plate_m: f64) -> f64 {
+        self.max_misfit_m + self.max_misfit_per_noise * on_plate_m
     }
 
     /// Most that a side's length may differ from the four sides' median at this noise \[m\].

@@ -34,6 +34,11 @@ pub(super) struct Origin {
     pub axis_sigma_m: f64,
     /// Height of the cloth where it touches the face \[m\].
     pub face_y_m: f64,
+    /// Its radius: where the cloth is 1 mm below the face. Of stiff cloth too, which leaves the plane of its own top
+    /// 10 to 20 mm farther in.
+    pub radius_m: f64,
+    /// Robust scatter of that over the bearings \[m\].
+    pub radius_scatter_m: f64,
 }
 
 /// One bearing of the sheet.
@@ -41,14 +46,19 @@ struct Ray {
     bearing_rad: f64,
     /// Horizontal distance from the local origin at the two depths \[m\].
     radii_m: [f64; 2],
-    /// Height just inside the edge \[m\].
-    height_m: f64,
+    /// Least height above the flat part of the face \[m\].
+    face_m: f64,
 }
 
 /// Finds the plate.
 pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Option<Origin> {
-    let mut origin =
-        Origin { axis: [0.0; 2], axis_sigma_m: f64::INFINITY, face_y_m: options.cloth_height_m };
+    let mut origin = Origin {
+        axis: [0.0; 2],
+        axis_sigma_m: f64::INFINITY,
+        face_y_m: options.cloth_height_m,
+        radius_m: options.plate_radius_m,
+        radius_scatter_m: 0.0,
+    };
     for _ in 0..2 {
         let tuning = &options.tuning.origin;
         let trace = |k| ray(sheet, square, &origin, k, options);
@@ -57,7 +67,14 @@ pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Opt
             return None;
         }
         let (axis, axis_sigma_m) = axis(&rays, tuning)?;
-        origin = Origin { axis, axis_sigma_m, face_y_m: face(rays, tuning)? };
+        let radii_m: Vec<f64> = rays.iter().map(|ray| ray.radius_from(axis)).collect();
+        origin = Origin {
+            axis,
+            axis_sigma_m,
+            face_y_m: face(&rays, tuning)?,
+            radius_scatter_m: robust::sigma(&radii_m)?,
+            radius_m: robust::median(radii_m)?,
+        };
     }
     Some(origin)
 }
@@ -79,12 +96,12 @@ fn ray(
     let from_axis = |p: &Point3| (p.x - from.axis[0]).hypot(p.z - from.axis[1]);
     let step = 0.01 * radius_m;
     let mut crossed: [Option<Point3>; 2] = [None; 2];
-    let mut height_m = None;
+    let mut face_m = f64::INFINITY;
     let mut before = at(0.6 * radius_m);
     for j in 1..100 {
         let now = at(0.6 * radius_m + f64::from(j) * step);
-        if height_m.is_none() && from_axis(&now) > tuning.face_radii * radius_m {
-            height_m = Some(now.y);
+        if from_axis(&now) < tuning.face_radii * radius_m {
+            face_m = face_m.min(now.y);
         }
         for (crossed, depth_m) in crossed.iter_mut().zip(tuning.depths_m) {
             let level = from.face_y_m - depth_m;
@@ -93,7 +110,7 @@ fn ray(
                 *crossed = Some(before + (now - before) * share);
             }
         }
-        if crossed[1].is_some() && height_m.is_some() {
+        if crossed[1].is_some() {
             break;
         }
         before = now;
@@ -102,7 +119,7 @@ fn ray(
     Some(Ray {
         bearing_rad: upper.z.atan2(upper.x),
         radii_m: [upper, lower].map(|p| p.x.hypot(p.z)),
-        height_m: height_m?,
+        face_m,
     })
 }
 
@@ -112,6 +129,12 @@ const UNKNOWNS: usize = 10;
 type Unknowns = SVector<f64, UNKNOWNS>;
 
 impl Ray {
+    /// Distance of the upper crossing from an axis \[m\].
+    fn radius_from(&self, [x, z]: [f64; 2]) -> f64 {
+        let [upper, _] = self.radii_m;
+        (upper * self.bearing_rad.cos() - x).hypot(upper * self.bearing_rad.sin() - z)
+    }
+
     fn row(&self) -> Unknowns {
         let [upper, lower] = self.radii_m;
         Unknowns::from_fn(|k, _| match k {
@@ -151,10 +174,7 @@ fn axis(rays: &[Ray], tuning: &OriginTuning) -> Option<([f64; 2], f64)> {
     Some(([found[2], found[3]], sigma_m.hypot(tuning.least_sigma_m)))
 }
 
-/// Height of the face from the bearings on which the cloth falls most steeply.
-fn face(mut rays: Vec<Ray>, tuning: &OriginTuning) -> Option<f64> {
-    let run = |ray: &Ray| ray.radii_m[1] - ray.radii_m[0];
-    rays.sort_by(|a, b| run(b).total_cmp(&run(a)));
-    rays.truncate(((rays.len() as f64) * tuning.gentlest) as usize);
-    Some(robust::median(rays.iter().map(|ray| ray.height_m).collect())? - tuning.lift_m)
+/// Height of the cloth where it lies on the face, from the bearings on which it does.
+fn face(rays: &[Ray], tuning: &OriginTuning) -> Option<f64> {
+    robust::quantile(rays.iter().map(|ray| ray.face_m).collect(), tuning.touching)
 }

@@ -1,33 +1,36 @@
-//! Which of the places in a scene is the drape: each is carried through the cheap first part of
-//! the path, on a coarse cloth, and judged by what only the experiment has.
+//! Which of the places in a scene is the drape: each is carried through the first, cheap part of
+//! the path on a coarse cloth and judged by what only the experiment has.
 //!
 //! In: points of the scene \[m\], any frame. Out: the plate under the likeliest drape, how likely
-//! it is, and the next one.
+//! it is, the next place, and the plate of another drape.
 //!
-//! A drape is a nearly isometric image of a square of known side, centred on a disc from which it
-//! hangs. So the cloth at each place is cut free and flattened from the disc outwards, and the
-//! outline of what comes of it is held against that square. On each bearing it ends at the
-//! square's side, within sigma; or short of it, where the cloth is hidden; or beyond it, which
-//! cloth never does. With the chance of each, and of what ends anywhere, the outline has a
-//! log-likelihood ratio of a drape against anything. Neighbouring bearings err together, so that
-//! some count as one. What lies off the disc's centre costs as a normal deviate.
+//! A drape is a nearly isometric image of a square of known side, whose middle lies on a disc from
+//! which it hangs. So the cloth at each place is cut free and flattened from the disc outwards, and
+//! the outline of what comes of it is held against that square. On each bearing it ends at the
+//! square's side, within sigma; or short of it, where cloth is hidden; or beyond it, which cloth
+//! hardly does. With the chance of each, the outline has a log-likelihood ratio of a specimen
+//! against anything. Neighbouring bearings err together, so that some count as one. A middle that
+//! lies off the disc's counts as a normal deviate.
 //!
-//! Tables and walls go on beyond the square, boxes and cups end short of it, a fold's back has the
-//! specimen's middle far from its own. Tried and dropped: limits on the share of the disc's edge
+//! Tables and walls go on beyond the square, boxes and cups end short of it, and from the back of a
+//! fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's edge
 //! from which a surface falls, on its roundness and its radius. Each was set on scenes of one
-//! virtual bench, and a box or a fold's back passed.
+//! virtual bench; boxes and folds of others passed them.
+//!
+//! Fails where the flat disc itself is not seen, from any side.
 
 use rayon::prelude::*;
 
 use super::cloth::{self, Cloth};
-use super::error::ScanError;
+use super::error::{NoDrape, PlateCandidate, ScanError};
 use super::frame::{self, LocalFrame};
+use super::hints::Hints;
 use super::options::ScanOptions;
-use super::plate::{self, Place, Plate};
+use super::parameterisation::{self, Parameterisation};
+use super::plate::{self, Place, Places, Plate};
 use super::square::{self, Ends};
 use super::unit::LengthUnit;
-use super::parameterisation::{self, Parameterisation};
-use super::{fit, origin};
+use super::{fit, limits, origin};
 use crate::base::clock::Stages;
 use crate::base::{Isometry3, Point3, Vector3};
 
@@ -35,67 +38,100 @@ use crate::base::{Isometry3, Point3, Vector3};
 pub(super) struct Pose {
     /// The plate under it.
     pub plate: Plate,
-    /// How likely it is.
-    pub fit: PoseFit,
-    /// How likely the next place is, if another was looked at \[nats\].
-    pub next_nats: Option<f64>,
+    /// How likely it is a drape: log-likelihood ratio against anything \[nats\].
+    pub nats: f64,
+    /// By how much less likely the next place is \[nats\]; `None` if there is no other.
+    pub ahead_nats: Option<f64>,
     /// The plate of another drape in the scene.
     pub another: Option<Plate>,
 }
 
-/// How well the flattened surface at a place is the specimen.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PoseFit {
-    /// Where it ends.
-    pub ends: Ends,
-    /// Offset of its middle from the disc's \[m\].
-    pub off_m: f64,
-    /// Log-likelihood ratio of a drape against anything \[nats\].
-    pub nats: f64,
-}
-
 /// A place that was verified.
 struct Verified {
-    place: Place,
-    fit: PoseFit,
+    plate: Plate,
+    /// Where the flattened surface there ends.
+    ends: Ends,
+    /// Log-likelihood ratio of a drape against anything \[nats\].
+    nats: f64,
 }
 
 /// Finds the drape.
+///
+/// # Errors
+/// When nothing in the scene is likelier a drape than anything else.
 pub(super) fn find(
     points: &[Point3],
     unit: LengthUnit,
     options: &ScanOptions,
 ) -> Result<Pose, ScanError> {
-    let tuning = &options.tuning.pose;
-    let stride = points.len().div_ceil(tuning.most_points).max(1);
-    let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
-    let places = plate::places(points, options);
-    let mut verified: Vec<Verified> = places
-        .into_par_iter()
-        .map(|place| Verified { fit: verify(&some, &place, options), place })
-        .collect();
-    if std::env::var("POSE").is_ok() {
-        for v in &verified {
-            println!(
-                "    {:?} up {:?} {:?} r {:.1} round {:.2} | {:?} off {:.1} nats {:.1}",
-                v.place.plate.centre.coords.map(|c| (c * 1e3).round()).as_slice(),
-                v.place.plate.up.map(|c| (c * 100.0).round() / 100.0).as_slice(),
-                v.place.evidence, v.place.plate.radius_m * 1e3, v.place.plate.round, v.fit.ends, v.fit.off_m * 1e3, v.fit.nats
-            );
-        }
-    }
-    verified.sort_by(|a, b| b.fit.nats.total_cmp(&a.fit.nats));
+    let refuse =
+        |why| Err(ScanError::NoPlate { why, radius_m: options.plate_radius_m, unit });
+    let Places { places, wide_share } = plate::places(points, &Hints::of(options, unit), options);
+    let some = some(points, options);
+    let verified = places.into_par_iter().map(|place| verify(&some, place, options));
+    let mut verified: Vec<Verified> = verified.collect();
+    verified.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let mut verified = verified.into_iter();
-    let Some(best) = verified.next() else {
-        return Err(ScanError::NoPlate { best: None, radius_m: options.plate_radius_m, falling_limit: 0.35, unit });
-    };
-    let next_nats = verified.next().map(|next| next.fit.nats);
-    let Place { plate, .. } = best.place;
-    let plate = centred(points, &some, &plate, options).unwrap_or(plate);
-    Ok(Pose { plate, fit: best.fit, next_nats, another: None })
+    let Some(best) = verified.next() else { return refuse(limits::no_place(wide_share, options)) };
+    if best.nats <= options.tuning.pose.least_nats {
+        return refuse(NoDrape::NotTheSpecimen(best.candidate()));
+    }
+    let others: Vec<Verified> =
+        verified.filter(|other| !best.is_of_the_same_disc(other, options)).collect();
+    let ahead_nats = others.first().map(|next| best.nats - next.nats);
+    let another = others.into_iter().find(|other| other.is_another_drape(&best, options));
+    let plate = centred(points, &some, &best.plate, options).unwrap_or(best.plate);
+    Ok(Pose { plate, nats: best.nats, ahead_nats, another: another.map(|other| other.plate) })
 }
 
-/// A flattened cloth, coarse, and the frame that it is in.
+/// As many of a scene's points as a coarse cloth needs.
+fn some(points: &[Point3], options: &ScanOptions) -> Vec<Point3> {
+    let stride = points.len().div_ceil(options.tuning.pose.most_points).max(1);
+    points.iter().step_by(stride).copied().collect()
+}
+
+impl Verified {
+    /// Whether both places are on the same plate.
+    fn is_of_the_same_disc(&self, other: &Self, options: &ScanOptions) -> bool {
+        let apart_m = (self.plate.centre - other.plate.centre).norm();
+        apart_m < options.plate_radius_m && self.plate.up.dot(&other.plate.up) > 0.9
+    }
+
+    /// Whether it is likely a drape too, so far from the first that it is not the same cloth.
+    fn is_another_drape(&self, first: &Self, options: &ScanOptions) -> bool {
+        let tuning = &options.tuning.pose;
+        let apart = self.plate.centre - first.plate.centre;
+        let up = first.plate.up.into_inner();
+        let level_m = (apart - up * apart.dot(&up)).norm();
+        self.nats > tuning.least_another_nats
+            && level_m > tuning.apart_sides * options.specimen_side_m
+    }
+
+    /// The place, as a refusal shows it.
+    fn candidate(&self) -> PlateCandidate {
+        let Self { plate, ends, .. } = self;
+        PlateCandidate {
+            radius_m: plate.radius_m,
+            centre: plate.centre,
+            up: plate.up.into_inner(),
+            short: ends.short_share,
+            beyond: ends.beyond_share,
+        }
+    }
+}
+
+/// Flattens what lies at a place and holds it against the specimen.
+fn verify(points: &[Point3], place: Place, options: &ScanOptions) -> Verified {
+    let tuning = &options.tuning.pose;
+    let Place { plate } = place;
+    let Flattened { surface, .. } = flatten(points, &plate, options);
+    let (square, ends) = square::ends(&surface.flat, options);
+    let off_m = square.centre[0].hypot(square.centre[1]);
+    let nats = ends.nats(tuning) - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
+    Verified { plate, ends, nats }
+}
+
+/// A coarse cloth, flattened, and the frame that it is in.
 struct Flattened {
     local_from_scan: Isometry3,
     cloth: Cloth,
@@ -114,37 +150,29 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
     Flattened { local_from_scan, cloth, surface }
 }
 
-/// The plate with the axis that a sheet through the coarse cloth bends over: noise and the gentle
-/// bend of stiff cloth move the circle of raw points by up to 10 mm. `None` if there is no sheet.
+/// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the
+/// gentle bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if there is no sheet.
 fn centred(
     points: &[Point3],
     some: &[Point3],
     plate: &Plate,
     options: &ScanOptions,
 ) -> Option<Plate> {
+    let tuning = &options.tuning.pose;
     let mut plate = plate.clone();
-    for _ in 0..2 {
+    for _ in 0..tuning.centrings {
         let Flattened { local_from_scan, cloth, mut surface } = flatten(some, &plate, options);
         let square = parameterisation::straighten(&mut surface, cloth.spacing_m, options).ok()?;
         let sheet = fit::fit_sheet(&surface, &square, plate.noise_m, options)?.sheet;
         let origin = origin::find(&sheet, &square, options)?;
         let [x, z] = origin.axis;
-        if std::env::var("POSE").is_ok() {
-            println!("    centred by {:.2} {:.2} sigma {:.2}, square off {:.1} {:.1}", x * 1e3, z * 1e3, origin.axis_sigma_m * 1e3, square.centre[0] * 1e3, square.centre[1] * 1e3);
-        }
         plate.centre += local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
-        plate.centre_sigma_m = origin.axis_sigma_m;
         plate::level(points, &mut plate, options);
+        (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
+        plate.round = 1.0;
+        if x.hypot(z) < tuning.centred_m {
+            break;
+        }
     }
     Some(plate)
-}
-
-/// Flattens what lies at a place and holds it against the specimen.
-fn verify(points: &[Point3], place: &Place, options: &ScanOptions) -> PoseFit {
-    let tuning = &options.tuning.pose;
-    let Flattened { surface, .. } = flatten(points, &place.plate, options);
-    let (square, ends) = square::ends(&surface.flat, options.specimen_side_m, &options.tuning.square, tuning);
-    let off_m = square.centre[0].hypot(square.centre[1]);
-    let nats = ends.nats(tuning) - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
-    PoseFit { ends, off_m, nats }
 }

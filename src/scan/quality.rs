@@ -62,6 +62,15 @@ pub struct Quality {
     pub noise_m: f64,
     /// Root mean square distance of the smoothed surface to the fitted sheet \[m\].
     pub sheet_rms_m: f64,
+    /// The same over the plate, where cloth is smooth: what noise leaves on the smoothed
+    /// surface \[m\].
+    pub sheet_rms_on_plate_m: f64,
+    /// How likely the scan shows a drape there: log-likelihood ratio of the specimen against
+    /// anything \[nats\].
+    pub drape_nats: f64,
+    /// By how much less likely the next place in the scene is a drape \[nats\]; `None` if there is no
+    /// other.
+    pub drape_ahead_nats: Option<f64>,
     /// Largest area of scanned cloth within 12 mm of a rim point that the sheet does
     /// not explain \[m^2\].
     pub unexplained_m2: f64,
@@ -94,8 +103,8 @@ impl Quality {
                 .hypot(square.centre[1] - origin.axis[1]),
             longest_gap_m: gap.length_m,
             longest_gap_bearing_deg: gap.bearing_deg,
-            plate_radius_m: bench.plate.radius_m,
-            plate_radius_scatter_m: bench.plate.radius_scatter_m,
+            plate_radius_m: origin.radius_m,
+            plate_radius_scatter_m: origin.radius_scatter_m,
             origin_sigma_m: origin.axis_sigma_m,
             floor_height_m: bench.floor.map(|f| f.height_m),
             floor_rms_m: bench.floor.map(|f| f.rms_m),
@@ -103,6 +112,9 @@ impl Quality {
             point_spacing_m: cloth.raw_spacing_m,
             noise_m: bench.plate.noise_m,
             sheet_rms_m: misfit.rms_m,
+            sheet_rms_on_plate_m: misfit.on_plate_m,
+            drape_nats: bench.likely.nats,
+            drape_ahead_nats: bench.likely.ahead_nats,
             unexplained_m2: unexplained.area_m2,
         }
     }

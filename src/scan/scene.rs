@@ -15,12 +15,13 @@
 use rayon::prelude::*;
 
 use super::error::ScanError;
-use super::hints::{self, Region};
+use super::hints::{self, Hints, Region};
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
 use super::tuning::SceneTuning;
 use super::unit::LengthUnit;
+use super::plate::Places;
 use super::{limits, plate, underside, unit_guess};
 use crate::base::{Point3, Vector3};
 use crate::geom::adjacency::{Sample, area_vector2, spread, weld};
@@ -248,9 +249,14 @@ fn plate_of(
     let tuning = &options.tuning.scene;
     let samples: Vec<Sample> = spread(mesh, spacing_m(mesh, tuning, tuning.most_coarse)).collect();
     limits::enough_points(samples.len(), options)?;
+    let hints = Hints::of(options, unit);
     let find = |points: Vec<Point3>| {
-        let refused = ScanError::NoPlate { best: None, radius_m: options.plate_radius_m, falling_limit: 0.35, unit };
-        plate::places(&points, options).into_iter().next().map(|place| place.plate).ok_or(refused)
+        let Places { places, wide_share } = plate::places(&points, &hints, options);
+        places.into_iter().next().map(|place| place.plate).ok_or_else(|| ScanError::NoPlate {
+            why: limits::no_place(wide_share, options),
+            radius_m: options.plate_radius_m,
+            unit,
+        })
     };
     let refused = match find(samples.iter().map(|s| s.at).collect()) {
         Ok(plate) => return Ok(plate),

@@ -5,6 +5,7 @@
 //! The outline is the farthest reach on each bearing; hidden parts reach less and
 //! are outvoted by a bounded loss.
 
+use super::options::ScanOptions;
 use super::tuning::{PoseTuning, SquareTuning};
 
 /// The specimen's square in the parameter plane.
@@ -199,26 +200,22 @@ impl Ends {
     }
 }
 
-/// Where the outline of `flat` ends, against the square of about `side_m` that fits best.
-pub(super) fn ends(
-    flat: &[[f64; 2]],
-    side_m: f64,
-    tuning: &SquareTuning,
-    of_pose: &PoseTuning,
-) -> (Square, Ends) {
-    let fit = find(flat, side_m, tuning);
-    let own = measure(flat, side_m, tuning);
+/// Where the outline of `flat` ends, against the square of about the specimen's side that fits
+/// best.
+pub(super) fn ends(flat: &[[f64; 2]], options: &ScanOptions) -> (Square, Ends) {
+    let (side_m, tuning) = (options.specimen_side_m, &options.tuning.square);
     let outline = outline(flat);
-    let of = |square: Square, side_m: f64| {
-        (square, ends_on(&outline, &square, side_m, of_pose))
+    let on = |square: Square, side_m: f64| {
+        (square, ends_on(&outline, &square, side_m, &options.tuning.pose))
     };
-    let nominal = of(fit.square, side_m);
-    // A specimen of another size is one too, and what is wrong with it is said later.
-    let scaled = own.map(|own| of(own.square, own.side_m));
+    let nominal = on(find(flat, side_m, tuning).square, side_m);
+    // A specimen of another size is one too; what is wrong with it is said later.
+    let scaled = measure(flat, side_m, tuning).map(|own| on(own.square, own.side_m));
     let best = scaled.filter(|scaled| scaled.1.mean_nats > nominal.1.mean_nats);
     best.unwrap_or(nominal)
 }
 
+/// Where the points of an outline end against a square.
 fn ends_on(outline: &[Option<[f64; 2]>], square: &Square, side_m: f64, tuning: &PoseTuning) -> Ends {
     let [on, short, beyond] = tuning.chances;
     let half_m = 0.5 * side_m;

@@ -11,7 +11,7 @@ use super::edge;
 use super::error::ScanError;
 use super::fit::{self, EdgePoint};
 use super::floor::Floor;
-use super::hints::{Hints, Region};
+use super::hints::Region;
 use super::mark::{self, Marked};
 use super::measured::{MeasuredSize, Misfit};
 use super::mesh_facts::MeshFacts;
@@ -46,10 +46,21 @@ pub(super) struct Bench {
     pub sensor_noise_m: f64,
     /// The plate, in the scan's frame; its noise includes the chords.
     pub plate: Plate,
+    /// How likely it is the drape.
+    pub likely: Likely,
     /// The floor, in the local frame.
     pub floor: Option<Floor>,
     /// The local frame from the scan's, both in metres.
     pub local_from_scan: Isometry3,
+}
+
+/// How likely what was found is a drape.
+#[derive(Clone, Copy)]
+pub(super) struct Likely {
+    /// Log-likelihood ratio against anything \[nats\].
+    pub nats: f64,
+    /// By how much less likely the next place is \[nats\]; `None` if there is no other.
+    pub ahead_nats: Option<f64>,
 }
 
 /// A scene whose plate is known.
@@ -58,6 +69,8 @@ pub(super) struct Plated {
     pub scene: Scene,
     /// The plate, in the scan's frame.
     pub plate: Plate,
+    /// How likely it is the drape.
+    likely: Likely,
     /// That of another drape in the scene.
     another: Option<Plate>,
     sensor_noise_m: f64,
@@ -205,25 +218,29 @@ impl Plated {
                 found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
             }
         };
-        let Pose { mut plate, another, .. } = pose;
+        let Pose { mut plate, another, nats, ahead_nats } = pose;
+        // Who says where the plate is has said which of several drapes is meant.
+        let another = another.filter(|_| options.plate_near.is_none());
         if let Some(region) = Region::about(&plate.centre, &plate.up, options) {
             scene.crop(&region);
         }
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
-        Ok(Self { scene, plate, another, sensor_noise_m })
+        let likely = Likely { nats, ahead_nats };
+        Ok(Self { scene, plate, likely, another, sensor_noise_m })
     }
 
-    /// Refuses a scan of several drapes.
-    pub fn judge(&self) -> Result<(), ScanError> {
-        limits::one_drape(&self.plate, self.another.as_ref(), self.scene.unit)
+    /// Refuses a scan of several drapes, and a plate that is not the experiment's.
+    pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
+        limits::one_drape(&self.plate, self.another.as_ref(), self.scene.unit)?;
+        limits::plate(&self.plate, self.scene.unit, options)
     }
 }
 
 impl Local {
     /// Finds the local frame and takes the scene into it.
     pub fn of(plated: Plated, options: &ScanOptions) -> Self {
-        let Plated { scene, plate, sensor_noise_m, .. } = plated;
+        let Plated { scene, plate, likely, sensor_noise_m, .. } = plated;
         let Scene { points_in_file, unit, mut points, colors, mut free_edge, .. } = scene;
         let (chord_m, mesh) = (scene.chord_m, scene.mesh);
         let found = frame::find(&points, &plate, options);
@@ -237,6 +254,7 @@ impl Local {
             chord_m,
             sensor_noise_m,
             plate,
+            likely,
             floor: found.floor,
             local_from_scan,
         };
@@ -355,14 +373,15 @@ impl<'a> Registered<'a> {
         let registration =
             fit::register_sheet(sheet, &cloth.cloth, surface, &mut material, noise_m, options);
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
-        let misfit = fit::misfit(&registration.sheet, surface, &material, &cloth.square);
+        let flat_m = options.tuning.plate.disc_radii * options.plate_radius_m;
+        let misfit = fit::misfit(&registration.sheet, surface, &material, &cloth.square, flat_m);
         let side_m = options.specimen_side_m;
         Ok(Self { cloth, registration, material, misfit, side_m })
     }
 
     /// Refuses a sheet that does not fit the points.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
-        limits::misfit(&self.misfit, self.cloth.noise_m(), options)
+        limits::misfit(&self.misfit, options)
     }
 
     /// The sheet.
@@ -393,6 +412,8 @@ impl<'a> Edged<'a> {
             axis: [0.0; 2],
             axis_sigma_m: cloth.bench.plate.centre_sigma_m,
             face_y_m: options.cloth_height_m,
+            radius_m: cloth.bench.plate.radius_m,
+            radius_scatter_m: cloth.bench.plate.radius_scatter_m,
         });
         let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning);
         let surface = &cloth.surface.points;

@@ -165,6 +165,8 @@ pub struct PlateTuning {
     pub cells_per_area: f64,
     /// Places that are measured and verified at most.
     pub most_measured: usize,
+    /// Of these at most within half a side of each other.
+    pub most_at_one_drape: usize,
     /// Rounds of a measurement.
     pub measurements: usize,
     /// Edges between these radii count as round.
@@ -191,6 +193,8 @@ pub struct PlateTuning {
     pub layer_bin_m: f64,
     /// A layer has at least this share of the points of the fullest bin; less is strays.
     pub layer_share: f64,
+    /// The next layer lies this far under the uppermost at least \[m\]: no plate is thinner.
+    pub layer_apart_m: f64,
     /// Between two layers there are fewer points than this share of the lesser one.
     pub layer_valley: f64,
     /// What lies lower than the cloth farther out by this is not cloth \[m\],
@@ -224,6 +228,18 @@ pub struct PoseTuning {
     pub bearings: f64,
     /// Standard deviation of the specimen's middle about the plate's \[m\].
     pub off_sigma_m: f64,
+    /// What is no likelier a drape than this is none \[nats\].
+    pub least_nats: f64,
+    /// What is likelier than this, away from the drape, is another \[nats\]:
+    pub least_another_nats: f64,
+    /// so far away, in sides of the specimen; nearer there is only the first one's cloth.
+    pub apart_sides: f64,
+    /// With this share of a scene on wide planes and no place for a drape, there is nothing else.
+    pub only_wide: f64,
+    /// Times that the plate's axis is looked for under a coarse sheet at most,
+    pub centrings: usize,
+    /// until it moves by less than this \[m\].
+    pub centred_m: f64,
 }
 
 /// Cutting away what closes a mesh from below (`underside`).
@@ -288,6 +304,10 @@ pub struct FrameTuning {
     /// Fewest cells of a floor beyond half a side from the axis: cloth hanging level would
     /// be narrower.
     pub least_wide_cells: usize,
+    /// Bearings of twelve on which a floor must be seen,
+    pub least_around: usize,
+    /// farther than this from the axis, in plate radii.
+    pub around_radii: f64,
 }
 
 /// Cutting the scene to the cloth, and smoothing it (`cloth`).
@@ -522,13 +542,10 @@ pub struct OriginTuning {
     pub least_bearings: usize,
     /// The depths at which radii are read \[m\].
     pub depths_m: [f64; 2],
-    /// Where the cloth's height tells the plate's, in plate radii: just inside the edge.
+    /// The plate is flat up to this radius, in its own: its edge is rounded.
     pub face_radii: f64,
-    /// The cloth lifts off the plate before it bends over the edge, there by this much
-    /// \[m\]: 0.1 to 0.3 mm over simulated drapes from soft to stiff.
-    pub lift_m: f64,
-    /// The gentlest share of the bearings tells the height of the face.
-    pub gentlest: f64,
+    /// The cloth lies on the plate on this share of the bearings at least, there lowest.
+    pub touching: f64,
     /// Bearings of one fold err together: so many of them count as one.
     pub together: f64,
     /// The harmonics above the first take up most of the scatter: this share of it is left
@@ -679,9 +696,6 @@ pub struct LimitTuning {
     pub plate_reads: f64,
     /// Points farther apart than this are to blame for cloth and rim that are not seen \[m\].
     pub sparse_m: f64,
-    /// Of a flat patch: the cloth must fall away on this share of what a plate needs, for points
-    /// far apart to be to blame that it is none.
-    pub nearly_falling: f64,
     /// Distance between points that is enough \[m\].
     pub needed_m: f64,
     /// With sparse points the flattened cloth reads shorter, down to this share.
@@ -738,6 +752,7 @@ const SHIPPED: Tuning = Tuning {
         hanging_radii: 0.5,              // d: rims hang 1.2 deep and more; tables are higher
         cells_per_area: 1.5,             // d: the mean of |cos| over three axes
         most_measured: 6,                // c: time
+        most_at_one_drape: 3,            // c: the plate, and the backs of folds
         measurements: 6,                 // c
         round_radii: [0.7, 1.2],         // m: edges of stiff cloth are read 8 mm too far in
         most_near: 100_000,              // c: time
@@ -751,6 +766,7 @@ const SHIPPED: Tuning = Tuning {
         layer_within: 0.85,              // c
         layer_bin_m: 0.4e-3,             // c
         layer_share: 0.04,               // c
+        layer_apart_m: 3e-3,             // m: passes of a depth camera drift by 1 to 2 mm
         layer_valley: 0.6,               // c
         outside_higher_m: 1.2e-3,        // d: stiff cloth's arch rises outward by less
         outside_noises: 4.0,             // c
@@ -766,7 +782,13 @@ const SHIPPED: Tuning = Tuning {
         near_sigmas: 2.5,             // c
         anywhere_m: 0.237,            // d
         bearings: 20.0,               // c
-        off_sigma_m: 15e-3,           // c
+        off_sigma_m: 10e-3,           // c
+        least_nats: 0.0,              // d: as likely as not
+        least_another_nats: 20.0,     // m: drapes 40 to 59, anything else 28 and less
+        apart_sides: 0.53,            // d: rims reach 0.5, stiff corners more, but narrow
+        only_wide: 0.8,               // c
+        centrings: 3,                 // c
+        centred_m: 1.5e-3,            // c
     },
     underside: UndersideTuning {
         sure: 0.93,                                              // m
@@ -795,6 +817,8 @@ const SHIPPED: Tuning = Tuning {
         on_floor_m: 2e-3,           // c
         on_floor_noises: 2.0,       // c
         least_wide_cells: 200,      // c
+        least_around: 8,            // c
+        around_radii: 1.5,          // c
     },
     cloth: ClothTuning {
         cell_m: 2.0e-3,             // d
@@ -903,9 +927,8 @@ const SHIPPED: Tuning = Tuning {
         bearings: 72,           // c
         least_bearings: 48,     // c
         depths_m: [1e-3, 4e-3], // m
-        face_radii: 0.88,       // c
-        lift_m: 0.15e-3,        // m
-        gentlest: 0.25,         // m
+        face_radii: 0.95,       // d
+        touching: 0.25,         // c
         together: 4.0,          // c
         folds_share: 0.3,       // m
         least_sigma_m: 0.06e-3, // m
@@ -962,7 +985,6 @@ const SHIPPED: Tuning = Tuning {
         size_noises: 4.0,                  // m
         plate_reads: 0.98,                 // m
         sparse_m: 2.8e-3,                  // m
-        nearly_falling: 0.5,               // c
         needed_m: 2.5e-3,                  // m
         sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c

@@ -305,13 +305,14 @@ impl Figures {
 }
 
 impl Given {
-    fn of(options: &ScanOptions, noise_m: f64) -> Self {
+    /// For a scan of this noise, which leaves `on_plate_m` of itself on the smoothed surface.
+    fn of(options: &ScanOptions, noise_m: f64, on_plate_m: f64) -> Self {
         Self {
             side_m: options.specimen_side_m,
             plate_radius_m: options.plate_radius_m,
             least_observed: options.least_observed(noise_m),
             longest_gap_m: options.longest_gap_m(noise_m),
-            most_misfit_m: options.most_misfit_m(noise_m),
+            most_misfit_m: options.most_misfit_m(on_plate_m),
             most_uneven_m: options.most_uneven_m(noise_m),
             most_unexplained_m2: options.max_unexplained_m2,
         }

@@ -10,7 +10,7 @@ use super::placed::Placed;
 
 /// What speaks for a place. Shares of 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(in crate::scan) struct Evidence {
+pub(super) struct Evidence {
     /// Of the disc's cells, those that have level points.
     pub filled: f64,
     /// Level points outside of the disc, in those that it would take to fill it.

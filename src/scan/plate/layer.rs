@@ -141,7 +141,9 @@ fn gap(counts: &[f64], tuning: &PlateTuning) -> Option<usize> {
         let peak = smooth[k].min(smooth[first]);
         // Counts scatter by their roots: what is no lower than that is no gap.
         let at_most = smooth[emptiest] + 2.0 * smooth[emptiest].max(1.0).sqrt();
-        if smooth[k] > least && at_most < tuning.layer_valley * peak {
+        // Passes that drift against each other make layers too, but nearer ones.
+        let apart = (k - first) as f64 * tuning.layer_bin_m >= tuning.layer_apart_m;
+        if apart && smooth[k] > least && at_most < tuning.layer_valley * peak {
             return Some(emptiest);
         }
     }

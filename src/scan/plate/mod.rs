@@ -19,31 +19,41 @@ mod seek;
 mod skirt;
 mod wide;
 
-pub(super) use evidence::Evidence;
 pub(super) use measure::{Plate, level};
 pub(super) use placed::Placed;
 pub(super) use skirt::Skirt;
 
+use rayon::prelude::*;
+
+use super::hints::Hints;
 use super::options::ScanOptions;
 use crate::base::Point3;
 use measure::measure;
+use seek::Sought;
 
 /// A place in a scene that may be a plate with a drape on it.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     /// The plate, if it is one.
     pub plate: Plate,
-    /// What speaks for it.
-    pub evidence: Evidence,
 }
 
-/// The places in a scene of points \[m\] that look most like a plate with a drape on it, the
-/// best first.
-pub(super) fn places(points: &[Point3], options: &ScanOptions) -> Vec<Place> {
+/// Where in a scene a drape may be.
+pub(super) struct Places {
+    /// The places, those that look most like a drape first.
+    pub places: Vec<Place>,
+    /// Share of the scene's surfaces that are planes wider than the specimen.
+    pub wide_share: f64,
+}
+
+/// The places in a scene of points \[m\] that look most like a plate with a drape on it, of
+/// those that the caller allows.
+pub(super) fn places(points: &[Point3], hints: &Hints, options: &ScanOptions) -> Places {
     let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
-    let measured = seek::candidates(points, options).into_iter().filter_map(|candidate| {
-        let plate = measure(points, &candidate, radius_m, tuning)?;
-        Some(Place { plate, evidence: candidate.evidence })
-    });
-    measured.collect()
+    let Sought { candidates, wide_share } = seek::candidates(points, hints, options);
+    let measured = candidates
+        .par_iter()
+        .filter_map(|candidate| measure(points, candidate, radius_m, tuning))
+        .filter(|plate| hints.allow(&plate.centre, &plate.up));
+    Places { places: measured.map(|plate| Place { plate }).collect(), wide_share }
 }

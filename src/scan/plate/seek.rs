@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::super::downsample::voxel_downsample;
+use super::super::hints::Hints;
 use super::super::neighbours::Neighbours;
 use super::super::options::ScanOptions;
 use super::super::plane::{horizontal_axes, principal};
@@ -33,13 +34,20 @@ pub(super) struct Candidate {
 impl Candidate {
     /// Whether both are the same place with the same side up.
     pub fn is_near(&self, other: &Self, radius_m: f64) -> bool {
-        (self.centre - other.centre).norm() < 0.3 * radius_m && self.up.dot(&other.up) > 0.9
+        (self.centre - other.centre).norm() < 0.5 * radius_m && self.up.dot(&other.up) > 0.9
     }
 }
 
-/// The flat discs that look most like a plate with a drape on it: the best first, each place
-/// once.
-pub(super) fn candidates(points: &[Point3], options: &ScanOptions) -> Vec<Candidate> {
+/// What is found in a scene.
+pub(super) struct Sought {
+    /// The flat discs that look most like a plate with a drape on it: the best first.
+    pub candidates: Vec<Candidate>,
+    /// Share of the downsampled points that lie on planes wider than the specimen.
+    pub wide_share: f64,
+}
+
+/// The flat discs that look most like a plate with a drape on it, of those that may be one.
+pub(super) fn candidates(points: &[Point3], hints: &Hints, options: &ScanOptions) -> Sought {
     let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
     let side_m = options.specimen_side_m;
     let stride = points.len().div_ceil(tuning.most_coarse).max(1);
@@ -47,21 +55,32 @@ pub(super) fn candidates(points: &[Point3], options: &ScanOptions) -> Vec<Candid
     let cell_m = radius_m * tuning.coarse_cell_radii;
     let coarse = voxel_downsample(&some, None, cell_m).points;
     let tree = Neighbours::new(&coarse);
-    let wide =
-        on_wide_planes(&coarse, &tree, tuning.wide_sides * side_m, options.seed, tuning);
-    let narrow = coarse.iter().zip(wide).filter(|(_, wide)| !wide);
+    let wide = on_wide_planes(&coarse, &tree, tuning.wide_sides * side_m, options.seed, tuning);
+    let narrow = coarse.iter().zip(&wide).filter(|(_, wide)| !**wide);
     let narrow: Vec<Point3> = narrow.map(|(p, _)| *p).collect();
     let seeds = voxel_downsample(&narrow, None, radius_m * tuning.seed_cell_radii).points;
     let narrow_tree = &Neighbours::new(&narrow);
     let (points, tree, narrow) = (&coarse, &tree, &narrow);
     let search = Search { points, tree, narrow, narrow_tree, radius_m, side_m, cell_m, tuning };
     let patches: Vec<Patch> = seeds.par_iter().flat_map_iter(|seed| search.patches(seed)).collect();
-    let different = different(&patches, tuning.same_radii * radius_m);
+    let mut different = different(&patches, tuning.same_radii * radius_m);
+    different.retain(|patch| hints.allow(&patch.centre, &patch.up));
     let mut found: Vec<Candidate> = different.par_iter().map(|patch| search.judge(patch)).collect();
     found.sort_by(|a, b| b.evidence.score().total_cmp(&a.evidence.score()));
+    let wide_share = wide.iter().filter(|wide| **wide).count() as f64 / wide.len().max(1) as f64;
+    Sought { candidates: apart(found, side_m, radius_m, tuning), wide_share }
+}
+
+/// The first few candidates, each place once, and no more than some about one drape, so that
+/// another one's is among them.
+fn apart(found: Vec<Candidate>, side_m: f64, radius_m: f64, tuning: &PlateTuning) -> Vec<Candidate> {
     let mut apart: Vec<Candidate> = Vec::new();
     for candidate in found {
-        if apart.len() < tuning.most_measured && !apart.iter().any(|a| a.is_near(&candidate, radius_m)) {
+        let near = |other: &&Candidate| (other.centre - candidate.centre).norm() < 0.5 * side_m;
+        if apart.len() < tuning.most_measured
+            && apart.iter().filter(near).count() < tuning.most_at_one_drape
+            && !apart.iter().any(|other| other.is_near(&candidate, radius_m))
+        {
             apart.push(candidate);
         }
     }
