@@ -294,10 +294,10 @@ pub(super) const D435: Profile = Profile {
     camera: Camera { width: 640, height: 480, focal_px: 631.5 }, // R, F
     range_m: [0.25, 1.2],                                        // F, furthest: g
     axial_m: 0.0,                                                // R
-    axial_growth_per_m: 5.43e-3,                                 // R: 1.1 mm at 0.45 m, z^2
+    axial_growth_per_m: 6.4e-3,                                  // R: 1.2 mm at 0.45 m, z^2
     axial_best_m: 0.0,                                           // R
-    axial_incidence_m15: 0.09e-3,                                // N, scaled to 1.1 mm
-    smooth: [Smooth { share: 0.30, sigma_px: 1.0 }, Smooth { share: 0.68, sigma_px: 3.0 }], // R
+    axial_incidence_m15: 0.09e-3,                                // N, scaled as the noise is
+    smooth: [Smooth { share: 0.20, sigma_px: 1.3 }, Smooth { share: 0.80, sigma_px: 3.1 }], // R
     depth_unit_m: 1e-3,                                          // F, R
     flying_fraction: 0.3,                                        // g
     grazing_rad: [65_f64.to_radians(), 82_f64.to_radians()],     // g

@@ -3,7 +3,8 @@
 //! In: depths row by row \[m\], NaN where nothing was measured; the side of a window \[pixels\].
 //! Out: the standard deviation of what is left about a quadratic in each window, and how it is
 //! correlated over pixels. Windows with a missing pixel do not count, nor those with more than
-//! 1.5 times the lower quartile's residual, which hold edges.
+//! 1.5 times the lower quartile's residual, which hold edges. Outliers, more than five standard
+//! deviations off by the median residual, are counted and left out of both.
 //!
 //! Limits: a quadratic takes up what is smoother than the window, so both figures are below
 //! those of the noise itself; with windows of 32 pixels and noise that is smooth over 5, by a
@@ -11,6 +12,8 @@
 
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
+
+use crate::numeric::robust;
 
 /// Distances at which [`DepthNoise::autocorrelation`] is taken \[pixels\].
 pub const LAGS_PX: [usize; 4] = [1, 2, 4, 8];
@@ -26,6 +29,8 @@ pub struct DepthNoise {
     pub autocorrelation: [f64; 4],
     /// Mean depth of the windows \[m\].
     pub depth_m: f64,
+    /// Share of the pixels that are outliers.
+    pub outliers: f64,
     /// Windows that counted.
     pub windows: usize,
 }
@@ -38,6 +43,7 @@ struct Sums {
     products: [f64; 4],
     pairs: [f64; 4],
     depth: f64,
+    outliers: f64,
     windows: usize,
 }
 
@@ -70,7 +76,8 @@ impl DepthNoise {
         Some(Self {
             sigma_m: variance.sqrt(),
             autocorrelation: std::array::from_fn(share),
-            depth_m: sum.depth / sum.pixels,
+            depth_m: sum.depth / (sum.pixels + sum.outliers),
+            outliers: sum.outliers / (sum.pixels + sum.outliers),
             windows: sum.windows,
         })
     }
@@ -88,6 +95,7 @@ impl Sums {
             products: std::array::from_fn(|k| self.products[k] + other.products[k]),
             pairs: std::array::from_fn(|k| self.pairs[k] + other.pairs[k]),
             depth: self.depth + other.depth,
+            outliers: self.outliers + other.outliers,
             windows: self.windows + other.windows,
         }
     }
@@ -120,24 +128,47 @@ fn window(image: &[f64], width: usize, [top, left]: [usize; 2], side: usize) -> 
     for row in 0..side {
         residuals.extend((0..side).map(|column| at(row, column) - terms(row, column).dot(&found)));
     }
-    let mut sums = Sums { depth, pixels: (side * side) as f64, windows: 1, ..Sums::default() };
-    sums.squares = residuals.iter().map(|r| r * r).sum();
+    Some(Sums { depth, windows: 1, ..sums(&without_outliers(residuals)?, side) })
+}
+
+/// The residuals, NaN in place of outliers.
+fn without_outliers(residuals: Vec<f64>) -> Option<Vec<f64>> {
+    const OUTLIER_SIGMAS: f64 = 5.0;
+    const SIGMA_PER_MEDIAN: f64 = 1.4826;
+    let median = robust::median(residuals.iter().map(|r| r.abs()).collect())?;
+    // Depths that step have a median of zero where the steps are wide: then nothing is left out.
+    let most =
+        if median > 0.0 { OUTLIER_SIGMAS * SIGMA_PER_MEDIAN * median } else { f64::INFINITY };
+    Some(residuals.into_iter().map(|r| if r.abs() > most { f64::NAN } else { r }).collect())
+}
+
+/// Sums over the residuals of a window and over their pairs.
+fn sums(residuals: &[f64], side: usize) -> Sums {
+    let fit = |r: &&f64| r.is_finite();
+    let pixels = residuals.iter().filter(fit).count() as f64;
+    let outliers = residuals.len() as f64 - pixels;
+    let mut sums = Sums { pixels, outliers, ..Sums::default() };
+    sums.squares = residuals.iter().filter(fit).map(|r| r * r).sum();
+    let mut pair = |k: usize, a: f64, b: f64| {
+        if a.is_finite() && b.is_finite() {
+            sums.products[k] += a * b;
+            sums.pairs[k] += 1.0;
+        }
+    };
     for (k, lag) in LAGS_PX.into_iter().enumerate() {
         for row in 0..side {
             for column in 0..side {
                 let here = residuals[row * side + column];
                 if column + lag < side {
-                    sums.products[k] += here * residuals[row * side + column + lag];
-                    sums.pairs[k] += 1.0;
+                    pair(k, here, residuals[row * side + column + lag]);
                 }
                 if row + lag < side {
-                    sums.products[k] += here * residuals[(row + lag) * side + column];
-                    sums.pairs[k] += 1.0;
+                    pair(k, here, residuals[(row + lag) * side + column]);
                 }
             }
         }
     }
-    Some(sums)
+    sums
 }
 
 #[cfg(test)]
@@ -155,15 +186,17 @@ mod tests {
             .map(|k| {
                 let (x, y) = ((k % width) as f64, (k / width) as f64);
                 let noise: f64 = StandardNormal.sample(&mut rng);
-                // A step of 50 mm in the last columns, and a pixel that is missing.
+                // A step of 50 mm in the last columns, a pixel that is missing, and outliers.
                 let step = if x > 230.0 { 0.05 } else { 0.0 };
                 let bent = 0.4 + 1e-4 * x + 2e-6 * x * y;
-                if k == 300 { f64::NAN } else { bent + step + 1e-3 * noise }
+                let off = if k % 1000 == 7 { 0.03 } else { 0.0 };
+                if k == 300 { f64::NAN } else { bent + step + off + 1e-3 * noise }
             })
             .collect();
         let found = DepthNoise::of(&depths, width, 32).unwrap();
         assert_eq!(found.windows, 7 * 6 - 1);
         assert!((found.sigma_m / 1e-3 - 1.0).abs() < 0.02, "{found:?}");
+        assert!((found.outliers / 1e-3 - 1.0).abs() < 0.2, "{found:?}");
         assert!(found.autocorrelation.iter().all(|c| c.abs() < 0.03), "{found:?}");
     }
 

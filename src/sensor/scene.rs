@@ -218,12 +218,14 @@ impl Scene {
         }
         let lowest = vertices.iter().map(|p| p.y).fold(0.0, f64::min);
         let stand = &self.stand;
+        // Under the cloth there is room for a plate, where there is one.
+        let above_m = if stand.support == Support::Nothing { 0.0 } else { stand.plate_thickness_m };
         let sizes = [
             ("plate_radius_m", stand.plate_radius_m, 1e-3, 1.0),
             ("plate_thickness_m", stand.plate_thickness_m, 1e-4, 0.1),
             ("plate_rounding_m", stand.plate_rounding_m, 0.0, stand.plate_thickness_m),
             ("pedestal_radius_m", stand.pedestal_radius_m, 1e-4, stand.plate_radius_m),
-            ("floor_y_m", stand.floor_y_m, -2.0, lowest - stand.plate_thickness_m),
+            ("floor_y_m", stand.floor_y_m, -2.0, lowest - above_m),
             ("floor_radius_m", stand.floor_radius_m, 0.0, 10.0),
         ];
         match sizes.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {

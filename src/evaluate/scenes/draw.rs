@@ -59,7 +59,8 @@ impl Drawn {
         let place = index as usize;
         let cause = causes[place % causes.len()];
         // Each cause meets each sensor.
-        let mut profile = sensors[(place / causes.len() + place) % sensors.len()].clone();
+        let turn = place / causes.len() + place % causes.len();
+        let mut profile = sensors[turn % sensors.len()].clone();
         profile.unit_m = if rng.random() { 1.0 } else { 1e-3 };
         let stand = *StandKind::ALL.choose(&mut rng).unwrap_or(&StandKind::Column);
         // Only a post can be held from far below, without a floor.

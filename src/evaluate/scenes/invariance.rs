@@ -59,10 +59,15 @@ pub(super) fn variants(made: &Made, base: &Result<ScannedBoundary, ScanError>) -
     all.into_iter().map(ask).collect()
 }
 
+/// The scan without its views, which take memory.
+fn cloud_of(made: &Made) -> VirtualScan {
+    let VirtualScan { ref cloud, truth, .. } = made.scan;
+    VirtualScan { views: Vec::new(), cloud: cloud.clone(), truth }
+}
+
 /// The points that fit where they lie in the simulation frame.
 fn kept(made: &Made, fits: impl Fn(&Point3) -> bool) -> VirtualScan {
-    let mut scan = made.scan.clone();
-    scan.views.clear();
+    let mut scan = cloud_of(made);
     let truth = scan.truth;
     keep(&mut scan, |p| fits(&truth.to_simulation_m(p)));
     scan
@@ -82,8 +87,7 @@ fn drape_alone(made: &Made) -> VirtualScan {
 
 /// Two more boxes on the floor, as dense as the cloud, 300 to 500 mm from the axis.
 fn with_clutter(made: &Made) -> VirtualScan {
-    let mut scan = made.scan.clone();
-    scan.views.clear();
+    let mut scan = cloud_of(made);
     let mut rng = seed::rng(made.drawn.seed, "invariance-clutter", 0);
     let floor_y_m = made.floor_y_m.unwrap_or(-0.3);
     let profile = &made.drawn.profile;
@@ -112,8 +116,7 @@ fn with_clutter(made: &Made) -> VirtualScan {
 
 /// The cloud in another frame of the scanner's.
 fn turned(made: &Made) -> VirtualScan {
-    let mut scan = made.scan.clone();
-    scan.views.clear();
+    let mut scan = cloud_of(made);
     let mut rng = seed::rng(made.drawn.seed, "invariance-turn", 0);
     let normals = nalgebra::Vector4::from_fn(|_, _| -> f64 { StandardNormal.sample(&mut rng) });
     let rotation = UnitQuaternion::from_quaternion(nalgebra::Quaternion::from(normals));

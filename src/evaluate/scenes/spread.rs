@@ -25,7 +25,7 @@ const VERTICES: usize = 61;
 const GAP_M: f64 = 1e-3;
 const STEPS: usize = 240;
 const STEP_S: f64 = 1.0 / 120.0;
-const ITERATIONS: usize = 12;
+const ITERATIONS: usize = 20;
 
 /// The sheet, the solid that it lies on, and the floor's height \[m\].
 pub(super) fn spread_over(under: Under) -> (Mesh, Option<Solid>, f64) {
@@ -81,6 +81,14 @@ impl Lengths {
         Self(pairs.into_iter().map(length).collect())
     }
 
+    /// Of a flat square grid along its threads alone: the cells may shear.
+    fn along_threads(mesh: &Mesh) -> Self {
+        let cell_m = SPECIMEN_SIDE_M / (VERTICES - 1) as f64;
+        let mut all = Self::of(mesh);
+        all.0.retain(|(_, _, length)| *length < 1.1 * cell_m);
+        all
+    }
+
     /// Moves the vertices once towards these lengths; those of no weight stay.
     pub(super) fn restore(&self, vertices: &mut [Point3], weight: impl Fn(usize) -> f64) {
         for &(a, b, length) in &self.0 {
@@ -96,51 +104,57 @@ impl Lengths {
         }
     }
 
-    /// Largest relative change of a length.
+    /// The relative change that this share of the lengths does not exceed.
     #[cfg(test)]
-    pub(super) fn worst_strain(&self, vertices: &[Point3]) -> f64 {
+    pub(super) fn strain_of(&self, vertices: &[Point3], share: f64) -> f64 {
         let strain = |&(a, b, length): &(usize, usize, f64)| {
             ((vertices[a] - vertices[b]).norm() / length - 1.0).abs()
         };
-        self.0.iter().map(strain).fold(0.0, f64::max)
+        let strains = self.0.iter().map(strain).collect();
+        crate::numeric::robust::quantile(strains, share).unwrap_or(f64::NAN)
     }
 }
 
 /// Lets the sheet fall onto the solid and the floor, with friction.
 fn fall(mesh: &mut Mesh, solid: &Solid, floor_y: f64) {
     const DAMPED: f64 = 0.97;
-    const RUBBED: f64 = 0.3;
-    let lengths = Lengths::of(mesh);
+    const RUBBED: f64 = 0.5;
+    let lengths = Lengths::along_threads(mesh);
     let mut before = mesh.vertices.clone();
     for _ in 0..STEPS {
         let start = mesh.vertices.clone();
         for (now, old) in mesh.vertices.iter_mut().zip(&before) {
             *now += (*now - old) * DAMPED - Vector3::y() * (9.81 * STEP_S * STEP_S);
         }
+        let mut touches = vec![false; mesh.vertices.len()];
         for _ in 0..ITERATIONS {
             lengths.restore(&mut mesh.vertices, |_| 1.0);
-            for (now, old) in mesh.vertices.iter_mut().zip(&start) {
-                let inside = GAP_M - solid.distance_m(now);
-                if inside > 0.0 {
-                    *now += outward(solid, now) * inside;
-                    *now += (old - *now) * RUBBED;
-                }
-                if now.y < floor_y + GAP_M {
-                    now.y = floor_y + GAP_M;
-                    *now += (Point3::new(old.x, now.y, old.z) - *now) * RUBBED;
-                }
+            for (now, touches) in mesh.vertices.iter_mut().zip(&mut touches) {
+                *touches |= keep_out(now, solid, floor_y);
             }
+        }
+        // Friction once a step: more often, it would hold against the lengths.
+        let moved = mesh.vertices.iter_mut().zip(&start).zip(touches);
+        for ((now, old), _) in moved.filter(|(_, touches)| *touches) {
+            *now += Vector3::new(old.x - now.x, 0.0, old.z - now.z) * RUBBED;
         }
         before = start;
     }
     // The last word is the contact's: no vertex lies in the solid.
     for now in &mut mesh.vertices {
-        let inside = GAP_M - solid.distance_m(now);
-        if inside > 0.0 {
-            *now += outward(solid, now) * inside;
-        }
-        now.y = now.y.max(floor_y + GAP_M);
+        keep_out(now, solid, floor_y);
     }
+}
+
+/// Moves a vertex out of the solid and the floor; whether it was in one.
+fn keep_out(now: &mut Point3, solid: &Solid, floor_y: f64) -> bool {
+    let inside = GAP_M - solid.distance_m(now);
+    if inside > 0.0 {
+        *now += outward(solid, now) * inside;
+    }
+    let sunk = now.y < floor_y + GAP_M;
+    now.y = now.y.max(floor_y + GAP_M);
+    inside > 0.0 || sunk
 }
 
 /// The direction in which the distance from a solid grows.
@@ -164,8 +178,8 @@ mod tests {
             assert!(deepest > 0.5e-3, "{under:?}: {deepest}");
             let lowest = mesh.vertices.iter().map(|p| p.y).fold(1.0, f64::min);
             assert!(lowest < -0.05 && lowest > floor_y, "{under:?}: {lowest}");
-            let strain = Lengths::of(&flat(0.0)).worst_strain(&mesh.vertices);
-            assert!(strain < 0.35, "{under:?}: {strain}");
+            let strain = Lengths::along_threads(&flat(0.0)).strain_of(&mesh.vertices, 0.95);
+            assert!(strain < 0.15, "{under:?}: {strain}");
         }
     }
 }

@@ -204,7 +204,7 @@ impl Moved {
 impl Record {
     /// Names of the columns of [`Self::row`].
     pub const COLUMNS: &'static str = "index, sensor, stand, scene, drape, bending_length_mm, views, unit, points, rim_seen, cause, \
-         outcome, rim_mean_mm, rim_largest_mm, rms_mm, sigma_mm, seconds, message";
+         outcome, rim_mean_mm, rim_largest_mm, deformed_mm, rms_mm, sigma_mm, seconds, message";
 
     /// As a row of a table.
     #[must_use]
@@ -215,15 +215,15 @@ impl Record {
             Outcome::Answered {
                 rim_mean_mm,
                 rim_largest_mm,
+                deformed_mm,
                 rms_and_sigma_mm: [rms, sigma],
-                ..
             } => {
-                let numbers =
-                    format!("{rim_mean_mm:.2}, {rim_largest_mm:.2}, {rms:.2}, {sigma:.2}");
+                let numbers = [rim_mean_mm, rim_largest_mm, deformed_mm, rms, sigma];
+                let numbers = numbers.map(|mm| format!("{mm:.2}")).join(", ");
                 format!("answered, {numbers}, {:.1}, ", self.seconds)
             }
             Outcome::Refused { error, message, .. } => {
-                format!("{error}, , , , , {:.1}, {}", self.seconds, message.replace(", ", "; "))
+                format!("{error}, , , , , , {:.1}, {}", self.seconds, message.replace(", ", "; "))
             }
         };
         format!(

@@ -3,7 +3,9 @@ use super::*;
 use crate::fabric::Mixture;
 use crate::sim::{Drop, SimOptions, drape};
 
+/// Two drapes, made once for all tests.
 fn kept() -> Vec<KeptDrape> {
+    static KEPT: std::sync::OnceLock<Vec<KeptDrape>> = std::sync::OnceLock::new();
     let of = |prior: Mixture, index: u64| {
         let fabric = prior.sample(3, index).unwrap();
         let mesh = drape(&fabric, &Drop::canonical(), &SimOptions::default()).mesh();
@@ -11,7 +13,8 @@ fn kept() -> Vec<KeptDrape> {
         let name = format!("{}-{index}", prior.name());
         KeptDrape { name, mesh, rim, fabric: Some(fabric) }
     };
-    vec![of(Mixture::measured(), 0), of(Mixture::knit_2020(), 1)]
+    let both = || vec![of(Mixture::measured(), 0), of(Mixture::knit_2020(), 1)];
+    KEPT.get_or_init(both).clone()
 }
 
 /// A sensor with few pixels and a coarse cloud, for tests of the flow.
@@ -29,18 +32,17 @@ fn series(broken: bool, scenes: std::ops::Range<u64>) -> Series {
 
 #[test]
 fn scenes_go_by_seed_and_number_alone() {
-    let all = series(false, 0..6).run(|_| ()).unwrap();
-    let some = series(false, 3..5).run(|_| ()).unwrap();
-    for (a, b) in all[3..5].iter().zip(&some) {
+    let all = series(false, 0..4).run(|_| ()).unwrap();
+    let some = series(false, 3..4).run(|_| ()).unwrap();
+    for (a, b) in all[3..4].iter().zip(&some) {
         assert_eq!(
             (a.points, &a.outcome, &a.stand, &a.scene),
             (b.points, &b.outcome, &b.stand, &b.scene)
         );
     }
-    assert!(all.iter().any(|r| r.unit == "m") && all.iter().any(|r| r.unit == "mm"));
     assert!(all.iter().all(|r| (6..=40).contains(&r.views) || r.rim_seen > 0.9));
     for sensor in ["handheld", "phone"] {
-        assert_eq!(all.iter().filter(|r| r.sensor == sensor).count(), 3);
+        assert_eq!(all.iter().filter(|r| r.sensor == sensor).count(), 2);
     }
 }
 
