@@ -611,9 +611,21 @@ pub(crate) struct Augment {
     /// `boundary` finds
     #[arg(long = "as", value_name = "FORM", value_enum, default_value = "ply")]
     pub(crate) form: AugmentForm,
-    /// Kind of sensor: ideal, structured-light, truedepth, consumer
+    /// Kind of sensor: ideal, structured-light, truedepth, consumer, phone, d435, handheld; the last three have the noise
+    /// of real recordings
     #[arg(long, default_value = "structured-light")]
     pub(crate) profile: String,
+    /// What carries the plate: post, can, column, box, glass; its sizes are drawn for each scan. The stand of the experiment if
+    /// not given
+    #[arg(long, value_name = "STAND", conflicts_with = "even")]
+    pub(crate) stand: Option<String>,
+    /// What is around: bare (no floor), table, open (a wide floor), and on a wide floor clutter, hand, wall, lamp; drawn for
+    /// each scan
+    #[arg(long, value_name = "SCENE", conflicts_with = "even")]
+    pub(crate) scene: Option<String>,
+    /// Radius to which the plate's edge is rounded [mm]; 1 to 5 drawn for a --stand if not given
+    #[arg(long, value_name = "MM", conflicts_with = "even", value_parser = rounding_mm)]
+    pub(crate) rounded: Option<f64>,
     /// Unit of the clouds; `either` draws one for each
     #[arg(long, value_enum, default_value = "profile")]
     pub(crate) unit: AugmentUnit,
@@ -633,6 +645,14 @@ pub(crate) struct Augment {
     pub(crate) count: u64,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
+}
+
+/// A plate's rounding, 0 for a sharp edge.
+fn rounding_mm(text: &str) -> Result<f64, String> {
+    const MOST_MM: f64 = 10.0;
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    let fits = (0.0..=MOST_MM).contains(&value);
+    if fits { Ok(value) } else { Err(format!("{value} mm; it must lie in 0 to {MOST_MM} mm")) }
 }
 
 /// [`Form`] as a flag.
@@ -770,6 +790,9 @@ pub(crate) enum Evaluate {
     Redrape(Redrape),
     /// The estimate on canonical and on perturbed drops, seen clean and by sensors, of the shipped network and of others beside it
     Sensors(Sensors),
+    /// Scenes drawn blind: sensor x stand x surroundings x fabric x views x unit, each through the scan path; or scenes that are
+    /// wrong in a known way, and what the refusals say of them
+    Scenes(Box<Scenes>),
     /// The paper's Table 3 beside ours from the model's record, each with the size of its data.
     Table3 {
         /// Recompute ours on this folder of `generate`, of another seed than the model's
@@ -961,6 +984,51 @@ pub(crate) struct Sensors {
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Vec<PathBuf>,
     /// Print the cells as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `evaluate scenes`.
+#[derive(Debug, Args)]
+pub(crate) struct Scenes {
+    /// Folder of drapes that is kept from run to run; OBJ files of a square grid of vertices, mm, simulation frame
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) drapes: PathBuf,
+    /// Only fill the folder with so many fabrics, half from the prior `measured`, half from `knit-2020`; those that are there are
+    /// kept. A drape takes minutes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) make_drapes: Option<u64>,
+    /// Vertices a side of the drapes that are made
+    #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(61..=241))]
+    pub(crate) vertices: u32,
+    /// Scenes
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first scene, or the first fabric for --make-drapes: several runs may share the work
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of the scenes, or of the fabrics for --make-drapes
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Sensor profiles, in turn; as for `augment --profile`
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "handheld,phone,d435",
+        value_name = "PROFILES"
+    )]
+    pub(crate) sensors: Vec<String>,
+    /// Scenes that are to be refused, each cause in its turn: half a drape, a touching fold, a crease, passes apart, a missing
+    /// side, too coarse, a wrong focal length, no plate, a table, a board, a box, two drapes
+    #[arg(long)]
+    pub(crate) broken: bool,
+    /// Also ask each cloud without its floor, cropped to the drape, with more boxes, and turned
+    #[arg(long)]
+    pub(crate) invariance: bool,
+    /// Folder for every scan with its truth, so that a failure can be opened
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) write: Option<PathBuf>,
+    /// Print the records as one line of JSON as well, the last
     #[arg(long)]
     pub(crate) json: bool,
 }

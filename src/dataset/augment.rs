@@ -26,6 +26,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt as _;
 
 use super::drape_file::{DrapeFileError, read_drape, rim_of};
+use super::setting::{Setting, VIEWS};
 use crate::base::boundary::Orientation;
 use crate::base::{Boundary, seed};
 use crate::fabric::params::{self, ParamsError};
@@ -34,7 +35,7 @@ use crate::geom::adjacency::area_vector2;
 use crate::io::{self, OutputError, WriteError, boundary_csv, output};
 use crate::scan::{MarkColor, ScanError, ScanOptions, WarpToward, boundary_from_scan};
 use crate::sensor::{
-    CameraPose, Profile, Scene, SceneError, VirtualScan, default_ring, even, scan,
+    CameraPose, Profile, Scene, SceneError, VirtualScan, default_ring, draw_views, even, scan,
 };
 use crate::sim::{Drop, DropStart, SimOptions, drape};
 
@@ -73,6 +74,8 @@ pub struct AugmentOptions {
     pub form: Form,
     /// The sensor.
     pub profile: Profile,
+    /// What the drapes stand on and among; each variant draws its own.
+    pub setting: Setting,
     /// Unit of clouds.
     pub unit: Unit,
     /// Colour of a mark in the middle of the side to which the warp runs.
@@ -265,7 +268,8 @@ pub fn one_ply(
         return Ok(cloud.points.len());
     }
     let profile = with_unit(options, options.seed);
-    let made = one(mesh.clone(), &profile, options.mark, options.seed)
+    let poses = default_ring();
+    let made = seen(mesh.clone(), &profile, options, poses, options.seed)
         .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
     made.write(path)?;
     truth_beside(&path.with_extension(""), &source, &mesh)?;
@@ -384,12 +388,26 @@ pub fn one(
     mark: Option<MarkColor>,
     seed: u64,
 ) -> Result<VirtualScan, SceneError> {
-    scan(&scene(drape, mark)?, &default_ring(), profile, seed)
+    scan(&marked(Scene::modified_cusick(drape), mark)?, &default_ring(), profile, seed)
 }
 
-/// A drape on its stand, with the mark if one is wanted.
-fn scene(drape: Mesh, mark: Option<MarkColor>) -> Result<Scene, SceneError> {
-    let mut scene = Scene::modified_cusick(drape);
+/// A scan of a drape in its setting: from `usual` poses on the bench of the experiment, from drawn
+/// ones elsewhere.
+fn seen(
+    drape: Mesh,
+    profile: &Profile,
+    options: &AugmentOptions,
+    usual: Vec<CameraPose>,
+    seed: u64,
+) -> Result<VirtualScan, SceneError> {
+    let setting = &options.setting;
+    let scene = marked(setting.scene(drape, profile, seed), options.mark)?;
+    let poses = if setting.is_usual() { usual } else { draw_views(&scene, profile, VIEWS, seed)? };
+    scan(&scene, &poses, profile, seed)
+}
+
+/// The scene with the mark if one is wanted.
+fn marked(mut scene: Scene, mark: Option<MarkColor>) -> Result<Scene, SceneError> {
     if let Some(MarkColor(color)) = mark {
         scene.mark_warp_side(color)?;
     }
@@ -412,8 +430,7 @@ fn variant(
     check_outputs(&stem, ending, source)?;
     let seed = seed_of(options.seed, &source.name, index);
     let profile = with_unit(options, seed);
-    let made = scene(mesh.clone(), options.mark)
-        .and_then(|scene| scan(&scene, &turned_ring(seed), &profile, seed))
+    let made = seen(mesh.clone(), &profile, options, turned_ring(seed), seed)
         .map_err(|error| AugmentError::Scene { path: source.path.clone(), source: error })?;
     let path = match options.form {
         Form::Ply => {

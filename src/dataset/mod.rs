@@ -45,6 +45,7 @@ mod generate;
 mod manifest;
 mod options;
 mod row;
+pub mod setting;
 pub mod sheet_file;
 mod table;
 mod walk;

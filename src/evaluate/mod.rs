@@ -11,6 +11,7 @@ pub mod redrape;
 pub mod refine;
 pub mod rim_noise;
 pub mod scan;
+pub mod scenes;
 pub mod sensors;
 mod setup;
 pub mod soak;

@@ -69,9 +69,9 @@ fn plate(options: &ScanOptions) -> Vec<Refusal> {
         refusal(
             "NoPlate",
             format!(
-                "no flat disc of {:.0} mm radius from which the cloth falls on {:.0} % of its edge",
+                "no level disc of {:.0} mm radius from which a square of {:.0} mm hangs",
                 mm(options.plate_radius_m),
-                100.0 * tuning.falling_limit
+                mm(options.specimen_side_m)
             ),
             "scan from above too; use the plate of this kit; in a cluttered scene say `--plate-near`, `--up` or `--crop`",
         ),

@@ -280,11 +280,11 @@ pub fn figures(found: &Found) -> Vec<String> {
             mm(plate.noise_m)
         )),
         (None, Some(best)) => lines.push(format!(
-            "no plate: the best flat patch has a radius of {:.1} mm ({:.0} expected), the cloth falls away \
-             from {:.0} % of its edge",
-            mm(best.radius_m),
-            mm(found.plate_radius_m),
-            100.0 * best.falling
+            "no drape: at the likeliest place the surface ends short of a square of {:.0} mm on {:.0} % of the bearings, \
+             beyond it on {:.0} %",
+            mm(found.specimen_side_m),
+            100.0 * best.short,
+            100.0 * best.beyond
         )),
         (None, None) => lines.push("no plate".to_owned()),
     }

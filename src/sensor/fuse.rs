@@ -8,6 +8,7 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::profile::Fusion;
 use super::{DepthImage, Profile};
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::geom::Cloud;
@@ -30,6 +31,13 @@ impl VirtualScan {
     #[must_use]
     pub fn unfused(&self) -> Cloud {
         self.truth.to_scanner(all_points(&self.views))
+    }
+
+    /// Fuses the views once more, after something was changed in them; `seed` as for
+    /// [`super::scan`].
+    pub fn fuse_again(&mut self, profile: &Profile, seed: u64) {
+        let fused = fuse(&self.views, &Thinning::of(profile), seed);
+        self.cloud = self.truth.to_scanner(fused);
     }
 
     /// Writes the cloud as PLY and the truth beside it as `<stem>.truth.json`.
@@ -126,11 +134,13 @@ impl Truth {
 pub(super) struct Thinning {
     spacing_m: f64,
     samples_per_point: f64,
+    fusion: Fusion,
 }
 
 impl Thinning {
     pub(super) fn of(profile: &Profile) -> Self {
-        Self { spacing_m: profile.spacing_m, samples_per_point: profile.samples_per_point }
+        let Profile { spacing_m, samples_per_point, fusion, .. } = *profile;
+        Self { spacing_m, samples_per_point, fusion }
     }
 }
 
@@ -143,6 +153,23 @@ struct Voxel {
     /// The least lot of the samples so far.
     lot: u64,
     samples: usize,
+    /// Sums over the samples, for their mean.
+    position: Vector3,
+    color: [f64; 3],
+}
+
+impl Voxel {
+    fn add(&mut self, point: &Point3, color: [u8; 3]) {
+        self.samples += 1;
+        self.position += point.coords;
+        self.color.iter_mut().zip(color).for_each(|(sum, own)| *sum += f64::from(own));
+    }
+
+    /// The mean of its samples.
+    fn mean(&self) -> (Point3, [u8; 3]) {
+        let share = (self.samples as f64).recip();
+        (Point3::from(self.position * share), self.color.map(|sum| (sum * share).round() as u8))
+    }
 }
 
 /// The points of all pixels in the simulation frame \[m\].
@@ -172,9 +199,10 @@ pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> 
         let cell = point.coords.map(|c| (c / thinning.spacing_m).floor());
         let key = [cell.x as i64, cell.y as i64, cell.z as i64];
         let lot: u64 = lots.random();
-        let fresh = Voxel { chosen: index, lot, samples: 0 };
+        let nothing = (Vector3::zeros(), [0.0; 3]);
+        let fresh = Voxel { chosen: index, lot, samples: 0, position: nothing.0, color: nothing.1 };
         let voxel = voxels.entry(key).or_insert(fresh);
-        voxel.samples += 1;
+        voxel.add(point, all.colors[index]);
         if lot < voxel.lot {
             (voxel.chosen, voxel.lot) = (index, lot);
         }
@@ -184,9 +212,10 @@ pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> 
     kept.sort_unstable_by_key(|voxel| voxel.chosen);
     let mut rng = seed::rng(run_seed, "sensor-thin", 0);
     kept.retain(|voxel| rng.random::<f64>() * thinning.samples_per_point < voxel.samples as f64);
-    Cloud {
-        points: kept.iter().map(|voxel| all.points[voxel.chosen]).collect(),
-        colors: kept.iter().map(|voxel| all.colors[voxel.chosen]).collect(),
-        triangles: Vec::new(),
-    }
+    let given = |voxel: &Voxel| match thinning.fusion {
+        Fusion::OneSample => (all.points[voxel.chosen], all.colors[voxel.chosen]),
+        Fusion::Mean => voxel.mean(),
+    };
+    let (points, colors) = kept.iter().map(given).unzip();
+    Cloud { points, colors, triangles: Vec::new() }
 }

@@ -14,28 +14,41 @@
 //! edges, pose errors) are empirical. `profile.rs` says of each size where it is
 //! from.
 //!
-//! Limits: noise is independent from pixel to pixel (that of real consumer
-//! cameras is smooth over a few pixels); no interreflection, no lens distortion,
+//! Limits: the older profiles' noise is independent from pixel to pixel; no interreflection, no lens distortion,
 //! no motion; the cloth is a sheet without thickness, seen from both sides.
 
+mod around;
 mod camera;
+mod correlated;
 mod even;
 mod fuse;
+mod lost;
 mod noise;
+mod passes;
 mod profile;
 mod render;
+mod residual;
 mod scene;
 pub mod silhouette;
+mod solids;
+mod stands;
+mod surroundings;
 mod views;
 
+pub use around::{Seen, draw_views, seen};
 pub use camera::{Camera, CameraPose, Ring, default_ring};
 pub use even::even;
 pub use fuse::{Truth, VirtualScan};
-pub use profile::Profile;
+pub use profile::{Fusion, Profile, Smooth};
 pub use render::DepthImage;
-pub use scene::{Scene, SceneError, Stand, Surface};
+pub use residual::{DepthNoise, LAGS_PX};
+pub use scene::{Scene, SceneError, Stand, Support, Surface, Thing};
+pub use solids::Solid;
+pub use stands::StandKind;
+pub use surroundings::Surroundings;
 
 use fuse::Thinning;
+use passes::Motion;
 use render::Clean;
 use scene::Stage;
 
@@ -51,12 +64,14 @@ pub fn scan(
     seed: u64,
 ) -> Result<VirtualScan, SceneError> {
     let stage = Stage::new(scene)?;
+    let motions = Motion::draw(profile, poses.len(), seed);
     let views: Vec<DepthImage> = poses
         .iter()
+        .zip(&motions)
         .zip(0..)
-        .map(|(pose, view)| {
+        .map(|((pose, motion), view)| {
             let clean = Clean::render(&stage, pose, profile, seed, view);
-            noise::measure(clean, pose, profile, seed, view)
+            noise::measure(clean, pose, motion, profile, seed, view)
         })
         .collect();
     let thinning = Thinning::of(profile);

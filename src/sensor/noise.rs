@@ -1,18 +1,24 @@
 //! From a clean image to a measured one: edges, flying pixels, drop-out, noise,
 //! outliers, holes, steps, and where the camera is believed to be.
+//!
+//! Axial noise is white, or smooth over pixels (`correlated`). What is lost of edges and
+//! surfaces is in `lost`, the poses' errors in `passes`.
 
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;
 
+use super::lost::Lost;
+use super::passes::Motion;
 use super::render::{Clean, Sample};
-use super::{CameraPose, DepthImage, Profile};
+use super::{CameraPose, DepthImage, Profile, correlated};
 use crate::base::{Isometry3, Vector3, seed};
 
-/// Adds the errors of `profile` to the clean image of view number `view`.
+/// Adds the errors of `profile` to the clean image of view number `view`; `motion` is its pass's.
 pub(super) fn measure(
     clean: Clean,
     pose: &CameraPose,
+    motion: &Motion,
     profile: &Profile,
     run_seed: u64,
     view: u64,
@@ -21,31 +27,36 @@ pub(super) fn measure(
     let shifted = shift_edges(clean, profile);
     let mut rng = seed::rng(run_seed, "sensor-view", view);
     let holes = Holes::draw(profile, &mut rng);
-    let pose_believed = believed(pose, profile, &mut rng);
+    let pose_believed = motion.moved(&believed(pose, profile, &mut rng));
+    let lost = Lost::draw(&shifted, profile, run_seed, view);
+    let smooth = correlated::field(profile, &camera, run_seed, view);
     let measure_row = |row: usize| {
         let item = view * camera.height as u64 + row as u64;
         let mut rng = seed::rng(run_seed, "sensor-depth", item);
-        let shifted = &shifted;
-        let holes = &holes;
+        let (shifted, holes, lost, smooth) = (&shifted, &holes, &lost, &smooth);
         (0..camera.width)
             .map(|column| {
                 let index = row * camera.width + column;
-                let sample = shifted.samples[index].filter(|_| !holes.contain(column, row));
-                let depth =
-                    sample.and_then(|s| measure_pixel(shifted, index, s, profile, &mut rng));
+                let sample = shifted.samples[index]
+                    .filter(|s| !holes.contain(column, row) && !lost.has(&camera, index, s));
+                let normal = smooth.as_ref().map(|field| field[index]);
+                let depth = sample
+                    .and_then(|s| measure_pixel(shifted, (index, s), normal, profile, &mut rng));
                 (depth.unwrap_or(f64::NAN), sample.map_or([0; 3], |s| s.color))
             })
             .collect::<Vec<_>>()
     };
     let (depth_m, colors) = (0..camera.height).into_par_iter().flat_map_iter(measure_row).unzip();
+    let camera = motion.believed(camera);
     DepthImage { camera, pose_true: *pose, pose_believed, depth_m, colors }
 }
 
-/// The measured depth of one pixel, if any.
+/// The measured depth of one pixel, if any; `smooth` is its axial noise of unit variance where
+/// that is not white.
 fn measure_pixel(
     image: &Clean,
-    index: usize,
-    sample: Sample,
+    (index, sample): (usize, Sample),
+    smooth: Option<f64>,
     profile: &Profile,
     rng: &mut seed::Rng,
 ) -> Option<f64> {
@@ -63,7 +74,7 @@ fn measure_pixel(
     if rng.random::<f64>() < profile.outlier_fraction {
         depth_m += rng.random_range(-1.0..=1.0) * profile.outlier_reach_m;
     }
-    let normal: f64 = StandardNormal.sample(rng);
+    let normal = smooth.unwrap_or_else(|| StandardNormal.sample(rng));
     depth_m += normal * profile.axial_sigma_m(sample.depth_m, sample.incidence_rad);
     let stepped = step_depth(depth_m, profile);
     (stepped > 0.0).then_some(stepped)
@@ -81,7 +92,7 @@ fn step_depth(depth_m: f64, profile: &Profile) -> f64 {
     round(by_disparity, profile.depth_unit_m)
 }
 
-const EIGHT_NEIGHBOURS: [[i32; 2]; 8] =
+pub(super) const EIGHT_NEIGHBOURS: [[i32; 2]; 8] =
     [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
 /// The depth of the neighbour that is furthest from `depth_m`, if a depth edge

@@ -1,5 +1,6 @@
-//! What is before the camera: the drape and its stand (plate, pedestal, floor).
+//! What is before the camera: the drape, its stand (plate, pedestal, floor), and the things around.
 
+use super::solids::Solid;
 use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use crate::base::{Point3, Vector3};
 use crate::geom::parry::cast_on_floor;
@@ -14,6 +15,33 @@ pub struct Scene {
     pub cloth_colors: Vec<[u8; 3]>,
     /// What it lies on.
     pub stand: Stand,
+    /// What stands around it.
+    pub things: Vec<Thing>,
+}
+
+/// Something that stands around a drape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thing {
+    /// Its shape, simulation frame \[m\].
+    pub solid: Solid,
+    /// Its colour.
+    pub color: [u8; 3],
+}
+
+/// What carries the plate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Support {
+    /// An upright cylinder of [`Stand::pedestal_radius_m`].
+    Column,
+    /// An upright box; its horizontal sides are twice [`Stand::pedestal_radius_m`].
+    Box,
+    /// A glass: [`Stand::pedestal_radius_m`] wide under the plate, and this at its foot \[m\].
+    Cone {
+        /// Radius of the foot.
+        foot_radius_m: f64,
+    },
+    /// Neither a support nor a plate.
+    Nothing,
 }
 
 /// What the cloth lies on: a plate with an underside, on a column, on a table or on
@@ -24,7 +52,11 @@ pub struct Stand {
     pub plate_radius_m: f64,
     /// Thickness of the plate \[m\].
     pub plate_thickness_m: f64,
-    /// Radius of the column that carries the plate \[m\].
+    /// Radius of the plate's rounded upper edge, at most its thickness; 0 for a sharp edge \[m\].
+    pub plate_rounding_m: f64,
+    /// What carries the plate.
+    pub support: Support,
+    /// Radius of the column that carries the plate, see [`Support`] \[m\].
     pub pedestal_radius_m: f64,
     /// Height of the floor and of the column's foot, below the lowest point of the
     /// cloth \[m\].
@@ -40,6 +72,8 @@ impl Stand {
     pub const MODIFIED_CUSICK: Self = Self {
         plate_radius_m: PLATE_RADIUS_M,
         plate_thickness_m: 0.005,
+        plate_rounding_m: 0.0,
+        support: Support::Column,
         pedestal_radius_m: 0.020,
         floor_y_m: -0.25,
         floor_radius_m: 0.20,
@@ -55,6 +89,32 @@ impl Stand {
     };
     /// A plate on a column nearly as wide, as on a jar, above a table.
     pub const PEDESTAL: Self = Self { pedestal_radius_m: 0.042, ..Self::MODIFIED_CUSICK };
+
+    /// The plate and what carries it.
+    #[must_use]
+    pub fn solids(&self) -> Vec<(Solid, Surface)> {
+        let Self { plate_radius_m: radius, pedestal_radius_m: half, .. } = *self;
+        let (bottom, rounding) = (-self.plate_thickness_m, self.plate_rounding_m);
+        let plate = match rounding {
+            0.0 => Solid::Cylinder { radius, bottom, top: 0.0 },
+            _ => Solid::Rounded { radius, bottom, top: 0.0, rounding },
+        };
+        let foot = self.floor_y_m;
+        let support = match self.support {
+            Support::Nothing => return Vec::new(),
+            Support::Column => Solid::Cylinder { radius: half, bottom: foot, top: bottom },
+            Support::Box => {
+                let sides = [2.0 * half, bottom - foot, 2.0 * half];
+                Solid::standing_block([0.0; 2], foot, sides, 0.0)
+            }
+            Support::Cone { foot_radius_m } => Solid::Cone {
+                axis: [0.0; 2],
+                radii: [foot_radius_m, half],
+                heights: [foot, bottom],
+            },
+        };
+        vec![(plate, Surface::Plate), (support, Surface::Pedestal)]
+    }
 }
 
 /// A scene that cannot be scanned.
@@ -99,6 +159,8 @@ pub enum Surface {
     Pedestal,
     /// The floor.
     Floor,
+    /// One of the things around, by its place in the scene's list.
+    Thing(u32),
 }
 
 impl Scene {
@@ -120,7 +182,7 @@ impl Scene {
     /// A drape on a stand.
     #[must_use]
     pub fn on(drape: Mesh, stand: Stand) -> Self {
-        Self { drape, cloth_colors: Vec::new(), stand }
+        Self { drape, cloth_colors: Vec::new(), stand, things: Vec::new() }
     }
 
     /// Marks the middle of the side to which the warp runs (x = +150 mm on the flat
@@ -156,11 +218,14 @@ impl Scene {
         }
         let lowest = vertices.iter().map(|p| p.y).fold(0.0, f64::min);
         let stand = &self.stand;
+        // Under the cloth there is room for a plate, where there is one.
+        let above_m = if stand.support == Support::Nothing { 0.0 } else { stand.plate_thickness_m };
         let sizes = [
             ("plate_radius_m", stand.plate_radius_m, 1e-3, 1.0),
             ("plate_thickness_m", stand.plate_thickness_m, 1e-4, 0.1),
+            ("plate_rounding_m", stand.plate_rounding_m, 0.0, stand.plate_thickness_m),
             ("pedestal_radius_m", stand.pedestal_radius_m, 1e-4, stand.plate_radius_m),
-            ("floor_y_m", stand.floor_y_m, -2.0, lowest - stand.plate_thickness_m),
+            ("floor_y_m", stand.floor_y_m, -2.0, lowest - above_m),
             ("floor_radius_m", stand.floor_radius_m, 0.0, 10.0),
         ];
         match sizes.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
@@ -174,6 +239,8 @@ impl Scene {
 pub(super) struct Stage<'a> {
     scene: &'a Scene,
     cloth: MeshIndex,
+    /// The plate, what carries it, and the things around.
+    parts: Vec<(Solid, Surface)>,
 }
 
 /// The cloth lies on the plate, and its mesh may cut into it by the simulator's
@@ -184,7 +251,9 @@ impl<'a> Stage<'a> {
     pub(super) fn new(scene: &'a Scene) -> Result<Self, SceneError> {
         scene.check()?;
         let cloth = MeshIndex::new(&scene.drape)?;
-        Ok(Self { scene, cloth })
+        let things = scene.things.iter().zip(0..).map(|(t, k)| (t.solid, Surface::Thing(k)));
+        let parts = scene.stand.solids().into_iter().chain(things).collect();
+        Ok(Self { scene, cloth, parts })
     }
 
     /// What a ray (unit direction) meets first within `most_m`.
@@ -195,25 +264,17 @@ impl<'a> Stage<'a> {
         most_m: f64,
     ) -> Option<(Hit, Surface)> {
         let stand = &self.scene.stand;
-        let plate =
-            Cylinder { radius: stand.plate_radius_m, bottom: -stand.plate_thickness_m, top: 0.0 };
-        let pedestal = Cylinder {
-            radius: stand.pedestal_radius_m,
-            bottom: stand.floor_y_m,
-            top: -stand.plate_thickness_m,
-        };
         let on_table = |hit: &Hit| {
             let at = origin + ray * hit.distance;
             stand.floor_radius_m > 0.0 && at.x.hypot(at.z) <= stand.floor_radius_m
         };
         let floor = cast_on_floor(origin, ray, stand.floor_y_m, most_m).filter(on_table);
-        let parts = [
-            (plate.cast(origin, ray), Surface::Plate),
-            (pedestal.cast(origin, ray), Surface::Pedestal),
-            (floor, Surface::Floor),
-        ];
+        let parts = self.parts.iter().map(|(solid, surface)| {
+            let hit = solid.cast(origin, ray, most_m);
+            (hit, *surface)
+        });
         let nearest = parts
-            .into_iter()
+            .chain([(floor, Surface::Floor)])
             .filter_map(|(hit, surface)| Some((hit?, surface)))
             .min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))
             .filter(|(hit, _)| hit.distance <= most_m);
@@ -227,6 +288,7 @@ impl<'a> Stage<'a> {
         match surface {
             Surface::Plate | Surface::Pedestal => Scene::STAND_COLOR,
             Surface::Floor => Scene::FLOOR_COLOR,
+            Surface::Thing(thing) => self.scene.things[thing as usize].color,
             Surface::Cloth(_) if self.scene.cloth_colors.is_empty() => Scene::CLOTH_COLOR,
             Surface::Cloth(triangle) => {
                 let corners = self.scene.drape.triangles[triangle as usize].map(|v| v as usize);
@@ -235,46 +297,5 @@ impl<'a> Stage<'a> {
                 near.map_or(Scene::CLOTH_COLOR, |vertex| self.scene.cloth_colors[vertex])
             }
         }
-    }
-}
-
-/// An upright cylinder about the y axis, with its two caps; rays from outside.
-///
-/// Not parry's, whose iteration stops at about 1e-8.
-struct Cylinder {
-    radius: f64,
-    bottom: f64,
-    top: f64,
-}
-
-impl Cylinder {
-    fn cast(&self, origin: &Point3, ray: &Vector3) -> Option<Hit> {
-        let hits = [self.cast_on_side(origin, ray), self.cast_on_cap(origin, ray)];
-        hits.into_iter().flatten().min_by(|a, b| a.distance.total_cmp(&b.distance))
-    }
-
-    /// Solves |o + t d|^2 = r^2 in the horizontal plane, for the entering t.
-    fn cast_on_side(&self, origin: &Point3, ray: &Vector3) -> Option<Hit> {
-        let a = ray.x * ray.x + ray.z * ray.z;
-        let half_b = origin.x * ray.x + origin.z * ray.z;
-        let c = origin.x * origin.x + origin.z * origin.z - self.radius * self.radius;
-        let discriminant = half_b * half_b - a * c;
-        if a == 0.0 || discriminant < 0.0 {
-            return None;
-        }
-        let distance = (-half_b - discriminant.sqrt()) / a;
-        let at = origin + ray * distance;
-        let normal = Vector3::new(at.x, 0.0, at.z) / self.radius;
-        let hit = Hit { distance, normal, triangle: 0 };
-        (distance > 0.0 && (self.bottom..=self.top).contains(&at.y)).then_some(hit)
-    }
-
-    fn cast_on_cap(&self, origin: &Point3, ray: &Vector3) -> Option<Hit> {
-        let (y, normal) =
-            if ray.y < 0.0 { (self.top, Vector3::y()) } else { (self.bottom, -Vector3::y()) };
-        let distance = (y - origin.y) / ray.y;
-        let at = origin + ray * distance;
-        let hit = Hit { distance, normal, triangle: 0 };
-        (distance.is_finite() && distance > 0.0 && at.x.hypot(at.z) <= self.radius).then_some(hit)
     }
 }

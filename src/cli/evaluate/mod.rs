@@ -6,6 +6,7 @@ mod follow;
 mod redrape;
 mod refine;
 mod scan;
+mod scenes;
 mod sensors;
 mod start;
 mod table3;
@@ -44,6 +45,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Estimate(given) => estimate::run(given),
         args::Evaluate::Redrape(given) => redrape::run(given),
         args::Evaluate::Sensors(given) => sensors::run(given),
+        args::Evaluate::Scenes(given) => scenes::run(given),
         args::Evaluate::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),

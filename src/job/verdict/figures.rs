@@ -234,7 +234,7 @@ impl Figures {
     pub fn of_scan(scanned: &ScannedBoundary, options: &ScanOptions) -> Self {
         let q = &scanned.quality;
         Self {
-            given: Given::of(options, q.noise_m),
+            given: Given::of(options, q.noise_m, q.sheet_rms_on_plate_m),
             sides_m: q.side_lengths_m,
             noise_m: q.noise_m,
             scan: Some(on_plate(scanned)),
@@ -258,7 +258,7 @@ impl Figures {
             Rim::Given { boundary, warp, .. } => (boundary, *warp),
         };
         Self {
-            given: Given::of(options, 0.0),
+            given: Given::of(options, 0.0, 0.0),
             sides_m: side_chords_m(boundary),
             noise_m: boundary.mean_sigma_m(),
             scan: None,
