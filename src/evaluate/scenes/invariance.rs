@@ -8,8 +8,8 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use serde::Serialize;
 
-use super::Made;
 use super::broken::{keep, name_of};
+use super::made::Made;
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::evaluate::scan::find;

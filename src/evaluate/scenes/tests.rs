@@ -1,5 +1,7 @@
 use super::table::{Group, Moved, Named};
 use super::*;
+use crate::base::Point3;
+use crate::dataset::drape_file::rim_of;
 use crate::fabric::Mixture;
 use crate::sim::{Drop, SimOptions, drape};
 
