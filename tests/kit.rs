@@ -384,6 +384,7 @@ fn a_drape_on_the_printed_stand_is_answered() {
         pedestal_radius_m: 1.0e-3,
         floor_y_m: -bench.top_m() - 2.0e-4,
         floor_radius_m: 0.4,
+        ..Stand::MODIFIED_CUSICK
     };
     let scenes = [Scene::modified_cusick(made.mesh()), Scene::on(mesh, stand)];
     for name in ["structured-light", "truedepth"] {

@@ -1025,6 +1025,9 @@ pub(crate) struct Scenes {
     /// Also ask each cloud without its floor, cropped to the drape, with more boxes, and turned
     #[arg(long)]
     pub(crate) invariance: bool,
+    /// Answer whatever comes to a rim, so that limits can be judged by both rates
+    #[arg(long)]
+    pub(crate) relaxed: bool,
     /// Folder for every scan with its truth, so that a failure can be opened
     #[arg(long, value_name = "FOLDER")]
     pub(crate) write: Option<PathBuf>,

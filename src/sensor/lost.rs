@@ -6,8 +6,7 @@
 
 use rand::RngExt as _;
 
-use super::noise::EIGHT_NEIGHBOURS;
-use super::render::{Clean, Sample};
+use super::render::{Clean, EIGHT_NEIGHBOURS, Sample};
 use super::{Camera, Profile};
 use crate::base::{Point3, seed};
 

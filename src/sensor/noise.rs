@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::lost::Lost;
 use super::passes::Motion;
-use super::render::{Clean, Sample};
+use super::render::{Clean, EIGHT_NEIGHBOURS, Sample};
 use super::{CameraPose, DepthImage, Profile, correlated};
 use crate::base::{Isometry3, Vector3, seed};
 
@@ -91,9 +91,6 @@ fn step_depth(depth_m: f64, profile: &Profile) -> f64 {
     };
     round(by_disparity, profile.depth_unit_m)
 }
-
-pub(super) const EIGHT_NEIGHBOURS: [[i32; 2]; 8] =
-    [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
 /// The depth of the neighbour that is furthest from `depth_m`, if a depth edge
 /// lies between.

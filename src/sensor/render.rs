@@ -44,6 +44,10 @@ pub(super) struct Sample {
     pub(super) color: [u8; 3],
 }
 
+/// Offsets of the pixels around one, as columns and rows.
+pub(super) const EIGHT_NEIGHBOURS: [[i32; 2]; 8] =
+    [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
+
 /// An image without errors of depth; `None` where there is nothing within range.
 pub(super) struct Clean {
     pub(super) camera: Camera,

@@ -29,6 +29,7 @@ pub(super) fn run(given: &args::Scenes) -> Outcome {
         scenes: given.first..given.first.saturating_add(given.count),
         broken: given.broken,
         invariance: given.invariance,
+        relaxed: given.relaxed,
         write: given.write.clone(),
     };
     println!("{}", Record::COLUMNS);

@@ -167,7 +167,7 @@ impl Filling {
             return Ok(Filled::Failed);
         }
         let params = params_json(&fabric);
-        io::atomically(&with("params.json"), |out| writeln!(out, "{params:#}"))?;
+        io::atomically(with("params.json"), |out| writeln!(out, "{params:#}"))?;
         write_obj(&sheet, &drape.mesh())?;
         Ok(Filled::Made)
     }

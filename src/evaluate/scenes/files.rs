@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::Made;
+use super::made::Made;
 use crate::base::Vector3;
 use crate::base::units::M_PER_MM;
 use crate::fabric::{Fabric, TABLE_2};

@@ -8,13 +8,12 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use serde::Serialize;
 
-use super::Made;
 use super::broken::{keep, name_of};
+use super::made::Made;
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3, Vector3, seed};
-use crate::evaluate::scan::find;
 use crate::geom::adjacency::spread;
-use crate::scan::{ScanError, ScannedBoundary, Tuning};
+use crate::scan::{ScanError, ScannedBoundary};
 use crate::sensor::{Solid, VirtualScan};
 
 /// Points so near above the floor go with it \[m\].
@@ -36,7 +35,11 @@ pub struct Variant {
 }
 
 /// All variants of a scan in which `base` was found.
-pub(super) fn variants(made: &Made, base: &Result<ScannedBoundary, ScanError>) -> Vec<Variant> {
+pub(super) fn variants(
+    made: &Made,
+    base: &Result<ScannedBoundary, ScanError>,
+    find: impl Fn(&VirtualScan) -> Result<ScannedBoundary, ScanError>,
+) -> Vec<Variant> {
     let mut all = Vec::new();
     if made.floor_y_m.is_some() {
         all.push(("no_floor", without_floor(made)));
@@ -47,7 +50,7 @@ pub(super) fn variants(made: &Made, base: &Result<ScannedBoundary, ScanError>) -
     }
     all.push(("turned", turned(made)));
     let ask = |(name, scan): (&'static str, VirtualScan)| {
-        let found = find(&scan, &Tuning::default());
+        let found = find(&scan);
         let error = found.as_ref().err().map(name_of);
         let same = error == base.as_ref().err().map(name_of);
         let shift = base.as_ref().ok().zip(found.as_ref().ok()).map(|(a, b)| {

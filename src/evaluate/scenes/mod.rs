@@ -16,6 +16,7 @@ pub mod drapes;
 mod draw;
 mod files;
 mod invariance;
+mod made;
 mod spread;
 pub mod table;
 
@@ -30,14 +31,17 @@ pub use invariance::Variant;
 use self::broken::{Cause, is_right, name_of};
 use self::drapes::{DrapesError, KeptDrape};
 use self::draw::Drawn;
-use super::scan::{RimOff, find, rim_error};
+use self::made::Made;
+use super::scan::{RimOff, rim_error};
 use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Point3};
-use crate::dataset::drape_file::rim_of;
+use crate::base::{Boundary, Vector3};
 use crate::geom::Mesh;
 use crate::io::WriteError;
-use crate::scan::{ScanError, ScannedBoundary, Tuning};
-use crate::sensor::{Profile, SceneError, Seen, VirtualScan, scan};
+use crate::numeric::robust;
+use crate::scan::{
+    Quality, ScanError, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan,
+};
+use crate::sensor::{Profile, SceneError, VirtualScan};
 
 /// A mean rim error up to this is an answer that is right, of a scene that is broken \[mm\].
 const RIGHT_ALL_THE_SAME_MM: f64 = 1.5;
@@ -186,17 +190,6 @@ pub enum ScenesError {
     Write(#[from] WriteError),
 }
 
-/// A scene that was scanned.
-struct Made {
-    drawn: Drawn,
-    scan: VirtualScan,
-    mesh: Mesh,
-    rim: Boundary,
-    seen: Seen,
-    /// Height of the floor \[m\]; `None` if there is none.
-    floor_y_m: Option<f64>,
-}
-
 impl Series {
     /// Draws, scans and asks on all cores; `tell` hears of each as it ends.
     ///
@@ -215,7 +208,8 @@ impl Series {
     fn one(&self, index: u64) -> Result<Record, ScenesError> {
         let causes: &[Cause] = if self.broken { &Cause::BROKEN } else { &[Cause::Valid] };
         let drawn = Drawn::of(index, self.seed, &self.sensors, &self.drapes, causes);
-        let made = self.made(drawn).map_err(|source| ScenesError::Scene { index, source })?;
+        let made =
+            Made::of(drawn, &self.drapes).map_err(|source| ScenesError::Scene { index, source })?;
         if let Some(folder) = &self.write {
             let fabric = self.drapes[made.drawn.drape].fabric.as_ref();
             files::write(folder, &made, fabric)?;
@@ -225,7 +219,9 @@ impl Series {
         let seconds = before.elapsed().as_secs_f64();
         let cause = made.drawn.cause;
         let variants = if self.invariance && cause == Cause::Valid {
-            invariance::variants(&made, &found)
+            invariance::variants(&made, &found, |scan| {
+                boundary_from_scan(&scan.cloud, &self.options(scan))
+            })
         } else {
             Vec::new()
         };
@@ -250,26 +246,6 @@ impl Series {
             side_range_m: [0.0, 1.0],
             ..options
         }
-    }
-
-    /// The scan of what was drawn.
-    fn made(&self, drawn: Drawn) -> Result<Made, SceneError> {
-        let Drawn { cause, seed, ref profile, .. } = drawn;
-        let mut profile = profile.clone();
-        let mut mesh = self.drapes[drawn.drape].mesh.clone();
-        cause.deform(&mut mesh, seed);
-        let rim = rim_of(&mesh).unwrap_or_else(|| unreachable!("read as a square grid"));
-        let points: Vec<Point3> = rim.positions_m().collect();
-        let mut scene = drawn.setting.scene(mesh.clone(), &profile, seed);
-        let other = &self.drapes[(drawn.drape + 1) % self.drapes.len()].mesh;
-        cause.rearrange(&mut scene, other, seed);
-        let (mut poses, seen) = drawn.views(&scene, &points)?;
-        cause.narrow(&mut poses, seed);
-        cause.coarsen(&mut profile, seed);
-        let mut scan = scan(&scene, &poses, &profile, seed)?;
-        cause.spoil(&mut scan, &profile, seed);
-        let floor_y_m = (scene.stand.floor_radius_m > 0.0).then_some(scene.stand.floor_y_m);
-        Ok(Made { drawn, scan, mesh, rim, seen, floor_y_m })
     }
 
     fn record(

@@ -217,6 +217,7 @@ impl Record {
                 rim_largest_mm,
                 deformed_mm,
                 rms_and_sigma_mm: [rms, sigma],
+                ..
             } => {
                 let numbers = [rim_mean_mm, rim_largest_mm, deformed_mm, rms, sigma];
                 let numbers = numbers.map(|mm| format!("{mm:.2}")).join(", ");

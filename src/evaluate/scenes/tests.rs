@@ -1,5 +1,7 @@
 use super::table::{Group, Moved, Named};
 use super::*;
+use crate::base::Point3;
+use crate::dataset::drape_file::rim_of;
 use crate::fabric::Mixture;
 use crate::sim::{Drop, SimOptions, drape};
 
@@ -27,7 +29,7 @@ fn quick(name: &str) -> Profile {
 fn series(broken: bool, scenes: std::ops::Range<u64>) -> Series {
     let sensors = vec![quick("handheld"), quick("phone")];
     let (invariance, write) = (false, None);
-    Series { sensors, drapes: kept(), seed: 5, scenes, broken, invariance, write }
+    Series { sensors, drapes: kept(), seed: 5, scenes, broken, invariance, write, relaxed: false }
 }
 
 #[test]
@@ -111,6 +113,17 @@ fn groups_count_answers_and_refusals() {
         rim_largest_mm: 2.0 * mean,
         deformed_mm: mean,
         rms_and_sigma_mm: [0.6, 0.3],
+        judged: Judged {
+            noise_mm: 0.1,
+            misfit_mm: 0.1,
+            misfit_on_plate_mm: 0.1,
+            observed: 1.0,
+            gap_mm: 0.0,
+            unexplained_mm2: 0.0,
+            uneven_mm: 0.0,
+            plate_mm: [50.0, 0.1],
+            nats: (50.0, None),
+        },
     };
     let bad = refused(Cause::Valid, &ScanError::NoColors);
     let records = [
