@@ -171,11 +171,13 @@ pub struct Moved {
     pub changed: usize,
     /// Largest distance of two rims' points \[mm\]; null without a pair.
     pub largest_shift_mm: Option<f64>,
+    /// What the changed ones came to, by name.
+    pub changed_to: BTreeMap<String, usize>,
 }
 
 impl Moved {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &'static str = "variant, scenes, changed, largest_shift_mm";
+    pub const COLUMNS: &'static str = "variant, scenes, changed, largest_shift_mm, changed_to";
 
     /// Of every kind that is there.
     #[must_use]
@@ -184,11 +186,19 @@ impl Moved {
         for variant in records.iter().flat_map(|r| &r.variants) {
             all.entry(variant.name).or_default().push(variant);
         }
-        let of = |(variant, own): (&'static str, Vec<&Variant>)| Self {
-            variant,
-            scenes: own.len(),
-            changed: own.iter().filter(|v| !v.same).count(),
-            largest_shift_mm: own.iter().filter_map(|v| v.rim_shift_mm).reduce(f64::max),
+        let of = |(variant, own): (&'static str, Vec<&Variant>)| {
+            let mut changed_to = BTreeMap::new();
+            for changed in own.iter().filter(|v| !v.same) {
+                let word = changed.error.clone().unwrap_or_else(|| "answered".to_owned());
+                *changed_to.entry(word).or_default() += 1;
+            }
+            Self {
+                variant,
+                scenes: own.len(),
+                changed: changed_to.values().sum(),
+                largest_shift_mm: own.iter().filter_map(|v| v.rim_shift_mm).reduce(f64::max),
+                changed_to,
+            }
         };
         all.into_iter().map(of).collect()
     }
@@ -196,8 +206,9 @@ impl Moved {
     /// As a row of a table.
     #[must_use]
     pub fn row(&self) -> String {
-        let Self { variant, scenes, changed, largest_shift_mm } = self;
-        format!("{variant}, {scenes}, {changed}, {}", number(*largest_shift_mm))
+        let Self { variant, scenes, changed, largest_shift_mm, changed_to } = self;
+        let shift = number(*largest_shift_mm);
+        format!("{variant}, {scenes}, {changed}, {shift}, {}", counts(changed_to))
     }
 }
 
