@@ -224,6 +224,12 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
             "add a view into the fold, or lay the specimen anew",
         ),
         refusal(
+            "PassesApart",
+            "a sheet as far off the cloth nearly everywhere: passes or views that do not meet"
+                .to_owned(),
+            "align the views anew, or scan in one pass",
+        ),
+        refusal(
             "Misfit",
             format!(
                 "a sheet more than {:.2} mm + {} times what it is off over the plate off the cloth: creases, or cloth that \
@@ -266,6 +272,7 @@ mod tests {
             ScanError::TooLittleRim { .. } => "TooLittleRim",
             ScanError::Unexplained { .. } => "Unexplained",
             ScanError::Misfit { .. } => "Misfit",
+            ScanError::PassesApart { .. } => "PassesApart",
         }
     }
 

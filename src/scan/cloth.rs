@@ -148,25 +148,28 @@ fn smooth_twice(
     smooth(&again, reach_m, tuning)
 }
 
-/// The points of what stands under the plate: between the floor and the lowest
-/// that cloth can hang, near the axis; (x, z) \[m\].
-fn pedestal(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Vec<[f64; 2]> {
+/// Radius around the axis that the pedestal takes, which stands under the plate below the lowest
+/// that cloth can hang; `None` if nothing is seen. In the mean over heights, so that a floor that was not told for one is
+/// no pedestal.
+fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Option<f64> {
+    let tuning = &options.tuning.cloth;
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
     let lowest = -(reach - options.plate_radius_m) * 1.08;
     let bottom = floor.map_or(lowest - 0.1, |f| f.height_m + 8e-3);
-    points
-        .iter()
-        .filter(|p| p.y < lowest && p.y > bottom)
-        .map(|p| [p.x, p.z])
-        .filter(|p| p[0].hypot(p[1]) < 1.2 * options.plate_radius_m)
-        .collect()
-}
-
-/// Radius around the axis that the pedestal takes; `None` if nothing is seen.
-fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Option<f64> {
-    let radii: Vec<f64> =
-        pedestal(points, floor, options).iter().map(|p| p[0].hypot(p[1])).collect();
-    if radii.len() < 30 { None } else { robust::quantile(radii, 0.9) }
+    let slices = ((lowest - bottom) / tuning.slice_m).ceil().max(1.0) as usize;
+    let mut radii: Vec<Vec<f64>> = vec![Vec::new(); slices];
+    for p in points.iter().filter(|p| p.y < lowest && p.y > bottom) {
+        let radius = p.x.hypot(p.z);
+        if radius < 1.2 * options.plate_radius_m {
+            let slice = ((lowest - p.y) / tuning.slice_m) as usize;
+            radii[slice.min(slices - 1)].push(radius);
+        }
+    }
+    if radii.iter().map(Vec::len).sum::<usize>() < 30 {
+        return None;
+    }
+    let of_slices = radii.into_iter().filter_map(|radii| robust::quantile(radii, 0.9));
+    robust::median(of_slices.collect())
 }
 
 /// Typical distance between points: the side of the square that each point has

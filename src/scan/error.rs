@@ -282,7 +282,18 @@ pub enum ScanError {
         /// Where.
         bearing_deg: f64,
     },
-    /// The fitted sheet and the scanned points disagree.
+    /// The fitted sheet and the scanned points disagree nearly everywhere.
+    #[error(
+        "the scan's passes or views do not meet: nearly everywhere the points lie off one sheet, {rms_mm:.2} mm rms \
+         (limit {limit_mm:.2} mm); align them anew, or scan in one pass"
+    )]
+    PassesApart {
+        /// Root mean square distance.
+        rms_mm: f64,
+        /// Largest accepted.
+        limit_mm: f64,
+    },
+    /// The fitted sheet and the scanned points disagree in some places.
     #[error(
         "the fitted sheet is {rms_mm:.2} mm rms off the scanned cloth (limit {limit_mm:.2} mm), most towards \
          {bearing_deg:.0} degrees: the cloth is creased or touches itself or something else there; lay \
@@ -402,7 +413,8 @@ impl NoDrape {
             let centre: [f64; 3] = (best.centre / unit.metres()).coords.into();
             format!("{} {}", place(&centre, unit), unit.name())
         };
-        let help = "If the drape is in the scan, say where: --plate-near X,Y,Z, --up AXIS or --crop";
+        let help =
+            "If the drape is in the scan, say where: --plate-near X,Y,Z, --up AXIS or --crop";
         match self {
             Self::WidePlanes { percent } => format!(
                 "{percent:.0} % of the scan is a plane wider than the specimen, a table, a board or a wall, and nothing \
@@ -410,21 +422,27 @@ impl NoDrape {
             ),
             Self::NoPatch => format!(
                 "there is no level patch of {radius_mm:.0} mm radius; scan the drape from above too, or give --unit if {} \
-                 is wrong. {help}", unit.name()
+                 is wrong. {help}",
+                unit.name()
             ),
             Self::NotTheSpecimen(best) if best.beyond > best.short => format!(
                 "at the likeliest place, {}, the surface goes on beyond the specimen on {:.0} % of the bearings, as a \
-                 table, a board or a wall does. {help}", at(best), best.beyond * 100.0
+                 table, a board or a wall does. {help}",
+                at(best),
+                best.beyond * 100.0
             ),
             Self::NotTheSpecimen(best) => format!(
                 "at the likeliest place, {}, the surface ends before the specimen's edge on {:.0} % of the bearings: \
                  something smaller, or a drape of which too little is seen; scan it from all sides. {help}",
-                at(best), best.short * 100.0
+                at(best),
+                best.short * 100.0
             ),
             Self::OtherRadius(best) => format!(
                 "a cloth hangs at {}, but it leaves its plate at a radius of {:.0} mm, and {radius_mm:.0} are expected; \
                  if the plate has that radius, give --plate-radius {:.0}",
-                at(best), best.radius_m * 1e3, best.radius_m * 1e3
+                at(best),
+                best.radius_m * 1e3,
+                best.radius_m * 1e3
             ),
         }
     }

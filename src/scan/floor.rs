@@ -83,7 +83,9 @@ pub(super) fn find(
     let wide = support.iter().filter(|p| p.x.hypot(p.z) > narrow_m).count();
     // It goes round the axis too, as the top of what stands beside the drape does not.
     let mut around = [false; SECTORS];
-    for p in support.iter().filter(|p| p.x.hypot(p.z) > tuning.around_radii * options.plate_radius_m) {
+    for p in
+        support.iter().filter(|p| p.x.hypot(p.z) > tuning.around_radii * options.plate_radius_m)
+    {
         let share = (p.z.atan2(p.x) / std::f64::consts::TAU).rem_euclid(1.0);
         around[((share * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
     }

@@ -49,11 +49,19 @@ pub(super) fn no_place(wide_share: f64, options: &ScanOptions) -> NoDrape {
 }
 
 /// Refuses a plate whose edge does not show, and one of another radius.
-pub(super) fn plate(plate: &Plate, unit: LengthUnit, options: &ScanOptions) -> Result<(), ScanError> {
+pub(super) fn plate(
+    plate: &Plate,
+    unit: LengthUnit,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
     let (tuning, expected_m) = (&options.tuning.plate, options.plate_radius_m);
     let (bearings, radius_m) = (tuning.bearings, plate.radius_m);
     if plate.round == 0.0 {
-        return Err(ScanError::NoPlateEdge { least: tuning.least_edges, bearings, radius_m: expected_m });
+        return Err(ScanError::NoPlateEdge {
+            least: tuning.least_edges,
+            bearings,
+            radius_m: expected_m,
+        });
     }
     // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
     let sigma_m = plate.radius_scatter_m / (bearings as f64 / 4.0).sqrt();
@@ -161,6 +169,7 @@ pub(super) fn underlying(
         | ScanError::Gap { .. } => (true, true),
         ScanError::Unexplained { .. }
         | ScanError::Misfit { .. }
+        | ScanError::PassesApart { .. }
         | ScanError::SideLength { .. }
         | ScanError::UnevenSides { .. } => (false, true),
         ScanError::WrongSize { side_mm, expected_side_mm, .. } => {
@@ -253,12 +262,12 @@ pub(super) fn mark(marking: Marking, options: &ScanOptions) -> Result<f64, ScanE
 /// Refuses a sheet that lies farther off the points than the scan's noise does on the plate.
 pub(super) fn misfit(misfit: &Misfit, options: &ScanOptions) -> Result<(), ScanError> {
     let limit_m = options.most_misfit_m(misfit.on_plate_m);
+    let (rms_mm, limit_mm) = (misfit.rms_m * 1e3, limit_m * 1e3);
     if misfit.rms_m > limit_m {
-        return Err(ScanError::Misfit {
-            rms_mm: misfit.rms_m * 1e3,
-            limit_mm: limit_m * 1e3,
-            bearing_deg: misfit.worst_bearing_deg,
-        });
+        if misfit.typical_m > options.tuning.limits.everywhere * misfit.rms_m {
+            return Err(ScanError::PassesApart { rms_mm, limit_mm });
+        }
+        return Err(ScanError::Misfit { rms_mm, limit_mm, bearing_deg: misfit.worst_bearing_deg });
     }
     Ok(())
 }
@@ -271,10 +280,11 @@ pub(super) fn rim(
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
     observed(rim, noise_m, options)?;
-    if unexplained.area_m2 > options.max_unexplained_m2 {
+    let most_m2 = options.most_unexplained_m2(unexplained.spacing_m);
+    if unexplained.area_m2 > most_m2 {
         return Err(ScanError::Unexplained {
             area_mm2: unexplained.area_m2 * 1e6,
-            limit_mm2: options.max_unexplained_m2 * 1e6,
+            limit_mm2: most_m2 * 1e6,
             bearing_deg: bearing_deg(&rim.points[unexplained.rim_point].position_m),
         });
     }

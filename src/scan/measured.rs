@@ -50,6 +50,8 @@ pub(super) struct Misfit {
     /// itself on the smoothed surface. White noise leaves little, noise that is smooth over
     /// several points most of it \[m\].
     pub on_plate_m: f64,
+    /// The same of a typical point, robustly \[m\].
+    pub typical_m: f64,
     /// Where it is largest, bearing in the parameter plane \[degrees\].
     pub worst_bearing_deg: f64,
 }

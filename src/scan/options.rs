@@ -266,13 +266,13 @@ impl Default for ScanOptions {
             up: None,
             plate_near: None,
             seed: 0,
-            max_gap_m: 0.068,
-            max_gap_per_noise: 42.0,
+            max_gap_m: 0.065,
+            max_gap_per_noise: 5.0,
             max_unexplained_m2: 33e-6,
             max_misfit_m: 0.15e-3,
             max_misfit_per_noise: 1.6,
             min_observed: 0.75,
-            min_observed_per_noise: 120.0,
+            min_observed_per_noise: 20.0,
             side_range_m: [0.280, 0.330],
             max_uneven_m: 2.5e-3,
             max_uneven_per_noise: 0.5,
@@ -298,6 +298,14 @@ impl ScanOptions {
     #[must_use]
     pub fn most_misfit_m(&self, on_plate_m: f64) -> f64 {
         self.max_misfit_m + self.max_misfit_per_noise * on_plate_m
+    }
+
+    /// Largest area of scanned cloth off the sheet, of surface points this far apart \[m^2\].
+    #[must_use]
+    pub fn most_unexplained_m2(&self, spacing_m: f64) -> f64 {
+        // Fewer points than this are strays.
+        let least_m2 = self.tuning.limits.unexplained_points * spacing_m.powi(2);
+        self.max_unexplained_m2.max(least_m2)
     }
 
     /// Most that a side's length may differ from the four sides' median at this noise \[m\].

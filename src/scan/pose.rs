@@ -64,12 +64,16 @@ pub(super) fn find(
     unit: LengthUnit,
     options: &ScanOptions,
 ) -> Result<Pose, ScanError> {
-    let refuse =
-        |why| Err(ScanError::NoPlate { why, radius_m: options.plate_radius_m, unit });
+    let refuse = |why| Err(ScanError::NoPlate { why, radius_m: options.plate_radius_m, unit });
     let Places { places, wide_share } = plate::places(points, &Hints::of(options, unit), options);
-    let some = some(points, options);
-    let verified = places.into_par_iter().map(|place| verify(&some, place, options));
-    let mut verified: Vec<Verified> = verified.collect();
+    let tuning = &options.tuning.pose;
+    let mut verified: Vec<Verified> = Vec::new();
+    for some in places.chunks(tuning.at_once) {
+        verified.par_extend(some.par_iter().map(|place| verify(points, place, options)));
+        if verified.iter().any(|place| place.nats > tuning.enough_nats) {
+            break;
+        }
+    }
     verified.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let mut verified = verified.into_iter();
     let Some(best) = verified.next() else { return refuse(limits::no_place(wide_share, options)) };
@@ -80,14 +84,8 @@ pub(super) fn find(
         verified.filter(|other| !best.is_of_the_same_disc(other, options)).collect();
     let ahead_nats = others.first().map(|next| best.nats - next.nats);
     let another = others.into_iter().find(|other| other.is_another_drape(&best, options));
-    let plate = centred(points, &some, &best.plate, options).unwrap_or(best.plate);
+    let plate = centred(points, &best.plate, options).unwrap_or(best.plate);
     Ok(Pose { plate, nats: best.nats, ahead_nats, another: another.map(|other| other.plate) })
-}
-
-/// As many of a scene's points as a coarse cloth needs.
-fn some(points: &[Point3], options: &ScanOptions) -> Vec<Point3> {
-    let stride = points.len().div_ceil(options.tuning.pose.most_points).max(1);
-    points.iter().step_by(stride).copied().collect()
 }
 
 impl Verified {
@@ -121,14 +119,13 @@ impl Verified {
 }
 
 /// Flattens what lies at a place and holds it against the specimen.
-fn verify(points: &[Point3], place: Place, options: &ScanOptions) -> Verified {
+fn verify(points: &[Point3], Place { plate }: &Place, options: &ScanOptions) -> Verified {
     let tuning = &options.tuning.pose;
-    let Place { plate } = place;
-    let Flattened { surface, .. } = flatten(points, &plate, options);
+    let Flattened { surface, .. } = flatten(points, plate, options);
     let (square, ends) = square::ends(&surface.flat, options);
     let off_m = square.centre[0].hypot(square.centre[1]);
     let nats = ends.nats(tuning) - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
-    Verified { plate, ends, nats }
+    Verified { plate: plate.clone(), ends, nats }
 }
 
 /// A coarse cloth, flattened, and the frame that it is in.
@@ -143,7 +140,11 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
     let mut coarse = options.clone();
     coarse.tuning.cloth.cell_m = options.tuning.pose.cell_m;
     let LocalFrame { local_from_scan, floor } = frame::find(points, plate, &coarse);
-    let local: Vec<Point3> = points.iter().map(|p| local_from_scan * p).collect();
+    let reach_m = options.tuning.plate.around_sides * options.specimen_side_m;
+    let near = |p: &&Point3| (*p - plate.centre).norm_squared() < reach_m.powi(2);
+    let mut local: Vec<Point3> = points.par_iter().filter(near).copied().collect();
+    let stride = local.len().div_ceil(options.tuning.pose.most_points).max(1);
+    local = local.iter().step_by(stride).map(|p| local_from_scan * p).collect();
     let cloth = cloth::isolate(&local, floor, plate, &coarse, &mut Stages::off());
     let mut surface = parameterisation::grow(&cloth, &coarse);
     parameterisation::relax(&mut surface, cloth.spacing_m, &coarse);
@@ -152,16 +153,11 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
 
 /// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the
 /// gentle bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if there is no sheet.
-fn centred(
-    points: &[Point3],
-    some: &[Point3],
-    plate: &Plate,
-    options: &ScanOptions,
-) -> Option<Plate> {
+fn centred(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Option<Plate> {
     let tuning = &options.tuning.pose;
     let mut plate = plate.clone();
     for _ in 0..tuning.centrings {
-        let Flattened { local_from_scan, cloth, mut surface } = flatten(some, &plate, options);
+        let Flattened { local_from_scan, cloth, mut surface } = flatten(points, &plate, options);
         let square = parameterisation::straighten(&mut surface, cloth.spacing_m, options).ok()?;
         let sheet = fit::fit_sheet(&surface, &square, plate.noise_m, options)?.sheet;
         let origin = origin::find(&sheet, &square, options)?;

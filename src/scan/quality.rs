@@ -58,6 +58,8 @@ pub struct Quality {
     pub floor_tilt_rad: Option<f64>,
     /// Typical distance between neighbouring points \[m\].
     pub point_spacing_m: f64,
+    /// Distance between the points of the smoothed surface \[m\].
+    pub surface_spacing_m: f64,
     /// Noise of single points, from the cloth on the plate \[m\].
     pub noise_m: f64,
     /// Root mean square distance of the smoothed surface to the fitted sheet \[m\].
@@ -110,6 +112,7 @@ impl Quality {
             floor_rms_m: bench.floor.map(|f| f.rms_m),
             floor_tilt_rad: bench.floor.map(|f| plate_up.angle(&f.normal)),
             point_spacing_m: cloth.raw_spacing_m,
+            surface_spacing_m: cloth.spacing_m,
             noise_m: bench.plate.noise_m,
             sheet_rms_m: misfit.rms_m,
             sheet_rms_on_plate_m: misfit.on_plate_m,

@@ -182,9 +182,7 @@ pub(super) fn find(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> Squ
 /// Where a flattened surface ends, against a square: shares of all bearings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
-    /// At its side.
-    pub on_share: f64,
-    /// Short of it, or nowhere seen.
+    /// Short of its side, or nowhere seen.
     pub short_share: f64,
     /// Beyond it.
     pub beyond_share: f64,
@@ -216,7 +214,12 @@ pub(super) fn ends(flat: &[[f64; 2]], options: &ScanOptions) -> (Square, Ends) {
 }
 
 /// Where the points of an outline end against a square.
-fn ends_on(outline: &[Option<[f64; 2]>], square: &Square, side_m: f64, tuning: &PoseTuning) -> Ends {
+fn ends_on(
+    outline: &[Option<[f64; 2]>],
+    square: &Square,
+    side_m: f64,
+    tuning: &PoseTuning,
+) -> Ends {
     let [on, short, beyond] = tuning.chances;
     let half_m = 0.5 * side_m;
     let (near_m, sigma_m) = (tuning.near_sigmas * tuning.edge_sigma_m, tuning.edge_sigma_m);
@@ -224,18 +227,20 @@ fn ends_on(outline: &[Option<[f64; 2]>], square: &Square, side_m: f64, tuning: &
     let normal = |off: f64| {
         (-0.5 * (off / sigma_m).powi(2)).exp() / (sigma_m * std::f64::consts::TAU.sqrt())
     };
-    let (mut counts, mut nats) = ([0.0; 3], 0.0);
+    let (mut shorts, mut beyonds, mut nats) = (0.0, 0.0, 0.0);
     for p in outline {
         let off = p.map_or(-half_m, |p| excess(square.material(p), half_m));
-        let which = if off.abs() < near_m { 0 } else { 1 + usize::from(off > 0.0) };
-        counts[which] += 1.0;
-        let elsewhere =
-            if off < 0.0 { short / half_m } else { beyond / (tuning.anywhere_m - half_m).max(sigma_m) };
+        shorts += f64::from(off <= -near_m);
+        beyonds += f64::from(off >= near_m);
+        let elsewhere = if off < 0.0 {
+            short / half_m
+        } else {
+            beyond / (tuning.anywhere_m - half_m).max(sigma_m)
+        };
         nats += ((on * normal(off) + elsewhere) / anything).ln();
     }
     let count = outline.len() as f64;
-    let [on_share, short_share, beyond_share] = counts.map(|c| c / count);
-    Ends { on_share, short_share, beyond_share, mean_nats: nats / count }
+    Ends { short_share: shorts / count, beyond_share: beyonds / count, mean_nats: nats / count }
 }
 
 /// The square that the flattened cloth makes, of a side within the tuning's range about

@@ -165,14 +165,14 @@ pub struct PlateTuning {
     pub cells_per_area: f64,
     /// Places that are measured and verified at most.
     pub most_measured: usize,
-    /// Of these at most within half a side of each other.
+    /// Of the first half of these at most within half a side of each other.
     pub most_at_one_drape: usize,
     /// Rounds of a measurement.
     pub measurements: usize,
     /// Edges between these radii count as round.
     pub round_radii: [f64; 2],
-    /// Most points around a place that it is measured on.
-    pub most_near: usize,
+    /// Most points around a place that it is measured on, as one of many and as the plate.
+    pub most_near: [usize; 2],
     /// The plane is laid through what lies within this radius.
     pub disc_radii: f64,
     /// Fewest bearings that make a circle.
@@ -214,6 +214,10 @@ pub struct PlateTuning {
 pub struct PoseTuning {
     /// Most points that are flattened at a place.
     pub most_points: usize,
+    /// Places that are verified at once, in the order in which they look like drapes,
+    pub at_once: usize,
+    /// until one is as likely a drape as this \[nats\]: of drapes most are.
+    pub enough_nats: f64,
     /// Cell of their downsampling \[m\].
     pub cell_m: f64,
     /// Chances that the outline of a drape ends at the square's side, short of it, and beyond.
@@ -336,6 +340,8 @@ pub struct ClothTuning {
     pub underside_share: f64,
     /// and where the column is as wide as this share of the plate.
     pub wide_column: f64,
+    /// Height of the slices of the pedestal in which its radius is read \[m\].
+    pub slice_m: f64,
     /// Clearance from the pedestal \[m\], and in noises.
     pub column_m: f64,
     /// See `column_m`.
@@ -698,6 +704,11 @@ pub struct LimitTuning {
     pub sparse_m: f64,
     /// Distance between points that is enough \[m\].
     pub needed_m: f64,
+    /// Fewer surface points than this near a place of the rim that lie off the sheet are strays.
+    pub unexplained_points: f64,
+    /// A sheet whose typical point lies off by more than this share of the root mean square is off
+    /// everywhere, and not where the cloth is creased.
+    pub everywhere: f64,
     /// With sparse points the flattened cloth reads shorter, down to this share.
     pub sparse_reads: f64,
     /// A direction for the warp that is nearer to the vertical tells no side of the
@@ -723,72 +734,74 @@ const SHIPPED: Tuning = Tuning {
         most_chord_m: 0.1e-3,   // c
     },
     plate: PlateTuning {
-        most_coarse: 250_000, // c
-        coarse_cell_radii: 0.1,          // c
-        seed_cell_radii: 0.4,            // c
-        patch_radii: 0.6,                // c
-        flat_rms_m: 3e-3,                // m: arches of 2.5 mm at bending lengths up to 30 mm
-        filled: 0.3,                     // c
-        around_radii: 1.5,               // c
-        most_level: 0.85,                // d
-        patch_rounds: 6,                 // c
-        settled_radii: 0.01,             // c
-        same_radii: 0.04,                // c
-        reach_radii: 2.2,                // c
-        bearings: 36,                    // c
-        most_tangents: 6_000,            // c: time
-        tangent_m: 15e-3,                // c
-        on_wide_m: 8e-3,                 // c
-        along_wide: 0.9,                 // c
-        least_tangents: 100,             // c
-        wide_trials: 100,                // l: for a plane of one in ten, a failure in 10^4
-        most_wide_planes: 6,             // c
-        wide_sides: 1.1,                 // d
-        around_sides: 0.78,              // d
-        reach_sides: 0.74,               // d: corners at 0.71, stretch
-        hang: 1.12,                      // d: stretch
-        rise_m: 8e-3,                    // c
-        level_outside_radii: 1.5,        // c
-        hanging_radii: 0.5,              // d: rims hang 1.2 deep and more; tables are higher
-        cells_per_area: 1.5,             // d: the mean of |cos| over three axes
-        most_measured: 6,                // c: time
-        most_at_one_drape: 3,            // c: the plate, and the backs of folds
-        measurements: 6,                 // c
-        round_radii: [0.7, 1.2],         // m: edges of stiff cloth are read 8 mm too far in
-        most_near: 100_000,              // c: time
-        disc_radii: 0.8,                 // c
-        least_edges: 10,                 // c
-        radius_tolerance: 0.25,          // m: stiff cloth leaves the plate too gently for less
-        layer_cell_radii: 0.15,          // d: one and a half voxels
-        layer_gap_radii: 0.05,           // d: less than plates are thick
-        fine_layer_cell_radii: 0.1,      // c
-        layer_depth_radii: 0.5,          // c
-        layer_within: 0.85,              // c
-        layer_bin_m: 0.4e-3,             // c
-        layer_share: 0.04,               // c
-        layer_apart_m: 3e-3,             // m: passes of a depth camera drift by 1 to 2 mm
-        layer_valley: 0.6,               // c
-        outside_higher_m: 1.2e-3,        // d: stiff cloth's arch rises outward by less
-        outside_noises: 4.0,             // c
-        side_radii: 1.05,                // c
-        outside_m: [2e-3, 8e-3],         // c
-        skirt_sectors: 120,              // c
+        most_coarse: 250_000,         // c
+        coarse_cell_radii: 0.1,       // c
+        seed_cell_radii: 0.4,         // c
+        patch_radii: 0.6,             // c
+        flat_rms_m: 3e-3,             // m: arches of 2.5 mm at bending lengths up to 30 mm
+        filled: 0.3,                  // c
+        around_radii: 1.5,            // c
+        most_level: 0.85,             // d
+        patch_rounds: 6,              // c
+        settled_radii: 0.01,          // c
+        same_radii: 0.04,             // c
+        reach_radii: 2.2,             // c
+        bearings: 36,                 // c
+        most_tangents: 6_000,         // c: time
+        tangent_m: 15e-3,             // c
+        on_wide_m: 8e-3,              // c
+        along_wide: 0.9,              // c
+        least_tangents: 100,          // c
+        wide_trials: 100,             // l: for a plane of one in ten, a failure in 10^4
+        most_wide_planes: 6,          // c
+        wide_sides: 1.1,              // d
+        around_sides: 0.78,           // d
+        reach_sides: 0.74,            // d: corners at 0.71, stretch
+        hang: 1.12,                   // d: stretch
+        rise_m: 8e-3,                 // c
+        level_outside_radii: 1.5,     // c
+        hanging_radii: 0.5,           // d: rims hang 1.2 deep and more; tables are higher
+        cells_per_area: 1.5,          // d: the mean of |cos| over three axes
+        most_measured: 12,            // c: time
+        most_at_one_drape: 3,         // c: the plate, and the backs of folds
+        measurements: 6,              // c
+        round_radii: [0.7, 1.2],      // m: edges of stiff cloth are read 8 mm too far in
+        most_near: [15_000, 100_000], // c: time
+        disc_radii: 0.8,              // c
+        least_edges: 10,              // c
+        radius_tolerance: 0.25,       // m: stiff cloth leaves the plate too gently for less
+        layer_cell_radii: 0.15,       // d: one and a half voxels
+        layer_gap_radii: 0.05,        // d: less than plates are thick
+        fine_layer_cell_radii: 0.1,   // c
+        layer_depth_radii: 0.5,       // c
+        layer_within: 0.85,           // c
+        layer_bin_m: 0.4e-3,          // c
+        layer_share: 0.04,            // c
+        layer_apart_m: 3e-3,          // m: passes of a depth camera drift by 1 to 2 mm
+        layer_valley: 0.25,           // m: voxels of 3 mm make layers with 0.4 between them
+        outside_higher_m: 1.2e-3,     // d: stiff cloth's arch rises outward by less
+        outside_noises: 4.0,          // c
+        side_radii: 1.05,             // c
+        outside_m: [2e-3, 8e-3],      // c
+        skirt_sectors: 120,           // c
     },
     pose: PoseTuning {
-        most_points: 80_000,          // c
-        cell_m: 3.5e-3,               // c
-        chances: [0.9, 0.09, 0.01],   // c
-        edge_sigma_m: 4e-3,           // c
-        near_sigmas: 2.5,             // c
-        anywhere_m: 0.237,            // d
-        bearings: 20.0,               // c
-        off_sigma_m: 10e-3,           // c
-        least_nats: 0.0,              // d: as likely as not
-        least_another_nats: 20.0,     // m: drapes 40 to 59, anything else 28 and less
-        apart_sides: 0.53,            // d: rims reach 0.5, stiff corners more, but narrow
-        only_wide: 0.8,               // c
-        centrings: 3,                 // c
-        centred_m: 1.5e-3,            // c
+        most_points: 80_000,        // c
+        at_once: 4,                 // c: time
+        enough_nats: 40.0,          // m: drapes 40 to 59, anything else 28 and less
+        cell_m: 3.5e-3,             // c
+        chances: [0.9, 0.09, 0.01], // c
+        edge_sigma_m: 4e-3,         // c
+        near_sigmas: 2.5,           // c
+        anywhere_m: 0.237,          // d
+        bearings: 20.0,             // c
+        off_sigma_m: 10e-3,         // c
+        least_nats: 0.0,            // d: as likely as not
+        least_another_nats: 20.0,   // m: drapes 40 to 59, anything else 28 and less
+        apart_sides: 0.53,          // d: rims reach 0.5, stiff corners more, but narrow
+        only_wide: 0.8,             // c
+        centrings: 3,               // c
+        centred_m: 1.5e-3,          // c
     },
     underside: UndersideTuning {
         sure: 0.93,                                              // m
@@ -831,6 +844,7 @@ const SHIPPED: Tuning = Tuning {
         beside_plate_m: 1.5e-3,     // c
         wide_column: 0.75,          // c
         underside_share: 0.15,      // m: 0.02 and less of soft knits from above, 0.4 from below
+        slice_m: 5e-3,              // c
         column_m: 3e-3,             // m: with 2 mm a rim behind the column was 3 mm off
         column_noises: 3.0,         // c
         below_top_m: 2e-3,          // c
@@ -986,6 +1000,8 @@ const SHIPPED: Tuning = Tuning {
         plate_reads: 0.98,                 // m
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
+        unexplained_points: 6.0,           // c
+        everywhere: 0.7,                   // m: noise 0.9, a crease 0.4
         sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c
     },

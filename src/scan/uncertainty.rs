@@ -42,6 +42,8 @@ pub(super) struct Unexplained {
     pub area_m2: f64,
     /// The point's number.
     pub rim_point: usize,
+    /// Distance between the points that it is counted in \[m\].
+    pub spacing_m: f64,
 }
 
 /// Sets flags and sigmas of the rim's points.
@@ -64,7 +66,8 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     let on_sheet = Neighbours::new(&samples);
     let all = Neighbours::new(points.surface);
     let own = Neighbours::new(points.parameterised);
-    let mut most = Unexplained { area_m2: 0.0, rim_point: 0 };
+    let spacing_m = points.spacing_m;
+    let mut most = Unexplained { area_m2: 0.0, rim_point: 0, spacing_m };
     for (index, (point, &m)) in rim.points.iter_mut().zip(&rim.material).enumerate() {
         let at = point.position_m;
         let near = all.within(&at, tuning.around_m);
@@ -73,7 +76,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
         let unexplained = near.iter().filter(|&&i| off(&points.surface[i])).count() as f64;
         let area_m2 = unexplained * points.spacing_m.powi(2);
         if area_m2 > most.area_m2 {
-            most = Unexplained { area_m2, rim_point: index };
+            most = Unexplained { area_m2, rim_point: index, spacing_m };
         }
         let mine = own.within(&at, tuning.around_m);
         let support = mine

@@ -91,8 +91,8 @@ impl Cause {
     #[must_use]
     pub fn right_names(self) -> &'static [&'static str] {
         match self {
-            // No refusal says yet that passes do not meet; `Misfit` blames the cloth.
-            Self::Valid | Self::PassesApart => &[],
+            Self::Valid => &[],
+            Self::PassesApart => &["PassesApart"],
             Self::HalfDrape | Self::MissingSide => &["HiddenRim", "Gap", "TooLittleRim"],
             Self::TouchingFold | Self::Crease => &["Misfit", "Unexplained"],
             Self::TooCoarse => &["TooSparse", "TooFewPoints"],

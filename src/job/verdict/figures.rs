@@ -234,7 +234,7 @@ impl Figures {
     pub fn of_scan(scanned: &ScannedBoundary, options: &ScanOptions) -> Self {
         let q = &scanned.quality;
         Self {
-            given: Given::of(options, q.noise_m, q.sheet_rms_on_plate_m),
+            given: Given::of(options, [q.noise_m, q.sheet_rms_on_plate_m, q.surface_spacing_m]),
             sides_m: q.side_lengths_m,
             noise_m: q.noise_m,
             scan: Some(on_plate(scanned)),
@@ -258,7 +258,7 @@ impl Figures {
             Rim::Given { boundary, warp, .. } => (boundary, *warp),
         };
         Self {
-            given: Given::of(options, 0.0, 0.0),
+            given: Given::of(options, [0.0; 3]),
             sides_m: side_chords_m(boundary),
             noise_m: boundary.mean_sigma_m(),
             scan: None,
@@ -305,8 +305,9 @@ impl Figures {
 }
 
 impl Given {
-    /// For a scan of this noise, which leaves `on_plate_m` of itself on the smoothed surface.
-    fn of(options: &ScanOptions, noise_m: f64, on_plate_m: f64) -> Self {
+    /// For a scan of this noise, which leaves `on_plate_m` of itself on the smoothed surface, whose points are
+    /// `spacing_m` apart.
+    fn of(options: &ScanOptions, [noise_m, on_plate_m, spacing_m]: [f64; 3]) -> Self {
         Self {
             side_m: options.specimen_side_m,
             plate_radius_m: options.plate_radius_m,
@@ -314,7 +315,7 @@ impl Given {
             longest_gap_m: options.longest_gap_m(noise_m),
             most_misfit_m: options.most_misfit_m(on_plate_m),
             most_uneven_m: options.most_uneven_m(noise_m),
-            most_unexplained_m2: options.max_unexplained_m2,
+            most_unexplained_m2: options.most_unexplained_m2(spacing_m),
         }
     }
 }

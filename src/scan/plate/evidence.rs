@@ -15,7 +15,7 @@ pub(super) struct Evidence {
     pub filled: f64,
     /// Level points outside of the disc, in those that it would take to fill it.
     pub level_outside: f64,
-    /// Of the points within the cloth's reach, those above the disc.
+    /// Points above the disc, in those that it would take to fill it.
     pub above: f64,
     /// Of the bearings, those on which something hangs.
     pub hanging: f64,
@@ -46,7 +46,7 @@ impl Evidence {
             }
             within += 1.0;
             if p.height_m > tuning.rise_m {
-                above += 1.0;
+                above += f64::from(r < tuning.level_outside_radii * radius_m);
             } else if p.height_m.abs() < level_m {
                 if let Some(cell) = grid.cell(p.xz_m) {
                     filled[cell] = true;
@@ -59,11 +59,12 @@ impl Evidence {
             }
         }
         let disc = std::f64::consts::PI * radius_m.powi(2) / cell_m.powi(2);
-        let share = |flags: &[bool]| flags.iter().filter(|f| **f).count() as f64 / flags.len() as f64;
+        let share =
+            |flags: &[bool]| flags.iter().filter(|f| **f).count() as f64 / flags.len() as f64;
         Self {
             filled: share(&filled),
             level_outside: outside / disc,
-            above: above / f64::max(within, 1.0),
+            above: above / disc,
             hanging: share(&hanging),
             area: within * cell_m.powi(2) / (tuning.cells_per_area * side_m.powi(2)),
         }
@@ -72,7 +73,10 @@ impl Evidence {
     /// The larger, the more like a drape; at most 2.
     pub fn score(&self) -> f64 {
         let Self { filled, level_outside, above, hanging, area } = *self;
-        filled + hanging - 2.0 * level_outside - 4.0 * above - area.max(0.01).ln().abs()
+        filled + hanging
+            - 2.0 * level_outside.min(1.0)
+            - 2.0 * above.min(1.0)
+            - area.max(0.01).ln().abs().min(1.0)
     }
 }
 
@@ -109,6 +113,8 @@ impl Grid {
     fn cell(&self, xz_m: [f64; 2]) -> Option<usize> {
         let [i, k] = xz_m.map(|c| ((c + self.radius_m) / self.step_m).floor());
         let inside = |c: f64| (0.0..self.side as f64).contains(&c);
-        (inside(i) && inside(k)).then(|| self.numbers[i as usize * self.side + k as usize]).flatten()
+        (inside(i) && inside(k))
+            .then(|| self.numbers[i as usize * self.side + k as usize])
+            .flatten()
     }
 }

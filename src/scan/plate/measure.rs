@@ -44,7 +44,8 @@ pub(in crate::scan) struct Plate {
 /// evenly, so that about the true centre only a plane is odd.
 pub(in crate::scan) fn level(points: &[Point3], plate: &mut Plate, options: &ScanOptions) {
     let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
-    let mut around = Around::new(points, plate.centre, plate.up.into_inner(), radius_m, tuning);
+    let (up, most) = (plate.up.into_inner(), tuning.most_near[1]);
+    let mut around = Around::new(points, plate.centre, up, radius_m, most, tuning);
     around.noise_m = plate.noise_m;
     for _ in 0..2 {
         around.uncover(true);
@@ -61,8 +62,21 @@ pub(in crate::scan) fn level(points: &[Point3], plate: &mut Plate, options: &Sca
 /// Powers of the level coordinates that a surface over the plate is made of: all up to the
 /// fourth,
 const QUARTIC: &[(i32, i32)] = &[
-    (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (4, 0), (3, 1), (2, 2), (1, 3), (0, 4),
-    (3, 0), (2, 1), (1, 2), (0, 3),
+    (0, 0),
+    (1, 0),
+    (0, 1),
+    (2, 0),
+    (1, 1),
+    (0, 2),
+    (4, 0),
+    (3, 1),
+    (2, 2),
+    (1, 3),
+    (0, 4),
+    (3, 0),
+    (2, 1),
+    (1, 2),
+    (0, 3),
 ];
 /// and of these a plane and what is even.
 const EVEN_AND_PLANE: &[(i32, i32)] = QUARTIC.split_at(11).0;
@@ -97,7 +111,8 @@ pub(super) fn measure(
     radius_m: f64,
     tuning: &PlateTuning,
 ) -> Option<Plate> {
-    let mut around = Around::new(points, rough.centre, rough.up, radius_m, tuning);
+    let most = tuning.most_near[0];
+    let mut around = Around::new(points, rough.centre, rough.up, radius_m, most, tuning);
     let nominal = Circle { centre: [0.0; 2], radius_m, scatter_m: 0.5 * radius_m };
     let (mut circle, mut tilt_sigma_rad, mut round) = (nominal, 0.0, 0.0);
     for step in 0..tuning.measurements {
@@ -136,12 +151,13 @@ impl<'a> Around<'a> {
         centre: Point3,
         up: Vector3,
         radius_m: f64,
+        most: usize,
         tuning: &'a PlateTuning,
     ) -> Self {
         let reach_m = radius_m * tuning.reach_radii;
         let near: Vec<Point3> =
             points.par_iter().copied().filter(|p| (p - centre).norm() < reach_m).collect();
-        let stride = near.len().div_ceil(tuning.most_near).max(1);
+        let stride = near.len().div_ceil(most).max(1);
         let all = near.into_iter().step_by(stride).collect();
         Self { all, open: Vec::new(), centre, up, noise_m: tuning.flat_rms_m, radius_m, tuning }
     }

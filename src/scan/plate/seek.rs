@@ -71,19 +71,29 @@ pub(super) fn candidates(points: &[Point3], hints: &Hints, options: &ScanOptions
     Sought { candidates: apart(found, side_m, radius_m, tuning), wide_share }
 }
 
-/// The first few candidates, each place once, and no more than some about one drape, so that
-/// another one's is among them.
-fn apart(found: Vec<Candidate>, side_m: f64, radius_m: f64, tuning: &PlateTuning) -> Vec<Candidate> {
-    let mut apart: Vec<Candidate> = Vec::new();
+/// The first few candidates, each place once. First come a few about each drape, so that another
+/// one's are among them.
+fn apart(
+    found: Vec<Candidate>,
+    side_m: f64,
+    radius_m: f64,
+    tuning: &PlateTuning,
+) -> Vec<Candidate> {
+    let mut different: Vec<Candidate> = Vec::new();
     for candidate in found {
-        let near = |other: &&Candidate| (other.centre - candidate.centre).norm() < 0.5 * side_m;
-        if apart.len() < tuning.most_measured
-            && apart.iter().filter(near).count() < tuning.most_at_one_drape
-            && !apart.iter().any(|other| other.is_near(&candidate, radius_m))
-        {
-            apart.push(candidate);
+        if !different.iter().any(|other| other.is_near(&candidate, radius_m)) {
+            different.push(candidate);
         }
     }
+    let (mut apart, mut more): (Vec<Candidate>, Vec<Candidate>) = (Vec::new(), Vec::new());
+    for candidate in different {
+        let near = |other: &&Candidate| (other.centre - candidate.centre).norm() < 0.5 * side_m;
+        let crowded = apart.iter().filter(near).count() >= tuning.most_at_one_drape;
+        if crowded { &mut more } else { &mut apart }.push(candidate);
+    }
+    apart.truncate(tuning.most_measured / 2);
+    apart.extend(more);
+    apart.truncate(tuning.most_measured);
     apart
 }
 
@@ -215,8 +225,7 @@ impl Search<'_> {
         let around = self.narrow_tree.within(&centre, self.tuning.around_sides * self.side_m);
         let placed = |i: &usize| Placed::of(&self.narrow[*i], &centre, [&u, &up, &v]);
         let around: Vec<Placed> = around.iter().map(placed).collect();
-        let evidence =
-            Evidence::of(&around, self.radius_m, self.side_m, self.cell_m, self.tuning);
+        let evidence = Evidence::of(&around, self.radius_m, self.side_m, self.cell_m, self.tuning);
         Candidate { centre, up, evidence }
     }
 }

@@ -23,6 +23,12 @@ impl Plane {
     fn off_m(&self, p: &Point3) -> f64 {
         (p - self.at).dot(&self.normal).abs()
     }
+
+    /// Whether a tangent plane is a part of it.
+    fn has(&self, tangent: &Self, tuning: &PlateTuning) -> bool {
+        self.off_m(&tangent.at) < tuning.on_wide_m
+            && self.normal.dot(&tangent.normal).abs() > tuning.along_wide
+    }
 }
 
 /// Which points lie on a plane that is wider than `width_m` in both directions.
@@ -40,17 +46,17 @@ pub(super) fn on_wide_planes(
         let near = tree.within(p, tuning.tangent_m);
         principal(near.iter().map(|&i| points[i])).map(|(at, normal, _)| Plane { at, normal })
     };
-    let mut tangents: Vec<Plane> =
-        points.par_iter().step_by(stride).filter_map(tangent).collect();
+    let mut tangents: Vec<Plane> = points.par_iter().step_by(stride).filter_map(tangent).collect();
     let mut rng = seed::rng(run_seed, "wide planes", 0);
     for _ in 0..tuning.most_wide_planes {
         let Some(plane) = fullest(&tangents, &mut rng, tuning) else { break };
-        tangents.retain(|t| plane.off_m(&t.at) > tuning.on_wide_m);
-        let on: Vec<usize> =
-            (0..points.len()).filter(|&i| plane.off_m(&points[i]) < tuning.on_wide_m).collect();
-        if is_wide(&plane, on.iter().map(|&i| &points[i]), width_m) {
-            on.into_iter().for_each(|i| wide[i] = true);
+        let along = tangents.iter().filter(|t| plane.has(t, tuning)).map(|t| t.at);
+        if is_wide(&plane, along.collect(), width_m) {
+            let on = points.iter().zip(&mut wide);
+            let on = on.filter(|(p, _)| plane.off_m(p) < tuning.on_wide_m);
+            on.for_each(|(_, wide)| *wide = true);
         }
+        tangents.retain(|t| plane.off_m(&t.at) > tuning.on_wide_m);
     }
     wide
 }
@@ -59,10 +65,7 @@ pub(super) fn on_wide_planes(
 fn fullest(tangents: &[Plane], rng: &mut seed::Rng, tuning: &PlateTuning) -> Option<Plane> {
     let on = |plane: &Plane| {
         let plane = *plane;
-        tangents.iter().filter(move |t| {
-            plane.off_m(&t.at) < tuning.on_wide_m
-                && t.normal.dot(&plane.normal).abs() > tuning.along_wide
-        })
+        tangents.iter().filter(move |t| plane.has(t, tuning))
     };
     if tangents.is_empty() {
         return None;
@@ -79,9 +82,8 @@ fn fullest(tangents: &[Plane], rng: &mut seed::Rng, tuning: &PlateTuning) -> Opt
     (fullest.0 >= tuning.least_tangents).then_some(plane)
 }
 
-/// Whether points on a plane spread over more than `width_m` both ways.
-fn is_wide<'a>(plane: &Plane, on: impl Iterator<Item = &'a Point3>, width_m: f64) -> bool {
-    let on: Vec<Point3> = on.copied().collect();
+/// Whether the places of tangent planes on a plane spread over more than `width_m` both ways.
+fn is_wide(plane: &Plane, on: Vec<Point3>, width_m: f64) -> bool {
     let Some((mean, ..)) = principal(on.iter().copied()) else { return false };
     // The longer principal axis, and the one across it.
     let (u, v) = horizontal_axes(&plane.normal, &Vector3::x());
