@@ -1001,7 +1001,7 @@ const SHIPPED: Tuning = Tuning {
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
         unexplained_points: 6.0,           // c
-        everywhere: 0.7,                   // m: noise 0.9, a crease 0.4
+        everywhere: 0.5,                   // c
         sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c
     },
