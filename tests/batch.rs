@@ -86,7 +86,7 @@ fn one_bad_file_never_stops_the_others() {
     assert!(rows[0]["shear_g_s2"].parse::<f64>().unwrap() > 0.0);
     for (file, part) in [
         ("damaged.ply", "copy or export it again"),
-        ("floor.xyz", "no plate found"),
+        ("floor.xyz", "no drape found"),
         ("missing.ply", "line 6"),
         ("nameless.xyz", "has no row for `nameless.xyz`"),
     ] {

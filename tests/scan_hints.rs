@@ -225,7 +225,7 @@ fn a_refused_scan_leaves_the_picture_of_what_was_found() {
         "{}",
         said(&refused)
     );
-    for flag in ["no plate found", "--up", "--plate-near", "--crop"] {
+    for flag in ["no drape found", "--crop"] {
         assert!(said(&refused).contains(flag), "{}", said(&refused));
     }
     assert!(fs::read(at("new/out/floor.inspect.png")).unwrap() == picture);

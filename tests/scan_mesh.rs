@@ -314,6 +314,8 @@ fn what_spans_the_rim_is_cut_away_or_the_scan_is_refused() {
                 assert!(clear_percent < limit_percent);
             }
             Some(ScanError::UnevenSides { .. }) if uneven => {}
+            // a blob's edge is nowhere near a square
+            Some(ScanError::NotASquare { .. }) if steps == 40 => {}
             other => panic!("{name}: {other:?}"),
         }
     }

@@ -91,20 +91,6 @@ pub enum ScanError {
         /// The file's unit.
         unit: LengthUnit,
     },
-    /// A disc with cloth falling away around it, whose edge shows nowhere near enough.
-    #[error(
-        "a flat disc is there, but the cloth bends off it sharply enough to show the plate's edge on less than \
-         {least} of {bearings} bearings: too few points around it, or cloth too stiff for a plate of {:.0} mm radius",
-        radius_m * 1e3
-    )]
-    NoPlateEdge {
-        /// Bearings that it must show on.
-        least: usize,
-        /// Bearings looked at.
-        bearings: usize,
-        /// Radius of the plate \[m\].
-        radius_m: f64,
-    },
     /// A closed mesh whose cloth ends nowhere.
     #[error(
         "the mesh is closed underneath, and where the cloth ends it turns by {crease_deg:.0} degrees only \

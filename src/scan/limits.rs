@@ -48,7 +48,7 @@ pub(super) fn no_place(wide_share: f64, options: &ScanOptions) -> NoDrape {
     NoDrape::WidePlanes { percent: 100.0 * wide_share }
 }
 
-/// Refuses a plate whose edge does not show, and one of another radius.
+/// Refuses a plate of another radius, where a sheet has shown it.
 pub(super) fn plate(
     plate: &Plate,
     unit: LengthUnit,
@@ -56,12 +56,8 @@ pub(super) fn plate(
 ) -> Result<(), ScanError> {
     let (tuning, expected_m) = (&options.tuning.plate, options.plate_radius_m);
     let (bearings, radius_m) = (tuning.bearings, plate.radius_m);
-    if plate.round == 0.0 {
-        return Err(ScanError::NoPlateEdge {
-            least: tuning.least_edges,
-            bearings,
-            radius_m: expected_m,
-        });
+    if !plate.from_sheet {
+        return Ok(());
     }
     // Where stiff cloth falls away slowly, noise hides the edge: its scatter counts.
     let sigma_m = plate.radius_scatter_m / (bearings as f64 / 4.0).sqrt();
@@ -162,7 +158,6 @@ pub(super) fn underlying(
             (best.short > best.beyond, false)
         }
         ScanError::NoPlate { why: NoDrape::NoPatch, .. } => (true, false),
-        ScanError::NoPlateEdge { .. } => (true, false),
         ScanError::NotASquare { .. }
         | ScanError::HiddenRim { .. }
         | ScanError::TooLittleRim { .. }
@@ -264,7 +259,7 @@ pub(super) fn misfit(misfit: &Misfit, options: &ScanOptions) -> Result<(), ScanE
     let limit_m = options.most_misfit_m(misfit.on_plate_m);
     let (rms_mm, limit_mm) = (misfit.rms_m * 1e3, limit_m * 1e3);
     if misfit.rms_m > limit_m {
-        if misfit.typical_m > options.tuning.limits.everywhere * misfit.rms_m {
+        if misfit.typical_m > options.tuning.limits.everywhere * limit_m {
             return Err(ScanError::PassesApart { rms_mm, limit_mm });
         }
         return Err(ScanError::Misfit { rms_mm, limit_mm, bearing_deg: misfit.worst_bearing_deg });

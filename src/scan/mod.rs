@@ -65,7 +65,7 @@ mod unit_guess;
 mod warp;
 
 pub use color::MarkColor;
-pub use error::{Place, ScanError};
+pub use error::{NoDrape, Place, PlateCandidate, ScanError};
 pub use found::{Found, FoundPlate, FoundSquare, Refusal};
 pub use frame::Bearing;
 pub use mesh_facts::{CutFacts, MeshFacts};

@@ -59,7 +59,7 @@ pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Opt
         radius_m: options.plate_radius_m,
         radius_scatter_m: 0.0,
     };
-    for _ in 0..2 {
+    for _ in 0..3 {
         let tuning = &options.tuning.origin;
         let trace = |k| ray(sheet, square, &origin, k, options);
         let rays: Vec<Ray> = (0..tuning.bearings).filter_map(trace).collect();
@@ -100,7 +100,7 @@ fn ray(
     let mut before = at(0.6 * radius_m);
     for j in 1..100 {
         let now = at(0.6 * radius_m + f64::from(j) * step);
-        if from_axis(&now) < tuning.face_radii * radius_m {
+        if from_axis(&now) < tuning.face_radii * radius_m.min(from.radius_m) {
             face_m = face_m.min(now.y);
         }
         for (crossed, depth_m) in crossed.iter_mut().zip(tuning.depths_m) {

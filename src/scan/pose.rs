@@ -7,10 +7,10 @@
 //! A drape is a nearly isometric image of a square of known side, whose middle lies on a disc from
 //! which it hangs. So the cloth at each place is cut free and flattened from the disc outwards, and
 //! the outline of what comes of it is held against that square. On each bearing it ends at the
-//! square's side, within sigma; or short of it, where cloth is hidden; or beyond it, which cloth
-//! hardly does. With the chance of each, the outline has a log-likelihood ratio of a specimen
-//! against anything. Neighbouring bearings err together, so that some count as one. A middle that
-//! lies off the disc's counts as a normal deviate.
+//! square's side, within sigma; or short of it, where cloth is hidden, on a share of the bearings
+//! that is not known; or beyond it, which cloth hardly does. So the outline has a log-likelihood
+//! ratio of a specimen against anything. Neighbouring bearings err together, so that some count as
+//! one. A middle that lies off the disc's counts as a normal deviate.
 //!
 //! Tables and walls go on beyond the square, boxes and cups end short of it, and from the back of a
 //! fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's edge
@@ -68,24 +68,38 @@ pub(super) fn find(
     let Places { places, wide_share } = plate::places(points, &Hints::of(options, unit), options);
     let tuning = &options.tuning.pose;
     let mut verified: Vec<Verified> = Vec::new();
-    for some in places.chunks(tuning.at_once) {
+    let mut later = places.as_slice();
+    while !later.is_empty() && !verified.iter().any(|place| place.nats > tuning.enough_nats) {
+        let (some, rest) = later.split_at(tuning.at_once.min(later.len()));
         verified.par_extend(some.par_iter().map(|place| verify(points, place, options)));
-        if verified.iter().any(|place| place.nats > tuning.enough_nats) {
-            break;
-        }
+        later = rest;
     }
+    let Some(best) = likeliest(&verified) else {
+        return refuse(limits::no_place(wide_share, options));
+    };
+    // Beside the likeliest there may be another drape.
+    let beside = |place: &&Place| verified[best].is_beside(&place.plate, options);
+    let beside: Vec<&Place> = later.iter().filter(beside).take(tuning.at_once).collect();
+    verified.par_extend(beside.into_par_iter().map(|place| verify(points, place, options)));
+    let first = verified[0].candidate();
     verified.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let mut verified = verified.into_iter();
-    let Some(best) = verified.next() else { return refuse(limits::no_place(wide_share, options)) };
-    if best.nats <= options.tuning.pose.least_nats {
-        return refuse(NoDrape::NotTheSpecimen(best.candidate()));
-    }
+    let Some(best) = verified.next().filter(|best| best.nats > tuning.least_nats) else {
+        return refuse(NoDrape::NotTheSpecimen(first));
+    };
     let others: Vec<Verified> =
         verified.filter(|other| !best.is_of_the_same_disc(other, options)).collect();
     let ahead_nats = others.first().map(|next| best.nats - next.nats);
-    let another = others.into_iter().find(|other| other.is_another_drape(&best, options));
+    let is_drape = |other: &Verified| other.nats > tuning.least_another_nats;
+    let is_another = |other: &Verified| is_drape(other) && best.is_beside(&other.plate, options);
+    let another = others.into_iter().find(is_another).map(|other| other.plate);
     let plate = centred(points, &best.plate, options).unwrap_or(best.plate);
-    Ok(Pose { plate, nats: best.nats, ahead_nats, another: another.map(|other| other.plate) })
+    Ok(Pose { plate, nats: best.nats, ahead_nats, another })
+}
+
+/// The number of the place that is likeliest a drape.
+fn likeliest(verified: &[Verified]) -> Option<usize> {
+    (0..verified.len()).max_by(|&a, &b| verified[a].nats.total_cmp(&verified[b].nats))
 }
 
 impl Verified {
@@ -95,14 +109,12 @@ impl Verified {
         apart_m < options.plate_radius_m && self.plate.up.dot(&other.plate.up) > 0.9
     }
 
-    /// Whether it is likely a drape too, so far from the first that it is not the same cloth.
-    fn is_another_drape(&self, first: &Self, options: &ScanOptions) -> bool {
-        let tuning = &options.tuning.pose;
-        let apart = self.plate.centre - first.plate.centre;
-        let up = first.plate.up.into_inner();
+    /// Whether a plate is so far beside this one that it is not under the same cloth.
+    fn is_beside(&self, plate: &Plate, options: &ScanOptions) -> bool {
+        let apart = plate.centre - self.plate.centre;
+        let up = self.plate.up.into_inner();
         let level_m = (apart - up * apart.dot(&up)).norm();
-        self.nats > tuning.least_another_nats
-            && level_m > tuning.apart_sides * options.specimen_side_m
+        level_m > options.tuning.pose.apart_sides * options.specimen_side_m
     }
 
     /// The place, as a refusal shows it.
@@ -119,12 +131,13 @@ impl Verified {
 }
 
 /// Flattens what lies at a place and holds it against the specimen.
-fn verify(points: &[Point3], Place { plate }: &Place, options: &ScanOptions) -> Verified {
+fn verify(points: &[Point3], place: &Place, options: &ScanOptions) -> Verified {
     let tuning = &options.tuning.pose;
+    let Place { plate } = place;
     let Flattened { surface, .. } = flatten(points, plate, options);
     let (square, ends) = square::ends(&surface.flat, options);
     let off_m = square.centre[0].hypot(square.centre[1]);
-    let nats = ends.nats(tuning) - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
+    let nats = ends.nats - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
     Verified { plate: plate.clone(), ends, nats }
 }
 
@@ -165,7 +178,7 @@ fn centred(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Option<Pl
         plate.centre += local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
         plate::level(points, &mut plate, options);
         (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
-        plate.round = 1.0;
+        plate.from_sheet = true;
         if x.hypot(z) < tuning.centred_m {
             break;
         }

@@ -186,16 +186,8 @@ pub(super) struct Ends {
     pub short_share: f64,
     /// Beyond it.
     pub beyond_share: f64,
-    /// Mean over the bearings of the log-likelihood ratio of the specimen against anything
-    /// \[nats\].
-    mean_nats: f64,
-}
-
-impl Ends {
-    /// The log-likelihood ratio, with bearings that err together counted once \[nats\].
-    pub fn nats(&self, tuning: &PoseTuning) -> f64 {
-        tuning.bearings * self.mean_nats
-    }
+    /// Log-likelihood ratio of the specimen against anything \[nats\].
+    pub nats: f64,
 }
 
 /// Where the outline of `flat` ends, against the square of about the specimen's side that fits
@@ -209,38 +201,58 @@ pub(super) fn ends(flat: &[[f64; 2]], options: &ScanOptions) -> (Square, Ends) {
     let nominal = on(find(flat, side_m, tuning).square, side_m);
     // A specimen of another size is one too; what is wrong with it is said later.
     let scaled = measure(flat, side_m, tuning).map(|own| on(own.square, own.side_m));
-    let best = scaled.filter(|scaled| scaled.1.mean_nats > nominal.1.mean_nats);
+    let best = scaled.filter(|scaled| scaled.1.nats > nominal.1.nats);
     best.unwrap_or(nominal)
 }
 
 /// Where the points of an outline end against a square.
+///
+/// Short of the side the specimen ends where it is hidden, anything else anywhere; on how large a
+/// share of the bearings is not known of either, so that the likelihoods are means over all shares.
 fn ends_on(
     outline: &[Option<[f64; 2]>],
     square: &Square,
     side_m: f64,
     tuning: &PoseTuning,
 ) -> Ends {
-    let [on, short, beyond] = tuning.chances;
-    let half_m = 0.5 * side_m;
-    let (near_m, sigma_m) = (tuning.near_sigmas * tuning.edge_sigma_m, tuning.edge_sigma_m);
-    let anything = 1.0 / tuning.anywhere_m;
+    let (half_m, sigma_m) = (0.5 * side_m, tuning.edge_sigma_m);
+    let off_m = |p: &Option<[f64; 2]>| p.map_or(-half_m, |p| excess(square.material(p), half_m));
+    let off_m: Vec<f64> = outline.iter().map(off_m).collect();
+    let count = off_m.len() as f64;
     let normal = |off: f64| {
         (-0.5 * (off / sigma_m).powi(2)).exp() / (sigma_m * std::f64::consts::TAU.sqrt())
     };
-    let (mut shorts, mut beyonds, mut nats) = (0.0, 0.0, 0.0);
-    for p in outline {
-        let off = p.map_or(-half_m, |p| excess(square.material(p), half_m));
-        shorts += f64::from(off <= -near_m);
-        beyonds += f64::from(off >= near_m);
-        let elsewhere = if off < 0.0 {
-            short / half_m
-        } else {
-            beyond / (tuning.anywhere_m - half_m).max(sigma_m)
-        };
-        nats += ((on * normal(off) + elsewhere) / anything).ln();
+    let beyond = 1.0 / (tuning.anywhere_m - half_m).max(sigma_m);
+    // Density of the end at `off` of the specimen and of anything, of which a share ends short.
+    let specimen = |off: f64, short: f64| {
+        let elsewhere = if off < 0.0 { short / half_m } else { tuning.beyond * beyond };
+        (1.0 - short) * normal(off) + elsewhere
+    };
+    let anything =
+        |off: f64, short: f64| if off < 0.0 { short / half_m } else { (1.0 - short) * beyond };
+    let likelihood = |density: &dyn Fn(f64, f64) -> f64| {
+        let nats = (0..SHARES).map(|k| {
+            let short = (f64::from(k) + 0.5) / f64::from(SHARES);
+            tuning.bearings * off_m.iter().map(|&off| density(off, short).ln()).sum::<f64>() / count
+        });
+        log_mean_exp(&nats.collect::<Vec<_>>())
+    };
+    let share = |is: &dyn Fn(f64) -> bool| off_m.iter().filter(|&&o| is(o)).count() as f64 / count;
+    let near_m = tuning.near_sigmas * sigma_m;
+    Ends {
+        short_share: share(&|off| off <= -near_m),
+        beyond_share: share(&|off| off >= near_m),
+        nats: likelihood(&specimen) - likelihood(&anything),
     }
-    let count = outline.len() as f64;
-    Ends { short_share: shorts / count, beyond_share: beyonds / count, mean_nats: nats / count }
+}
+
+/// Shares of hidden bearings over which a likelihood is taken.
+const SHARES: u32 = 10;
+
+/// Logarithm of the mean of what these are the logarithms of.
+fn log_mean_exp(logs: &[f64]) -> f64 {
+    let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + (logs.iter().map(|log| (log - most).exp()).sum::<f64>() / logs.len() as f64).ln()
 }
 
 /// The square that the flattened cloth makes, of a side within the tuning's range about

@@ -220,8 +220,9 @@ impl Plated {
         };
         let Pose { mut plate, another, nats, ahead_nats } = pose;
         // Who says where the plate is has said which of several drapes is meant.
-        let another = another.filter(|_| options.plate_near.is_none());
+        let mut another = another.filter(|_| options.plate_near.is_none());
         if let Some(region) = Region::about(&plate.centre, &plate.up, options) {
+            another = another.filter(|another| region.contains(&another.centre));
             scene.crop(&region);
         }
         let sensor_noise_m = plate.noise_m;

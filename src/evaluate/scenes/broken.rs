@@ -300,11 +300,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_right_name_is_a_variant_and_every_broken_cause_but_one_has_one() {
+    fn every_broken_cause_has_a_right_name_that_is_a_variant() {
         let source = include_str!("../../scan/error.rs");
         for cause in Cause::BROKEN {
             let names = cause.right_names();
-            assert_eq!(names.is_empty(), cause == Cause::PassesApart, "{}", cause.name());
+            assert!(!names.is_empty(), "{}", cause.name());
             for name in names {
                 assert!(source.contains(&format!("\n    {name} {{")), "{name} is no variant");
                 assert!(is_right(cause, name) && !is_right(Cause::Valid, name));

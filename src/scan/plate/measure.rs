@@ -35,9 +35,8 @@ pub(in crate::scan) struct Plate {
     pub centre_sigma_m: f64,
     /// Standard error of the disc's tilt \[rad\].
     pub tilt_sigma_rad: f64,
-    /// Share of the bearings whose edge lies where the plate's must; 0 if too few show one to
-    /// make a circle, whose figures are then the candidate's.
-    pub round: f64,
+    /// Whether radius and axis were read from a sheet: raw points show stiff cloth's 4 to 17 mm too small.
+    pub from_sheet: bool,
 }
 
 /// Finds the plate's tilt, height and noise anew about the centre that it has: cloth arches over it
@@ -114,7 +113,7 @@ pub(super) fn measure(
     let most = tuning.most_near[0];
     let mut around = Around::new(points, rough.centre, rough.up, radius_m, most, tuning);
     let nominal = Circle { centre: [0.0; 2], radius_m, scatter_m: 0.5 * radius_m };
-    let (mut circle, mut tilt_sigma_rad, mut round) = (nominal, 0.0, 0.0);
+    let (mut circle, mut tilt_sigma_rad) = (nominal, 0.0);
     for step in 0..tuning.measurements {
         // What is covered depends on the place, which settles after a step or two.
         if step % 2 == 0 {
@@ -126,10 +125,6 @@ pub(super) fn measure(
         let Some(found) = circle_through(&edges, tuning.least_edges) else { break };
         let [x, z] = found.centre;
         around.centre += u * x + v * z;
-        let [least, most] = tuning.round_radii;
-        let from_axis = |e: &[f64; 2]| (e[0] - x).hypot(e[1] - z) / radius_m;
-        let there = edges.iter().filter(|e| (least..most).contains(&from_axis(e))).count();
-        round = there as f64 / tuning.bearings as f64;
         circle = found;
     }
     Some(Plate {
@@ -141,7 +136,7 @@ pub(super) fn measure(
         centre_sigma_m: circle.scatter_m / (tuning.bearings as f64 / 4.0).sqrt() * 0.5,
         noise_m: around.arch(QUARTIC).map_or(around.noise_m, |arch| arch.scatter_m),
         tilt_sigma_rad,
-        round,
+        from_sheet: false,
     })
 }
 

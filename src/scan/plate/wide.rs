@@ -51,7 +51,7 @@ pub(super) fn on_wide_planes(
     for _ in 0..tuning.most_wide_planes {
         let Some(plane) = fullest(&tangents, &mut rng, tuning) else { break };
         let along = tangents.iter().filter(|t| plane.has(t, tuning)).map(|t| t.at);
-        if is_wide(&plane, along.collect(), width_m) {
+        if is_wide(&plane, &along.collect::<Vec<_>>(), width_m) {
             let on = points.iter().zip(&mut wide);
             let on = on.filter(|(p, _)| plane.off_m(p) < tuning.on_wide_m);
             on.for_each(|(_, wide)| *wide = true);
@@ -82,23 +82,20 @@ fn fullest(tangents: &[Plane], rng: &mut seed::Rng, tuning: &PlateTuning) -> Opt
     (fullest.0 >= tuning.least_tangents).then_some(plane)
 }
 
-/// Whether the places of tangent planes on a plane spread over more than `width_m` both ways.
-fn is_wide(plane: &Plane, on: Vec<Point3>, width_m: f64) -> bool {
-    let Some((mean, ..)) = principal(on.iter().copied()) else { return false };
-    // The longer principal axis, and the one across it.
+/// Whether the places of tangent planes on a plane spread over more than `width_m` in all
+/// directions.
+fn is_wide(plane: &Plane, on: &[Point3], width_m: f64) -> bool {
     let (u, v) = horizontal_axes(&plane.normal, &Vector3::x());
-    let flat: Vec<[f64; 2]> = on.iter().map(|p| [(p - mean).dot(&u), (p - mean).dot(&v)]).collect();
-    let sum = |f: fn(&[f64; 2]) -> f64| flat.iter().map(f).sum::<f64>();
-    let (xx, xy, yy) = (sum(|p| p[0] * p[0]), sum(|p| p[0] * p[1]), sum(|p| p[1] * p[1]));
-    let turn = 0.5 * (2.0 * xy).atan2(xx - yy);
-    let extent = |angle: f64| {
-        let along: Vec<f64> =
-            flat.iter().map(|p| p[0] * angle.cos() + p[1] * angle.sin()).collect();
+    (0..DIRECTIONS).all(|k| {
+        let (sin, cos) = (std::f64::consts::PI * f64::from(k) / f64::from(DIRECTIONS)).sin_cos();
+        let along: Vec<f64> = on.iter().map(|p| (p - plane.at).dot(&(u * cos + v * sin))).collect();
         let at = |share| robust::quantile(along.clone(), share).unwrap_or(0.0);
-        at(0.98) - at(0.02)
-    };
-    extent(turn).min(extent(turn + std::f64::consts::FRAC_PI_2)) > width_m
+        at(0.98) - at(0.02) > width_m
+    })
 }
+
+/// Directions in which a plane's width is taken.
+const DIRECTIONS: u32 = 12;
 
 #[cfg(test)]
 mod tests {
