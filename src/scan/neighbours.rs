@@ -37,21 +37,18 @@ impl Neighbours {
         Self { tree }
     }
 
-    /// Indices of the points within `radius` of `at`, in increasing order (so
-    /// that sums over them do not depend on the tree's layout).
+    /// Indices of the points within `radius` of `at`, in the order of the tree, which depends on
+    /// the points alone. (To sort them took a sixth of the whole scan path.)
     #[must_use]
     pub fn within(&self, at: &Point3, radius: f64) -> Vec<usize> {
         let Some(tree) = &self.tree else { return Vec::new() };
-        let mut found: Vec<usize> = tree
-            .query(&[at.x, at.y, at.z])
+        tree.query(&[at.x, at.y, at.z])
             .within::<SquaredEuclidean<f64>>(radius * radius)
             .unsorted()
             .execute()
             .iter()
             .map(|item| item.item as usize)
-            .collect();
-        found.sort_unstable();
-        found
+            .collect()
     }
 
     /// The `count` nearest points, nearest first.

@@ -21,14 +21,14 @@
 
 use rayon::prelude::*;
 
-use super::cloth::{self, Cloth};
+use super::cloth;
 use super::error::{NoDrape, PlateCandidate, ScanError};
 use super::frame::{self, LocalFrame};
 use super::hints::Hints;
 use super::options::ScanOptions;
 use super::parameterisation::{self, Parameterisation};
-use super::plate::{self, Place, Places, Plate};
-use super::square::{self, Ends};
+use super::plate::{self, Candidate, Plate, Sought};
+use super::square::{self, Ends, Square};
 use super::unit::LengthUnit;
 use super::{fit, limits, origin};
 use crate::base::clock::Stages;
@@ -49,6 +49,10 @@ pub(super) struct Pose {
 /// A place that was verified.
 struct Verified {
     plate: Plate,
+    /// What lies there, flattened.
+    flattened: Flattened,
+    /// The square that it makes.
+    square: Square,
     /// Where the flattened surface there ends.
     ends: Ends,
     /// Log-likelihood ratio of a drape against anything \[nats\].
@@ -65,22 +69,26 @@ pub(super) fn find(
     options: &ScanOptions,
 ) -> Result<Pose, ScanError> {
     let refuse = |why| Err(ScanError::NoPlate { why, radius_m: options.plate_radius_m, unit });
-    let Places { places, wide_share } = plate::places(points, &Hints::of(options, unit), options);
-    let tuning = &options.tuning.pose;
+    let (hints, tuning) = (Hints::of(options, unit), &options.tuning.pose);
+    let Sought { candidates, wide_share } = plate::candidates(points, &hints, options);
+    let verify = |candidate: &Candidate| {
+        let plate = plate::measure(points, candidate, &hints, options)?;
+        Some(verify(points, plate, options))
+    };
     let mut verified: Vec<Verified> = Vec::new();
-    let mut later = places.as_slice();
+    let mut later = candidates.as_slice();
     while !later.is_empty() && !verified.iter().any(|place| place.nats > tuning.enough_nats) {
         let (some, rest) = later.split_at(tuning.at_once.min(later.len()));
-        verified.par_extend(some.par_iter().map(|place| verify(points, place, options)));
+        verified.par_extend(some.par_iter().filter_map(verify));
         later = rest;
     }
     let Some(best) = likeliest(&verified) else {
         return refuse(limits::no_place(wide_share, options));
     };
     // Beside the likeliest there may be another drape.
-    let beside = |place: &&Place| verified[best].is_beside(&place.plate, options);
-    let beside: Vec<&Place> = later.iter().filter(beside).take(tuning.at_once).collect();
-    verified.par_extend(beside.into_par_iter().map(|place| verify(points, place, options)));
+    let beside = |place: &&Candidate| verified[best].is_beside(&place.centre, options);
+    let beside: Vec<&Candidate> = later.iter().filter(beside).take(tuning.at_once).collect();
+    verified.par_extend(beside.into_par_iter().filter_map(verify));
     let first = verified[0].candidate();
     verified.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let mut verified = verified.into_iter();
@@ -91,10 +99,12 @@ pub(super) fn find(
         verified.filter(|other| !best.is_of_the_same_disc(other, options)).collect();
     let ahead_nats = others.first().map(|next| best.nats - next.nats);
     let is_drape = |other: &Verified| other.nats > tuning.least_another_nats;
-    let is_another = |other: &Verified| is_drape(other) && best.is_beside(&other.plate, options);
+    let is_another = |other: &Verified| is_drape(other) && best.is_beside(&other.plate.centre, options);
     let another = others.into_iter().find(is_another).map(|other| other.plate);
-    let plate = centred(points, &best.plate, options).unwrap_or(best.plate);
-    Ok(Pose { plate, nats: best.nats, ahead_nats, another })
+    let nats = best.nats;
+    let rough = best.plate.clone();
+    let plate = centred(points, best, options).unwrap_or(rough);
+    Ok(Pose { plate, nats, ahead_nats, another })
 }
 
 /// The number of the place that is likeliest a drape.
@@ -110,8 +120,8 @@ impl Verified {
     }
 
     /// Whether a plate is so far beside this one that it is not under the same cloth.
-    fn is_beside(&self, plate: &Plate, options: &ScanOptions) -> bool {
-        let apart = plate.centre - self.plate.centre;
+    fn is_beside(&self, centre: &Point3, options: &ScanOptions) -> bool {
+        let apart = centre - self.plate.centre;
         let up = self.plate.up.into_inner();
         let level_m = (apart - up * apart.dot(&up)).norm();
         level_m > options.tuning.pose.apart_sides * options.specimen_side_m
@@ -131,20 +141,18 @@ impl Verified {
 }
 
 /// Flattens what lies at a place and holds it against the specimen.
-fn verify(points: &[Point3], place: &Place, options: &ScanOptions) -> Verified {
+fn verify(points: &[Point3], plate: Plate, options: &ScanOptions) -> Verified {
     let tuning = &options.tuning.pose;
-    let Place { plate } = place;
-    let Flattened { surface, .. } = flatten(points, plate, options);
-    let (square, ends) = square::ends(&surface.flat, options);
+    let flattened = flatten(points, &plate, options);
+    let (square, ends) = square::ends(&flattened.surface.flat, options);
     let off_m = square.centre[0].hypot(square.centre[1]);
     let nats = ends.nats - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
-    Verified { plate: plate.clone(), ends, nats }
+    Verified { plate, flattened, square, ends, nats }
 }
 
 /// A coarse cloth, flattened, and the frame that it is in.
 struct Flattened {
     local_from_scan: Isometry3,
-    cloth: Cloth,
     surface: Parameterisation,
 }
 
@@ -161,21 +169,24 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
     let cloth = cloth::isolate(&local, floor, plate, &coarse, &mut Stages::off());
     let mut surface = parameterisation::grow(&cloth, &coarse);
     parameterisation::relax(&mut surface, cloth.spacing_m, &coarse);
-    Flattened { local_from_scan, cloth, surface }
+    Flattened { local_from_scan, surface }
 }
 
 /// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the
 /// gentle bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if there is no sheet.
-fn centred(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Option<Plate> {
+fn centred(points: &[Point3], found: Verified, options: &ScanOptions) -> Option<Plate> {
     let tuning = &options.tuning.pose;
-    let mut plate = plate.clone();
-    for _ in 0..tuning.centrings {
-        let Flattened { local_from_scan, cloth, mut surface } = flatten(points, &plate, options);
-        let square = parameterisation::straighten(&mut surface, cloth.spacing_m, options).ok()?;
-        let sheet = fit::fit_sheet(&surface, &square, plate.noise_m, options)?.sheet;
+    let Verified { mut plate, mut flattened, mut square, .. } = found;
+    for round in 0..tuning.centrings {
+        if round > 0 {
+            flattened = flatten(points, &plate, options);
+            (square, _) = square::ends(&flattened.surface.flat, options);
+        }
+        let sheet = fit::fit_sheet(&flattened.surface, &square, plate.noise_m, options)?.sheet;
         let origin = origin::find(&sheet, &square, options)?;
         let [x, z] = origin.axis;
-        plate.centre += local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
+        let scan_from_local = flattened.local_from_scan.inverse();
+        plate.centre += scan_from_local.transform_vector(&Vector3::new(x, 0.0, z));
         plate::level(points, &mut plate, options);
         (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
         plate.from_sheet = true;

@@ -19,7 +19,7 @@ use super::hints::{self, Hints, Region};
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
-use super::plate::Places;
+use super::plate::Sought;
 use super::tuning::SceneTuning;
 use super::unit::LengthUnit;
 use super::{limits, plate, underside, unit_guess};
@@ -251,8 +251,9 @@ fn plate_of(
     limits::enough_points(samples.len(), options)?;
     let hints = Hints::of(options, unit);
     let find = |points: Vec<Point3>| {
-        let Places { places, wide_share } = plate::places(&points, &hints, options);
-        places.into_iter().next().map(|place| place.plate).ok_or_else(|| ScanError::NoPlate {
+        let Sought { candidates, wide_share } = plate::candidates(&points, &hints, options);
+        let measured = |candidate| plate::measure(&points, candidate, &hints, options);
+        candidates.iter().find_map(measured).ok_or_else(|| ScanError::NoPlate {
             why: limits::no_place(wide_share, options),
             radius_m: options.plate_radius_m,
             unit,

@@ -784,7 +784,7 @@ const SHIPPED: Tuning = Tuning {
     },
     pose: PoseTuning {
         most_points: 80_000,      // c
-        at_once: 4,               // c: time
+        at_once: 2,               // c: time
         enough_nats: 40.0,        // m: drapes 40 to 59, anything else 28 and less
         cell_m: 3.5e-3,           // c
         beyond: 0.01,             // c

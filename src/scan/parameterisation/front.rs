@@ -54,6 +54,7 @@ impl Graph {
             .map(|(i, p)| {
                 let mut near = tree.within(p, radius);
                 near.retain(|&j| j != i && linked(cloth, i, j, tuning));
+                near.sort_unstable();
                 near.into_iter().map(|j| j as u32).collect()
             })
             .collect();

@@ -107,9 +107,9 @@ struct Around<'a> {
 pub(super) fn measure(
     points: &[Point3],
     rough: &Candidate,
-    radius_m: f64,
-    tuning: &PlateTuning,
+    options: &ScanOptions,
 ) -> Option<Plate> {
+    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
     let most = tuning.most_near[0];
     let mut around = Around::new(points, rough.centre, rough.up, radius_m, most, tuning);
     let nominal = Circle { centre: [0.0; 2], radius_m, scatter_m: 0.5 * radius_m };

@@ -21,39 +21,20 @@ mod wide;
 
 pub(super) use measure::{Plate, level};
 pub(super) use placed::Placed;
+pub(super) use seek::{Candidate, Sought, candidates};
 pub(super) use skirt::Skirt;
-
-use rayon::prelude::*;
 
 use super::hints::Hints;
 use super::options::ScanOptions;
 use crate::base::Point3;
-use measure::measure;
-use seek::Sought;
 
-/// A place in a scene that may be a plate with a drape on it.
-#[derive(Clone, Debug)]
-pub(super) struct Place {
-    /// The plate, if it is one.
-    pub plate: Plate,
-}
-
-/// Where in a scene a drape may be.
-pub(super) struct Places {
-    /// The places, those that look most like a drape first.
-    pub places: Vec<Place>,
-    /// Share of the scene's surfaces that are planes wider than the specimen.
-    pub wide_share: f64,
-}
-
-/// The places in a scene of points \[m\] that look most like a plate with a drape on it, of
-/// those that the caller allows.
-pub(super) fn places(points: &[Point3], hints: &Hints, options: &ScanOptions) -> Places {
-    let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
-    let Sought { candidates, wide_share } = seek::candidates(points, hints, options);
-    let measured = candidates
-        .par_iter()
-        .filter_map(|candidate| measure(points, candidate, radius_m, tuning))
-        .filter(|plate| hints.allow(&plate.centre, &plate.up));
-    Places { places: measured.map(|plate| Place { plate }).collect(), wide_share }
+/// The plate at a place; `None` where there is none that the caller allows.
+pub(super) fn measure(
+    points: &[Point3],
+    candidate: &Candidate,
+    hints: &Hints,
+    options: &ScanOptions,
+) -> Option<Plate> {
+    let plate = measure::measure(points, candidate, options)?;
+    hints.allow(&plate.centre, &plate.up).then_some(plate)
 }

@@ -22,13 +22,13 @@ use crate::numeric::robust;
 
 /// A flat patch that may be the plate.
 #[derive(Clone, Debug)]
-pub(super) struct Candidate {
+pub(in crate::scan) struct Candidate {
     /// On the cloth's surface, in the middle of what is level \[m\].
     pub centre: Point3,
     /// Its normal, away from where the surface falls.
     pub up: Vector3,
     /// What speaks for it.
-    pub evidence: Evidence,
+    pub(super) evidence: Evidence,
 }
 
 impl Candidate {
@@ -39,7 +39,7 @@ impl Candidate {
 }
 
 /// What is found in a scene.
-pub(super) struct Sought {
+pub(in crate::scan) struct Sought {
     /// The flat discs that look most like a plate with a drape on it: the best first.
     pub candidates: Vec<Candidate>,
     /// Share of the downsampled points that lie on planes wider than the specimen.
@@ -47,7 +47,7 @@ pub(super) struct Sought {
 }
 
 /// The flat discs that look most like a plate with a drape on it, of those that may be one.
-pub(super) fn candidates(points: &[Point3], hints: &Hints, options: &ScanOptions) -> Sought {
+pub(in crate::scan) fn candidates(points: &[Point3], hints: &Hints, options: &ScanOptions) -> Sought {
     let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
     let side_m = options.specimen_side_m;
     let stride = points.len().div_ceil(tuning.most_coarse).max(1);
@@ -181,10 +181,9 @@ impl Search<'_> {
         let Self { points, tree, radius_m, tuning, .. } = *self;
         let Patch { centre, up } = *patch;
         let reach_m = radius_m * tuning.patch_radii;
-        let wide = tree.within(&centre, radius_m * tuning.around_radii);
-        let wide: Vec<Point3> = wide.iter().map(|&i| points[i]).collect();
-        let in_reach = |p: &&Point3| (*p - centre).norm_squared() < reach_m * reach_m;
-        let mut near: Vec<Point3> = wide.iter().filter(in_reach).copied().collect();
+        let within =
+            |reach_m| tree.within(&centre, reach_m).into_iter().map(|i| points[i]).collect();
+        let mut near: Vec<Point3> = within(reach_m);
         *layered |= self.keep_uppermost(&mut near, &centre, &up);
         let (mean, axis, variances) = principal(near.iter().copied())?;
         // A filled disc of radius q has variances q^2 / 4 in its plane.
@@ -194,6 +193,7 @@ impl Search<'_> {
         }
         let up = if axis.dot(&up) < 0.0 { -axis } else { axis };
         let level = |p: &&Point3| (*p - mean).dot(&up).abs() < 1.5 * tuning.flat_rms_m;
+        let wide: Vec<Point3> = within(radius_m * tuning.around_radii);
         let flat: Vec<Point3> = wide.iter().filter(level).copied().collect();
         if flat.len() as f64 > tuning.most_level * wide.len() as f64 {
             return None; // a table: as flat as wide
