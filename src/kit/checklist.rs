@@ -220,6 +220,11 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
             "align the views anew, or scan in one pass",
         ),
         refusal(
+            "TooNoisy",
+            "the same by less than the noise of single points: it blurs the folds".to_owned(),
+            "scan from nearer, or with a sensor of less noise",
+        ),
+        refusal(
             "Misfit",
             format!(
                 "a sheet more than {:.2} mm + {} times what it is off over the plate off the cloth: creases, or cloth that \
@@ -262,6 +267,7 @@ mod tests {
             ScanError::Unexplained { .. } => "Unexplained",
             ScanError::Misfit { .. } => "Misfit",
             ScanError::PassesApart { .. } => "PassesApart",
+            ScanError::TooNoisy { .. } => "TooNoisy",
         }
     }
 

@@ -279,6 +279,19 @@ pub enum ScanError {
         /// Largest accepted.
         limit_mm: f64,
     },
+    /// The fitted sheet and the scanned points disagree nearly everywhere, by less than the noise of single points.
+    #[error(
+        "the scan's noise of {noise_mm:.1} mm blurs the cloth's folds: nearly everywhere the fitted sheet lies off the \
+         points, {rms_mm:.2} mm rms (limit {limit_mm:.2} mm); scan from nearer, or with a sensor of less noise"
+    )]
+    TooNoisy {
+        /// Noise of single points.
+        noise_mm: f64,
+        /// Root mean square distance.
+        rms_mm: f64,
+        /// Largest accepted.
+        limit_mm: f64,
+    },
     /// The fitted sheet and the scanned points disagree in some places.
     #[error(
         "the fitted sheet is {rms_mm:.2} mm rms off the scanned cloth (limit {limit_mm:.2} mm), most towards \

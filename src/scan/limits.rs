@@ -165,6 +165,7 @@ pub(super) fn underlying(
         ScanError::Unexplained { .. }
         | ScanError::Misfit { .. }
         | ScanError::PassesApart { .. }
+        | ScanError::TooNoisy { .. }
         | ScanError::SideLength { .. }
         | ScanError::UnevenSides { .. } => (false, true),
         ScanError::WrongSize { side_mm, expected_side_mm, .. } => {
@@ -255,16 +256,22 @@ pub(super) fn mark(marking: Marking, options: &ScanOptions) -> Result<f64, ScanE
 }
 
 /// Refuses a sheet that lies farther off the points than the scan's noise does on the plate.
-pub(super) fn misfit(misfit: &Misfit, options: &ScanOptions) -> Result<(), ScanError> {
+pub(super) fn misfit(
+    misfit: &Misfit,
+    noise_m: f64,
+    options: &ScanOptions,
+) -> Result<(), ScanError> {
     let limit_m = options.most_misfit_m(misfit.on_plate_m);
-    let (rms_mm, limit_mm) = (misfit.rms_m * 1e3, limit_m * 1e3);
-    if misfit.rms_m > limit_m {
-        if misfit.typical_m > options.tuning.limits.everywhere * limit_m {
-            return Err(ScanError::PassesApart { rms_mm, limit_mm });
-        }
-        return Err(ScanError::Misfit { rms_mm, limit_mm, bearing_deg: misfit.worst_bearing_deg });
+    if misfit.rms_m <= limit_m {
+        return Ok(());
     }
-    Ok(())
+    let (rms_mm, limit_mm, noise_mm) = (misfit.rms_m * 1e3, limit_m * 1e3, noise_m * 1e3);
+    let everywhere = misfit.typical_m > options.tuning.limits.everywhere * limit_m;
+    Err(match everywhere {
+        true if rms_mm < noise_mm => ScanError::TooNoisy { noise_mm, rms_mm, limit_mm },
+        true => ScanError::PassesApart { rms_mm, limit_mm },
+        false => ScanError::Misfit { rms_mm, limit_mm, bearing_deg: misfit.worst_bearing_deg },
+    })
 }
 
 /// Refuses a rim whose uncertainty is not known.

@@ -99,7 +99,8 @@ pub(super) fn find(
         verified.filter(|other| !best.is_of_the_same_disc(other, options)).collect();
     let ahead_nats = others.first().map(|next| best.nats - next.nats);
     let is_drape = |other: &Verified| other.nats > tuning.least_another_nats;
-    let is_another = |other: &Verified| is_drape(other) && best.is_beside(&other.plate.centre, options);
+    let is_another =
+        |other: &Verified| is_drape(other) && best.is_beside(&other.plate.centre, options);
     let another = others.into_iter().find(is_another).map(|other| other.plate);
     let nats = best.nats;
     let rough = best.plate.clone();

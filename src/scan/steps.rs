@@ -382,7 +382,7 @@ impl<'a> Registered<'a> {
 
     /// Refuses a sheet that does not fit the points.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
-        limits::misfit(&self.misfit, options)
+        limits::misfit(&self.misfit, self.cloth.noise_m(), options)
     }
 
     /// The sheet.

@@ -47,7 +47,11 @@ pub(in crate::scan) struct Sought {
 }
 
 /// The flat discs that look most like a plate with a drape on it, of those that may be one.
-pub(in crate::scan) fn candidates(points: &[Point3], hints: &Hints, options: &ScanOptions) -> Sought {
+pub(in crate::scan) fn candidates(
+    points: &[Point3],
+    hints: &Hints,
+    options: &ScanOptions,
+) -> Sought {
     let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
     let side_m = options.specimen_side_m;
     let stride = points.len().div_ceil(tuning.most_coarse).max(1);
