@@ -28,7 +28,7 @@ use super::hints::Hints;
 use super::options::ScanOptions;
 use super::parameterisation::{self, Parameterisation};
 use super::plate::{self, Candidate, Plate, Sought};
-use super::square::{self, Ends, Square};
+use super::square::{self, Ends};
 use super::unit::LengthUnit;
 use super::{fit, limits, origin};
 use crate::base::clock::Stages;
@@ -51,8 +51,6 @@ struct Verified {
     plate: Plate,
     /// What lies there, flattened.
     flattened: Flattened,
-    /// The square that it makes.
-    square: Square,
     /// Where the flattened surface there ends.
     ends: Ends,
     /// Log-likelihood ratio of a drape against anything \[nats\].
@@ -148,7 +146,7 @@ fn verify(points: &[Point3], plate: Plate, options: &ScanOptions) -> Verified {
     let (square, ends) = square::ends(&flattened.surface.flat, options);
     let off_m = square.centre[0].hypot(square.centre[1]);
     let nats = ends.nats - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
-    Verified { plate, flattened, square, ends, nats }
+    Verified { plate, flattened, ends, nats }
 }
 
 /// A coarse cloth, flattened, and the frame that it is in.
@@ -174,20 +172,21 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
 }
 
 /// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the
-/// gentle bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if there is no sheet.
+/// gentle bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if too little of a sheet is seen.
 fn centred(points: &[Point3], found: Verified, options: &ScanOptions) -> Option<Plate> {
     let tuning = &options.tuning.pose;
-    let Verified { mut plate, mut flattened, mut square, .. } = found;
+    let Verified { mut plate, mut flattened, .. } = found;
     for round in 0..tuning.centrings {
         if round > 0 {
             flattened = flatten(points, &plate, options);
-            (square, _) = square::ends(&flattened.surface.flat, options);
         }
-        let sheet = fit::fit_sheet(&flattened.surface, &square, plate.noise_m, options)?.sheet;
-        let origin = origin::find(&sheet, &square, options)?;
+        let Flattened { local_from_scan, surface } = &flattened;
+        let fit = square::find(&surface.flat, options.specimen_side_m, &options.tuning.square);
+        limits::square(&fit, options).ok()?;
+        let sheet = fit::fit_sheet(surface, &fit.square, plate.noise_m, options)?.sheet;
+        let origin = origin::find(&sheet, &fit.square, options)?;
         let [x, z] = origin.axis;
-        let scan_from_local = flattened.local_from_scan.inverse();
-        plate.centre += scan_from_local.transform_vector(&Vector3::new(x, 0.0, z));
+        plate.centre += local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
         plate::level(points, &mut plate, options);
         (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
         plate.from_sheet = true;
