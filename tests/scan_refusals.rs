@@ -167,6 +167,25 @@ fn half_a_drape() {
     );
 }
 
+/// A stereo camera's scan of a knit whose folds are as narrow as its noise is wide.
+#[test]
+fn folds_that_noise_blurs() {
+    let knit = [240e3, 310e3, 90e3, 150.0, 150.0, 150.0, 200.0];
+    let triangles = Drape::triangles().into_iter().map(|t| t.map(|v| v as u32)).collect();
+    let mesh = Mesh { vertices: Drape::simulated(2, knit).vertices, triangles };
+    let scene = Scene::on(mesh, Stand::MODIFIED_CUSICK);
+    let mut profile = Profile::named("d435").unwrap();
+    profile.axial_m *= 3.0;
+    profile.axial_growth_per_m *= 3.0;
+    let noisy = sensor::scan(&scene, &sensor::default_ring(), &profile, 4).unwrap().cloud;
+    let refusal = refusal(&noisy);
+    assert!(
+        matches!(refusal, ScanError::TooNoisy { noise_mm, rms_mm, limit_mm }
+            if rms_mm > limit_mm && rms_mm < noise_mm),
+        "{refusal:?}"
+    );
+}
+
 #[test]
 fn passes_that_lie_three_millimetres_apart() {
     let triangles = Drape::triangles().into_iter().map(|t| t.map(|v| v as u32)).collect();
