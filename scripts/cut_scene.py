@@ -1,6 +1,6 @@
 """Cuts a scan of `augment` to a fixture: points within 390 mm of the plate's axis, evenly thinned, without colours.
 
-    python scripts/cut_scene.py SCAN.ply OUT.ply [POINTS]
+    python scripts/cut_scene.py SCAN.ply OUT.ply
 
 The pose is read from SCAN.truth.json, whose truth belongs to OUT.ply too. Standard library alone.
 """
@@ -12,10 +12,11 @@ import pathlib
 import sys
 
 REACH_M = 0.39
+MOST_POINTS = 130_000
 ROW_BYTES = 15  # three floats and three colours
 
 
-def cut(scan, out, most):
+def cut(scan, out):
     truth = json.loads(scan.with_suffix(".truth.json").read_text())
     i, j, k, w = truth["simulation_from_scanner_rotation_ijkw"]
     rotation = [
@@ -31,7 +32,7 @@ def cut(scan, out, most):
         if math.hypot(*level) < REACH_M:
             near += rows[at : at + 12]
     points = len(near) // 12
-    step = -(-points // most)
+    step = -(-points // MOST_POINTS)
     kept = b"".join(bytes(near[12 * k : 12 * k + 12]) for k in range(0, points, step))
     lines = [line for line in head.decode().splitlines() if "uchar" not in line and not line.startswith("element")]
     lines.insert(2, f"element vertex {len(kept) // 12}")
@@ -39,4 +40,4 @@ def cut(scan, out, most):
 
 
 if __name__ == "__main__":
-    cut(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 130_000)
+    cut(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]))

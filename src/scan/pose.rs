@@ -85,7 +85,7 @@ pub(super) fn find(
     };
     // Beside the likeliest there may be another drape.
     let beside = |place: &&Candidate| verified[best].is_beside(&place.centre, options);
-    let beside: Vec<&Candidate> = later.iter().filter(beside).take(tuning.at_once).collect();
+    let beside: Vec<&Candidate> = later.iter().filter(beside).take(tuning.most_beside).collect();
     verified.par_extend(beside.into_par_iter().filter_map(verify));
     let first = verified[0].candidate();
     verified.sort_by(|a, b| b.nats.total_cmp(&a.nats));
@@ -118,7 +118,7 @@ impl Verified {
         apart_m < options.plate_radius_m && self.plate.up.dot(&other.plate.up) > 0.9
     }
 
-    /// Whether a plate is so far beside this one that it is not under the same cloth.
+    /// Whether a plate with this centre is so far beside this one that it is not under the same cloth.
     fn is_beside(&self, centre: &Point3, options: &ScanOptions) -> bool {
         let apart = centre - self.plate.centre;
         let up = self.plate.up.into_inner();

@@ -216,6 +216,8 @@ pub struct PoseTuning {
     pub at_once: usize,
     /// until one is as likely a drape as this \[nats\]: of drapes most are.
     pub enough_nats: f64,
+    /// Places beside the likeliest that are verified too, for another drape.
+    pub most_beside: usize,
     /// Cell of their downsampling \[m\].
     pub cell_m: f64,
     /// Chance that the outline of a drape ends beyond the square's side.
@@ -786,6 +788,7 @@ const SHIPPED: Tuning = Tuning {
         most_points: 80_000,      // c
         at_once: 2,               // c: time
         enough_nats: 40.0,        // m: drapes 40 to 59, anything else 28 and less
+        most_beside: 4,           // c: time
         cell_m: 3.5e-3,           // c
         beyond: 0.01,             // c
         edge_sigma_m: 4e-3,       // c

@@ -8,6 +8,7 @@
 use nalgebra::{DMatrix, DVector, UnitVector3};
 use rayon::prelude::*;
 
+use super::super::hints::Hints;
 use super::super::options::ScanOptions;
 use super::super::plane::{horizontal_axes, principal};
 use super::super::tuning::PlateTuning;
@@ -103,10 +104,12 @@ struct Around<'a> {
     tuning: &'a PlateTuning,
 }
 
-/// Plane from the inner disc's raw points, then the circle through the edges.
-pub(super) fn measure(
+/// Plane from the inner disc's raw points, then the circle through the edges; `None` where there is
+/// no plate that the caller allows.
+pub(in crate::scan) fn measure(
     points: &[Point3],
     rough: &Candidate,
+    hints: &Hints,
     options: &ScanOptions,
 ) -> Option<Plate> {
     let (radius_m, tuning) = (options.plate_radius_m, &options.tuning.plate);
@@ -127,7 +130,7 @@ pub(super) fn measure(
         around.centre += u * x + v * z;
         circle = found;
     }
-    Some(Plate {
+    let plate = Plate {
         centre: around.centre,
         up: UnitVector3::new_normalize(around.up),
         radius_m: circle.radius_m,
@@ -137,7 +140,8 @@ pub(super) fn measure(
         noise_m: around.arch(QUARTIC).map_or(around.noise_m, |arch| arch.scatter_m),
         tilt_sigma_rad,
         from_sheet: false,
-    })
+    };
+    hints.allow(&plate.centre, &plate.up).then_some(plate)
 }
 
 impl<'a> Around<'a> {

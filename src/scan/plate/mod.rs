@@ -1,8 +1,8 @@
 //! The plate: where in a scene a cloth may lie on a disc of known radius and hang from it.
 //!
 //! In: points of the scene \[m\], any frame. Out: places, those that look most like a drape
-//! first, each with the plate's centre (on the cloth's surface), up, radius and noise. Which of
-//! them is the drape is decided by the flattened cloth (`scan::pose`).
+//! first, and of each that is asked for the plate's centre (on the cloth's surface), up, radius and
+//! noise. Which of them is the drape is decided by the flattened cloth (`scan::pose`).
 //!
 //! A place is a flat patch that lies on no plane wider than the specimen (`wide`), with either
 //! side up (`seek`), by what is around it (`evidence`). Where the scan looks from below, the
@@ -19,22 +19,7 @@ mod seek;
 mod skirt;
 mod wide;
 
-pub(super) use measure::{Plate, level};
+pub(super) use measure::{Plate, level, measure};
 pub(super) use placed::Placed;
 pub(super) use seek::{Candidate, Sought, candidates};
 pub(super) use skirt::Skirt;
-
-use super::hints::Hints;
-use super::options::ScanOptions;
-use crate::base::Point3;
-
-/// The plate at a place; `None` where there is none that the caller allows.
-pub(super) fn measure(
-    points: &[Point3],
-    candidate: &Candidate,
-    hints: &Hints,
-    options: &ScanOptions,
-) -> Option<Plate> {
-    let plate = measure::measure(points, candidate, options)?;
-    hints.allow(&plate.centre, &plate.up).then_some(plate)
-}
