@@ -108,9 +108,16 @@ impl Boundary {
     /// Mean distance between corresponding points of two rims \[m\].
     #[must_use]
     pub fn mean_distance_m(&self, other: &Self) -> f64 {
-        let sum: f64 =
-            self.positions_m().zip(other.positions_m()).map(|(a, b)| (a - b).norm()).sum();
-        sum / POINTS as f64
+        self.distances_m(other)[0]
+    }
+
+    /// Mean and largest distance between corresponding points of two rims \[m\].
+    #[must_use]
+    pub fn distances_m(&self, other: &Self) -> [f64; 2] {
+        let apart = self.positions_m().zip(other.positions_m()).map(|(a, b)| (a - b).norm());
+        let [sum, largest] =
+            apart.fold([0.0, 0.0_f64], |[sum, largest], d| [sum + d, largest.max(d)]);
+        [sum / POINTS as f64, largest]
     }
 
     /// The same rim turned about the plate's axis to where it fits `other` best: least squares in

@@ -26,6 +26,37 @@ pub struct Stage {
     pub cpu_s: Option<f64>,
     /// Time on the wall \[s\].
     pub wall_s: f64,
+    /// Largest memory that the process has held by its end \[MiB\]; `None` where unknown.
+    pub peak_mib: Option<f64>,
+}
+
+/// Largest memory that the process has held so far \[MiB\], where the system tells it (Linux).
+#[must_use]
+pub fn peak_memory_mib() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().split(' ').next()?.parse::<f64>().ok()? / 1024.0)
+}
+
+/// The beginning of a stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Begun {
+    cpu_s: Option<f64>,
+    at: Instant,
+}
+
+impl Begun {
+    /// Begins now.
+    #[must_use]
+    pub fn now() -> Self {
+        Self { cpu_s: process_cpu_s(), at: Instant::now() }
+    }
+
+    fn ended(self, name: &'static str) -> Stage {
+        let cpu_s = process_cpu_s().zip(self.cpu_s).map(|(now, before)| now - before);
+        let wall_s = self.at.elapsed().as_secs_f64();
+        Stage { name, cpu_s, wall_s, peak_mib: peak_memory_mib() }
+    }
 }
 
 /// The stages of a job, one after another, each timed as a span.
@@ -60,12 +91,26 @@ impl Stages {
         if self.clock == Asked::No {
             return work();
         }
-        let (cpu_before_s, before) = (process_cpu_s(), Instant::now());
+        let begun = Begun::now();
         let made = work();
-        let (cpu_now_s, wall_s) = (process_cpu_s(), before.elapsed().as_secs_f64());
-        let cpu_s = cpu_now_s.zip(cpu_before_s).map(|(now, before)| now - before);
-        self.noted.push(Stage { name, cpu_s, wall_s });
+        self.noted.push(begun.ended(name));
         made
+    }
+
+    /// Notes what was done since `begun` as the stage `name`; what one of that name took before is added to it.
+    pub fn add(&mut self, name: &'static str, begun: Begun) {
+        if self.clock == Asked::No {
+            return;
+        }
+        let stage = begun.ended(name);
+        match self.noted.iter_mut().find(|before| before.name == name) {
+            Some(before) => {
+                before.cpu_s = before.cpu_s.zip(stage.cpu_s).map(|(a, b)| a + b);
+                before.wall_s += stage.wall_s;
+                before.peak_mib = stage.peak_mib;
+            }
+            None => self.noted.push(stage),
+        }
     }
 
     /// The stages so far, in order.

@@ -43,7 +43,7 @@ use crate::intake::IntakeError;
 use crate::io::{self, Lock, OutputError, ReadError, WriteError, output};
 use crate::job::verdict::Limits;
 use crate::job::{Job, JobError};
-use crate::refine::{FitOptions, LedBy};
+use crate::refine::FitOptions;
 use crate::report::page::options::Extra;
 use crate::report::page::provenance;
 use crate::report::{files, json};
@@ -219,10 +219,8 @@ impl Batch<'_> {
             "density_kg_m2": input.density_kg_m2,
             "read": self.options.read,
             "scan": self.scan_options(input),
-            "resimulate": self.options.resimulate,
+            "release": self.options.release,
             "refine": self.options.refine.then(FitOptions::default),
-            // a row that was led by the rim alone is another row
-            "resimulation_led_by": LedBy::Sheet.name(),
             "verdict": Limits::default(),
         });
         sha256_hex(settings.to_string().as_bytes())
@@ -289,7 +287,7 @@ impl Batch<'_> {
             density_kg_m2,
             read: self.options.read.clone(),
             scan: self.scan_options(input),
-            resimulate: self.options.resimulate,
+            release: self.options.release,
             refine: self.options.refine,
             with: Vec::new(),
         };

@@ -26,10 +26,10 @@ pub struct BatchOptions {
     pub read: ReadOptions,
     /// How the scans are taken; the table's warp directions go before this one.
     pub scan: ScanOptions,
-    /// Whether each estimate is draped again.
-    pub resimulate: bool,
-    /// Whether each estimate is refined on its scan.
+    /// Whether each answer is refined by the simulator; else it is the network's.
     pub refine: bool,
+    /// Whether it is found out what each fabric's sheet does when nothing holds it to the scan.
+    pub release: bool,
     /// Whether a result that is not to be used counts as a failure.
     pub strict: bool,
     /// Scans at once; 0 for one per core.

@@ -21,8 +21,8 @@ pub fn csv(rows: &[Row]) -> String {
 /// Titles before and after those of the stiffnesses.
 const BEFORE: [&str; 8] =
     ["file", "status", "exit_code", "verdict", "grounds", "reason", "density_g_m2", "orientation"];
-const AFTER: [&str; 5] =
-    ["observed_fraction", "novelty_mm", "mean_error_mm", "warnings", "input_sha256"];
+const AFTER: [&str; 6] =
+    ["observed_fraction", "novelty_mm", "held_drape_mm", "released_drape_mm", "warnings", "input_sha256"];
 
 fn titles() -> Vec<String> {
     let mut titles: Vec<String> = BEFORE.map(String::from).into();
@@ -58,7 +58,8 @@ fn cells(row: &Row) -> Vec<String> {
     cells.extend([
         cell("/boundary/observed_fraction"),
         cell("/novelty/rms_mm"),
-        cell("/boundary/mean_error_mm"),
+        cell("/held_drape/rim_mean_mm"),
+        cell("/released_drape/rim_mean_mm"),
         warnings.join("; "),
         row.input_sha256.clone().unwrap_or_default(),
     ]);
@@ -110,7 +111,7 @@ mod tests {
         let cell = |row: usize, title: &str| {
             rows[row][titles.iter().position(|t| t == title).unwrap()].to_owned()
         };
-        assert_eq!(titles.len(), 37);
+        assert_eq!(titles.len(), 38);
         assert_eq!((cell(0, "verdict"), cell(1, "verdict")), ("doubtful".into(), String::new()));
         assert_eq!(cell(0, "grounds"), "novel_rim; out_of_range");
         assert_eq!(cell(0, "shear_g_s2"), "1.5");

@@ -51,7 +51,7 @@ pub(crate) struct Talk {
 }
 
 /// How many threads are used.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ThreadFlags {
     /// Threads at most; 0: one per core. No result depends on it; one drape is computed on one
     #[arg(long, global = true, display_order = 100, value_name = "N", default_value = "0", value_parser = threads)]
@@ -205,7 +205,7 @@ impl From<Side> for Face {
 }
 
 /// A scan, and how it is read.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ScanFlags {
     /// The scan: PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, 16-bit depth PNG, views.json or its folder;
     /// `estimate` also takes a rim that `boundary` wrote; `-` with --format: the standard input
@@ -258,7 +258,7 @@ impl Estimate {
 }
 
 /// How scans are read.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ReadFlags {
     /// Where the warp points in the scan's frame: +x, -y, ..., three numbers x,y,z,
     /// or a bearing in degrees (counter-clockwise from above, from the scan's x axis)
@@ -409,7 +409,7 @@ fn unit(text: &str) -> Result<LengthUnit, String> {
     LengthUnit::named(text).ok_or_else(|| "give m, mm, cm or in".into())
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct Estimate {
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
@@ -418,23 +418,22 @@ pub(crate) struct Estimate {
     /// Areal density of the fabric [g/m^2], 1 to 2000
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: f64,
-    /// Folder for params.json, boundary.csv, boundary.png and report.html; the estimate is then
-    /// draped again and held against the scan. Of a refused scan the picture that `inspect` draws
+    /// Folder for params.json, boundary.csv, boundary.png and report.html; it is then found out as well what the fabric's
+    /// sheet does when nothing holds it to the scan. Of a refused scan the picture that `inspect` draws
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print params.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
-    /// Drape the estimate again even without --out
+    /// The network's answer alone, in two seconds: wider intervals, bending off by 5 to 8 %
     #[arg(long)]
-    pub(crate) resimulate: bool,
-    /// Let the simulator look for the fabric whose drape lies closest to the scan, from the network's
-    /// estimate on: narrower intervals, some ten drapes
+    pub(crate) quick: bool,
+    /// Find out what the fabric's sheet does when nothing holds it to the scan (the released drape) even without --out
     #[arg(long)]
-    pub(crate) refine: bool,
-    /// Other scans of the same fabric, dropped anew: one fabric is refined on all of them. Weft and warp must be
+    pub(crate) release: bool,
+    /// Other scans of the same fabric, dropped anew: one fabric is found from all of them. Weft and warp must be
     /// known in each, by its mark or by --warp-toward, which then holds for all
-    #[arg(long, value_name = "SCAN", requires = "refine", num_args = 1..)]
+    #[arg(long, value_name = "SCAN", conflicts_with = "quick", num_args = 1..)]
     pub(crate) with: Vec<PathBuf>,
     /// Effects that the cloth is known to have beyond the seven parameters, from a params.json that `calibrate` wrote: the
     /// simulator drapes it with them. The network knows nothing of them
@@ -499,12 +498,12 @@ pub(crate) struct Batch {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: ReadFlags,
-    /// Drape each estimate again
+    /// The network's answers alone: two seconds a scan, wider intervals
     #[arg(long)]
-    pub(crate) resimulate: bool,
-    /// Refine each estimate on its scan
+    pub(crate) quick: bool,
+    /// Find out what each fabric's sheet does when nothing holds it to the scan (the released drape)
     #[arg(long)]
-    pub(crate) refine: bool,
+    pub(crate) release: bool,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
     /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate

@@ -1,10 +1,13 @@
 //! `estimate`, the main job.
 
+use std::io::IsTerminal as _;
+
 use super::progress::Working;
-use super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args, interrupt, print};
 use scan2params::base::units::KG_M2_PER_G_M2;
 use scan2params::calibrate::cloth_file;
-use scan2params::job::{Job, JobError};
+use scan2params::estimate::Estimator;
+use scan2params::job::{self, Job, JobError, Told};
 use scan2params::report::cusick::StandardCusick;
 use scan2params::report::page::lab::{self, Lab, LabError};
 use scan2params::report::page::options::Extra;
@@ -25,8 +28,8 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         density_kg_m2: given.density * KG_M2_PER_G_M2,
         read: given.scan.read_options()?,
         scan: given.scan.read.options()?,
-        resimulate: given.resimulate || given.out.is_some(),
-        refine: given.refine,
+        refine: !given.quick,
+        release: given.release || given.out.is_some(),
         with: given.with.clone(),
         experiment: experiment(given)?,
     };
@@ -35,7 +38,7 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
     }
     let lab = read_lab(given)?;
     let working = Working::on(format!("estimating {}", job.input.display()));
-    let outcome = match job.run_telling(|step| working.now(step)) {
+    let outcome = match answer(job, given, &lab, &working) {
         Ok(outcome) => outcome,
         Err(error) => {
             drop(working);
@@ -47,27 +50,80 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
         StandardCusick::of(&outcome.estimate.fabric)
     });
     drop(working);
-    if given.json {
-        println!("{}", serde_json::to_string_pretty(&json::params(&outcome))?);
-    } else {
-        print!("{}", table::text(&outcome));
-    }
-    if let Some(folder) = &given.out {
-        for path in files::write(&outcome, folder).map_err(Failure::of_job)? {
-            eprintln!("wrote {}", path.display());
-        }
-        if !given.no_report {
-            let mut inputs = provenance::files_of(&given.scan.input)?;
-            for other in &given.with {
-                inputs.extend(provenance::files_of(other)?);
-            }
-            let extra = Extra { lab, inputs, cusick, turning_view: true };
-            let stem = files::stem(&given.scan.input);
-            let path = files::write_page(&outcome, folder, &stem, &extra)?;
-            eprintln!("wrote {}", path.display());
-        }
-    }
+    give(&outcome, given, lab, cusick)?;
     Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
+}
+
+/// The answer. The network's is shown while the simulator refines it, and is given where the user does not wait.
+fn answer(
+    job: Job,
+    given: &args::Estimate,
+    lab: &Lab,
+    working: &Working,
+) -> Result<job::Outcome, JobError> {
+    job.check()?;
+    let estimator = Estimator::shipped()?;
+    let tell = |told: Told<'_>| working.now(told.to_string());
+    let quick = job.quick(&estimator, tell)?;
+    if quick.job.refine {
+        working.aside(|| show_quick(&quick));
+        let (instead, given, lab) = (quick.clone().interrupted(), given.clone(), lab.clone());
+        let line = working.handle();
+        interrupt::answers(move || {
+            line.finish_and_clear();
+            warning!("scan2params: interrupted; this is the network's quick answer");
+            if let Err(failure) = give(&instead, &given, lab, None) {
+                warning!("scan2params: {:#}", failure.error);
+            }
+        });
+    }
+    let outcome = quick.refined(&estimator, tell);
+    interrupt::answers_no_more();
+    outcome
+}
+
+/// The network's answer in short, on a terminal.
+fn show_quick(quick: &job::Outcome) {
+    if !std::io::stderr().is_terminal() {
+        return;
+    }
+    eprintln!("quick answer of the network; control-C ends with it:");
+    for p in quick.estimate.parameters() {
+        let [low, high] = p.interval90;
+        eprintln!("  {:<14}{:>9.0}   {low:.0} .. {high:.0} {}", p.key, p.value, p.unit);
+    }
+}
+
+/// Prints the answer and writes its files.
+fn give(
+    outcome: &job::Outcome,
+    given: &args::Estimate,
+    lab: Lab,
+    cusick: Option<StandardCusick>,
+) -> Outcome {
+    if given.json {
+        println!("{}", serde_json::to_string_pretty(&json::params(outcome))?);
+    } else {
+        print!("{}", table::text(outcome));
+    }
+    if print::is_verbose() {
+        eprint!("{}", table::stages(&outcome.stages));
+    }
+    let Some(folder) = &given.out else { return Ok(()) };
+    for path in files::write(outcome, folder).map_err(Failure::of_job)? {
+        eprintln!("wrote {}", path.display());
+    }
+    if !given.no_report {
+        let mut inputs = provenance::files_of(&given.scan.input)?;
+        for other in &given.with {
+            inputs.extend(provenance::files_of(other)?);
+        }
+        let extra = Extra { lab, inputs, cusick, turning_view: true };
+        let stem = files::stem(&given.scan.input);
+        let path = files::write_page(outcome, folder, &stem, &extra)?;
+        eprintln!("wrote {}", path.display());
+    }
+    Ok(())
 }
 
 /// Leaves a picture of a scan that gives no rim, and hands the failure on.

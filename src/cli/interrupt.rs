@@ -1,4 +1,5 @@
-//! Ctrl-C: what is half written is removed, and the exit code is 130.
+//! Ctrl-C: what is half written is removed, and the exit code is 130. A verb that has an answer already, and works on a
+//! better one, gives that first ([`answers`]).
 //!
 //! What is finished stays: rows of a batch and of a run of `generate` are on the disk as
 //! they come, and the same command goes on from there. A program that was started with
@@ -6,11 +7,13 @@
 
 use std::io::IsTerminal as _;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
+use super::print;
 use scan2params::io::abandon_unfinished;
 
 /// The exit code of a program that a user interrupted.
-const INTERRUPTED: i32 = 130;
+const INTERRUPTED: u8 = 130;
 
 /// Whether the same command goes on where this one is interrupted.
 static GOES_ON: AtomicBool = AtomicBool::new(false);
@@ -20,10 +23,31 @@ pub(super) fn goes_on() {
     GOES_ON.store(true, Ordering::Relaxed);
 }
 
+type Answer = Box<dyn FnOnce() + Send>;
+
+/// Gives the answer that there is already.
+static ANSWER: Mutex<Option<Answer>> = Mutex::new(None);
+
+/// Has `give` called where the program is interrupted from now on, until [`answers_no_more`].
+pub(super) fn answers(give: impl FnOnce() + Send + 'static) {
+    *ANSWER.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(give));
+}
+
+/// The better answer is there. Waits for the end of the program where the other one is being given.
+pub(super) fn answers_no_more() {
+    ANSWER.lock().unwrap_or_else(PoisonError::into_inner).take();
+}
+
 /// Takes Ctrl-C over, from here to the end of the program.
 pub(super) fn watch() {
     // Where it cannot be taken over the system ends the program, as it does without.
     let _ = ctrlc::try_set_handler(|| {
+        // held until the program ends, so that the work does not answer as well
+        let mut answer = ANSWER.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(give) = answer.take() {
+            give();
+            std::process::exit(print::finish(INTERRUPTED).into());
+        }
         abandon_unfinished();
         // A terminal has shown `^C` at the end of a line.
         let line_break = if std::io::stderr().is_terminal() { "\n" } else { "" };
@@ -33,6 +57,6 @@ pub(super) fn watch() {
             ""
         };
         warning!("{line_break}scan2params: interrupted{next}");
-        std::process::exit(INTERRUPTED);
+        std::process::exit(INTERRUPTED.into());
     });
 }

@@ -41,6 +41,11 @@ impl Working {
         self.line.set_message(doing);
     }
 
+    /// The line, for who has to end it in this one's place.
+    pub(super) fn handle(&self) -> ProgressBar {
+        self.line.clone()
+    }
+
     /// Prints without the line in between.
     pub(super) fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
         self.line.suspend(print)

@@ -96,7 +96,7 @@ pub fn read(path: &Path) -> Result<Drape, CombineError> {
             .filter_map(|scan| scan["file"].as_str().map(str::to_owned))
             .collect(),
         oriented: text_at("/orientation").as_deref() == Some("given"),
-        rim_error_mm: json.pointer("/boundary/mean_error_mm").and_then(Value::as_f64),
+        rim_error_mm: json.pointer("/held_drape/rim_mean_mm").and_then(Value::as_f64),
         model: [field.text("/model/id")?, field.text("/model/sha256")?],
         numerics: json
             .pointer("/simulator/numerics_version")

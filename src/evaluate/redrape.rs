@@ -247,7 +247,7 @@ pub fn histogram(cases: &[Redraped]) -> RgbImage {
         }
     });
     Chart {
-        title: "Fabrics by the distance of their re-simulated rims".to_owned(),
+        title: "Fabrics by the distance of their rims draped again".to_owned(),
         x: Axis { label: format!("mean distance [mm], {BAR_MM} mm a bar"), log: false },
         y: Axis { label: "fabrics".to_owned(), log: false },
         series: drawn.collect(),

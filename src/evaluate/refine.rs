@@ -22,7 +22,7 @@ use crate::fabric::{Fabric, Mixture, MixtureError, STIFFNESSES};
 use crate::geom::Mesh;
 use crate::io::{WriteError, write_obj};
 use crate::numeric::robust;
-use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit, resimulate};
+use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit, released_drape};
 use crate::scan::{ScanError, Tuning};
 use crate::sensor::SceneError;
 use crate::sim::experiment::bending_length_m;
@@ -343,8 +343,11 @@ impl Series<'_> {
         let count = turned.len() as f64;
         let of_scans = turned.iter().zip(seen).map(|(rim, seen)| rim.mean_distance_m(&seen.rim));
         let of_drapes = turned.iter().zip(&refined.scans);
-        let of_held = of_drapes.clone().map(|(rim, fit)| rim.mean_distance_m(&fit.held_rim));
-        let of_drapes = of_drapes.map(|(rim, fit)| beside(rim, &fit.drape.boundary));
+        let of_held = of_drapes.clone().map(|(rim, fit)| rim.mean_distance_m(&fit.held.boundary));
+        let of_drapes = of_drapes.map(|(rim, fit)| match &fit.released {
+            Some(released) => beside(rim, &released.drape.boundary),
+            None => [f64::NAN; 2],
+        });
         let mean = |pairs: Vec<[f64; 2]>| {
             [0, 1].map(|k| pairs.iter().map(|pair| pair[k]).sum::<f64>() / count)
         };
@@ -375,7 +378,7 @@ impl Series<'_> {
     /// come to rest.
     fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> [f64; 2] {
         let options = SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
-        let again = resimulate(&seen.rim, seen.sheet.as_ref(), fabric, &options);
+        let again = released_drape(&seen.rim, seen.sheet.as_ref(), fabric, &options);
         let Drape { stop, boundary, .. } = &again.drape;
         if *stop == Stop::AtRest { beside(rim, boundary) } else { [f64::NAN; 2] }
     }
@@ -445,7 +448,7 @@ impl Case {
                     answer.rim_error_m / M_PER_MM,
                     answer.held_rim_error_m / M_PER_MM,
                     answer.network_rim_error_m / M_PER_MM,
-                    refined.scans[0].rim_mean_m / M_PER_MM,
+                    refined.scans[0].released.as_ref().map_or(f64::NAN, |r| r.mean_distance_m / M_PER_MM),
                     answer.floor_m / M_PER_MM,
                     answer.turned_m[0] / M_PER_MM,
                     answer.turned_m[1] / M_PER_MM,

@@ -105,14 +105,6 @@ pub fn exponent(sizes: &[(usize, Size)]) -> Option<f64> {
     (variance > 0.0).then(|| covariance / variance)
 }
 
-/// Largest memory that the process has held \[MiB\], where the system tells it (Linux).
-#[must_use]
-pub fn peak_memory_mib() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().split(' ').next()?.parse::<f64>().ok()? / 1024.0)
-}
-
 /// How far a drape's rim moves with each parameter, and what it cost to compute.
 #[derive(Clone, Debug)]
 pub struct RimSensitivities {

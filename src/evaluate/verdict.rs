@@ -16,7 +16,7 @@ use crate::base::units::M_PER_MM;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture, MixtureError};
 use crate::job::verdict::{Figures, Limits, Verdict};
-use crate::refine::resimulate;
+use crate::refine::released_drape;
 use crate::scan::{ScanError, ScanOptions, Tuning};
 use crate::sensor::{Scene, SceneError, Stand, scan};
 use crate::sim::experiment::bending_length_m;
@@ -153,7 +153,7 @@ pub fn case(
             let density_kg_m2 = fabric.density_kg_m2 * wrong.density;
             let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
             let again =
-                resimulate(&found.boundary, Some(&found.surface), &estimate.fabric, &options);
+                released_drape(&found.boundary, Some(&found.surface), &estimate.fabric, &options);
             // a drape that whirled as it fell lies turned, and no scan can tell
             let rim = drape.boundary.turned_onto(&found.boundary);
             let rim_error_m = rim.mean_distance_m(&found.boundary);
@@ -222,10 +222,10 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
         let prior = answer.prior.as_ref();
         row.extend(prior.map(|prior| ("prior_of_limit", prior.distance / prior.limit)));
     }
-    if let Some(again) = &f.again {
+    if let Some(released) = &f.released {
         row.extend([
-            ("resimulated_mm", mm(again.mean_m)),
-            ("resimulated_folds", again.folds as f64),
+            ("released_mm", mm(released.mean_m)),
+            ("released_folds", released.folds as f64),
         ]);
     }
     row

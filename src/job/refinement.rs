@@ -1,23 +1,22 @@
 //! Refining within the main job: from the network's estimate to the fabric whose drape lies closest to
 //! the scan, and whether that fabric is the answer.
 //!
-//! It is where it drapes on the scan's branch. If not, the network's estimate stays, and the verdict says so.
+//! It is where the fit has converged, within its bounds, and leaves no more than it should ([`NotTaken`] has what stands
+//! against it). If not, the network's estimate stays, and the verdict says so.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use super::Rim;
-use crate::base::units::M_PER_MM;
+use super::verdict::Limits;
 use crate::estimate::{Candidate, Estimate, EstimateWarning};
 use crate::fabric::{Fabric, Mixture, STIFFNESSES};
-use crate::refine::{
-    FitError, FitOptions, LedBy, Prior, Progress, Refined, Resimulation, Scan, fit,
-};
+use crate::refine::{Ended, FitError, FitOptions, Prior, Progress, Refined, Scan, ScanFit, fit};
 use crate::sim::Experiment;
 
 /// Another scan of the fabric, which it is refined on together with the first. A second drop shows the
 /// fabric on another branch and in another place, and tells apart what one drape leaves mixed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Companion {
     /// The scan.
     pub path: PathBuf,
@@ -28,7 +27,7 @@ pub struct Companion {
 }
 
 /// What refining found.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Refinement {
     /// The fabric found, or why there is none.
     pub result: Result<Refined, FitError>,
@@ -38,6 +37,31 @@ pub struct Refinement {
     pub companions: Vec<Companion>,
     /// Time that it took on the wall \[s\].
     pub wall_s: f64,
+}
+
+/// Why a refined fabric is not the answer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NotTaken {
+    /// There is none.
+    Failed(FitError),
+    /// The steps did not come to an end.
+    NotConverged(Ended),
+    /// A stiffness ended at an end of what was allowed; its key.
+    AtBound(&'static str),
+    /// Held to the scan, the sheet is farther from it than scan and simulator err, in standard deviations of both.
+    Leaves {
+        /// What it leaves.
+        misfit: f64,
+        /// What is left at most where nothing is wrong.
+        most: f64,
+    },
+    /// The held drape has other folds than the scan.
+    OtherBranch {
+        /// Folds of the scan and of the drape.
+        folds: [usize; 2],
+        /// Mean distance of the rims \[m\].
+        rim_m: f64,
+    },
 }
 
 /// A refined fabric that is the answer.
@@ -50,7 +74,8 @@ impl Refinement {
         companions: Vec<Companion>,
         (density_kg_m2, experiment): (f64, &Experiment),
         (network, prior): (&Estimate, Option<&Mixture>),
-        tell: &impl Fn(&str),
+        release: bool,
+        tell: &impl Fn(Progress),
     ) -> Self {
         let start = Instant::now();
         let rims = std::iter::once(rim).chain(companions.iter().map(|other| &other.rim));
@@ -60,27 +85,65 @@ impl Refinement {
         let networks = std::iter::once(network).chain(companions.iter().map(|c| &c.network));
         let believed = networks.map(|network| Prior::of_estimate(network, prior));
         let prior = Prior::together(&believed.collect::<Vec<_>>());
-        let heard = |progress: Progress| {
-            let Progress { drapes, rim_m } = progress;
-            tell(&format!(
-                "refining on the scan's branch: drape {drapes}, rim {:.2} mm from the scan",
-                rim_m / M_PER_MM
-            ));
-        };
-        let result =
-            fit(&scans, density_kg_m2, &prior, &prior.starts(), &FitOptions::default(), heard);
+        let options = FitOptions { release, ..FitOptions::default() };
+        let result = fit(&scans, density_kg_m2, &prior, &prior.starts(), &options, tell);
         let wall_s = start.elapsed().as_secs_f64();
         Self { result, network: network.clone(), companions, wall_s }
+    }
+
+    /// One that nobody waited for the end of.
+    pub(super) fn interrupted(network: &Estimate) -> Self {
+        let result = Err(FitError::Interrupted);
+        Self { result, network: network.clone(), companions: Vec::new(), wall_s: 0.0 }
     }
 
     /// The refined fabric, if it is the answer.
     #[must_use]
     pub fn taken(&self) -> Option<Taken<'_>> {
-        self.result.as_ref().ok().filter(|refined| refined.is_on_branch()).map(Taken)
+        self.result.as_ref().ok().filter(|refined| against(refined).is_none()).map(Taken)
+    }
+
+    /// What stands against the refined fabric as the answer; `None` if it is.
+    #[must_use]
+    pub fn not_taken(&self) -> Option<NotTaken> {
+        match &self.result {
+            Err(error) => Some(NotTaken::Failed(error.clone())),
+            Ok(refined) => against(refined),
+        }
     }
 }
 
-impl Taken<'_> {
+/// What stands against a refined fabric, the gravest first.
+fn against(refined: &Refined) -> Option<NotTaken> {
+    let most = Limits::default().refined_misfit.doubtful;
+    if refined.misfit > most {
+        return Some(NotTaken::Leaves { misfit: refined.misfit, most });
+    }
+    // of several scans, the one whose drape lies farthest off
+    let off = refined.scans.iter().filter(|scan| !scan.on_branch);
+    if let Some(scan) = off.max_by(|a, b| a.held_mean_m.total_cmp(&b.held_mean_m)) {
+        return Some(NotTaken::OtherBranch { folds: scan.nodes, rim_m: scan.held_mean_m });
+    }
+    if let Some(bound) = refined.stiffnesses.iter().find(|stiffness| stiffness.at_limit) {
+        return Some(NotTaken::AtBound(bound.key));
+    }
+    let ended = matches!(refined.ended, Ended::Converged | Ended::NoBetter);
+    (!ended).then_some(NotTaken::NotConverged(refined.ended))
+}
+
+impl<'a> Taken<'a> {
+    /// The refined fabric.
+    #[must_use]
+    pub fn refined(self) -> &'a Refined {
+        self.0
+    }
+
+    /// The first scan beside its drapes.
+    #[must_use]
+    pub fn first(self) -> &'a ScanFit {
+        &self.0.scans[0]
+    }
+
     /// The answer in the form of an estimate. Values beyond what the network was trained on are in range: the
     /// simulator was asked, not the network.
     pub(super) fn estimate(self, network: &Estimate) -> Estimate {
@@ -107,11 +170,5 @@ impl Taken<'_> {
             warnings: network.warnings.iter().filter(stays).cloned().collect(),
             ..Estimate::of_candidates(candidates, network)
         }
-    }
-
-    /// Its drape beside the scanned rim.
-    pub(super) fn drape(self, rim: &Rim) -> Resimulation {
-        let led_by = if rim.sheet().is_some() { LedBy::Sheet } else { LedBy::Rim };
-        Resimulation::beside(rim.boundary(), self.0.scans[0].drape.clone(), led_by)
     }
 }

@@ -33,7 +33,7 @@ use serde::Serialize;
 use super::{Refinement, Rim};
 use crate::estimate::Estimate;
 use crate::fabric::Likeness;
-use crate::refine::Resimulation;
+use crate::refine::ReleasedDrape;
 use crate::scan::{ScanOptions, ScannedBoundary};
 
 pub use figures::{Answer, Figures, Fit, Given, InPrior, OnPlate, Parameter, Refining, Shown};
@@ -138,22 +138,20 @@ codes! {
     BendingProjected = "bending_projected",
     /// The rim has more or fewer folds than cloth of the bending length found makes.
     FoldsForBending = "folds_for_bending",
-    /// Refining found no fabric that drapes as the scan does: the values are the network's.
+    /// Refining found no fabric that is the answer: the values are the network's.
     NotRefined = "not_refined",
-    /// The drape of the refined fabric is farther from the scan than scan and simulator err.
+    /// Held to the scan, the drape of the fabric that was found is farther from it than scan and simulator err.
     ModelLeaves = "model_leaves",
     /// A refined stiffness is hardly visible in this drape: its interval is the network's.
     HardlyVisible = "hardly_visible",
-    /// A refined stiffness ended at the end of what was allowed.
-    RefinedAtLimit = "refined_at_limit",
-    /// The drape of the estimate has another number of folds than the scan.
+    /// The released drape has another number of folds than the scan.
     FoldsDiffer = "folds_differ",
-    /// The drape of the estimate lies far from the scanned rim.
-    ResimulationOff = "resimulation_off",
-    /// The drape of the estimate did not come to rest.
-    ResimulationNotAtRest = "resimulation_not_at_rest",
-    /// The drape of the estimate passes through itself.
-    ResimulationIntersects = "resimulation_intersects",
+    /// The released drape lies far from the scanned rim.
+    ReleasedDrapeOff = "released_drape_off",
+    /// The released drape did not come to rest.
+    ReleasedDrapeNotAtRest = "released_drape_not_at_rest",
+    /// The released drape passes through itself.
+    ReleasedDrapeIntersects = "released_drape_intersects",
 }
 
 impl Serialize for Code {
@@ -258,16 +256,16 @@ impl Verdict {
 }
 
 /// The verdict on a job: everything known of the rim, the estimate, where it lies in the model's prior, and
-/// the drape of the estimate, held against the limits of this version.
+/// the released drape, held against the limits of this version.
 #[must_use]
 pub fn of_job(
     rim: &Rim,
     options: &ScanOptions,
     (estimate, likeness): (&Estimate, Option<&Likeness>),
     refinement: Option<&Refinement>,
-    again: Option<&Resimulation>,
+    released: Option<&ReleasedDrape>,
 ) -> Verdict {
-    let figures = Figures::of_rim(rim, options).answered(estimate, likeness, again);
+    let figures = Figures::of_rim(rim, options).answered(estimate, likeness, released);
     let figures = match refinement {
         Some(found) => figures.refined(found),
         None => figures,

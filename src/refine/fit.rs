@@ -25,11 +25,12 @@ use super::refined::{Ended, Refined};
 use super::squares::{FitOptions, Squares, State};
 use super::trial::{Trial, places_of, trial_of};
 use crate::base::boundary::BoundaryPoint;
+use crate::base::clock::{Begun, Stages};
 use crate::base::{Surface, SurfacePoint, Vector3};
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{
-    Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, Kept, SimOptions,
+    Drape, Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, Kept, SimOptions, Stop,
 };
 
 /// Why nothing was fitted.
@@ -38,6 +39,9 @@ pub enum FitError {
     /// There is no scan, or none with an observed place.
     #[error("nothing was observed: give at least one scan with a rim")]
     NothingObserved,
+    /// Somebody did not wait for the end.
+    #[error("interrupted")]
+    Interrupted,
     /// No start came to rest.
     #[error(
         "no drape from the scanned sheet came to rest ({0}): the scan may be of another experiment"
@@ -50,8 +54,12 @@ pub enum FitError {
 pub struct Progress {
     /// Drapes so far, all scans and starts together.
     pub drapes: usize,
-    /// Mean distance of the rims of the best drapes so far from the scans' \[m\].
+    /// Mean distance of the rims of the last held drapes from the scans' \[m\].
     pub rim_m: f64,
+    /// Root mean square distance of the scans from them, in standard deviations of scan and model.
+    pub misfit: f64,
+    /// Whether the steps on the last cells have begun.
+    pub on_last_cells: bool,
 }
 
 /// Looks for the fabric of `scans`: one fabric of the given density \[kg/m^2\], dropped once or several times.
@@ -77,13 +85,11 @@ pub fn fit(
             Ok(best) => {
                 let of_balance = fit.of_balance.unwrap_or(*start);
                 let Best { state, mut followers, ended } = fit.begun_again(best);
-                let let_go = |follower: &mut Follower| {
-                    follower.let_go();
-                    follower.drape()
-                };
-                let free = followers.par_iter_mut().map(let_go).collect();
+                let released = fit.released(&mut followers);
                 let how = (*name, ended, fit.drapes);
-                return Ok(Refined::of(scans, &fit.squares, state, free, how, of_balance));
+                let refined =
+                    Refined::of(scans, &fit.squares, state, released, how, of_balance);
+                return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
             }
             Err(error) => last_error = Some(error),
         }
@@ -177,7 +183,7 @@ struct Fit<'a> {
     of_balance: Option<[f64; STIFFNESSES]>,
     tell: &'a dyn Fn(Progress),
     drapes: usize,
-    least_rim_m: f64,
+    stages: Stages,
 }
 
 impl<'a> Fit<'a> {
@@ -210,7 +216,7 @@ impl<'a> Fit<'a> {
             of_balance: None,
             tell,
             drapes: 0,
-            least_rim_m: f64::INFINITY,
+            stages: Stages::start(),
         };
         fit.on_cells(options.vertices[0], options.first_model_m);
         fit
@@ -292,13 +298,17 @@ impl<'a> Fit<'a> {
         coarse: Option<&State>,
         most: usize,
     ) -> Result<Best, SensitivityError> {
+        let begun = Begun::now();
         let mut followers = self.lay(ln);
+        self.stages.add(self.of_cells("first laid", "last laid"), begun);
         let moves = |(follower, before): (&Follower, &Trial)| -> Vec<Vector3> {
             places_of(&follower.drape()).iter().zip(&before.at).map(|(a, b)| a - b).collect()
         };
         let trials = coarse.iter().flat_map(|coarse| &coarse.trials);
         self.finer = followers.iter().zip(trials).map(moves).collect();
         let mut state = self.state(&mut followers, coarse)?;
+        self.drapes += followers.len();
+        self.tell_of(&state);
         if self.of_balance.is_none() {
             self.of_balance = self.squares.step(&state, 0.0).map(|(ln, _)| ln);
         }
@@ -317,17 +327,26 @@ impl<'a> Fit<'a> {
             let Some((ln, foretold)) = self.squares.step(best, damping.value()) else {
                 return Ended::Singular;
             };
-            let moved = (0..STIFFNESSES).map(|k| (ln[k] - best.ln[k]).abs()).fold(0.0, f64::max);
-            if foretold < LEAST_GAIN || moved < LEAST_MOVE {
+            if is_little(&ln, foretold, best) {
                 return Ended::Converged;
             }
             let fabric = self.squares.fabric(&ln);
             let how = FollowOptions::default();
+            let begun = Begun::now();
             let led = followers.par_iter_mut().all(|follower| {
-                follower.follow_fabric(&fabric, &how).is_ok_and(|way| way.reached == 1.0)
+                let way = follower.follow_fabric(&fabric, &how);
+                way.is_ok_and(|way| way.reached == 1.0 && way.stop == Stop::AtRest)
             });
+            self.stages.add(self.of_cells("first led", "last led"), begun);
+            let before = best.cost;
+            let lower = |state: &State| state.cost < before;
+            let near = led.then(|| self.state_near(followers, best)).filter(lower);
+            if let Some(near) = near.filter(|near| self.is_converged(near)) {
+                *best = near;
+                return Ended::Converged;
+            }
             let state = if led { self.state(followers, Some(best)).ok() } else { None };
-            match state.filter(|state| state.cost < best.cost) {
+            match state.filter(lower) {
                 Some(state) => {
                     *best = state;
                     kept = followers.iter().map(Follower::keep).collect();
@@ -363,21 +382,76 @@ impl<'a> Fit<'a> {
         let mut trials = Vec::new();
         let finer = &self.finer;
         let trial_of = |(k, follower)| trial_of(follower, finer.get(k).map(Vec::as_slice));
+        let begun = Begun::now();
         let moved: Vec<_> = followers.par_iter_mut().enumerate().map(trial_of).collect();
+        self.stages.add(self.of_cells("first sensitivities", "last sensitivities"), begun);
         for trial in moved {
             trials.push(trial?);
-            self.drapes += 1;
         }
-        let distances = self.targets.iter().zip(&trials);
-        let sum: f64 = distances.map(|(t, trial)| trial.rim_distance_m(t.scan.rim)).sum();
         let scans = self.targets.len();
-        self.least_rim_m = self.least_rim_m.min(sum / scans as f64);
-        (self.tell)(Progress { drapes: self.drapes, rim_m: self.least_rim_m });
         let means = self.squares.believed().map(|[mean, _]| mean);
         let bench = near.map_or_else(|| vec![means; scans], |near| near.bench.clone());
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
         Ok(self.squares.around(ln, trials, bench))
     }
+
+    /// The least squares around the sheets of `followers` with the sensitivities of `near`, a short step away: no solve.
+    fn state_near(&mut self, followers: &[Follower], near: &State) -> State {
+        let moved = |(follower, trial): (&Follower, &Trial)| trial.at_sheet(follower.drape());
+        let trials = followers.iter().zip(&near.trials).map(moved).collect();
+        let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
+        let state = self.squares.around(ln, trials, near.bench.clone());
+        self.drapes += followers.len();
+        self.tell_of(&state);
+        state
+    }
+
+    /// Whether nothing more is foretold to be gained from a state.
+    fn is_converged(&self, at: &State) -> bool {
+        let step = self.squares.step(at, 0.0);
+        step.is_some_and(|(ln, foretold)| is_little(&ln, foretold, at))
+    }
+
+    fn tell_of(&self, state: &State) {
+        let distances = self.targets.iter().zip(&state.trials);
+        let sum: f64 = distances.map(|(t, trial)| trial.rim_distance_m(t.scan.rim)).sum();
+        (self.tell)(Progress {
+            drapes: self.drapes,
+            rim_m: sum / self.targets.len() as f64,
+            misfit: state.misfit(),
+            on_last_cells: self.is_on_last_cells(),
+        });
+    }
+
+    /// The sheets let go, if that was asked for.
+    fn released(&mut self, followers: &mut [Follower]) -> Vec<Option<Drape>> {
+        if !self.squares.options.release {
+            return vec![None; followers.len()];
+        }
+        let begun = Begun::now();
+        let let_go = |follower: &mut Follower| {
+            follower.let_go();
+            Some(follower.drape())
+        };
+        let released = followers.par_iter_mut().map(let_go).collect();
+        self.stages.add("released", begun);
+        released
+    }
+
+    fn is_on_last_cells(&self) -> bool {
+        self.vertices == self.squares.options.vertices[1]
+    }
+
+    /// The name of a stage on the present cells.
+    fn of_cells(&self, first: &'static str, last: &'static str) -> &'static str {
+        if self.is_on_last_cells() { last } else { first }
+    }
+}
+
+/// Whether a step is not worth a drape.
+fn is_little(ln: &[f64; STIFFNESSES], foretold: f64, from: &State) -> bool {
+    let moved = (0..STIFFNESSES).map(|k| (ln[k] - from.ln[k]).abs()).fold(0.0, f64::max);
+    foretold < LEAST_GAIN || moved < LEAST_MOVE
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! From an estimate back to the drape: does the simulator reproduce the scan, and which fabric does it
 //! reproduce it with best?
 //!
-//! [`resimulate()`] drapes one fabric on the branch of a scan. [`fit()`] looks for the fabric whose drape
+//! [`released_drape()`] drapes one fabric on the branch of a scan. [`fit()`] looks for the fabric whose drape
 //! on that branch lies closest to the scan: every fabric that it tries starts from the scanned sheet,
 //! so that the branch is the scan's and no fall decides on it.
 //!
@@ -15,7 +15,7 @@ mod data;
 mod fit;
 mod prior;
 mod refined;
-mod resimulate;
+mod released;
 mod squares;
 mod trial;
 
@@ -23,5 +23,5 @@ pub use data::{DataOptions, Scan};
 pub use fit::{FitError, Progress, fit};
 pub use prior::Prior;
 pub use refined::{ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
-pub use resimulate::{LedBy, Resimulation, resimulate};
+pub use released::{LedBy, ReleasedDrape, released_drape};
 pub use squares::FitOptions;

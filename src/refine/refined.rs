@@ -4,12 +4,14 @@ use nalgebra::DMatrix;
 
 use super::data::Scan;
 use super::prior::Z90;
+use super::released::{LedBy, ReleasedDrape};
 use super::squares::{Squares, State};
 use super::trial::{BENCH, NUISANCES, Trial};
-use crate::base::boundary::{BoundaryPoint, POINTS, POINTS_PER_SIDE};
-use crate::base::{Boundary, Point3};
+use crate::base::Point3;
+use crate::base::boundary::{BoundaryPoint, POINTS_PER_SIDE};
+use crate::base::clock::Stage;
 use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
-use crate::sim::{Drape, Stop, rim_nodes};
+use crate::sim::{Drape, rim_nodes};
 
 /// The fabric that reproduces its scans best.
 #[derive(Clone, Debug)]
@@ -20,7 +22,7 @@ pub struct Refined {
     pub stiffnesses: [RefinedStiffness; STIFFNESSES],
     /// Correlations of the logarithms of the six.
     pub correlation: [[f64; STIFFNESSES]; STIFFNESSES],
-    /// Each scan beside its drape.
+    /// Each scan beside its drapes.
     pub scans: Vec<ScanFit>,
     /// Root mean square distance of the scans from the held sheets in standard deviations of scan and model. The springs
     /// take most of it away: more than about 0.25 and the intervals are wider in proportion, more than about 1 and the model leaves something.
@@ -31,6 +33,8 @@ pub struct Refined {
     pub start: &'static str,
     /// Drapes in all, of all scans together.
     pub drapes: usize,
+    /// What was done, in the order of its beginning, with processor time and memory.
+    pub stages: Vec<Stage>,
     /// The six, SI, after one step from the first sheets held to the scans, undamped: since the energy is linear in the six, the
     /// stiffnesses that balance the forces on those sheets best, weighted by the compliance.
     pub of_balance: [f64; STIFFNESSES],
@@ -68,31 +72,29 @@ impl RefinedStiffness {
     }
 }
 
-/// A scan beside the drape of the fitted fabric.
+/// A scan beside the drapes of the fitted fabric.
 #[derive(Clone, Debug)]
 pub struct ScanFit {
-    /// The drape, let go and at rest.
-    pub drape: Drape,
-    /// The rim while springs held the sheet to the scan, which is what was fitted.
-    pub held_rim: Boundary,
-    /// Mean distance of its points from the scan's \[m\].
-    pub held_rim_mean_m: f64,
+    /// The held drape: at rest on weak springs that hold the sheet to the scan. It is what was fitted.
+    pub held: Drape,
+    /// Mean distance of its rim's points from the scan's \[m\].
+    pub held_mean_m: f64,
+    /// The largest \[m\].
+    pub held_largest_m: f64,
     /// Force of the springs that held it there, root mean square, as a share of the sheet's weight: what a simulator would have to
     /// bear beside the fabric for the sheet to stay on the scan.
     pub held_share: f64,
-    /// Mean distance of corresponding rim points \[m\].
-    pub rim_mean_m: f64,
-    /// The largest \[m\].
-    pub rim_largest_m: f64,
-    /// Eight stretches of the rim, half a side each, from the boundary's first corner on.
+    /// Eight stretches of the held drape's rim, half a side each, from the boundary's first corner on.
     pub arcs: [ArcResidual; ARCS],
+    /// What the sheet does once the springs are gone; `None` where it was not asked for ([`FitOptions::release`](super::FitOptions::release)).
+    pub released: Option<ReleasedDrape>,
     /// What the bench is found to be.
     pub bench: [Nuisance; BENCH],
     /// How far the scan lies beyond the drape on the last cells, in moves from the first cells to the last.
     pub cells: f64,
-    /// Whether drape and scan have as many folds, or lie as close as one branch does.
+    /// Whether held drape and scan have as many folds, or lie as close as one branch does.
     pub on_branch: bool,
-    /// Folds of the scan and of the drape.
+    /// Folds of the scan and of the held drape.
     pub nodes: [usize; 2],
 }
 
@@ -166,7 +168,7 @@ impl Refined {
         scans: &[Scan<'_>],
         squares: &Squares<'_>,
         state: State,
-        free: Vec<Drape>,
+        released: Vec<Option<Drape>>,
         (start, ended, drapes): (&'static str, Ended, usize),
         ln_of_balance: [f64; STIFFNESSES],
     ) -> Self {
@@ -188,12 +190,24 @@ impl Refined {
         let bench = state.bench;
         let scans = scans
             .iter()
-            .zip(state.trials.iter().zip(free))
+            .zip(state.trials.iter().zip(released))
             .zip(&bench)
             .map(|((scan, drapes), bench)| ScanFit::of(scan, squares, drapes, bench))
             .collect();
         let of_balance = ln_of_balance.map(f64::exp);
-        Self { fabric, stiffnesses, correlation, scans, misfit, ended, start, drapes, of_balance }
+        let stages = Vec::new();
+        Self {
+            fabric,
+            stiffnesses,
+            correlation,
+            scans,
+            misfit,
+            ended,
+            start,
+            drapes,
+            stages,
+            of_balance,
+        }
     }
 
     /// Whether every scan's branch is the fabric's.
@@ -218,13 +232,14 @@ impl ScanFit {
     fn of(
         scan: &Scan<'_>,
         squares: &Squares<'_>,
-        (held, drape): (&Trial, Drape),
+        (trial, released): (&Trial, Option<Drape>),
         bench: &[f64; NUISANCES],
     ) -> Self {
         let options = squares.options;
-        let rims = || scan.rim.points().iter().zip(drape.boundary.positions_m());
+        let held = &trial.drape;
+        let rims = || scan.rim.points().iter().zip(held.boundary.positions_m());
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
-        let model_m = squares.options.data.model_m;
+        let model_m = options.data.model_m;
         let of_sigma = |(p, q): (&BoundaryPoint, Point3)| {
             (p.position_m - q).norm() / (3.0_f64.sqrt() * p.sigma_m.hypot(model_m))
         };
@@ -237,25 +252,24 @@ impl ScanFit {
                 |values: &[f64]| values[range.clone()].iter().sum::<f64>() / (half + 1) as f64;
             ArcResidual { mean_m: mean(&distances), sigmas: mean(&sigmas) }
         });
-        let nodes = [rim_nodes(scan.rim), drape.nodes];
-        let rim_mean_m = distances.iter().sum::<f64>() / POINTS as f64;
+        let nodes = [rim_nodes(scan.rim), held.nodes];
+        let [held_mean_m, held_largest_m] = scan.rim.distances_m(&held.boundary);
+        let led_by = if scan.sheet.is_some() { LedBy::Sheet } else { LedBy::Rim };
         Self {
-            on_branch: drape.stop == Stop::AtRest
-                && (nodes[0] == nodes[1] || rim_mean_m < ONE_BRANCH_M),
-            held_rim_mean_m: held.rim_distance_m(scan.rim),
-            held_rim: held.drape.boundary.clone(),
-            held_share: held.held_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
-            rim_mean_m,
-            rim_largest_m: distances.iter().copied().fold(0.0, f64::max),
+            on_branch: nodes[0] == nodes[1] || held_mean_m < ONE_BRANCH_M,
+            held: held.clone(),
+            held_mean_m,
+            held_largest_m,
+            held_share: trial.held_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
             arcs,
+            released: released.map(|drape| ReleasedDrape::beside(scan.rim, drape, led_by)),
             cells: bench[BENCH],
             bench: std::array::from_fn(|m| Nuisance {
                 key: BENCH_KEYS[m],
                 value: bench[m],
-                sigma: squares.options.bench_sigma[m],
+                sigma: options.bench_sigma[m],
             }),
             nodes,
-            drape,
         }
     }
 }

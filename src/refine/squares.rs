@@ -41,6 +41,8 @@ pub struct FitOptions {
     pub hold_sag_m: f64,
     /// The same of the springs on the rim of a scan that has no sheet; they are few.
     pub rim_hold_sag_m: f64,
+    /// Whether the sheet is let go in the end ([`ScanFit::released`](super::ScanFit::released)). Nothing else depends on it.
+    pub release: bool,
     /// The simulator's options but for the experiment, which each scan has.
     pub sim: SimOptions,
 }
@@ -64,6 +66,7 @@ impl Default for FitOptions {
             cells: [0.62, 0.5],
             hold_sag_m: 30e-3,
             rim_hold_sag_m: 1e-3,
+            release: false,
             sim: SimOptions { iterations: EVALUATION, ..SimOptions::default() },
         }
     }

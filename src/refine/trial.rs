@@ -82,6 +82,11 @@ fn at_places(drape: &Drape, field: &[Vector3]) -> Vec<Vector3> {
 }
 
 impl Trial {
+    /// The same sensitivities at another sheet on the same cells, a short step away.
+    pub(super) fn at_sheet(&self, drape: Drape) -> Self {
+        Self { at: places_of(&drape), moves: self.moves.clone(), drape }
+    }
+
     /// Mean distance of its rim from another \[m\].
     pub(super) fn rim_distance_m(&self, rim: &Boundary) -> f64 {
         let distance = |(index, p): (usize, Point3)| (p.coords - self.at[place_of(index)]).norm();

@@ -1,4 +1,4 @@
-//! params.json: schema 1. Values in the paper's units, lengths in mm, each with its
+//! params.json: schema 2. Values in the paper's units, lengths in mm, each with its
 //! unit beside it. `read` and `quality` are null for a rim that was read from a
 //! boundary CSV.
 
@@ -7,12 +7,12 @@ use serde_json::{Map, Value, json};
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::Likeness;
 use crate::job::{Outcome, Refinement};
-use crate::refine::ScanFit;
+use crate::refine::{ReleasedDrape, ScanFit};
 use crate::scan::ScannedBoundary;
 use crate::sim::{Experiment, NUMERICS_VERSION, rim_nodes};
 
 /// Version of the layout of params.json.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The result as JSON.
 #[must_use]
@@ -44,6 +44,8 @@ pub fn params(outcome: &Outcome) -> Value {
         },
         "candidates": candidates,
         "prior": outcome.likeness.as_ref().map(likeness),
+        "held_drape": outcome.taken().map(|taken| held_drape(taken.first(), taken.refined().misfit)),
+        "released_drape": outcome.released.as_ref().map(released_drape),
         "refinement": outcome.refinement.as_ref().map(refinement),
         "boundary": boundary(outcome),
         "read": outcome.rim.notes().map(|notes| json!({
@@ -108,12 +110,11 @@ fn refinement(found: &Refinement) -> Value {
             .map(|s| (s.key.to_owned(), json!({ "shown": s.shown, "at_limit": s.at_limit })))
             .collect();
         value["ended"] = json!(refined.ended.name());
-        value["misfit"] = json!(refined.misfit);
         value["stiffnesses"] = json!(shown);
         value["correlation_ln"] = json!(refined.correlation);
         value["start"] = json!(refined.start);
         value["drapes"] = json!(refined.drapes);
-        let mut scans = refined.scans.iter().map(scan_fit);
+        let mut scans = refined.scans.iter().map(|scan| scan_fit(scan, refined.misfit));
         value
             .as_object_mut()
             .zip(scans.next())
@@ -128,8 +129,8 @@ fn refinement(found: &Refinement) -> Value {
     value
 }
 
-/// A scan beside the drape of the refined fabric.
-fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
+/// A scan beside the drapes of the fabric found.
+fn scan_fit(scan: &ScanFit, misfit: f64) -> Map<String, Value> {
     let arcs: Vec<Value> = scan
         .arcs
         .iter()
@@ -148,11 +149,8 @@ fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
         .collect();
     let fields = [
         ("on_branch", json!(scan.on_branch)),
-        ("folds", json!({ "scan": scan.nodes[0], "drape": scan.nodes[1] })),
-        ("rim_mean_mm", json!(scan.rim_mean_m / M_PER_MM)),
-        ("rim_largest_mm", json!(scan.rim_largest_m / M_PER_MM)),
-        ("held_rim_mean_mm", json!(scan.held_rim_mean_m / M_PER_MM)),
-        ("held_share", json!(scan.held_share)),
+        ("held_drape", held_drape(scan, misfit)),
+        ("released_drape", json!(scan.released.as_ref().map(released_drape))),
         ("arcs", json!(arcs)),
         ("bench", json!(bench)),
     ];
@@ -161,31 +159,35 @@ fn scan_fit(scan: &ScanFit) -> Map<String, Value> {
 
 fn boundary(outcome: &Outcome) -> Value {
     let points = outcome.rim.boundary().points();
-    let mut value = json!({
+    json!({
         "points": points.len(),
         "folds": rim_nodes(outcome.rim.boundary()),
         "observed_fraction": outcome.rim.observed_fraction(),
         "mean_sigma_mm": outcome.rim.boundary().mean_sigma_m() / M_PER_MM,
-    });
-    if let Some(again) = &outcome.resimulation {
-        let squares: f64 = outcome
-            .rim
-            .boundary()
-            .positions_m()
-            .zip(again.drape.boundary.positions_m())
-            .map(|(a, b)| (a - b).norm_squared())
-            .sum();
-        value["rms_mm"] = json!((squares / points.len() as f64).sqrt() / M_PER_MM);
-        value["mean_error_mm"] = json!(again.mean_distance_m / M_PER_MM);
-        value["largest_error_mm"] = json!(again.largest_distance_m / M_PER_MM);
-        value["resimulated"] = json!({
-            "led_by": again.led_by.name(),
-            "stop": again.drape.stop.name(),
-            "nodes": again.drape.nodes,
-            "intersections": again.drape.intersections,
-        });
-    }
-    value
+    })
+}
+
+/// The held drape, which the fabric was found by.
+fn held_drape(fit: &ScanFit, misfit: f64) -> Value {
+    json!({
+        "rim_mean_mm": fit.held_mean_m / M_PER_MM,
+        "rim_largest_mm": fit.held_largest_m / M_PER_MM,
+        "misfit_sigma": misfit,
+        "springs_bear": fit.held_share,
+        "folds": fit.nodes[1],
+    })
+}
+
+/// The released drape, which nothing holds.
+fn released_drape(released: &ReleasedDrape) -> Value {
+    json!({
+        "rim_mean_mm": released.mean_distance_m / M_PER_MM,
+        "rim_largest_mm": released.largest_distance_m / M_PER_MM,
+        "folds": released.drape.nodes,
+        "led_by": released.led_by.name(),
+        "stop": released.drape.stop.name(),
+        "intersections": released.drape.intersections,
+    })
 }
 
 /// The quality figures of a scan, lengths in mm.

@@ -1,5 +1,6 @@
 //! Results for people and programs: the table, params.json, the pictures, the files.
 
+pub(crate) mod beside;
 pub mod calibration;
 pub mod cusick;
 pub mod files;

@@ -1,8 +1,9 @@
-//! boundary.png: the scanned rim on the re-simulated one, from above and from the
+//! boundary.png: the scanned rim on those of the simulated drapes, from above and from the
 //! side, over the scanned cloth.
 
 use image::{Rgb, RgbImage};
 
+use super::beside::Beside;
 use super::verdict::one_line;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
@@ -21,6 +22,7 @@ const CLOTH: Rgb<u8> = Rgb([205, 210, 216]);
 const SCANNED: Rgb<u8> = Rgb([200, 30, 30]);
 const BRIDGED: Rgb<u8> = Rgb([255, 150, 0]);
 const SIMULATED: Rgb<u8> = Rgb([20, 90, 200]);
+const RELEASED: Rgb<u8> = Rgb([150, 175, 215]);
 const RELIABLE: Rgb<u8> = Rgb([0, 120, 50]);
 const DOUBTFUL: Rgb<u8> = Rgb([190, 110, 0]);
 const TEXT: Rgb<u8> = Rgb([40, 40, 40]);
@@ -48,8 +50,11 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
         for p in evidence.iter().flat_map(|e| &e.cloth) {
             dot(&mut image, left, view(p), CLOTH, 1.0);
         }
-        if let Some(again) = &outcome.resimulation {
-            rim(&mut image, left, view, &again.drape.boundary, |_| SIMULATED);
+        let simulated = [(Beside::second(outcome), RELEASED), (Beside::of(outcome), SIMULATED)];
+        for (beside, color) in simulated {
+            if let Some(beside) = beside {
+                rim(&mut image, left, view, &beside.drape.boundary, |_| color);
+            }
         }
         let color = |observed| if observed { SCANNED } else { BRIDGED };
         rim(&mut image, left, view, outcome.rim.boundary(), color);
@@ -63,18 +68,15 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
 }
 
 fn legend(image: &mut RgbImage, outcome: &Outcome) {
-    let again = match &outcome.resimulation {
-        Some(again) => format!(
-            "re-simulated rim, led by the {}: mean error {:.2} mm, largest {:.2} mm, {} folds",
-            again.led_by.name(),
-            again.mean_distance_m / M_PER_MM,
-            again.largest_distance_m / M_PER_MM,
-            again.drape.nodes
-        ),
-        None => "not re-simulated".to_owned(),
+    let words = |beside: Beside<'_>| {
+        let [mean, largest] = beside.distances_m.map(|m| m / M_PER_MM);
+        format!("{}: {mean:.2} mm, largest {largest:.2}, {} folds", beside.name, beside.drape.nodes)
     };
+    let first = Beside::of(outcome).map_or_else(|| "no simulated drape".to_owned(), words);
+    let second = Beside::second(outcome).map(words).unwrap_or_default();
     let mut x = 12;
-    for (words, color) in [("scanned rim", SCANNED), ("bridged", BRIDGED), (&again, SIMULATED)] {
+    let parts = [("scanned rim", SCANNED), ("bridged", BRIDGED), (&first, SIMULATED), (&second, RELEASED)];
+    for (words, color) in parts {
         text(image, x, PANE + 4, words, color);
         x += text_width(words) as i32 + 24;
     }

@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::beside::{HELD, RELEASED};
 use super::verdict;
+use crate::base::clock::Stage;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::intake::Rim;
 use crate::io::ReadNotes;
@@ -36,18 +38,7 @@ pub fn text(outcome: &Outcome) -> String {
     if let Some(found) = &outcome.refinement {
         out += &refinement(found);
     }
-    if let Some(again) = &outcome.resimulation {
-        let [mean, largest] =
-            [again.mean_distance_m, again.largest_distance_m].map(|m| m / M_PER_MM);
-        let _ = writeln!(
-            out,
-            "\nre-simulated rim {mean:>11.2} mm mean error, {largest:.2} mm largest, {} folds \
-             ({}, led by the {})",
-            again.drape.nodes,
-            again.drape.stop.name(),
-            again.led_by.name()
-        );
-    }
+    out += &drapes(outcome);
     let _ = writeln!(out, "model {} ({})", outcome.model[0], &outcome.model[1][..12]);
     let _ = writeln!(out, "simulation parameters, not measured mechanical properties");
     out
@@ -56,37 +47,71 @@ pub fn text(outcome: &Outcome) -> String {
 /// What refining found, as text.
 fn refinement(found: &Refinement) -> String {
     let mut out = String::from("\n");
-    let refined = match &found.result {
-        Ok(refined) if found.taken().is_some() => refined,
-        _ => return out + "refined                  no  the values are the network's\n",
+    let Some(taken) = found.taken() else {
+        return out + "refined                    no  the values are the network's\n";
     };
+    let refined = taken.refined();
     let _ = writeln!(
         out,
-        "refined          {:>12}  {} drapes in {:.0} s; {:.1} standard deviations of scan and simulator left",
+        "refined          {:>12}  {} drapes in {:.0} s",
         refined.ended.name(),
         refined.drapes,
-        found.wall_s,
-        refined.misfit
+        found.wall_s
     );
     let shown: Vec<String> =
         refined.stiffnesses.iter().map(|s| format!("{} {:.0} %", s.key, 100.0 * s.shown)).collect();
     let _ = writeln!(out, "the drape shows  {}", shown.join(", "));
-    let own = &refined.scans[0];
-    let _ = writeln!(
-        out,
-        "held to the scan {:>12.2} mm off at the rim, by springs that bear {:.1} % of the cloth's weight",
-        own.held_rim_mean_m / M_PER_MM,
-        100.0 * own.held_share
-    );
     for (companion, fit) in found.companions.iter().zip(&refined.scans[1..]) {
         let _ = writeln!(
             out,
-            "refined with     {}: rim {:.2} mm off, {} folds of {}",
+            "refined with     {}: held drape {:.2} mm off, {} folds of {}",
             companion.path.display(),
-            fit.rim_mean_m / M_PER_MM,
+            fit.held_mean_m / M_PER_MM,
             fit.nodes[1],
             fit.nodes[0]
         );
+    }
+    out
+}
+
+/// The simulated drapes beside the scan, as text.
+fn drapes(outcome: &Outcome) -> String {
+    let mut out = String::new();
+    if let Some(taken) = outcome.taken() {
+        let held = taken.first();
+        let [mean, largest] = [held.held_mean_m, held.held_largest_m].map(|m| m / M_PER_MM);
+        let _ = writeln!(
+            out,
+            "{HELD}       {mean:>12.2}  mm from the scanned rim in the mean, {largest:.2} at most, {} folds; {:.2} sigma off the sheet, \
+             springs bear {:.1} % of the weight",
+            held.nodes[1],
+            taken.refined().misfit,
+            100.0 * held.held_share
+        );
+    }
+    if let Some(released) = &outcome.released {
+        let [mean, largest] =
+            [released.mean_distance_m, released.largest_distance_m].map(|m| m / M_PER_MM);
+        let _ = writeln!(
+            out,
+            "{RELEASED}   {mean:>12.2}  mm from the scanned rim in the mean, {largest:.2} at most, {} folds ({}, led by the {})",
+            released.drape.nodes,
+            released.drape.stop.name(),
+            released.led_by.name()
+        );
+    }
+    if out.is_empty() { out } else { format!("\n{out}") }
+}
+
+/// What was done, with processor time, time on the wall and the largest memory by its end, as text.
+#[must_use]
+pub fn stages(stages: &[Stage]) -> String {
+    let mut out = format!("{:<20}{:>10}{:>10}{:>11}\n", "stage", "CPU s", "wall s", "peak MiB");
+    let unknown = || "-".to_owned();
+    for Stage { name, cpu_s, wall_s, peak_mib } in stages {
+        let cpu = cpu_s.map_or_else(unknown, |s| format!("{s:.2}"));
+        let peak = peak_mib.map_or_else(unknown, |mib| format!("{mib:.0}"));
+        let _ = writeln!(out, "{name:<20}{cpu:>10}{wall_s:>10.2}{peak:>11}");
     }
     out
 }

@@ -202,6 +202,7 @@ impl Follower {
     /// Holds the sheet across another outline, `outwards_m` beyond it; it has not moved yet: [`Self::follow`] leads it
     /// to rest.
     pub fn hold(&mut self, hold: &Hold, outwards_m: f64) {
+        self.rested.newton.forget_place();
         let model = &mut self.rested.model;
         let Setup { fabric, experiment } = &self.setup;
         model.guide = across_outline(hold, &model.grid, fabric, experiment);
@@ -211,6 +212,7 @@ impl Follower {
     /// Holds a sheet that is held to a surface to the same one of another scale, farther from the frame's origin by this share of what it was
     /// laid on; it has not moved yet, as in [`Self::hold`].
     pub fn hold_farther(&mut self, by: f64) {
+        self.rested.newton.forget_place();
         self.rested.model.guide.farther = by;
     }
 

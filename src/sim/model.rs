@@ -183,6 +183,11 @@ impl Model {
         }
     }
 
+    /// Whether the cloth remembers its bending, so that its Hessian changes with [`Self::remember`].
+    pub fn remembers(&self) -> bool {
+        self.hysteresis.is_some()
+    }
+
     fn corners(x: &[Vector3], cell: &[u32; 4]) -> Corners {
         cell.map(|v| x[v as usize])
     }

@@ -149,7 +149,7 @@ fn run_speed(count: u64, seed: u64, dataset: bool, sides: &[usize], numerics: Nu
     if let Some(exponent) = speed::exponent(&sizes) {
         println!("cost grows with the number of vertices to the power {exponent:.2}");
     }
-    if let Some(peak) = speed::peak_memory_mib() {
+    if let Some(peak) = scan2params::base::clock::peak_memory_mib() {
         println!("peak memory of the process, one drape at a time: {peak:.0} MiB");
     }
     Ok(())

@@ -30,7 +30,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
         sights: given.profiles.iter().map(sight).collect::<Result<_, _>>()?,
         estimator: &estimator,
         begin: if given.from_prior { Begin::Prior } else { Begin::Network },
-        options: FitOptions { vertices, evaluations, ..usual },
+        options: FitOptions { vertices, evaluations, release: true, ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: given.drops,

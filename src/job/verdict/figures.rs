@@ -1,8 +1,6 @@
 //! The numbers that a verdict is made of, gathered from the parts of a job.
 
-use std::cmp::Ordering::Equal;
-
-use super::super::Refinement;
+use super::super::{NotTaken, Refinement};
 use crate::base::boundary::{Orientation, POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::base::units::N_M_PER_G_S2;
@@ -11,7 +9,7 @@ use crate::estimate::{Estimate, EstimateWarning};
 use crate::fabric::{Likeness, STIFFNESSES};
 use crate::intake::Rim;
 use crate::intake::rim::GivenWarp;
-use crate::refine::Resimulation;
+use crate::refine::{RefinedStiffness, ReleasedDrape};
 use crate::scan::{ScanOptions, ScannedBoundary};
 use crate::sim::Stop;
 use crate::sim::drape::count_nodes;
@@ -45,8 +43,8 @@ pub struct Figures {
     pub answer: Option<Answer>,
     /// What refining found, if it was asked for.
     pub refining: Option<Refining>,
-    /// The drape of the estimate, if there is one.
-    pub again: Option<Fit>,
+    /// The released drape, if there is one.
+    pub released: Option<Fit>,
 }
 
 /// What the experiment was said to be, and the limits beyond which a scan is refused.
@@ -155,24 +153,10 @@ pub struct Parameter {
 /// What refining found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Refining {
-    /// No fabric, in words.
-    Failed(String),
-    /// The fabric's branch is not the scan's.
-    OffBranch {
-        /// Folds of the scan and of the drape.
-        folds: [usize; 2],
-        /// Mean distance of the rims.
-        rim_m: f64,
-    },
+    /// The answer is the network's.
+    Left(NotTaken),
     /// The fabric is the answer.
-    Taken {
-        /// Mean distance of the rims.
-        rim_m: f64,
-        /// Root mean square distance of sheet and drape in standard deviations of scan and simulator.
-        misfit: f64,
-        /// The six stiffnesses.
-        shown: [Shown; STIFFNESSES],
-    },
+    Taken([Shown; STIFFNESSES]),
 }
 
 /// What a drape shows of one stiffness.
@@ -182,38 +166,22 @@ pub struct Shown {
     pub key: &'static str,
     /// Share of the variance before that the drape took away.
     pub share: f64,
-    /// Whether the value lies at an end of what was allowed.
-    pub at_limit: bool,
 }
 
 impl Refining {
     fn of(refinement: &Refinement) -> Self {
-        let refined = match &refinement.result {
-            Err(error) => return Self::Failed(error.to_string()),
-            Ok(refined) => refined,
-        };
-        // of several scans, the one that lies farthest off
-        let farthest = refined.scans.iter().max_by(|a, b| {
-            (!a.on_branch, a.rim_mean_m).partial_cmp(&(!b.on_branch, b.rim_mean_m)).unwrap_or(Equal)
-        });
-        let Some(scan) = farthest else { return Self::Failed("nothing was scanned".into()) };
-        let stop = scan.drape.stop;
-        if stop != Stop::AtRest {
-            let ended = stop.name();
-            return Self::Failed(format!(
-                "let go, the drape of the fabric found ended as `{ended}`"
-            ));
+        match (refinement.taken(), refinement.not_taken()) {
+            (Some(taken), _) => {
+                let of = |s: RefinedStiffness| Shown { key: s.key, share: s.shown };
+                Self::Taken(taken.refined().stiffnesses.map(of))
+            }
+            (None, Some(why)) => Self::Left(why),
+            (None, None) => unreachable!("taken or not"),
         }
-        if refinement.taken().is_none() {
-            return Self::OffBranch { folds: scan.nodes, rim_m: scan.rim_mean_m };
-        }
-        let shown =
-            refined.stiffnesses.map(|s| Shown { key: s.key, share: s.shown, at_limit: s.at_limit });
-        Self::Taken { rim_m: scan.rim_mean_m, misfit: refined.misfit, shown }
     }
 }
 
-/// The drape of the estimate beside the scanned rim.
+/// The released drape beside the scanned rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Mean distance of corresponding rim points.
@@ -246,7 +214,7 @@ impl Figures {
             warp_unused: false,
             answer: None,
             refining: None,
-            again: None,
+            released: None,
         }
     }
 
@@ -270,7 +238,7 @@ impl Figures {
             warp_unused: warp == GivenWarp::FileNotFlag,
             answer: None,
             refining: None,
-            again: None,
+            released: None,
         }
     }
 
@@ -281,10 +249,10 @@ impl Figures {
         self,
         estimate: &Estimate,
         likeness: Option<&Likeness>,
-        again: Option<&Resimulation>,
+        released: Option<&ReleasedDrape>,
     ) -> Self {
         let answer = Some(Answer::of(estimate, likeness, self.given.side_m));
-        Self { answer, again: again.map(Fit::of), ..self }
+        Self { answer, released: released.map(Fit::of), ..self }
     }
 
     /// The same figures with those of the refinement. Where it was taken, the ends of the training are no
@@ -292,7 +260,7 @@ impl Figures {
     #[must_use]
     pub fn refined(mut self, refinement: &Refinement) -> Self {
         let refining = Refining::of(refinement);
-        if let (Refining::Taken { .. }, Some(answer)) = (&refining, &mut self.answer) {
+        if let (Refining::Taken(_), Some(answer)) = (&refining, &mut self.answer) {
             for parameter in &mut answer.parameters {
                 (parameter.trained, parameter.pinned) = ([0.0, f64::INFINITY], None);
             }
@@ -382,10 +350,10 @@ impl Answer {
 }
 
 impl Fit {
-    fn of(again: &Resimulation) -> Self {
-        let drape = &again.drape;
+    fn of(released: &ReleasedDrape) -> Self {
+        let drape = &released.drape;
         Self {
-            mean_m: again.mean_distance_m,
+            mean_m: released.mean_distance_m,
             folds: drape.nodes,
             stop: drape.stop,
             residual_n: drape.residual_n,

@@ -53,8 +53,8 @@ impl Figures {
         if let Some(refining) = &self.refining {
             grounds.extend(answer::refined(refining, limits));
         }
-        if let Some(again) = &self.again {
-            grounds.extend(answer::resimulated(self, again, limits));
+        if let Some(released) = &self.released {
+            grounds.extend(answer::released(self, released, limits));
         }
         Verdict::of(grounds)
     }

@@ -96,24 +96,26 @@ pub struct Limits {
     pub refined_misfit: Steps,
     /// Share of what was uncertain of a stiffness that its drape has to take away to show it \[-\].
     pub shown: f64,
-    /// Mean distance of the drape of the estimate from the scanned rim, of cloth so soft that it may fall
+    /// Mean distance of a refined fabric's released drape from the scanned rim beyond which it is said \[m\].
+    pub released_far_m: f64,
+    /// Mean distance of the released drape of the network's fabric from the scanned rim, of cloth so soft that it may fall
     /// into another shape \[m\].
-    pub resimulated_m: Steps,
+    pub released_m: Steps,
     /// The same of stiff cloth, which falls into one shape \[m\].
-    pub resimulated_stiff_m: Steps,
+    pub released_stiff_m: Steps,
     /// Bending lengths up to which cloth is soft and from which on it is stiff in this; straight between \[m\].
-    pub resimulated_lengths_m: [f64; 2],
+    pub released_lengths_m: [f64; 2],
     /// Difference between the counts of folds of the two.
-    pub resimulated_folds: Steps,
+    pub released_folds: Steps,
 }
 
 impl Limits {
-    /// What the drape of the estimate may lie off the scanned rim, for cloth of this bending length \[m\].
-    pub(super) fn resimulated_at(&self, bending_length_m: f64) -> Steps {
-        let [soft_m, stiff_m] = self.resimulated_lengths_m;
+    /// What the released drape may lie off the scanned rim, for cloth of this bending length \[m\].
+    pub(super) fn released_at(&self, bending_length_m: f64) -> Steps {
+        let [soft_m, stiff_m] = self.released_lengths_m;
         let part = ((bending_length_m - soft_m) / (stiff_m - soft_m)).clamp(0.0, 1.0);
         let between = |soft: f64, stiff: f64| soft + part * (stiff - soft);
-        let Self { resimulated_m: soft, resimulated_stiff_m: stiff, .. } = self;
+        let Self { released_m: soft, released_stiff_m: stiff, .. } = self;
         Steps {
             doubtful: between(soft.doubtful, stiff.doubtful),
             do_not_use: between(soft.do_not_use, stiff.do_not_use),
@@ -156,10 +158,11 @@ impl Default for Limits {
             density_factor: steps(1.0, 2.5),        // W
             refined_misfit: steps(0.65, 1.5),       // M, C
             shown: 0.3,                             // C
-            resimulated_m: steps(14e-3, 22e-3),     // M, C
-            resimulated_stiff_m: steps(4e-3, 7e-3), // M
-            resimulated_lengths_m: [10e-3, 16e-3],  // M
-            resimulated_folds: steps(1.5, 3.5),     // M, C
+            released_far_m: 3e-3,                   // C: the true fabric moves by 0.3 to 2 mm
+            released_m: steps(14e-3, 22e-3),     // M, C
+            released_stiff_m: steps(4e-3, 7e-3), // M
+            released_lengths_m: [10e-3, 16e-3],  // M
+            released_folds: steps(1.5, 3.5),     // M, C
         }
     }
 }

@@ -1,8 +1,8 @@
-//! The error along the rim: how far the re-simulated rim lies from the scanned one, point by point, sides marked.
+//! The error along the rim: how far the simulated drape's rim lies from the scanned one, point by point, sides marked.
 //!
 //! In: two rims, point against point. Out: SVG of two panels over the place along the flat specimen's border (0 to 1200 mm,
 //! side after side): the distance in space, over twice the scan's own uncertainty; and its parts outwards and upwards, from
-//! the scanned to the re-simulated rim. Where the rim was bridged, the foot of the chart says so.
+//! the scanned to the simulated rim. Where the rim was bridged, the foot of the chart says so.
 
 use maud::{Markup, html};
 
@@ -74,7 +74,7 @@ pub(super) fn chart(scanned: &Boundary, again: &Boundary, side_mm: f64) -> Marku
             path .error-area d=(area(&mut all.iter().map(|e| e[0]))) {}
             path .error d=(line(&y, 0)) {}
             (bridged(scanned, &x, TOP[1]))
-            text .title x=(c(LEFT)) y="14" { "Distance of the re-simulated rim [mm]" }
+            text .title x=(c(LEFT)) y="14" { "Distance of the simulated rim [mm]" }
             circle .worst cx=(c(x.at(share(worst)))) cy=(c(y.at(most))) r="3.4" {}
             text .mark x=(c(x.at(share(worst)))) y=(c(y.at(most) - 7.0)) text-anchor="middle" { (fixed(most, 1)) }
             (level_lines(&low))

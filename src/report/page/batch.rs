@@ -52,7 +52,7 @@ pub struct Line {
     pub density_g_m2: Option<f64>,
     /// The stiffnesses, paper's order.
     pub values: Option<[Value; STIFFNESSES]>,
-    /// Mean distance of the re-simulated rim \[mm\].
+    /// Mean distance from the scanned rim of the held drape's, or of the released one's of an answer that was not refined \[mm\].
     pub mean_error_mm: Option<f64>,
     /// Share of the rim that was seen.
     pub seen: Option<f64>,
@@ -153,7 +153,7 @@ fn scans(lines: &[Line]) -> Markup {
             p .caption {
                 "Stretch and shear " i { "S" } ", " i { "H" } " in g/s\u{b2}, bending " i { "B" } " in g\u{b7}mm\u{b2}\u{b7}s\u{207b}\u{b2}\u{b7}rad\u{207b}\u{b9}; \
                  a value in brackets lies at or beyond the end of what the model was trained on. \
-                 Rim: mean distance of the re-simulated rim, where it was simulated. Intervals and all digits are in results.csv."
+                 Rim: mean distance of the held drape, or of the released one, where one was simulated. Intervals and all digits are in results.csv."
             }
         }
     }
@@ -323,7 +323,7 @@ fn overlays(lines: &[Line]) -> Markup {
     html! {
         section id="overlays" aria-labelledby="overlays-title" {
             h2 id="overlays-title" { "Overlays" }
-            p .caption { "From above, warp to the right: scanned rim solid, re-simulated rim dashed where it was simulated." }
+            p .caption { "From above, warp to the right: scanned rim solid, simulated drape dashed where there is one." }
             ul .cards .small {
                 @for line in lines {
                     @if let (Some(svg), Some(level)) = (&line.overlay_svg, line.level) {

@@ -1,9 +1,10 @@
 //! The drape coefficient of the square: the part of the cloth beyond the plate that is seen from above.
 //!
-//! In: a scanned and a re-simulated drape. Out: (A_projected - A_plate) / (A_specimen - A_plate) in per cent. The area is what
+//! In: a scanned and a simulated drape. Out: (A_projected - A_plate) / (A_specimen - A_plate) in per cent. The area is what
 //! the sheet's triangles and the rim's polygon cover, by a picture without errors: folds that hide each other count once. A rim
 //! that was read from a file has no sheet; what hangs out beyond it is then not counted.
 
+use super::super::beside::Beside;
 use crate::base::{Boundary, Surface};
 use crate::geom::Mesh;
 use crate::job::Outcome;
@@ -21,7 +22,7 @@ pub(super) struct Coefficient {
     pub source: &'static str,
 }
 
-/// Of the scanned drape, and of the re-simulated one if there is one.
+/// Of the scanned drape, and of the simulated one if there is one.
 pub(super) fn of(outcome: &Outcome) -> (Coefficient, Option<Coefficient>) {
     let (side_m, plate_m) = (outcome.job.scan.specimen_side_m, outcome.job.scan.plate_radius_m);
     let percent = |sheet: &Mesh, rim: &Boundary| {
@@ -34,9 +35,9 @@ pub(super) fn of(outcome: &Outcome) -> (Coefficient, Option<Coefficient>) {
     };
     let own =
         Coefficient { percent: percent(&scanned.0, outcome.rim.boundary()), source: scanned.1 };
-    let again = outcome.resimulation.as_ref().map(|again| Coefficient {
-        percent: percent(&again.drape.mesh(), &again.drape.boundary),
-        source: "the re-simulated drape",
+    let again = Beside::of(outcome).map(|beside| Coefficient {
+        percent: percent(&beside.drape.mesh(), &beside.drape.boundary),
+        source: beside.name,
     });
     (own, again)
 }

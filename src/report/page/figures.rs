@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::super::beside::{Beside, HELD};
 use super::along;
 use super::coefficient;
 use super::number::{count, fixed, percent};
@@ -9,7 +10,7 @@ use super::options::Extra;
 use super::overlay::BANDS_MM;
 use crate::base::units::mm;
 use crate::intake::Rim;
-use crate::job::Outcome;
+use crate::job::{Outcome, Taken};
 use crate::scan::{Orientation, Quality, ScannedBoundary};
 use crate::sim::rim_nodes;
 
@@ -20,15 +21,14 @@ type Figure = (&'static str, String, String);
 pub(super) fn glance(outcome: &Outcome) -> Markup {
     let rim = outcome.rim.boundary();
     let mut all: Vec<Figure> = Vec::new();
-    if let Some(again) = &outcome.resimulation {
-        let drape = &again.drape;
-        let [five, ten] = along::within(rim, &drape.boundary, BANDS_MM);
-        let mean = fixed(mm(again.mean_distance_m), 2);
-        let most = fixed(mm(again.largest_distance_m), 1);
-        all.push(("Re-simulated rim", format!("{mean} mm"), format!("mean; largest {most} mm")));
+    if let Some(beside) = Beside::of(outcome) {
+        let [five, ten] = along::within(rim, &beside.drape.boundary, BANDS_MM);
+        all.push(distance(beside));
         all.push(("Within 5 mm", percent(five, 0), format!("{} within 10 mm", percent(ten, 0))));
-        let folds = format!("{} / {}", rim_nodes(rim), drape.nodes);
-        all.push(("Folds", folds, "scanned / re-simulated".to_owned()));
+        all.extend(outcome.taken().map(misfit));
+        all.extend(Beside::second(outcome).map(distance));
+        let folds = format!("{} / {}", rim_nodes(rim), beside.drape.nodes);
+        all.push(("Folds", folds, format!("scanned / {}", beside.name)));
     } else {
         all.push(("Folds", rim_nodes(rim).to_string(), "on the scanned rim".to_owned()));
     }
@@ -50,6 +50,25 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
             }
         }
     }
+}
+
+/// How far a simulated drape's rim lies from the scanned one.
+fn distance(beside: Beside<'_>) -> Figure {
+    let [mean, largest] = beside.distances_m.map(mm);
+    let (name, how) = match beside.name {
+        HELD => ("Held drape", "held to the scan by weak springs"),
+        _ => ("Released drape", "nothing holds it: one of the fabric\u{2019}s stable drapes"),
+    };
+    let more = format!("rim from the scan, largest {} mm; {how}", fixed(largest, 1));
+    (name, format!("{} mm", fixed(mean, 2)), more)
+}
+
+/// How well the fabric explains the whole sheet.
+fn misfit(taken: Taken<'_>) -> Figure {
+    let (refined, held) = (taken.refined(), taken.first());
+    let share = percent(held.held_share, 1);
+    let more = format!("of scan and simulator; the springs bear {share} of the weight");
+    ("Misfit", format!("{} sigma", fixed(refined.misfit, 2)), more)
 }
 
 /// The section with the quality of the scan.
@@ -185,9 +204,9 @@ pub(super) fn coefficients(outcome: &Outcome, extra: &Extra) -> Markup {
                     }
                     @if let Some(again) = again {
                         tr {
-                            th scope="row" { "Square, re-simulated" }
+                            th scope="row" { "Square, simulated" }
                             td .number .strong { (fixed(again.percent, 1)) " %" }
-                            td { "the same of the drape of these parameters" }
+                            td { "the same of the " (again.source) " of these parameters" }
                         }
                     }
                     @if let Some(cusick) = &extra.cusick {

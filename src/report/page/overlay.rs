@@ -1,4 +1,4 @@
-//! The scanned rim on the re-simulated one, from above: bands, plate, folds, bearings, the scan's own axes.
+//! The scanned rim on those of the simulated drapes, from above: bands, plate, folds, bearings, the scan's own axes.
 //!
 //! In: a job's outcome. Out: SVG, warp (x) to the right, weft (z) down, as large as the drape allows. The
 //! bands are what lies within 5 and 10 mm of the scanned rim in this view; the shares beside the drawing count distances
@@ -7,6 +7,7 @@
 
 use maud::{Markup, html};
 
+use super::super::beside::Beside;
 use super::svg::{c, closed, path, runs};
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::units::mm;
@@ -35,8 +36,9 @@ fn scale_of<'a>(rims: impl Iterator<Item = &'a Boundary>) -> f64 {
 /// The drawing.
 pub(super) fn drawing(outcome: &Outcome) -> Markup {
     let rim = outcome.rim.boundary();
-    let again = outcome.resimulation.as_ref().map(|again| &again.drape.boundary);
-    let scale = scale_of([rim].into_iter().chain(again));
+    let again = Beside::of(outcome).map(|beside| &beside.drape.boundary);
+    let second = Beside::second(outcome).map(|beside| &beside.drape.boundary);
+    let scale = scale_of([rim].into_iter().chain(again).chain(second));
     let scanned = plan(rim, scale);
     let folds = rim_nodes_at(rim);
     let seen = |k: usize| rim.points()[k].observed;
@@ -44,7 +46,7 @@ pub(super) fn drawing(outcome: &Outcome) -> Markup {
     let label = format!(
         "From above: the scanned rim with {} folds{}, the plate, bearings and axes",
         folds.len(),
-        if again.is_some() { " on the re-simulated rim, with bands of 5 and 10 mm" } else { "" }
+        if again.is_some() { " on the rim of the simulated drape, with bands of 5 and 10 mm" } else { "" }
     );
     html! {
         svg .overlay viewBox={ (c(-HALF)) " " (c(-HALF)) " " (c(2.0 * HALF)) " " (c(2.0 * HALF)) } role="img" aria-label=(label) {
@@ -58,6 +60,7 @@ pub(super) fn drawing(outcome: &Outcome) -> Markup {
             (axes(outcome))
             path .scanned d=(runs(&scanned, true, seen)) {}
             path .bridged d=(runs(&scanned, true, |k| !seen(k) || !seen((k + 1) % scanned.len()) || !seen((k + scanned.len() - 1) % scanned.len()))) {}
+            @if let Some(second) = second { path .released d=(closed(plan(second, scale))) {} }
             @if let Some(again) = again { path .simulated d=(closed(plan(again, scale))) {} }
             (corners(&scanned))
             (numbered(&scanned, &folds))
@@ -189,7 +192,7 @@ fn numbered(rim: &[[f64; 2]], folds: &[usize]) -> Markup {
 /// A drawing of both rims that stands alone, for a list of many: its colours are its own, in light and dark.
 #[must_use]
 pub fn thumbnail(outcome: &Outcome) -> String {
-    let again = outcome.resimulation.as_ref().map(|again| &again.drape.boundary);
+    let again = Beside::of(outcome).map(|beside| &beside.drape.boundary);
     let rim = outcome.rim.boundary();
     let scale = scale_of([rim].into_iter().chain(again));
     let style = "path,circle{fill:none;stroke-width:2.4;stroke-linejoin:round}.p{stroke:#8d98a3;stroke-width:1.6}\

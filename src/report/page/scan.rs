@@ -6,6 +6,7 @@
 
 use maud::{Markup, html};
 
+use super::super::beside::{Beside, RELEASED};
 use super::number::{fixed, percent};
 use super::options::Extra;
 use super::parameters::{self, Stiffness};
@@ -46,7 +47,7 @@ pub fn page(outcome: &Outcome, extra: &Extra) -> String {
         fixed(mm(outcome.job.scan.plate_radius_m), 0)
     );
     let all = stiffnesses(outcome);
-    let drawn = outcome.resimulation.is_some();
+    let drawn = Beside::of(outcome).is_some();
     let contents: Vec<_> =
         CONTENTS.into_iter().filter(|(target, _)| drawn || *target != "along").collect();
     let sections = html! {
@@ -72,8 +73,7 @@ pub fn page(outcome: &Outcome, extra: &Extra) -> String {
 
 /// The six as the page shows them.
 fn stiffnesses(outcome: &Outcome) -> Vec<Stiffness> {
-    let taken = outcome.refinement.as_ref().filter(|found| found.taken().is_some());
-    let refined = taken.and_then(|found| found.result.as_ref().ok());
+    let refined = outcome.taken().map(|taken| taken.refined());
     let other =
         outcome.estimate.candidates.get(1).map(|candidate| candidate.fabric.to_paper_units());
     let parameters = outcome.estimate.parameters();
@@ -120,8 +120,9 @@ fn overlay_section(outcome: &Outcome) -> Markup {
                     ul .legend {
                         li { (swatch("scanned")) span { "scanned rim" } }
                         li { (swatch("bridged")) span { "bridged, not seen" } }
-                        @if let Some(again) = &outcome.resimulation {
-                            li { (swatch("simulated")) span { "re-simulated rim, led by the " (again.led_by.name()) } }
+                        @if let Some(again) = Beside::of(outcome) {
+                            li { (swatch("simulated")) span { (again.name) } }
+                            @if Beside::second(outcome).is_some() { li { (swatch("released")) span { (RELEASED) } } }
                             @let [five, ten] = along::within(rim, &again.drape.boundary, overlay::BANDS_MM);
                             li { (swatch("band5")) span { "within 5 mm of the scan: " b { (percent(five, 1)) } " of the rim, in space" } }
                             li { (swatch("band10")) span { "within 10 mm: " b { (percent(ten, 1)) } } }
@@ -132,7 +133,7 @@ fn overlay_section(outcome: &Outcome) -> Markup {
                     p {
                         "Ring: bearings as messages about the scan name them, anticlockwise from its x axis. Arrows from the middle: the \
                          scan\u{2019}s own axes, as long as they lie flat."
-                        @if outcome.resimulation.is_none() { " The estimate was not draped again." }
+                        @if Beside::of(outcome).is_none() { " Nothing was simulated." }
                     }
                 }
             }
@@ -147,7 +148,7 @@ fn swatch(class: &str) -> Markup {
 
 fn along_section(outcome: &Outcome) -> Markup {
     html! {
-        @if let Some(again) = &outcome.resimulation {
+        @if let Some(again) = Beside::of(outcome) {
             section id="along" aria-labelledby="along-title" {
                 h2 id="along-title" { "Error along the rim" }
                 figure {
@@ -155,9 +156,9 @@ fn along_section(outcome: &Outcome) -> Markup {
                         (along::chart(outcome.rim.boundary(), &again.drape.boundary, mm(outcome.job.scan.specimen_side_m)))
                     }
                     figcaption {
-                        "Mean " b { (fixed(mm(again.mean_distance_m), 2)) " mm" } ", largest " b { (fixed(mm(again.largest_distance_m), 2)) " mm" }
+                        "Mean " b { (fixed(mm(again.distances_m[0]), 2)) " mm" } ", largest " b { (fixed(mm(again.distances_m[1]), 2)) " mm" }
                         ". Grey foot: twice the standard deviation of the scanned rim itself. Thick marks at the foot: bridged, not seen. \
-                         The parts run from the scanned to the re-simulated rim."
+                         The parts run from the scanned rim to that of the " (again.name) "."
                     }
                 }
             }

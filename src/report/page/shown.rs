@@ -1,13 +1,14 @@
 //! What of a job is shown in three dimensions, and the data that the view reads.
 //!
 //! In: a job's outcome. Out: points and sheets, simulation frame; as data 16-bit numbers in one cube, little-endian, base64: a step
-//! is some 5 micrometres. The sheet is the re-simulated drape, or without one the sheet fitted to the scan; the points are some
+//! is some 5 micrometres. The sheet is the simulated drape, held or released, or without one the sheet fitted to the scan; the points are some
 //! of the cloth's, smoothed.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use super::super::beside::Beside;
 use crate::base::Point3;
 use crate::job::Outcome;
 
@@ -20,11 +21,11 @@ pub(super) struct Shown {
     pub points: Vec<Point3>,
     /// A sheet of n x n places, the second coordinate running fastest; empty where there is none.
     pub sheet: Vec<Point3>,
-    /// Whether the sheet is the re-simulated drape.
+    /// Whether the sheet is a simulated drape.
     pub simulated_sheet: bool,
     /// The scanned rim.
     pub scanned: Vec<Point3>,
-    /// The re-simulated rim; empty where there is none.
+    /// The simulated drape's rim; empty where there is none.
     pub simulated: Vec<Point3>,
     /// Radius of the plate.
     pub plate_m: f64,
@@ -41,7 +42,7 @@ impl Shown {
                 .sheet()
                 .map_or_else(Vec::new, |s| s.points().iter().map(|p| p.position_m).collect())
         };
-        let again = outcome.resimulation.as_ref().map(|again| &again.drape);
+        let again = Beside::of(outcome).map(|beside| beside.drape);
         Self {
             points: cloth.iter().step_by(step).copied().collect(),
             sheet: again.map_or_else(fitted, |drape| drape.mesh().vertices),

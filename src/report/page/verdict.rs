@@ -117,22 +117,14 @@ fn steps(outcome: &Outcome) -> Vec<String> {
              of units below, or params.json for all digits). They belong to each other.",
         );
     }
-    if outcome.resimulation.is_none() {
-        add(
-            "Drape the estimate again (--resimulate, or --out) to see how well it reproduces the scan.",
-        );
-    }
     if usable && outcome.refinement.is_none() {
-        add(
-            "For narrower intervals, let the simulator refine the estimate on this scan (--refine).",
-        );
+        add("Run without --quick: the simulator then fits the fabric to the scan, which says how well it explains the drape.");
     }
     let several = outcome.refinement.as_ref().is_some_and(|found| !found.companions.is_empty());
     let known = outcome.rim.orientation() == Orientation::Given;
     if usable && !several && known && matches!(outcome.rim, Rim::Scanned { .. }) {
         add(
-            "Before the values decide anything, drop the same cloth again, scan it again, and refine on both (--refine --with \
-             SECOND): one drape is one of several that a fabric has.",
+            "Before the values decide anything, drop the same cloth again, scan it again, and give both (--with SECOND): one drape is one of several that a fabric has.",
         );
     }
     steps
@@ -167,30 +159,25 @@ fn remedy(code: Code) -> Option<&'static str> {
         }
         C::OutsidePrior => {
             "Look whether plate and specimen are the experiment's. If they are, the cloth is a rare one: drop it again, scan \
-             it, and refine on both scans (--refine --with SECOND)."
+             it, and give both scans (--with SECOND)."
         }
         C::NovelRim | C::FoldsForBending => {
-            "Hold the overlay against the cloth. Where the rim found is the cloth's, refine (--refine); where it is not, scan \
-             again."
+            "Hold the overlay against the cloth. Where the rim found is not the cloth's, scan again."
         }
         C::OutOfRange | C::IntervalAtBound | C::DensityOutsideTraining => {
-            "Check the density on a scale. If it is right, refine (--refine): the simulator is not bound to what the network \
+            "Check the density on a scale. If it is right, run without --quick: the simulator is not bound to what the network \
              was trained on."
         }
         C::NotRefined | C::FoldsDiffer => {
-            "Drop the cloth again, scan it, and refine on both scans (--refine --with SECOND): another drape may lie on a \
+            "Drop the cloth again, scan it, and give both scans (--with SECOND): another drape may lie on a \
              branch that the simulator finds."
         }
-        C::ModelLeaves | C::ResimulationOff => {
+        C::ModelLeaves | C::ReleasedDrapeOff => {
             "Look where along the rim the error lies. All around: the fabric is another than the six numbers can say, or the \
              density is wrong; at one place: the cloth was creased, pulled or hidden there."
         }
-        C::RefinedAtLimit => {
-            "Do not trust a value that ended at its limit; refine on another drop as well (--with SECOND)."
-        }
-        C::ResimulationNotAtRest | C::ResimulationIntersects => {
-            "Take the distances of the re-simulated rim with care: that drape is no clean rest. The parameters do not depend \
-             on it unless they were refined."
+        C::ReleasedDrapeNotAtRest | C::ReleasedDrapeIntersects => {
+            "Take the distances of the released drape with care: it is no clean rest. The parameters do not depend on it."
         }
         C::HardlyVisible | C::BendingProjected | C::WarpFromFile => return None,
     })

@@ -36,6 +36,7 @@ impl Newton {
         form: HessianForm,
     ) -> f64 {
         self.exact = false;
+        self.factored_at.clear();
         charge(&mut self.effort.assembly_s, || {
             model.gradient(x, &mut self.gradient);
             let residual_n = largest(&self.gradient);
@@ -94,9 +95,13 @@ impl Newton {
         loads: &[Vec<Vector3>],
     ) -> Option<Vec<Vec<Vector3>>> {
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
-        model.forget_lagged_stress();
-        self.assemble(model, x, still, HessianForm::Exact);
-        let exact = self.factorize();
+        let exact = if self.factored_at == x && !model.remembers() {
+            true
+        } else {
+            model.forget_lagged_stress();
+            self.assemble(model, x, still, HessianForm::Exact);
+            self.factorize()
+        };
         self.exact = exact;
         if !exact && !self.substitute(model, x) {
             return None;

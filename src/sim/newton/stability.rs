@@ -22,7 +22,16 @@ impl Newton {
         model.forget_lagged_stress();
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         self.assemble(model, x, still, HessianForm::Exact);
-        self.solve(model, x, HessianForm::Exact)
+        let stable = self.solve(model, x, HessianForm::Exact);
+        if self.exact {
+            self.factored_at.extend_from_slice(x);
+        }
+        stable
+    }
+
+    /// The model has changed under the sheet: the factor is no longer that of its Hessian.
+    pub fn forget_place(&mut self) {
+        self.factored_at.clear();
     }
 
     /// The lowest curvature of the exact Hessian relative to the projected one, in

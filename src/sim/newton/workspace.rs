@@ -16,6 +16,8 @@ pub struct Newton {
     pub(super) trial: Vec<Vector3>,
     /// Whether `factor` and `tangent` are those of one exact Hessian.
     pub(super) exact: bool,
+    /// Where [`Self::is_stable`] made them last, if nothing was assembled since.
+    pub(super) factored_at: Vec<Vector3>,
     /// What the solver has done so far.
     pub effort: Effort,
 }
@@ -67,6 +69,7 @@ impl Newton {
             direction: zeros(),
             trial: zeros(),
             exact: false,
+            factored_at: Vec::new(),
             effort: Effort::default(),
         }
     }

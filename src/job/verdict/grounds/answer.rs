@@ -2,8 +2,10 @@
 
 use super::super::figures::{Answer, Figures, Fit, Parameter, Refining, Shown};
 use super::super::limits::Limits;
+use super::super::super::NotTaken;
 use super::super::{Code, Ground, Level};
 use crate::base::units::mm;
+use crate::refine::FitError;
 use crate::sim::Stop;
 
 pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
@@ -27,7 +29,7 @@ pub(super) fn outside_prior(answer: &Answer, limits: &Limits) -> Option<Ground> 
         (
             level,
             "the network has hardly met such cloth, and half of its 90 % intervals do not hold for it: check the scan, \
-             the plate and the specimen; --refine fits the fabric itself to the scan",
+             the plate and the specimen; without --quick the fabric itself is fitted to the scan",
         )
     } else {
         (
@@ -123,33 +125,12 @@ pub(super) fn folds_for_bending(f: &Figures, answer: &Answer, limits: &Limits) -
 
 /// What refining found.
 pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
-    let (rim_m, misfit, shown) = match refining {
-        Refining::Failed(why) => {
-            let text = format!("not refined: {why}; the values are the network's");
-            return vec![Ground::new(Code::NotRefined, Level::Doubtful, (0.0, 0.0, ""), text)];
-        }
-        Refining::OffBranch { folds: [scanned, draped], rim_m } => {
-            let text = format!(
-                "not refined: the fabric found drapes with {draped} folds, {:.1} mm from the scanned rim, which has \
-                 {scanned}; that is another branch, and the values are the network's: lay the specimen anew and scan again",
-                mm(*rim_m)
-            );
-            let measured = (mm(*rim_m), 0.0, "mm");
-            return vec![Ground::new(Code::NotRefined, Level::Doubtful, measured, text)];
-        }
-        Refining::Taken { rim_m, misfit, shown } => (*rim_m, *misfit, shown),
+    let shown = match refining {
+        Refining::Left(why) => return vec![left(why, limits)],
+        Refining::Taken(shown) => shown,
     };
-    let mut grounds = Vec::new();
-    if let Some((level, limit)) = limits.refined_misfit.level(misfit) {
-        let text = format!(
-            "the refined drape leaves {:.1} mm on the rim, and {misfit:.1} standard deviations of scan and simulator on the \
-             sheet (limit {limit:.1}): the cloth has an effect that the six stiffnesses lack, or the scan is off",
-            mm(rim_m)
-        );
-        grounds.push(Ground::new(Code::ModelLeaves, level, (misfit, limit, ""), text));
-    }
     let hardly = |s: &&Shown| s.share < limits.shown;
-    grounds.extend(shown.iter().filter(hardly).map(|s| {
+    let ground = |s: &Shown| {
         let text = format!(
             "{} is hardly visible in this drape ({:.0} % of what was uncertain is gone): its interval is hardly narrower than the network's",
             s.key,
@@ -157,26 +138,78 @@ pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
         );
         let measured = (s.share, limits.shown, "");
         Ground::new(Code::HardlyVisible, Level::Reliable, measured, text).about(s.key)
-    }));
-    grounds.extend(shown.iter().filter(|s| s.at_limit).map(|s| {
-        let text = format!(
-            "{} ended at the end of what refining allows: the fabric lies beyond it, or something else than {} is \
-             soaked up there",
-            s.key, s.key
-        );
-        Ground::new(Code::RefinedAtLimit, Level::Doubtful, (0.0, 0.0, ""), text).about(s.key)
-    }));
-    grounds
+    };
+    shown.iter().filter(hardly).map(ground).collect()
 }
 
-/// The drape of the estimate beside the scan.
-pub(super) fn resimulated(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
+/// Why the answer is the network's.
+fn left(why: &NotTaken, limits: &Limits) -> Ground {
+    let not_refined = |level, measured, why: String| {
+        let text = format!("{why}; the values are the network's quick answer");
+        Ground::new(Code::NotRefined, level, measured, text)
+    };
+    let doubtful = |why| not_refined(Level::Doubtful, (0.0, 0.0, ""), why);
+    match why {
+        NotTaken::Failed(FitError::Interrupted) => {
+            let why = "refining was interrupted".to_owned();
+            not_refined(Level::Reliable, (0.0, 0.0, ""), why)
+        }
+        NotTaken::Failed(error) => doubtful(format!("not refined: {error}")),
+        NotTaken::NotConverged(ended) => {
+            doubtful(format!("refining did not converge ({})", ended.name()))
+        }
+        NotTaken::AtBound(key) => doubtful(format!(
+            "refining ended with {key} at the end of what it allows: the fabric lies beyond it, or something else \
+             than {key} is soaked up there"
+        ))
+        .about(key),
+        NotTaken::OtherBranch { folds: [scanned, draped], rim_m } => {
+            let why = format!(
+                "held to the scan, the fabric that refining found has {draped} folds, {:.1} mm from the scanned rim, which has \
+                 {scanned}: another of its stable drapes; lay the specimen anew and scan again",
+                mm(*rim_m)
+            );
+            not_refined(Level::Doubtful, (mm(*rim_m), 0.0, "mm"), why)
+        }
+        NotTaken::Leaves { misfit, most } => {
+            let (level, limit) =
+                limits.refined_misfit.level(*misfit).unwrap_or((Level::Doubtful, *most));
+            let of_both = match level {
+                Level::DoNotUse => "neither its values nor the network's are to be used",
+                _ => "the values are the network's quick answer",
+            };
+            let text = format!(
+                "held to the scan, the fabric that fits best lies {misfit:.1} standard deviations of scan and simulator off \
+                 (limit {limit:.2}): the cloth has an effect that the six stiffnesses lack, or plate or scan are off; {of_both}"
+            );
+            Ground::new(Code::ModelLeaves, level, (*misfit, limit, ""), text)
+        }
+    }
+}
+
+/// The released drape beside the scan. Of a refined fabric nothing hangs on it: it is only said.
+pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
+    if let Some(Refining::Taken(_)) = f.refining {
+        let limit_m = limits.released_far_m;
+        if again.mean_m > limit_m || again.stop != Stop::AtRest {
+            let text = format!(
+                "with nothing to hold it to the scan, the sheet moves on to {:.1} mm from the scanned rim in the mean (up to {:.0} mm \
+                 are usual): the fabric has several stable drapes, and a simulator may end in another one; the stiffnesses do \
+                 not depend on it",
+                mm(again.mean_m),
+                mm(limit_m)
+            );
+            let measured = (mm(again.mean_m), mm(limit_m), "mm");
+            grounds.push(Ground::new(Code::ReleasedDrapeOff, Level::Reliable, measured, text));
+        }
+        return grounds;
+    }
     let bending_m = f.answer.as_ref().map_or(0.0, |answer| answer.bending_length_m);
-    let steps = limits.resimulated_at(bending_m).plus(f.noise_m);
+    let steps = limits.released_at(bending_m).plus(f.noise_m);
     if let Some((level, limit_m)) = steps.level(again.mean_m) {
         let text = format!(
-            "draped again with these stiffnesses, the rim lies {:.1} mm from the scanned one in the mean (limit {:.1} \
+            "with nothing to hold it, the drape of these stiffnesses lies {:.1} mm from the scanned rim in the mean (limit {:.1} \
              mm; honest scans of cloth of this bending length, {:.0} mm, come within {:.1}): the stiffnesses do not \
              reproduce the drape; check the plate and the scan, or lay the specimen anew",
             mm(again.mean_m),
@@ -185,12 +218,12 @@ pub(super) fn resimulated(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Grou
             mm(steps.doubtful)
         );
         let measured = (mm(again.mean_m), mm(limit_m), "mm");
-        grounds.push(Ground::new(Code::ResimulationOff, level, measured, text));
+        grounds.push(Ground::new(Code::ReleasedDrapeOff, level, measured, text));
     }
     let differ = f.folds.abs_diff(again.folds) as f64;
-    if let Some((level, limit)) = limits.resimulated_folds.level(differ) {
+    if let Some((level, limit)) = limits.released_folds.level(differ) {
         let text = format!(
-            "draped again with these stiffnesses, the cloth has {} folds, the scan {} (limit {limit:.1} apart): it \
+            "with nothing to hold it, the drape of these stiffnesses has {} folds, the scan {} (limit {limit:.1} apart): it \
              fell into another shape, or the folds are not those of hanging cloth",
             again.folds, f.folds
         );
@@ -198,22 +231,22 @@ pub(super) fn resimulated(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Grou
     }
     if again.stop != Stop::AtRest {
         let text = format!(
-            "the drape of these stiffnesses did not come to rest ({}; a force of {:.1e} N is left): its distance from \
+            "the released drape of these stiffnesses did not come to rest ({}; a force of {:.1e} N is left): its distance from \
              the scan says little",
             again.stop.name(),
             again.residual_n
         );
         let measured = (again.residual_n, 0.0, "N");
-        grounds.push(Ground::new(Code::ResimulationNotAtRest, Level::Doubtful, measured, text));
+        grounds.push(Ground::new(Code::ReleasedDrapeNotAtRest, Level::Doubtful, measured, text));
     }
     if again.intersections > 0 {
         let text = format!(
-            "the drape of these stiffnesses passes through itself in {} pairs of triangles: it is no cloth's; please \
+            "the released drape of these stiffnesses passes through itself in {} pairs of triangles: it is no cloth's; please \
              report it",
             again.intersections
         );
         let measured = (again.intersections as f64, 0.0, "");
-        grounds.push(Ground::new(Code::ResimulationIntersects, Level::Doubtful, measured, text));
+        grounds.push(Ground::new(Code::ReleasedDrapeIntersects, Level::Doubtful, measured, text));
     }
     grounds
 }

@@ -1,16 +1,15 @@
-//! The drape of a fabric on the branch nearest to a scan.
+//! The released drape: what the simulator does with a fabric on a scan's branch when nothing holds the sheet.
 //!
 //! In: a scanned rim and, where there is one, the whole scanned sheet (simulation frame), and a
-//! fabric. Out: the simulated drape and its distance to the scan. A
-//! drape has several stable shapes; springs lead the sheet to what was scanned and are then
-//! released, so that the equilibrium found is one of the fabric's own, near the scan. A rim that was
-//! read from a table has no sheet: springs then lead the border alone, after a fall.
+//! fabric. Out: the simulated drape and its distance to the scan. A fabric has several stable drapes within
+//! millimetres of each other, and the true fabric itself moves by 0.3 to 2 mm. Springs lead the sheet to what was
+//! scanned and are then released. A rim that was read from a table has no sheet: springs lead its border alone, after a fall.
 
 use crate::base::{Boundary, Surface};
 use crate::fabric::Fabric;
 use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
-/// What led a re-simulated drape to its branch.
+/// What led a drape to its branch before it was released.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LedBy {
     /// The whole scanned sheet: [`DropStart::Surface`].
@@ -30,10 +29,10 @@ impl LedBy {
     }
 }
 
-/// A re-simulated drape beside the rim it is to reproduce.
+/// A drape that nothing holds, beside the rim that was scanned.
 #[derive(Clone, Debug)]
-pub struct Resimulation {
-    /// The drape, at rest without the springs.
+pub struct ReleasedDrape {
+    /// The drape, at rest without springs unless its `stop` says otherwise.
     pub drape: Drape,
     /// What led it.
     pub led_by: LedBy,
@@ -46,27 +45,25 @@ pub struct Resimulation {
 /// Drapes `fabric` on the branch nearest to what was scanned: led by `sheet` if there is one, by the
 /// rim `scanned` otherwise.
 #[must_use]
-pub fn resimulate(
+pub fn released_drape(
     scanned: &Boundary,
     sheet: Option<&Surface>,
     fabric: &Fabric,
     options: &SimOptions,
-) -> Resimulation {
+) -> ReleasedDrape {
     let (start, led_by) = match sheet {
         Some(sheet) => (DropStart::Surface(Box::new(sheet.clone())), LedBy::Sheet),
         None => (DropStart::Guided(Box::new(scanned.clone())), LedBy::Rim),
     };
     let drape = drape(fabric, &Drop { start }, options);
-    Resimulation::beside(scanned, drape, led_by)
+    ReleasedDrape::beside(scanned, drape, led_by)
 }
 
-impl Resimulation {
+impl ReleasedDrape {
     /// A drape beside the rim that it is to reproduce.
     #[must_use]
     pub fn beside(scanned: &Boundary, drape: Drape, led_by: LedBy) -> Self {
-        let distances = scanned.positions_m().zip(drape.boundary.positions_m());
-        let largest_distance_m = distances.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        let mean_distance_m = scanned.mean_distance_m(&drape.boundary);
+        let [mean_distance_m, largest_distance_m] = scanned.distances_m(&drape.boundary);
         Self { drape, led_by, mean_distance_m, largest_distance_m }
     }
 }

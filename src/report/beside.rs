@@ -1,0 +1,46 @@
+//! The simulated drape that tables and figures show beside the scan: the held drape where the answer is a refined fabric,
+//! else the released drape, if there is one.
+
+use crate::job::Outcome;
+use crate::sim::Drape;
+
+/// A drape held to the scan by weak springs.
+pub(crate) const HELD: &str = "held drape";
+/// A drape that nothing holds.
+pub(crate) const RELEASED: &str = "released drape";
+
+/// A simulated drape beside the scan.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beside<'a> {
+    /// The drape.
+    pub drape: &'a Drape,
+    /// [`HELD`] or [`RELEASED`].
+    pub name: &'static str,
+    /// Mean and largest distance of its rim from the scanned one \[m\].
+    pub distances_m: [f64; 2],
+}
+
+impl<'a> Beside<'a> {
+    /// The one to judge the answer by.
+    pub fn of(outcome: &'a Outcome) -> Option<Self> {
+        let held = outcome.taken().map(|taken| taken.first()).map(|fit| Self {
+            drape: &fit.held,
+            name: HELD,
+            distances_m: [fit.held_mean_m, fit.held_largest_m],
+        });
+        held.or_else(|| Self::released(outcome))
+    }
+
+    /// The released drape where another one is shown before it.
+    pub fn second(outcome: &'a Outcome) -> Option<Self> {
+        outcome.taken().and_then(|_| Self::released(outcome))
+    }
+
+    fn released(outcome: &'a Outcome) -> Option<Self> {
+        outcome.released.as_ref().map(|found| Self {
+            drape: &found.drape,
+            name: RELEASED,
+            distances_m: [found.mean_distance_m, found.largest_distance_m],
+        })
+    }
+}
