@@ -35,7 +35,6 @@ from ._scan2params import (  # isort: skip
     boundary,
     calibrate,
     estimate,
-    refine,
     sensitivities,
     simulate,
 )
@@ -60,7 +59,6 @@ __all__ = [
     "boundary",
     "calibrate",
     "estimate",
-    "refine",
     "sensitivities",
     "simulate",
 ]

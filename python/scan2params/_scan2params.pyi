@@ -22,7 +22,6 @@ __all__ = [
     "boundary",
     "calibrate",
     "estimate",
-    "refine",
     "sensitivities",
     "simulate",
 ]
@@ -145,11 +144,19 @@ class Estimate:
     @property
     def boundary(self) -> Boundary: ...
     @property
-    def drape(self) -> Drape | None: ...
+    def held_drape(self) -> Drape | None: ...
     @property
-    def rim_mean_m(self) -> float | None: ...
+    def held_rim_mean_m(self) -> float | None: ...
     @property
-    def rim_largest_m(self) -> float | None: ...
+    def held_rim_largest_m(self) -> float | None: ...
+    @property
+    def misfit(self) -> float | None: ...
+    @property
+    def released_drape(self) -> Drape | None: ...
+    @property
+    def released_rim_mean_m(self) -> float | None: ...
+    @property
+    def released_rim_largest_m(self) -> float | None: ...
     @property
     def is_refined(self) -> bool: ...
     @property
@@ -248,31 +255,9 @@ def estimate(
     intrinsics: _Path | None = None,
     depth_scale: float | None = None,
     name: _Path | None = None,
-    resimulate: bool = False,
-    effects: _Path | None = None,
-    face: _Face = "up",
-    progress: _Progress | None = None,
-) -> Estimate: ...
-def refine(
-    scan: _Input,
-    density_kg_m2: float,
     with_scans: Sequence[_Input] | None = None,
-    *,
-    triangles: ArrayLike | None = None,
-    colors: ArrayLike | None = None,
-    unit: _Unit | None = None,
-    warp_toward: str | ArrayLike | None = None,
-    mark: str | None = None,
-    crop_radius_m: float | None = None,
-    crop_box: ArrayLike | None = None,
-    up: str | ArrayLike | None = None,
-    plate_near: ArrayLike | None = None,
-    specimen_side_m: float | None = None,
-    plate_radius_m: float | None = None,
-    seed: int | None = None,
-    intrinsics: _Path | None = None,
-    depth_scale: float | None = None,
-    name: _Path | None = None,
+    quick: bool = False,
+    release: bool = False,
     effects: _Path | None = None,
     face: _Face = "up",
     progress: _Progress | None = None,

@@ -15,7 +15,7 @@ use crate::{arrays, words, work};
 
 /// A virtual scan: a fused cloud in the scanner's own frame, and the truth that undoes the frame.
 ///
-/// Made by `augment`. `boundary`, `estimate` and `refine` take it as a scan.
+/// Made by `augment`. `boundary` and `estimate` take it as a scan.
 #[pyclass(frozen, module = "scan2params")]
 pub(crate) struct Scan {
     cloud: Cloud,

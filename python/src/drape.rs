@@ -32,7 +32,7 @@ struct Recipe {
 
 /// A simulated drape: the sheet with its rim, and how the search for rest ended.
 ///
-/// Made by `simulate`, and by `estimate` and `refine` as the drape of what they found. All of it is in the simulation
+/// Made by `simulate`, and by `estimate` as a drape of what it found. All of it is in the simulation
 /// frame (origin in the middle of the plate's face, y up, warp along x, weft along z) and in SI.
 #[pyclass(frozen, module = "scan2params")]
 pub(crate) struct Drape {
@@ -350,7 +350,7 @@ impl Sensitivities {
 /// NotAtRest
 ///     The drape is not at a stable rest.
 /// InvalidInput
-///     An unknown parameter, or a drape that `estimate` or `refine` led to a scan.
+///     An unknown parameter, or a drape that `estimate` led to a scan.
 #[pyfunction]
 #[pyo3(signature = (drape, parameters=None, *, progress=None))]
 pub(crate) fn sensitivities(

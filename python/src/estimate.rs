@@ -10,6 +10,7 @@ use scan2params::calibrate::cloth_file;
 use scan2params::intake::Rim;
 use scan2params::io::files_of;
 use scan2params::job::{Job, JobError, Outcome};
+use scan2params::refine::ScanFit;
 use scan2params::report::page::options::Extra;
 use scan2params::report::page::provenance;
 use scan2params::report::{files, json};
@@ -98,29 +99,54 @@ impl Estimate {
         Boundary::of(job.input.clone(), file, self.outcome.rim.clone(), job.scan.clone())
     }
 
-    /// Drape or None: The drape of the fabric on the scan's branch, if it was asked for.
+    /// Drape or None: The fabric's sheet, held to the scan by weak springs; None where the answer is the network's.
     #[getter]
-    fn drape(&self) -> Option<Drape> {
-        let again = self.outcome.resimulation.as_ref();
-        again.map(|again| Drape::found(again.drape.clone(), self.outcome.estimate.fabric))
+    fn held_drape(&self) -> Option<Drape> {
+        self.held().map(|held| Drape::found(held.held.clone(), self.outcome.estimate.fabric))
     }
 
-    /// float or None: Mean distance of that drape's rim from the scanned one, in metres.
+    /// float or None: Mean distance of the held drape's rim from the scanned one, in metres.
     #[getter]
-    fn rim_mean_m(&self) -> Option<f64> {
-        self.outcome.resimulation.as_ref().map(|again| again.mean_distance_m)
+    fn held_rim_mean_m(&self) -> Option<f64> {
+        self.held().map(|held| held.held_mean_m)
     }
 
     /// float or None: The largest distance of the two rims, in metres.
     #[getter]
-    fn rim_largest_m(&self) -> Option<f64> {
-        self.outcome.resimulation.as_ref().map(|again| again.largest_distance_m)
+    fn held_rim_largest_m(&self) -> Option<f64> {
+        self.held().map(|held| held.held_largest_m)
     }
 
-    /// bool: Whether the fabric is a refined one. `refine` leaves the network's where no drape lies on the scan's branch.
+    /// float or None: Root mean square distance of the held drape from the scanned sheet, in standard deviations of scan and
+    /// simulator.
+    #[getter]
+    fn misfit(&self) -> Option<f64> {
+        self.outcome.taken().map(|taken| taken.refined().misfit)
+    }
+
+    /// Drape or None: What the fabric's sheet does when nothing holds it to the scan, if it was asked for.
+    #[getter]
+    fn released_drape(&self) -> Option<Drape> {
+        let released = self.outcome.released.as_ref();
+        released.map(|released| Drape::found(released.drape.clone(), self.outcome.estimate.fabric))
+    }
+
+    /// float or None: Mean distance of the released drape's rim from the scanned one, in metres.
+    #[getter]
+    fn released_rim_mean_m(&self) -> Option<f64> {
+        self.outcome.released.as_ref().map(|released| released.mean_distance_m)
+    }
+
+    /// float or None: The largest distance of those two rims, in metres.
+    #[getter]
+    fn released_rim_largest_m(&self) -> Option<f64> {
+        self.outcome.released.as_ref().map(|released| released.largest_distance_m)
+    }
+
+    /// bool: Whether the fabric is a refined one. If not, and ``quick`` was not asked for, the verdict says why.
     #[getter]
     fn is_refined(&self) -> bool {
-        self.outcome.refinement.as_ref().is_some_and(|found| found.taken().is_some())
+        self.outcome.taken().is_some()
     }
 
     /// dict: The content of ``params.json``: units are named there.
@@ -168,6 +194,10 @@ impl Estimate {
 }
 
 impl Estimate {
+    fn held(&self) -> Option<&ScanFit> {
+        self.outcome.taken().map(|taken| taken.first())
+    }
+
     /// Writes the files of a result; those that were read must be there still, since the page names their hashes.
     fn written(&self, folder: &Path) -> PyResult<Vec<PathBuf>> {
         let Self { outcome, files: scans } = self;
@@ -192,8 +222,8 @@ impl Estimate {
 /// What an estimate is asked for beside the scan.
 struct Asked {
     density_kg_m2: f64,
-    resimulate: bool,
-    refine: bool,
+    quick: bool,
+    release: bool,
     experiment: Experiment,
 }
 
@@ -224,14 +254,14 @@ fn run(
         density_kg_m2: asked.density_kg_m2,
         read: first.read.clone(),
         scan: first.scan.clone(),
-        resimulate: asked.resimulate,
-        refine: asked.refine,
+        refine: !asked.quick,
+        release: asked.release,
         with: with.iter().map(Given::name).collect(),
         experiment: asked.experiment,
     };
     let outcome = work::run(py, progress, move |tell| {
         if !in_memory {
-            return job.run_telling(|step| tell.say(step)).map_err(|error| of_job(&error));
+            return job.run_telling(|told| tell.say(told.to_string())).map_err(|error| of_job(&error));
         }
         job.check().map_err(|error| of_job(&error))?;
         let rim = |given: Given| -> PyResult<(PathBuf, Rim)> {
@@ -244,13 +274,15 @@ fn run(
         let (_, first) = rim(first)?;
         let with = with.into_iter().map(rim).collect::<PyResult<Vec<_>>>()?;
         let estimator = Estimator::shipped().map_err(|error| of_job(&JobError::from(error)))?;
-        let ran = job.run_on(first, with, &estimator, |step| tell.say(step));
+        let ran = job.run_on(first, with, &estimator, |told| tell.say(told.to_string()));
         ran.map_err(|error| of_job(&error))
     })??;
     Ok(Estimate { outcome: Arc::new(outcome), files })
 }
 
-/// Estimates the six stiffnesses of the fabric in a scan.
+/// Finds the six stiffnesses of the fabric in a scan: the network estimates them, and the simulator fits them to the scan.
+///
+/// Several scans of one fabric are fitted together; weft and warp must then be known in each.
 ///
 /// Parameters
 /// ----------
@@ -259,15 +291,20 @@ fn run(
 /// density_kg_m2 : float
 ///     Areal density of the fabric in kg/m^2: weigh the specimen.
 /// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
-///     As of `boundary`; not with a Boundary.
-/// resimulate : bool
-///     Whether the estimate is draped again and held against the scan.
+///     As of `boundary`; not with a Boundary. The arrays are those of `scan` alone.
+/// with_scans : sequence of scans
+///     Other scans of the same fabric, in any of these forms. Those that are no Boundary are taken in with the options
+///     given here.
+/// quick : bool
+///     The network's answer alone, in two seconds: wider intervals, bending off by 5 to 8 %.
+/// release : bool
+///     Whether to find out what the fabric's sheet does when nothing holds it to the scan (``released_drape``).
 /// effects : str or os.PathLike, optional
 ///     A ``params.json`` of `calibrate`, whose effects the simulator takes into account.
 /// face : {'up', 'down'}
 ///     Which face of the specimen was up, for the effects.
 /// progress : callable, optional
-///     Called with a str as each step begins.
+///     Called with a str as each step begins, and after each drape.
 ///
 /// Returns
 /// -------
@@ -279,11 +316,11 @@ fn run(
 /// ScanRefused
 ///     The scan cannot be trusted.
 /// InvalidInput
-///     Arrays or options that cannot be meant, a density that no textile has.
+///     Arrays or options that cannot be meant, a density that no textile has; several scans without a known warp.
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
-#[pyo3(signature = (scan, density_kg_m2, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, crop_radius_m=None, crop_box=None, up=None, plate_near=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, resimulate=false, effects=None, face="up", progress=None))]
+#[pyo3(signature = (scan, density_kg_m2, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, crop_radius_m=None, crop_box=None, up=None, plate_near=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, with_scans=None, quick=false, release=false, effects=None, face="up", progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn estimate(
     scan: &Bound<'_, PyAny>,
@@ -303,92 +340,9 @@ pub(crate) fn estimate(
     intrinsics: Option<PathBuf>,
     depth_scale: Option<f64>,
     name: Option<PathBuf>,
-    resimulate: bool,
-    effects: Option<PathBuf>,
-    face: &str,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Estimate> {
-    let known = Known {
-        triangles,
-        colors,
-        unit,
-        warp_toward,
-        mark,
-        crop_radius_m,
-        crop_box,
-        up,
-        plate_near,
-        specimen_side_m,
-        plate_radius_m,
-        seed,
-        intrinsics,
-        depth_scale,
-        name,
-    };
-    let experiment = experiment(effects, face)?;
-    let asked = Asked { density_kg_m2, resimulate, refine: false, experiment };
-    run(scan.py(), known.of(scan)?, Vec::new(), asked, progress)
-}
-
-/// Looks for the fabric whose drape lies closest to a scan, from the estimate on.
-///
-/// Half a minute, and intervals of a few per cent on bending. Several scans of one fabric are refined together; weft and
-/// warp must then be known in each.
-///
-/// Parameters
-/// ----------
-/// scan : array_like of shape (N, 3), str, os.PathLike, Scan or Boundary
-///     As of `boundary`, or what that gave.
-/// density_kg_m2 : float
-///     Areal density of the fabric in kg/m^2.
-/// with_scans : sequence of scans
-///     Other scans of the same fabric, in any of these forms. Those that are no Boundary are taken in with the options
-///     given here.
-/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
-///     As of `boundary`; not with a Boundary. The arrays are those of `scan` alone.
-/// effects : str or os.PathLike, optional
-///     A ``params.json`` of `calibrate`, whose effects the simulator takes into account.
-/// face : {'up', 'down'}
-///     Which face of the specimen was up, for the effects.
-/// progress : callable, optional
-///     Called with a str after each drape.
-///
-/// Returns
-/// -------
-/// Estimate
-///     Its ``is_refined`` says whether a refined fabric is the answer, ``drape`` is its drape, and
-///     ``params['refinement']`` has the rest.
-///
-/// Raises
-/// ------
-/// ScanRefused
-///     A scan cannot be trusted.
-/// InvalidInput
-///     Arrays or options that cannot be meant; several scans without a known warp.
-/// FileError
-///     A file that cannot be read.
-#[pyfunction]
-#[pyo3(signature = (scan, density_kg_m2, with_scans=None, *, triangles=None, colors=None, unit=None, warp_toward=None, mark=None, crop_radius_m=None, crop_box=None, up=None, plate_near=None, specimen_side_m=None, plate_radius_m=None, seed=None, intrinsics=None, depth_scale=None, name=None, effects=None, face="up", progress=None))]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
-pub(crate) fn refine(
-    scan: &Bound<'_, PyAny>,
-    density_kg_m2: f64,
     with_scans: Option<Vec<Bound<'_, PyAny>>>,
-    triangles: Option<&Bound<'_, PyAny>>,
-    colors: Option<&Bound<'_, PyAny>>,
-    unit: Option<&str>,
-    warp_toward: Option<&Bound<'_, PyAny>>,
-    mark: Option<&str>,
-    crop_radius_m: Option<f64>,
-    crop_box: Option<&Bound<'_, PyAny>>,
-    up: Option<&Bound<'_, PyAny>>,
-    plate_near: Option<&Bound<'_, PyAny>>,
-    specimen_side_m: Option<f64>,
-    plate_radius_m: Option<f64>,
-    seed: Option<u64>,
-    intrinsics: Option<PathBuf>,
-    depth_scale: Option<f64>,
-    name: Option<PathBuf>,
+    quick: bool,
+    release: bool,
     effects: Option<PathBuf>,
     face: &str,
     progress: Option<&Bound<'_, PyAny>>,
@@ -411,10 +365,15 @@ pub(crate) fn refine(
         name,
     };
     let experiment = experiment(effects, face)?;
-    let asked = Asked { density_kg_m2, resimulate: false, refine: true, experiment };
+    let asked = Asked { density_kg_m2, quick, release, experiment };
     let first = known.of(scan)?;
     let others = known.of_others();
     let other = |(other, number): (&Bound<'_, PyAny>, usize)| others.of_numbered(other, number);
-    let with = with_scans.iter().flatten().zip(2..).map(other).collect::<PyResult<_>>()?;
+    let with: Vec<Given> =
+        with_scans.iter().flatten().zip(2..).map(other).collect::<PyResult<_>>()?;
+    if quick && !with.is_empty() {
+        let text = "with_scans: the network's answer is of one scan; leave out quick";
+        return Err(InvalidInput::new_err(text));
+    }
     run(scan.py(), first, with, asked, progress)
 }

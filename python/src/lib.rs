@@ -40,7 +40,7 @@ mod _scan2params {
     #[pymodule_export]
     use crate::drape::{Drape, Sensitivities, sensitivities, simulate};
     #[pymodule_export]
-    use crate::estimate::{Estimate, estimate, refine};
+    use crate::estimate::{Estimate, estimate};
     #[pymodule_export]
     use crate::fabric::Fabric;
     #[pymodule_export]

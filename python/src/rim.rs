@@ -34,7 +34,7 @@ use crate::work;
 /// plate_near : array_like of shape (3,), optional
 ///     Where the plate is, to 100 mm, in the frame and unit of the coordinates.
 /// specimen_side_m, plate_radius_m : float, optional
-///     Side of the square specimen and radius of the plate; 0.3 and 0.05 if not given. `estimate` and `refine` take
+///     Side of the square specimen and radius of the plate; 0.3 and 0.05 if not given. `estimate` takes
 ///     these only.
 /// seed : int, optional
 ///     Seed of the plane search.
