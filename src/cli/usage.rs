@@ -61,7 +61,7 @@ fn tip(unknown: &str, verb: &str) -> Option<String> {
     }
     let one_at_a_time = ["estimate", "inspect", "boundary"].contains(&verb);
     (one_at_a_time && !unknown.starts_with('-')).then(|| {
-        "one scan at a time: `batch FOLDER` takes all of a folder, and `estimate --refine --with MORE...` other drapes \
+        "one scan at a time: `batch FOLDER` takes all of a folder, and `estimate --with MORE...` other drapes \
          of the same fabric"
             .to_owned()
     })

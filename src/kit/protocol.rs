@@ -204,7 +204,7 @@ fn name_scans(mark: &str) -> String {
          `{EXAMPLE_FABRIC}_{first}.ply`. Endings that `batch` reads: {endings}, and folders of depth images with a `views.json`. The densities are a \
          table beside it, `densities.csv`; `densities.example.csv` of this kit is one to copy:\n\n{}\n\
          Then all of it, and each face's parameters from its drapes; knits and finished fabrics bend differently towards face and \
-         back:\n\n    scan2params batch scans --density-csv densities.csv --mark {mark} --refine --out results\n    scan2params combine \
+         back:\n\n    scan2params batch scans --density-csv densities.csv --mark {mark} --out results\n    scan2params combine \
          results/files/{EXAMPLE_FABRIC}_*_up_*.params.json --out {EXAMPLE_FABRIC}_up.json\n    scan2params combine \
          results/files/{EXAMPLE_FABRIC}_*_down_*.params.json --out {EXAMPLE_FABRIC}_down.json\n",
         indented(&densities())
