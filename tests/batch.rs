@@ -61,7 +61,7 @@ fn one_bad_file_never_stops_the_others() {
     let folder = tempfile::tempdir().unwrap();
     let scans = mixed(folder.path());
     let (out, table) = (folder.path().join("out"), scans.join("density.csv"));
-    let flags = ["--density-csv", table.to_str().unwrap()];
+    let flags = ["--density-csv", table.to_str().unwrap(), "--quick"];
     let run = batch(&scans, &out, &flags);
     let said = String::from_utf8_lossy(&run.stderr).into_owned();
     assert_eq!(run.status.code(), Some(3), "{said}");
@@ -129,7 +129,8 @@ fn a_killed_run_goes_on_where_it_was() {
     for name in ["a.ply", "b.ply", "c.ply"] {
         std::fs::copy(fixture("scans/stiff_structured-light.ply"), scans.join(name)).unwrap();
     }
-    let (out, flags) = (folder.path().join("out"), ["--density", "260", "--threads", "1"]);
+    let (out, flags) =
+        (folder.path().join("out"), ["--density", "260", "--quick", "--threads", "1"]);
     let journal = out.join("journal.jsonl");
     let mut child = program()
         .arg("batch")
@@ -177,12 +178,12 @@ fn what_cannot_be_meant_is_said_before_anything_is_done() {
     let table = folder.path().join("d.csv");
     let refused = |text: &str, more: &[&str]| {
         std::fs::write(&table, text).unwrap();
-        let flags = [&["--density-csv", table.to_str().unwrap()], more].concat();
+        let flags = [&["--density-csv", table.to_str().unwrap(), "--quick"], more].concat();
         let run = batch(&scans, &folder.path().join("out"), &flags);
         assert!(run.stdout.is_empty() || more.contains(&"--dry-run"));
         (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
     };
-    let (code, said) = refused("# none\nx.ply,200\n", &["--density", "0"]);
+    let (code, said) = refused("# none\nx.ply,200\n", &["--density", "0", "--quick"]);
     assert_eq!(code, Some(2), "{said}");
     std::fs::write(scans.join("a.xyz"), floor()).unwrap();
     std::fs::create_dir(scans.join("sub")).unwrap();
@@ -219,7 +220,11 @@ fn what_cannot_be_meant_is_said_before_anything_is_done() {
     assert_eq!(lines.len(), 4, "{said}");
     assert_eq!((lines[0], lines[2]), ("a.xyz: 201.5 g/m^2", "set: 200 g/m^2"));
     assert!(lines[1].starts_with("b.xyz: no density: "), "{said}");
-    let run = batch(&folder.path().join("none"), &folder.path().join("out"), &["--density", "200"]);
+    let run = batch(
+        &folder.path().join("none"),
+        &folder.path().join("out"),
+        &["--density", "200", "--quick"],
+    );
     assert_eq!(run.status.code(), Some(1));
     let run = program().arg("batch").arg(&scans).output().unwrap();
     assert_eq!(run.status.code(), Some(2), "no density at all");

@@ -43,7 +43,7 @@ impl Bench {
 
     /// What an estimate of the rim says.
     fn estimate(&self, flags: &str) -> Value {
-        let run = self.run(&format!("{RIM} --json {flags}"));
+        let run = self.run(&format!("{RIM} --quick --json {flags}"));
         assert_eq!(run.status.code(), Some(0), "{flags}: {}", said(&run));
         serde_json::from_slice(&run.stdout).unwrap()
     }
@@ -79,7 +79,7 @@ fn a_file_sets_defaults_and_the_command_line_wins() {
     let of_line = bench.estimate("--density 190 --seed=8");
     assert_eq!((&of_line["density"]["value"], &of_line["seed"]), (&190.0.into(), &8.into()));
     // With and without the verb, and said to people.
-    let run = bench.run(&format!("estimate {RIM}"));
+    let run = bench.run(&format!("estimate {RIM} --quick"));
     assert!(told(&run).contains("180.5  g/m^2 (given)"), "{}", told(&run));
     let line = "with --density=180.5 --seed=7 --threads=1 (scan2params.toml)";
     assert!(said(&run).lines().any(|l| l == line), "{}", said(&run));
@@ -109,14 +109,14 @@ fn flags_without_values_and_flags_that_exclude_each_other_can_be_taken_back() {
     assert_eq!(of("--depth-scale", "scan.ply"), ("1000".into(), "default".into()));
     assert_eq!(of("--out", "scan.ply").1, "not given");
     // And so they run: the file says --quiet, which -v excludes.
-    let run = bench.run(&format!("{RIM} -v --strict=false --refine=false"));
+    let run = bench.run(&format!("{RIM} -v --quick --strict=false --release=false"));
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     assert!(said(&run).contains("estimating the stiffnesses"), "{}", said(&run));
     // Without a file too; and only of flags without values.
     let none = Bench::new("");
-    let run = none.run(&format!("{RIM} --density 180 --strict=false --resimulate=false"));
+    let run = none.run(&format!("{RIM} --quick --density 180 --strict=false --release=false"));
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
-    assert_eq!(none.run(&format!("{RIM} --density=false")).status.code(), Some(2));
+    assert_eq!(none.run(&format!("{RIM} --quick --density=false")).status.code(), Some(2));
 }
 
 #[test]
@@ -137,17 +137,23 @@ fn the_file_is_that_of_the_flag_else_the_variable_else_the_folder_else_the_user(
         let json: Option<Value> = serde_json::from_slice(&run.stdout).ok();
         json.map_or(-1.0, |json| json["density"]["value"].as_f64().unwrap())
     };
-    let flag = ["--config", "flag.toml", RIM, "--json"];
+    let flag = ["--config", "flag.toml", RIM, "--quick", "--json"];
     assert_eq!(found(&flag, Some("variable.toml")), 110.0);
-    assert_eq!(found(&["-q", "--config=flag.toml", "estimate", RIM, "--json"], None), 110.0);
-    assert_eq!(found(&["estimate", RIM, "--json", "--config", "flag.toml"], None), 110.0);
-    assert_eq!(found(&[RIM, "--json"], Some("variable.toml")), 120.0);
-    assert_eq!(found(&[RIM, "--json"], None), 130.0);
+    assert_eq!(
+        found(&["-q", "--config=flag.toml", "estimate", RIM, "--quick", "--json"], None),
+        110.0
+    );
+    assert_eq!(
+        found(&["estimate", RIM, "--quick", "--json", "--config", "flag.toml"], None),
+        110.0
+    );
+    assert_eq!(found(&[RIM, "--quick", "--json"], Some("variable.toml")), 120.0);
+    assert_eq!(found(&[RIM, "--quick", "--json"], None), 130.0);
     // An empty name is no file, which leaves the density to the command line.
-    assert_eq!(found(&[RIM, "--json"], Some("")), -1.0);
-    assert_eq!(found(&["--config", "", RIM, "--json", "--density", "150"], None), 150.0);
+    assert_eq!(found(&[RIM, "--quick", "--json"], Some("")), -1.0);
+    assert_eq!(found(&["--config", "", RIM, "--quick", "--json", "--density", "150"], None), 150.0);
     fs::remove_file(bench.0.path().join("scan2params.toml")).unwrap();
-    assert_eq!(found(&[RIM, "--json"], None), 140.0);
+    assert_eq!(found(&[RIM, "--quick", "--json"], None), 140.0);
     let run = bench.run("config");
     assert!(
         told(&run).starts_with("file  ") && told(&run).contains("user/scan2params/config.toml"),
@@ -173,10 +179,7 @@ fn paths_are_meant_from_the_file_s_folder_and_lists_give_a_flag_several_times() 
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let page = bench.0.path().join("project/results/woven.report.html");
     assert!(fs::read_to_string(page).unwrap().contains("&lt;A. B.&gt;"));
-    bench.write(
-        "with.toml",
-        "[estimate]\ndensity = 180\nrefine = true\nwith = [\"a.ply\", \"b.ply\"]\n",
-    );
+    bench.write("with.toml", "[estimate]\ndensity = 180\nwith = [\"a.ply\", \"b.ply\"]\n");
     let (value, _) = bench.resolved("--with", "--config with.toml estimate scan.ply");
     assert_eq!(value, "a.ply b.ply");
     bench.write("below.toml", "threads = 3\n[evaluate]\nthreads = 2\n[evaluate.stages]\nrepeat = 5\n[evaluate.scan]\nseeds = 4\n");
@@ -223,7 +226,7 @@ fn what_no_flag_means_is_refused_with_its_place_and_the_nearest_name() {
         ("[estimate\n", "no TOML"),
     ] {
         let bench = Bench::new(text);
-        let run = bench.run(&format!("{RIM} --density 180"));
+        let run = bench.run(&format!("{RIM} --quick --density 180"));
         assert_eq!(run.status.code(), Some(2), "{text}: {}", said(&run));
         assert!(said(&run).contains("scan2params.toml:"), "{}", said(&run));
         assert!(said(&run).contains(expected), "{text}: {}", said(&run));
@@ -235,7 +238,7 @@ fn what_no_flag_means_is_refused_with_its_place_and_the_nearest_name() {
     assert_eq!(run.status.code(), Some(2));
     assert!(said(&run).contains("invalid value 'heavy' for '--density"), "{}", said(&run));
     assert!(said(&run).contains("note: --density is from scan2params.toml:2"), "{}", said(&run));
-    assert_eq!(bench.run(&format!("{RIM} --density 180")).status.code(), Some(0));
+    assert_eq!(bench.run(&format!("{RIM} --quick --density 180")).status.code(), Some(0));
     // A mistake on the command line is told as one, by `config` too.
     let run = bench.run("config scan.ply --density abc");
     assert_eq!(run.status.code(), Some(2), "{}", told(&run));
@@ -303,9 +306,16 @@ fn every_test_starts_the_program_without_a_file_of_defaults() {
     assert!(starters >= 20, "{starters} tests start the program");
 
     let bench = Bench::new("[estimate]\nno_such_flag = 1\n");
-    assert_eq!(bench.run(&format!("{RIM} --density 180")).status.code(), Some(2), "it is read");
+    assert_eq!(
+        bench.run(&format!("{RIM} --quick --density 180")).status.code(),
+        Some(2),
+        "it is read"
+    );
     let mut shielded = program::program();
-    let run =
-        shielded.args([RIM, "--density", "180"]).current_dir(bench.0.path()).output().unwrap();
+    let run = shielded
+        .args([RIM, "--quick", "--density", "180"])
+        .current_dir(bench.0.path())
+        .output()
+        .unwrap();
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
 }

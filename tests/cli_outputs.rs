@@ -72,7 +72,8 @@ fn a_result_never_replaces_what_it_is_made_from() {
         // A result of `estimate` whose name is a link to the scan.
         fs::create_dir(at("out")).unwrap();
         std::os::unix::fs::symlink("../own.ply", at("out/own.params.json")).unwrap();
-        let said = refused("PATH --density 260 --out PATH", &[&scan, &at("out")], folder.path());
+        let said =
+            refused("PATH --density 260 --quick --out PATH", &[&scan, &at("out")], folder.path());
         assert!(said.contains("own.params.json: is the input"), "{said}");
     }
     for out in &spellings {
@@ -92,7 +93,7 @@ fn a_result_never_replaces_what_it_is_made_from() {
     assert!(said.contains("two results"), "{said}");
     // The table of a batch that has the name of its result.
     fs::write(at("sub/results.csv"), "file,density_g_m2\nown.ply,260\n").unwrap();
-    let line = "batch PATH --density-csv PATH --out PATH";
+    let line = "batch PATH --density-csv PATH --quick --out PATH";
     let (table, out) = (at("sub/results.csv"), at("sub"));
     let said = refused(line, &[folder.path(), &table, &out], folder.path());
     assert!(said.contains("results.csv: is the input"), "{said}");
@@ -111,7 +112,7 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
     fs::create_dir(&scans).unwrap();
     fs::copy(SCAN, scans.join("a.ply")).unwrap();
     for (line, path, code, part) in [
-        ("missing.ply --density 200 --out PATH", &file, 2, "is a file; give a folder"),
+        ("missing.ply --density 200 --quick --out PATH", &file, 2, "is a file; give a folder"),
         ("inspect missing.ply --out PATH", &here.to_owned(), 2, "is a folder; give the name"),
         ("inspect missing.ply --out PATH", &none, 1, "cannot be written"),
         ("boundary missing.ply --out PATH", &here.to_owned(), 2, "is a folder; give the name"),
@@ -119,7 +120,12 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
         (&format!("{long} --out PATH"), &here.to_owned(), 2, "is a folder; give the name"),
         (&format!("{long} --out PATH"), &none, 1, "cannot be written"),
         (&format!("{long} --out {} --boundary PATH", file.display()), &none, 1, "cannot be"),
-        (&format!("batch {} --density 200 --out PATH", scans.display()), &file, 2, "give a folder"),
+        (
+            &format!("batch {} --density 200 --quick --out PATH", scans.display()),
+            &file,
+            2,
+            "give a folder",
+        ),
         ("generate --out PATH", &file, 2, "is a file; give a folder"),
         ("augment fixtures/drapes --out PATH", &file, 2, "is a file; give a folder"),
         ("augment fixtures/drapes/stiff.params.json --out PATH.ply", &none, 1, "cannot be"),
@@ -134,7 +140,7 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
     assert_eq!(contents(folder.path()).len(), 2, "something was written");
     if cfg!(target_os = "linux") {
         // The system refuses even root to write here.
-        let run = run("missing.ply --density 200 --out PATH", &[Path::new("/proc/out")]);
+        let run = run("missing.ply --density 200 --quick --out PATH", &[Path::new("/proc/out")]);
         assert_eq!(run.status.code(), Some(1), "{}", said(&run));
         assert!(said(&run).contains("cannot be written"), "{}", said(&run));
     }
@@ -149,7 +155,8 @@ fn two_batches_do_not_share_a_folder() {
         fs::copy(SCAN, scans.join(name)).unwrap();
     }
     let scans_flag = scans.to_str().unwrap();
-    let batch = ["batch", scans_flag, "--density", "260", "--out", out.to_str().unwrap()];
+    let batch =
+        ["batch", scans_flag, "--density", "260", "--quick", "--out", out.to_str().unwrap()];
     let start = || program(&batch).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let ends = [start(), start()].map(|child| child.wait_with_output().unwrap());
     let codes = ends.each_ref().map(|end| end.status.code());

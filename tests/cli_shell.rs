@@ -138,7 +138,7 @@ fn quiet_leaves_errors_and_verbose_tells_the_steps() {
         assert_eq!((quiet.status.code(), said(&quiet)), (Some(0), String::new()), "{line}");
     }
     // before an input without a verb too; stdout is not touched
-    let quiet = run(&format!("-q {SCAN} --density 260"));
+    let quiet = run(&format!("-q {SCAN} --density 260 --quick"));
     assert_eq!((quiet.status.code(), said(&quiet)), (Some(0), String::new()));
     assert!(told(&quiet).starts_with("verdict"), "{}", told(&quiet));
     let fails = run("--quiet inspect missing.ply");
@@ -154,7 +154,7 @@ fn quiet_leaves_errors_and_verbose_tells_the_steps() {
         said(&refused)
     );
 
-    let verbose = run(&format!("-v {SCAN} --density 260"));
+    let verbose = run(&format!("-v {SCAN} --density 260 --quick"));
     assert_eq!(told(&verbose), told(&quiet));
     for step in ["simulator numerics", " s  looking for the rim", " s  estimating the stiffnesses"]
     {
@@ -229,8 +229,8 @@ fn a_scan_comes_from_standard_input() {
     assert_eq!(pipe.status.code(), Some(0), "{}", said(&pipe));
     assert_eq!(fs::read(&rims[0]).unwrap(), fs::read(&rims[1]).unwrap());
 
-    let file = run(&format!("{SCAN} --density 260 --json"));
-    let pipe = piped("- --format ply --density 260 --json", SCAN);
+    let file = run(&format!("{SCAN} --density 260 --quick --json"));
+    let pipe = piped("- --format ply --density 260 --quick --json", SCAN);
     let [file, pipe] =
         [file, pipe].map(|run| serde_json::from_slice::<serde_json::Value>(&run.stdout).unwrap());
     assert_eq!(file["parameters"], pipe["parameters"]);
@@ -238,7 +238,8 @@ fn a_scan_comes_from_standard_input() {
     assert_eq!(file["read_options"].get("format"), None);
 
     let out = at("out");
-    let pipe = piped(&format!("- --format ply --density 260 --out {}", out.display()), SCAN);
+    let pipe =
+        piped(&format!("- --format ply --density 260 --quick --out {}", out.display()), SCAN);
     assert_eq!(pipe.status.code(), Some(0), "{}", said(&pipe));
     assert!(out.join("stdin.params.json").is_file());
 

@@ -62,7 +62,7 @@ fn commands(folder: &Path) -> Vec<(Vec<String>, Vec<PathBuf>)> {
     let line = |text: &str, out: &Path| -> Vec<String> {
         words(text).into_iter().map(String::from).chain([out.display().to_string()]).collect()
     };
-    let batch = format!("batch {} --density 260 --out", scans.display());
+    let batch = format!("batch {} --density 260 --quick --out", scans.display());
     let none = |text: &str| words(text).into_iter().map(String::from).collect();
     vec![
         (none("--help"), vec![]),

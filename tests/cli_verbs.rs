@@ -19,7 +19,7 @@ fn said(run: &Output) -> String {
 #[test]
 fn a_mistyped_verb_is_told_which_was_meant() {
     for (line, verb) in [
-        ("estimte scan.ply --density 180", "estimate"),
+        ("estimte scan.ply --density 180 --quick", "estimate"),
         ("simulat --params p.json", "simulate"),
         ("inspct scan.ply", "inspect"),
         ("evalute stages", "evaluate"),
@@ -29,7 +29,7 @@ fn a_mistyped_verb_is_told_which_was_meant() {
         assert!(said(&run).contains(&format!("did you mean `{verb}`?")), "{}", said(&run));
     }
     // What is named like a file is one, though it is missing.
-    let run = scan2params("batch.ply --density 180");
+    let run = scan2params("batch.ply --density 180 --quick");
     assert_eq!(run.status.code(), Some(1), "{}", said(&run));
     assert!(said(&run).contains("batch.ply: no such file"), "{}", said(&run));
 }
@@ -107,11 +107,11 @@ fn long_work_shows_that_it_goes_on_and_only_to_people() {
     let scan = "fixtures/scans/stiff_structured-light.ply";
     let drape = format!("{DRAPE} --out {out}");
     let scans = format!("augment {out} --out {}", folder.path().join("scans").display());
-    let estimate = format!("{scan} --density 260 --resimulate");
+    let estimate = format!("{scan} --density 260 --quick --release");
     for (line, doing) in [
         (&drape, "simulating the drape"),
         (&scans, "scan 1 of 1: drape-0"),
-        (&estimate, "draping the estimate again"),
+        (&estimate, "draping the fabric with nothing to hold it"),
     ] {
         let run = scan2params(line);
         assert_eq!(run.status.code(), Some(0), "{line}: {}", said(&run));
@@ -166,7 +166,7 @@ fn a_manifest_at_fault_is_usage_and_says_every_line() {
 
 #[test]
 fn a_result_or_a_folder_is_not_taken_for_a_scan() {
-    let run = scan2params("fixtures --density 180");
+    let run = scan2params("fixtures --density 180 --quick");
     assert_eq!(run.status.code(), Some(1), "{}", said(&run));
     assert!(said(&run).contains("`batch FOLDER` estimates every scan"), "{}", said(&run));
     for verb in ["estimate --density 180", "inspect"] {
@@ -186,7 +186,8 @@ fn a_density_that_cannot_be_is_told_what_to_give() {
         ("6.3oz/yd2", 2, "scan2params convert"),
         ("scan.ply", 2, "a number of g/m^2 alone"),
     ] {
-        let run = scan2params(&format!("fixtures/drapes/woven.boundary.csv --density {density}"));
+        let run =
+            scan2params(&format!("fixtures/drapes/woven.boundary.csv --density {density} --quick"));
         assert_eq!(run.status.code(), Some(code), "{density}: {}", said(&run));
         assert!(said(&run).contains(part), "{density}: {}", said(&run));
     }

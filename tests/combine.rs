@@ -22,7 +22,8 @@ fn said(run: &Output) -> String {
 /// The estimate of a fixture's scan, as a file in a folder.
 fn estimated(scan: &str, density: &str, folder: &Path) -> PathBuf {
     let scan_path = format!("fixtures/scans/{scan}.ply");
-    let run = program(&[&scan_path, "--density", density, "--warp-toward", "-x", "--json"]);
+    let run =
+        program(&[&scan_path, "--density", density, "--quick", "--warp-toward", "-x", "--json"]);
     assert!(matches!(run.status.code(), Some(0)), "{}", said(&run));
     let path = folder.join(format!("{scan}.params.json"));
     fs::write(&path, run.stdout).unwrap();
@@ -117,8 +118,17 @@ fn a_batch_s_folder_is_read_and_other_fabrics_are_refused() {
     fs::write(&table, "mean_structured-light.ply,214\nstiff_structured-light.ply,260\n").unwrap();
     let out = folder.path().join("results");
     let [scans, table, results] = [&scans, &table, &out].map(|p| p.to_str().unwrap());
-    let run =
-        program(&["batch", scans, "--density-csv", table, "--warp-toward", "-x", "--out", results]);
+    let run = program(&[
+        "batch",
+        scans,
+        "--density-csv",
+        table,
+        "--quick",
+        "--warp-toward",
+        "-x",
+        "--out",
+        results,
+    ]);
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let run = program(&["combine", results]);
     assert_eq!(run.status.code(), Some(2), "{}", said(&run));

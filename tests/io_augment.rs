@@ -74,7 +74,13 @@ fn depth_views_read_back_to_the_rim() {
             start.elapsed().as_secs_f64()
         );
         assert!(error_mm < limit_mm, "{profile}: {error_mm:.2} mm");
-        let run = done(&[scan.to_str().unwrap(), &warp_flag(&truth), "--density=260", "--json"]);
+        let run = done(&[
+            scan.to_str().unwrap(),
+            &warp_flag(&truth),
+            "--density=260",
+            "--quick",
+            "--json",
+        ]);
         let result: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
         assert!(result["parameters"]["shear"]["value"].as_f64().unwrap() > 0.0);
     }
@@ -152,7 +158,7 @@ fn rims_with_the_noise_of_a_scan_are_near_the_truth_and_not_it() {
         let rim = boundary_csv::read(&path).unwrap();
         let error_mm = rim.mean_distance_m(&truth) / M_PER_MM;
         assert!((0.01..1.5).contains(&error_mm), "{error_mm}");
-        done(&[path.to_str().unwrap(), "--density", "260", "--warp-toward", "+x"]);
+        done(&[path.to_str().unwrap(), "--density", "260", "--quick", "--warp-toward", "+x"]);
         rim
     });
     assert_ne!(rims[0], rims[1]);

@@ -47,7 +47,7 @@ fn the_rim_that_boundary_writes_is_estimated_as_the_scan_is() {
     let flag = ["--warp-toward", WARP_IN_SCAN];
     let run = scan2params(&[&["boundary", scan, "-o", rim], &flag[..]].concat());
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let job = ["--density", "260", "--json"];
+    let job = ["--density", "260", "--quick", "--json"];
     let of_scan = json(&scan2params(&[&[scan], &flag[..], &job].concat()));
     let of_rim = json(&scan2params(&[&[rim], &job[..]].concat()));
     let with_flag = json(&scan2params(&[&[rim], &flag[..], &job].concat()));
@@ -109,7 +109,7 @@ fn rows_that_do_not_agree_on_the_warp_are_refused_with_their_line() {
         let mut rows = rows.clone();
         rows[99] += warp;
         std::fs::write(&path, rows.join("\n")).unwrap();
-        let run = scan2params(&[path.to_str().unwrap(), "--density", "214"]);
+        let run = scan2params(&[path.to_str().unwrap(), "--density", "214", "--quick"]);
         let said = String::from_utf8_lossy(&run.stderr).into_owned();
         assert_eq!(run.status.code(), Some(1), "{said}");
         assert!(said.contains("mixed.csv:100:") && said.contains(remedy), "{said}");
@@ -125,6 +125,7 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
         let run = scan2params(&[
             rim.to_str().unwrap(),
             "--density=214",
+            "--quick",
             "--warp-toward=+x",
             &format!("--out={}", folder.display()),
         ]);
@@ -138,7 +139,7 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
         let given = folder.join(format!("{drape}.boundary.csv"));
         let before = std::fs::read(&given).unwrap();
         let [path, out] = [&given, &folder].map(|path| path.to_str().unwrap());
-        let run = scan2params(&[path, "--density=215", "--out", out]);
+        let run = scan2params(&[path, "--density=215", "--quick", "--out", out]);
         assert_eq!(run.status.code(), Some(2));
         let said = String::from_utf8_lossy(&run.stderr).into_owned();
         assert!(said.contains("would be lost") && said.contains("folder"), "{said}");
@@ -151,7 +152,7 @@ fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
     let path = out.path().join("typed.csv");
     let refused = |text: String, code| {
         std::fs::write(&path, text).unwrap();
-        let run = scan2params(&[path.to_str().unwrap(), "--density", "214"]);
+        let run = scan2params(&[path.to_str().unwrap(), "--density", "214", "--quick"]);
         assert_eq!(run.status.code(), Some(code));
         assert!(run.stdout.is_empty());
         String::from_utf8_lossy(&run.stderr).into_owned()

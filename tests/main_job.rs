@@ -14,7 +14,7 @@ use scan2params::evaluate::estimate::Baseline;
 use scan2params::evaluate::scan::INTERVAL_SIGMAS;
 use scan2params::fabric::{Fabric, Mixture, STIFFNESSES, TABLE_2};
 use scan2params::io::{boundary_csv, read_scan};
-use scan2params::refine::resimulate;
+use scan2params::refine::released_drape;
 use scan2params::scan::{ScanOptions, WarpToward, boundary_from_scan};
 use scan2params::sensor::Truth;
 use scan2params::sim::SimOptions;
@@ -106,8 +106,15 @@ fn estimated(scan: &str, drape: &str, out: Option<&Path>) -> (Value, Value) {
     let density = truth["density"]["value"].as_f64().unwrap().to_string();
     let warp = warp_of(scan).map(|v| v.to_string()).join(",");
     let input = fixture(&format!("scans/{scan}.ply"));
-    let mut given =
-        vec![input.to_str().unwrap(), "--density", &density, "--warp-toward", &warp, "--json"];
+    let mut given = vec![
+        input.to_str().unwrap(),
+        "--density",
+        &density,
+        "--quick",
+        "--warp-toward",
+        &warp,
+        "--json",
+    ];
     if let Some(out) = out {
         given.extend(["--out", out.to_str().unwrap()]);
     }
@@ -169,11 +176,11 @@ fn from_file_to_parameters() {
         }
         let rim = boundary_csv::read(out.path().join(format!("{scan}.boundary.csv"))).unwrap();
         assert!(rim.mean_distance_m(&rim_of(scan)) < 1e-6);
-        assert_eq!(result["boundary"]["resimulated"]["led_by"], "sheet");
-        let error_mm = result["boundary"]["mean_error_mm"].as_f64().unwrap();
+        assert_eq!(result["released_drape"]["led_by"], "sheet");
+        let error_mm = result["released_drape"]["rim_mean_mm"].as_f64().unwrap();
         match drape {
-            "mean" => hold("main.resimulated_mean", error_mm),
-            _ => hold("main.resimulated_stiff", error_mm),
+            "mean" => hold("main.released_mean", error_mm),
+            _ => hold("main.released_stiff", error_mm),
         }
         let picture = image::open(out.path().join(format!("{scan}.boundary.png"))).unwrap();
         assert!(picture.width() > 1000);
@@ -192,10 +199,10 @@ fn a_fabric_that_ignores_the_scan_does_not_drape_as_it() {
     let baseline = Baseline::of(&Mixture::union()).unwrap().answer();
     let [a, b, c, d, e, f] = baseline.value;
     let (fabric, _) = Fabric::from_paper_units([a, b, c, d, e, f, 260.0]).project_bending();
-    let again = resimulate(&true_rim("stiff"), None, &fabric, &SimOptions::default());
+    let again = released_drape(&true_rim("stiff"), None, &fabric, &SimOptions::default());
     let error_mm = 1e3 * again.mean_distance_m;
     println!("ignoring the scan: {error_mm:.1} mm");
-    assert!(!promise("main.resimulated_stiff").is_kept_by(error_mm), "{error_mm} mm");
+    assert!(!promise("main.released_stiff").is_kept_by(error_mm), "{error_mm} mm");
 }
 
 #[test]
@@ -203,16 +210,23 @@ fn a_rim_that_was_given_leads_the_drape_by_itself() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rim.csv");
     boundary_csv::write_oriented(&path, &true_rim("stiff"), Orientation::Given).unwrap();
-    let run = scan2params(&[path.to_str().unwrap(), "--density", "260", "--resimulate", "--json"]);
+    let run = scan2params(&[
+        path.to_str().unwrap(),
+        "--density",
+        "260",
+        "--quick",
+        "--release",
+        "--json",
+    ]);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let result: Value = serde_json::from_slice(&run.stdout).unwrap();
-    assert_eq!(result["boundary"]["resimulated"]["led_by"], "rim");
+    assert_eq!(result["released_drape"]["led_by"], "rim");
 }
 
 #[test]
 fn without_a_direction_the_answer_is_flagged_as_ambiguous() {
     let input = fixture("scans/mean_structured-light.ply");
-    let run = scan2params(&[input.to_str().unwrap(), "--density", "214", "--json"]);
+    let run = scan2params(&[input.to_str().unwrap(), "--density", "214", "--quick", "--json"]);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let result: Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(result["orientation"], "ambiguous");
@@ -224,7 +238,7 @@ fn refusal(name: &str, content: &[u8], density: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, content).unwrap();
-    let run = scan2params(&[path.to_str().unwrap(), "--density", density]);
+    let run = scan2params(&[path.to_str().unwrap(), "--density", density, "--quick"]);
     let message = String::from_utf8_lossy(&run.stderr).into_owned();
     assert!(run.stdout.is_empty(), "a number was given for {name}");
     (run.status.code(), message)
@@ -250,7 +264,7 @@ fn bad_files_get_an_error_that_names_the_file() {
         assert_eq!(code, Some(1), "{name}: {message}");
         assert!(message.contains(name), "{message}");
     }
-    let run = scan2params(&["missing.ply", "--density", "180"]);
+    let run = scan2params(&["missing.ply", "--density", "180", "--quick"]);
     assert_eq!(run.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&run.stderr).contains("missing.ply"));
 }
@@ -289,7 +303,7 @@ fn real_scans_without_our_drape_are_refused() {
     for entry in entries {
         let path = entry.unwrap().path();
         if path.is_file() {
-            let run = scan2params(&[path.to_str().unwrap(), "--density", "180"]);
+            let run = scan2params(&[path.to_str().unwrap(), "--density", "180", "--quick"]);
             let message = String::from_utf8_lossy(&run.stderr);
             assert_eq!(run.status.code(), Some(4), "{}: {message}", path.display());
             assert!(run.stdout.is_empty());

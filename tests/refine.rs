@@ -1,4 +1,4 @@
-//! `--refine` from a scan to the fabric: the committed scan of a drape on cells finer than the fit's.
+//! From a scan to the fabric that the simulator finds: the committed scan of a drape on cells finer than the fit's.
 
 mod program;
 mod promises;
@@ -25,7 +25,6 @@ fn a_scan_of_a_finer_drape_is_refined_to_its_fabric() {
         scan.to_str().unwrap(),
         "--density=180",
         "--warp-toward=-x",
-        "--refine",
         "--out",
         out.to_str().unwrap(),
     ]);
@@ -58,7 +57,9 @@ fn a_scan_of_a_finer_drape_is_refined_to_its_fabric() {
     println!("bending: network {network:.3}, refined {mean:.3}");
     hold("refine.bending", mean);
     hold("refine.held", held as f64);
-    hold("refine.rim", result["boundary"]["mean_error_mm"].as_f64().unwrap());
+    let rim_mm = |drape: &str| result[drape]["rim_mean_mm"].as_f64().unwrap();
+    hold("refine.held_rim", rim_mm("tied_drape"));
+    hold("refine.rim", rim_mm("released_drape"));
     // what is told beside the values
     assert_eq!(found["correlation_ln"].as_array().unwrap().len(), 6);
     assert_eq!(found["arcs"].as_array().unwrap().len(), 8);
@@ -85,10 +86,10 @@ fn a_rim_from_a_table_is_refined_and_a_batch_keeps_its_rows_apart_from_unrefined
         let out = String::from_utf8(run.stdout).unwrap();
         serde_json::from_str::<Value>(out.lines().next().unwrap()).unwrap()
     };
-    let plain = batch(&[]);
+    let plain = batch(&["--quick"]);
     assert!(plain["result"]["refinement"].is_null());
     // made again, not kept from the run without it
-    let refined = batch(&["--refine"]);
+    let refined = batch(&[]);
     schema_support::must_fit("batch-line", &refined);
     let found = &refined["result"]["refinement"];
     assert!(found["wall_s"].as_f64().is_some_and(|s| s > 0.0), "{refined:#}");
@@ -98,7 +99,7 @@ fn a_rim_from_a_table_is_refined_and_a_batch_keeps_its_rows_apart_from_unrefined
 }
 
 #[test]
-fn scans_are_refined_together_only_where_the_warp_is_known_and_only_if_asked_for() {
+fn scans_are_refined_together_only_where_the_warp_is_known() {
     let (scan, rim) = (
         root().join("fixtures/scans/woven_structured-light.ply"),
         root().join("fixtures/drapes/woven.boundary.csv"),
@@ -108,7 +109,7 @@ fn scans_are_refined_together_only_where_the_warp_is_known_and_only_if_asked_for
         let run = scan2params(&[&[scan, "--density=180", "--with", rim], more].concat());
         (run.status.code(), String::from_utf8(run.stderr).unwrap())
     };
-    let (code, said) = run(&["--refine"]);
+    let (code, said) = run(&[]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("woven_structured-light.ply: weft and warp are not known"), "{said}");
     // a result takes no companion's place
@@ -119,7 +120,6 @@ fn scans_are_refined_together_only_where_the_warp_is_known_and_only_if_asked_for
         scan,
         "--density=180",
         "--warp-toward=-x",
-        "--refine",
         "--out",
         folder.path().to_str().unwrap(),
         "--with",
@@ -127,8 +127,8 @@ fn scans_are_refined_together_only_where_the_warp_is_known_and_only_if_asked_for
     ]);
     assert!(!taken.status.success(), "{}", String::from_utf8_lossy(&taken.stderr));
     assert_eq!(std::fs::read(&kept).unwrap(), std::fs::read(rim).unwrap());
-    // without --refine there is nothing that other scans would do
-    let (code, said) = run(&["--warp-toward=-x"]);
+    // the network's answer is of one scan
+    let (code, said) = run(&["--warp-toward=-x", "--quick"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("--refine"), "{said}");
+    assert!(said.contains("--quick"), "{said}");
 }

@@ -128,7 +128,7 @@ fn a_scan_has_its_page_and_none_where_it_is_not_wanted() {
     let [scan, lab] = named(folder.path());
     let out = folder.path().join("out");
     let [scan, lab, to] = [&scan, &lab, &out].map(|path| path.to_str().unwrap());
-    let job = [scan, "--density", "214", "--warp-toward", "-x", "--out", to];
+    let job = [scan, "--density", "214", "--quick", "--warp-toward", "-x", "--out", to];
     let run = program(&[&job[..], &["--lab", lab]].concat());
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let page = std::fs::read_to_string(out.join("a <b> & \"c'.report.html")).unwrap();
@@ -163,7 +163,7 @@ fn a_scan_has_its_page_and_none_where_it_is_not_wanted() {
     assert!(page.contains(&hash) && page.contains(params["model"]["sha256"].as_str().unwrap()));
     let bending = params["parameters"]["bending_weft"]["value"].as_f64().unwrap();
     assert!(page.contains(&format!("{bending:.0}<")), "{bending}");
-    let error = params["boundary"]["mean_error_mm"].as_f64().unwrap();
+    let error = params["released_drape"]["rim_mean_mm"].as_f64().unwrap();
     assert!(page.contains(&format!("{error:.2} mm")), "{error}");
 
     let wrong = folder.path().join("lab.json");
@@ -190,7 +190,7 @@ fn a_batch_has_its_page_with_those_of_its_scans() {
     std::fs::write(scans.join("bad <1>.ply"), "ply\nformat ascii 1.0\n").unwrap();
     let out = folder.path().join("out");
     let [from, to] = [&scans, &out].map(|path| path.to_str().unwrap());
-    let job = ["batch", from, "--density", "214", "--warp-toward", "-x", "--out", to];
+    let job = ["batch", from, "--density", "214", "--quick", "--warp-toward", "-x", "--out", to];
     let run = program(&job);
     assert_eq!(run.status.code(), Some(3), "{}", String::from_utf8_lossy(&run.stderr));
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();

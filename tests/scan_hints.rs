@@ -20,10 +20,10 @@ use serde_json::{Value, json};
 const RIM: &str = "fixtures/drapes/woven.boundary.csv";
 /// Verbs that take a scan, with what else they need before it and after.
 const VERBS: [[&str; 2]; 4] = [
-    ["estimate --density 180", ""],
+    ["estimate --density 180 --quick", ""],
     ["inspect", ""],
     ["boundary", "-o none/rim.csv"],
-    ["batch --density 180", "--out none/results"],
+    ["batch --density 180 --quick", "--out none/results"],
 ];
 
 /// A stiff knit, simulated once.
@@ -176,7 +176,7 @@ fn every_verb_that_takes_a_scan_takes_the_flags_and_refuses_nonsense() {
 #[test]
 fn what_was_said_is_written_with_the_result_and_a_file_of_defaults_may_say_it() {
     let of = |line: &str| -> Value {
-        let run = run(&format!("{RIM} --density 180 --json {line}"));
+        let run = run(&format!("{RIM} --density 180 --quick --json {line}"));
         assert_eq!(run.status.code(), Some(0), "{line}: {}", said(&run));
         let params: Value = serde_json::from_slice(&run.stdout).unwrap();
         let options = &params["scan_options"];
@@ -217,7 +217,7 @@ fn a_refused_scan_leaves_the_picture_of_what_was_found() {
     let picture = fs::read(at("own.png")).unwrap();
 
     let out = shown("new/out");
-    let refused = run(&format!("{scan} --density 180 --out {out}"));
+    let refused = run(&format!("{scan} --density 180 --quick --out {out}"));
     assert_eq!(refused.status.code(), Some(4), "{}", said(&refused));
     assert!(refused.stdout.is_empty());
     assert!(
@@ -232,15 +232,17 @@ fn a_refused_scan_leaves_the_picture_of_what_was_found() {
     assert_eq!(fs::read_dir(at("new/out")).unwrap().count(), 1);
 
     // Without --out, and for what is no refusal of a scan, there is none.
-    run(&format!("{scan} --density 180"));
-    run(&format!("{} --density 180 --out {}", shown("none.xyz"), shown("none")));
+    run(&format!("{scan} --density 180 --quick"));
+    run(&format!("{} --density 180 --quick --out {}", shown("none.xyz"), shown("none")));
     assert!(!at("none").exists() && !at("floor.inspect.png").exists());
 
     fs::create_dir(at("scans")).unwrap();
     floor(&at("scans/floor.xyz"));
     let batch = |more: &str| {
         let (from, to) = (shown("scans"), shown("results"));
-        let run = run(&format!("batch {from} --density 180 --no-report --json --out {to} {more}"));
+        let run = run(&format!(
+            "batch {from} --density 180 --quick --no-report --json --out {to} {more}"
+        ));
         assert_eq!(run.status.code(), Some(3), "{}", said(&run));
         let path = format!("{to}/files/floor.xyz.inspect.png");
         assert!(said(&run).contains(&format!("wrote {path}")), "{}", said(&run));
@@ -268,7 +270,7 @@ fn the_picture_never_replaces_a_scan() {
     std::os::unix::fs::symlink("../floor.xyz", at("out/floor.inspect.png")).unwrap();
     let before = fs::read(at("floor.xyz")).unwrap();
     let (scan, out) = (at("floor.xyz"), at("out"));
-    let run = run(&format!("{} --density 180 --out {}", scan.display(), out.display()));
+    let run = run(&format!("{} --density 180 --quick --out {}", scan.display(), out.display()));
     assert_eq!(run.status.code(), Some(2), "{}", said(&run));
     assert!(said(&run).contains("floor.inspect.png: is the input"), "{}", said(&run));
     assert_eq!(fs::read(at("floor.xyz")).unwrap(), before);

@@ -245,12 +245,13 @@ fn estimates_of_other_sizes_are_refused_as_usage_and_pictures_of_refused_scans_a
     let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans/mean_truedepth.ply");
     let scan = scan.to_str().unwrap();
     for size in [["--specimen-size", "280"], ["--plate-radius", "45"]] {
-        let estimate = ["estimate", scan, "--density", "200", size[0], size[1]];
+        let estimate = ["estimate", scan, "--density", "200", "--quick", size[0], size[1]];
         let (code, said) = program(&estimate);
         assert_eq!(code, 2, "{said}");
         assert!(said.contains("300 mm on a plate of 50 mm"), "{said}");
         let batch = folder.path().to_str().unwrap();
-        let (code, said) = program(&["batch", batch, "--density", "200", size[0], size[1]]);
+        let (code, said) =
+            program(&["batch", batch, "--density", "200", "--quick", size[0], size[1]]);
         assert_eq!(code, 2, "{said}");
     }
     let (code, said) = program(&["inspect", scan, "--specimen-size", "1000"]);

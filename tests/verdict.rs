@@ -49,7 +49,7 @@ fn stretched(factor: f64, path: &Path) {
 }
 
 #[test]
-fn the_committed_scans_are_reliable_before_and_after_they_are_draped_again() {
+fn the_committed_scans_are_reliable_before_and_after_their_drape_is_released() {
     for (scan, density) in [
         ("mean_structured-light", "214"),
         ("mean_truedepth", "214"),
@@ -61,14 +61,15 @@ fn the_committed_scans_are_reliable_before_and_after_they_are_draped_again() {
             "--density",
             density,
             "--warp-toward=-x",
-            "--resimulate",
+            "--quick",
+            "--release",
             "--strict",
             "--json",
         ]);
         assert_eq!(run.status.code(), Some(0), "{scan}: {}", said(&run));
         let result = json(&run);
         assert_eq!(result["verdict"]["level"], "reliable", "{scan}: {:#}", result["verdict"]);
-        assert!(result["boundary"]["mean_error_mm"].is_number());
+        assert!(result["released_drape"]["rim_mean_mm"].is_number());
         let run = scan2params(&["inspect", input.to_str().unwrap(), "--json"]);
         let found = json(&run);
         assert_eq!(found["verdict"]["level"], "reliable", "{scan}: {:#}", found["verdict"]);
@@ -83,6 +84,7 @@ fn the_verdict_is_the_first_line_of_the_table_and_stands_in_every_file() {
     let run = scan2params(&[
         input.to_str().unwrap(),
         "--density=900",
+        "--quick",
         "--warp-toward=-x",
         "--out",
         out.to_str().unwrap(),
@@ -114,7 +116,7 @@ fn a_wrong_vertical_scale_is_not_to_be_used_and_strict_makes_it_a_refusal() {
     std::fs::create_dir_all(&scans).unwrap();
     let low = scans.join("low.ply");
     stretched(0.96, &low);
-    let job = [low.to_str().unwrap(), "--density=260", "--warp-toward=+x"];
+    let job = [low.to_str().unwrap(), "--density=260", "--quick", "--warp-toward=+x"];
     let run = scan2params(&[&job[..], &["--json"]].concat());
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let result = json(&run);
@@ -133,8 +135,14 @@ fn a_wrong_vertical_scale_is_not_to_be_used_and_strict_makes_it_a_refusal() {
     // row is kept from a run without it.
     let results = folder.path().join("results");
     let batch = |more: &[&str]| {
-        let flags =
-            ["batch", scans.to_str().unwrap(), "--density=260", "--warp-toward=+x", "--out"];
+        let flags = [
+            "batch",
+            scans.to_str().unwrap(),
+            "--density=260",
+            "--quick",
+            "--warp-toward=+x",
+            "--out",
+        ];
         let run = scan2params(&[&flags[..], &[results.to_str().unwrap()], more].concat());
         let mut reader = csv::Reader::from_reader(run.stdout.as_slice());
         let titles = reader.headers().unwrap().clone();
@@ -171,7 +179,7 @@ fn another_plate_is_not_the_experiment_with_and_without_strict() {
     let run = scan2params(&["augment", &path("wide.obj"), "--out", &path("wide.ply")]);
     assert!(run.status.success(), "{}", said(&run));
     let out = path("out");
-    let run = scan2params(&[&path("wide.ply"), "--density=260", "--out", &out]);
+    let run = scan2params(&[&path("wide.ply"), "--density=260", "--quick", "--out", &out]);
     assert_eq!(run.status.code(), Some(4), "{}", said(&run));
     assert!(
         said(&run).contains("what was scanned is not the experiment: the cloth leaves the plate")
@@ -190,7 +198,14 @@ fn another_plate_is_not_the_experiment_with_and_without_strict() {
     // A batch says so by itself.
     std::fs::create_dir(path("scans")).unwrap();
     std::fs::rename(path("wide.ply"), path("scans/wide.ply")).unwrap();
-    let run = scan2params(&["batch", &path("scans"), "--density=260", "--out", &path("results")]);
+    let run = scan2params(&[
+        "batch",
+        &path("scans"),
+        "--density=260",
+        "--quick",
+        "--out",
+        &path("results"),
+    ]);
     assert_eq!(run.status.code(), Some(3), "{}", said(&run));
     assert!(said(&run).contains("1 do not use (1 not the experiment)"), "{}", said(&run));
 }
@@ -200,7 +215,7 @@ fn a_warp_that_tells_no_side_is_refused_or_doubted() {
     let scan = fixture("scans/stiff_structured-light.ply");
     let with = |warp: &str| {
         let warp = format!("--warp-toward={warp}");
-        scan2params(&[scan.to_str().unwrap(), "--density=260", "--json", &warp])
+        scan2params(&[scan.to_str().unwrap(), "--density=260", "--quick", "--json", &warp])
     };
     // Up in this scan.
     let run = with("0.390,-0.265,-0.882");
@@ -231,7 +246,7 @@ fn cloth_that_is_like_no_part_of_the_prior_is_doubtful_and_says_so() {
     job.extend(fabric.split_whitespace());
     let run = scan2params(&job);
     assert!(run.status.success(), "{}", said(&run));
-    let result = json(&scan2params(&[&rim, "--density=200", "--json"]));
+    let result = json(&scan2params(&[&rim, "--density=200", "--quick", "--json"]));
     assert_eq!(result["verdict"]["level"], "doubtful", "{:#}", result["verdict"]);
     assert!(against(&result).contains(&"outside_prior".to_owned()), "{:#}", result["verdict"]);
     assert_eq!(result["prior"]["like"].as_array().unwrap().len(), 0, "{:#}", result["prior"]);

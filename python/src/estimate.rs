@@ -99,25 +99,25 @@ impl Estimate {
         Boundary::of(job.input.clone(), file, self.outcome.rim.clone(), job.scan.clone())
     }
 
-    /// Drape or None: The fabric's sheet, held to the scan by weak springs; None where the answer is the network's.
+    /// Drape or None: The fabric's sheet, tied to the scan by weak springs; None where the answer is the network's.
     #[getter]
-    fn held_drape(&self) -> Option<Drape> {
-        self.held().map(|held| Drape::found(held.held.clone(), self.outcome.estimate.fabric))
+    fn tied_drape(&self) -> Option<Drape> {
+        self.tied().map(|tied| Drape::found(tied.tied.clone(), self.outcome.estimate.fabric))
     }
 
-    /// float or None: Mean distance of the held drape's rim from the scanned one, in metres.
+    /// float or None: Mean distance of the tied drape's rim from the scanned one, in metres.
     #[getter]
-    fn held_rim_mean_m(&self) -> Option<f64> {
-        self.held().map(|held| held.held_mean_m)
+    fn tied_rim_mean_m(&self) -> Option<f64> {
+        self.tied().map(|tied| tied.tied_mean_m)
     }
 
     /// float or None: The largest distance of the two rims, in metres.
     #[getter]
-    fn held_rim_largest_m(&self) -> Option<f64> {
-        self.held().map(|held| held.held_largest_m)
+    fn tied_rim_largest_m(&self) -> Option<f64> {
+        self.tied().map(|tied| tied.tied_largest_m)
     }
 
-    /// float or None: Root mean square distance of the held drape from the scanned sheet, in standard deviations of scan and
+    /// float or None: Root mean square distance of the tied drape from the scanned sheet, in standard deviations of scan and
     /// simulator.
     #[getter]
     fn misfit(&self) -> Option<f64> {
@@ -194,7 +194,7 @@ impl Estimate {
 }
 
 impl Estimate {
-    fn held(&self) -> Option<&ScanFit> {
+    fn tied(&self) -> Option<&ScanFit> {
         self.outcome.taken().map(|taken| taken.first())
     }
 
@@ -261,7 +261,9 @@ fn run(
     };
     let outcome = work::run(py, progress, move |tell| {
         if !in_memory {
-            return job.run_telling(|told| tell.say(told.to_string())).map_err(|error| of_job(&error));
+            return job
+                .run_telling(|told| tell.say(told.to_string()))
+                .map_err(|error| of_job(&error));
         }
         job.check().map_err(|error| of_job(&error))?;
         let rim = |given: Given| -> PyResult<(PathBuf, Rim)> {

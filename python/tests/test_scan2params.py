@@ -150,7 +150,7 @@ def test_an_estimate_holds_the_truth(mean_estimate, mean_rim):
     assert all(mean_estimate.in_range.values()) and len(mean_estimate.candidates) == 1
     assert mean_estimate.released_rim_mean_m < mean_estimate.released_rim_largest_m
     assert mean_estimate.released_rim_mean_m < 4e-3
-    assert mean_estimate.released_drape.at_rest and mean_estimate.held_drape is None and not mean_estimate.is_refined
+    assert mean_estimate.released_drape.at_rest and mean_estimate.tied_drape is None and not mean_estimate.is_refined
     off = distances_m(mean_estimate.released_drape.rim_m, mean_estimate.boundary.points_m)
     assert off.mean() == pytest.approx(mean_estimate.released_rim_mean_m)
     assert s2p.estimate(mean_rim, MEAN_KG_M2, quick=True).fabric == mean_estimate.fabric
@@ -191,16 +191,16 @@ def test_an_estimate_finds_the_fabric_while_another_thread_runs():
     inside = [begin, *(t for t in ticks if begin < t < end), end]
     assert end - begin > 1.0 and max(np.diff(inside)) < 0.3 * (end - begin)
     assert steps[0] == "estimating the stiffnesses" and any("drape 2" in step for step in steps)
-    assert refined.is_refined and refined.held_drape.at_rest and refined.released_drape is None
-    assert refined.held_rim_mean_m < 1.4e-3 and refined.misfit < 0.65
-    assert refined.params["held_drape"]["misfit_sigma"] == refined.misfit
+    assert refined.is_refined and refined.tied_drape.at_rest and refined.released_drape is None
+    assert refined.tied_rim_mean_m < 1.4e-3 and refined.misfit < 0.65
+    assert refined.params["tied_drape"]["misfit_sigma"] == refined.misfit
     assert refined.params["refinement"]["taken"] is True
     # a static drape tells bending; 0.17 at most was observed, and the network alone is sure of it to about 0.4
     truth = s2p.Fabric.read(FIXTURES / "drapes" / "stiff.params.json")
     for name in ("bending_weft_nm", "bending_warp_nm", "bending_bias_nm"):
         assert abs(np.log(getattr(refined.fabric, name) / getattr(truth, name))) < 0.25, name
     with pytest.raises(s2p.InvalidInput, match="led to a scan"):
-        s2p.sensitivities(refined.held_drape)
+        s2p.sensitivities(refined.tied_drape)
 
 
 # the simulator

@@ -55,7 +55,7 @@ fn line(out: &Path, row: &Row) -> Line {
         grounds: against.filter_map(|g| Some(g["text"].as_str()?.to_owned())).collect(),
         density_g_m2: row.density_g_m2,
         values: values(&found),
-        mean_error_mm: number("/held_drape/rim_mean_mm").or(number("/released_drape/rim_mean_mm")),
+        mean_error_mm: number("/tied_drape/rim_mean_mm").or(number("/released_drape/rim_mean_mm")),
         seen: number("/boundary/observed_fraction"),
         overlay_svg: level.and_then(|_| std::fs::read_to_string(own("overlay.svg")).ok()),
         page: paged.then(|| escaped(&format!("files/{}.report.html", row.file))),

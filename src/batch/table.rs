@@ -21,8 +21,14 @@ pub fn csv(rows: &[Row]) -> String {
 /// Titles before and after those of the stiffnesses.
 const BEFORE: [&str; 8] =
     ["file", "status", "exit_code", "verdict", "grounds", "reason", "density_g_m2", "orientation"];
-const AFTER: [&str; 6] =
-    ["observed_fraction", "novelty_mm", "held_drape_mm", "released_drape_mm", "warnings", "input_sha256"];
+const AFTER: [&str; 6] = [
+    "observed_fraction",
+    "novelty_mm",
+    "tied_drape_mm",
+    "released_drape_mm",
+    "warnings",
+    "input_sha256",
+];
 
 fn titles() -> Vec<String> {
     let mut titles: Vec<String> = BEFORE.map(String::from).into();
@@ -58,7 +64,7 @@ fn cells(row: &Row) -> Vec<String> {
     cells.extend([
         cell("/boundary/observed_fraction"),
         cell("/novelty/rms_mm"),
-        cell("/held_drape/rim_mean_mm"),
+        cell("/tied_drape/rim_mean_mm"),
         cell("/released_drape/rim_mean_mm"),
         warnings.join("; "),
         row.input_sha256.clone().unwrap_or_default(),

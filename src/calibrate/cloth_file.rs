@@ -1,4 +1,4 @@
-//! A fabric with its effects as a file: what a calibration found, for `simulate --params` and `estimate --refine --effects`.
+//! A fabric with its effects as a file: what a calibration found, for `simulate --params` and `estimate --effects`.
 //!
 //! In and out: a params.json ([`crate::fabric::params`]) with one field more, `effects`, a list of `name`, `part`, `value`,
 //! `unit` and `interval90` for each number of an effect ([`EFFECTS`]); signs are those of the specimen with its face up. Files

@@ -143,6 +143,6 @@ impl FitOptions {
 pub(super) const LEAVES: f64 = 0.6;
 /// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it goes on.
 pub(super) const MUCH: f64 = 0.9;
-/// Standard deviations of what is declared up to which it is tried. Held drapes always ask for more: of a softer cloth on a
+/// Standard deviations of what is declared up to which it is tried. Tied drapes always ask for more: of a softer cloth on a
 /// larger scale the springs leave less (`docs/closing_the_loop.md`).
 const DECLARED_LIMIT: f64 = 2.0;

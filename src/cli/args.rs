@@ -1135,7 +1135,7 @@ pub(crate) struct Refine {
     /// Vertices a side of the true drapes, finer than any that the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
-    /// Vertices a side of the fit's drapes, of the first steps and of the last; those of `estimate --refine` unless they are
+    /// Vertices a side of the fit's drapes, of the first steps and of the last; those of `estimate` unless they are
     /// given
     #[arg(long, value_parser = grids, value_name = "FIRST,LAST")]
     pub(crate) vertices: Option<[usize; 2]>,

@@ -32,7 +32,7 @@ pub struct Drape {
     pub with: Vec<String>,
     /// Whether weft and warp are known.
     pub oriented: bool,
-    /// Mean distance of the held drape's rim from the scanned one \[mm\].
+    /// Mean distance of the tied drape's rim from the scanned one \[mm\].
     pub rim_error_mm: Option<f64>,
     /// Name of the model and the SHA-256 of its file.
     pub model: [String; 2],

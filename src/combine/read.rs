@@ -96,7 +96,7 @@ pub fn read(path: &Path) -> Result<Drape, CombineError> {
             .filter_map(|scan| scan["file"].as_str().map(str::to_owned))
             .collect(),
         oriented: text_at("/orientation").as_deref() == Some("given"),
-        rim_error_mm: json.pointer("/held_drape/rim_mean_mm").and_then(Value::as_f64),
+        rim_error_mm: json.pointer("/tied_drape/rim_mean_mm").and_then(Value::as_f64),
         model: [field.text("/model/id")?, field.text("/model/sha256")?],
         numerics: json
             .pointer("/simulator/numerics_version")
@@ -108,7 +108,7 @@ pub fn read(path: &Path) -> Result<Drape, CombineError> {
 
 /// Folds of the scanned rim: as the file says, or counted on the rim beside it.
 fn folds(path: &Path, json: &Value) -> Option<usize> {
-    let said = ["/boundary/folds", "/refinement/folds/scan"];
+    let said = ["/boundary/folds"];
     let said = said.iter().find_map(|pointer| json.pointer(pointer).and_then(Value::as_u64));
     if let Some(folds) = said {
         return usize::try_from(folds).ok();

@@ -65,7 +65,7 @@ fn of_used(used: &Used) -> Value {
         "verdict": drape.verdict,
         "grounds": drape.grounds,
         "refined": drape.refined,
-        "held_drape_mm": drape.rim_error_mm,
+        "tied_drape_mm": drape.rim_error_mm,
         "outlying": used.outlying,
     })
 }

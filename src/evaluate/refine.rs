@@ -54,7 +54,7 @@ pub struct Answer {
     pub scan_error_m: f64,
     /// Mean distance of the refined fabric's rims from the true ones \[m\].
     pub rim_error_m: f64,
-    /// The same of its sheets held to the scans, which is what was fitted \[m\].
+    /// The same of its sheets tied to the scans, which is what was fitted \[m\].
     pub held_rim_error_m: f64,
     /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no fit
     /// can be blamed for. NaN where it does not come to rest.
@@ -164,7 +164,7 @@ impl Sight {
 /// Where a fit begins; what is believed is the network's answer all the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
-    /// At what the network says, as `estimate --refine` does.
+    /// At what the network says, as `estimate` does.
     Network,
     /// At the mean fabric of the prior that the true one is of.
     Prior,
@@ -343,7 +343,7 @@ impl Series<'_> {
         let count = turned.len() as f64;
         let of_scans = turned.iter().zip(seen).map(|(rim, seen)| rim.mean_distance_m(&seen.rim));
         let of_drapes = turned.iter().zip(&refined.scans);
-        let of_held = of_drapes.clone().map(|(rim, fit)| rim.mean_distance_m(&fit.held.boundary));
+        let of_held = of_drapes.clone().map(|(rim, fit)| rim.mean_distance_m(&fit.tied.boundary));
         let of_drapes = of_drapes.map(|(rim, fit)| match &fit.released {
             Some(released) => beside(rim, &released.drape.boundary),
             None => [f64::NAN; 2],
@@ -448,7 +448,10 @@ impl Case {
                     answer.rim_error_m / M_PER_MM,
                     answer.held_rim_error_m / M_PER_MM,
                     answer.network_rim_error_m / M_PER_MM,
-                    refined.scans[0].released.as_ref().map_or(f64::NAN, |r| r.mean_distance_m / M_PER_MM),
+                    refined.scans[0]
+                        .released
+                        .as_ref()
+                        .map_or(f64::NAN, |r| r.mean_distance_m / M_PER_MM),
                     answer.floor_m / M_PER_MM,
                     answer.turned_m[0] / M_PER_MM,
                     answer.turned_m[1] / M_PER_MM,

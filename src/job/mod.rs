@@ -228,7 +228,11 @@ impl Job {
     ///
     /// # Errors
     /// As [`Self::run`].
-    pub fn quick(self, estimator: &Estimator, tell: impl Fn(Told<'_>)) -> Result<Outcome, JobError> {
+    pub fn quick(
+        self,
+        estimator: &Estimator,
+        tell: impl Fn(Told<'_>),
+    ) -> Result<Outcome, JobError> {
         self.check()?;
         tell(Told::Doing("looking for the rim"));
         let begun = Begun::now();
@@ -257,7 +261,17 @@ impl Job {
         let verdict = verdict::of_job(&rim, scan, at, None, None);
         let (refinement, released) = (None, None);
         let stages = stages.noted().to_vec();
-        Ok(Outcome { job: self, rim, estimate, likeness, refinement, released, verdict, model, stages })
+        Ok(Outcome {
+            job: self,
+            rim,
+            estimate,
+            likeness,
+            refinement,
+            released,
+            verdict,
+            model,
+            stages,
+        })
     }
 }
 
@@ -311,8 +325,7 @@ impl Outcome {
         }
         let likeness = estimator.prior().map(|prior| estimate.likeness(prior));
         let at = (&estimate, likeness.as_ref());
-        let verdict =
-            verdict::of_job(&rim, &job.scan, at, refinement.as_ref(), released.as_ref());
+        let verdict = verdict::of_job(&rim, &job.scan, at, refinement.as_ref(), released.as_ref());
         let model = self.model;
         Ok(Self { job, rim, estimate, likeness, refinement, released, verdict, model, stages })
     }

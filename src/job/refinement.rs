@@ -55,7 +55,7 @@ pub enum NotTaken {
         /// What is left at most where nothing is wrong.
         most: f64,
     },
-    /// The held drape has other folds than the scan.
+    /// The tied drape has other folds than the scan.
     OtherBranch {
         /// Folds of the scan and of the drape.
         folds: [usize; 2],
@@ -121,8 +121,8 @@ fn against(refined: &Refined) -> Option<NotTaken> {
     }
     // of several scans, the one whose drape lies farthest off
     let off = refined.scans.iter().filter(|scan| !scan.on_branch);
-    if let Some(scan) = off.max_by(|a, b| a.held_mean_m.total_cmp(&b.held_mean_m)) {
-        return Some(NotTaken::OtherBranch { folds: scan.nodes, rim_m: scan.held_mean_m });
+    if let Some(scan) = off.max_by(|a, b| a.tied_mean_m.total_cmp(&b.tied_mean_m)) {
+        return Some(NotTaken::OtherBranch { folds: scan.nodes, rim_m: scan.tied_mean_m });
     }
     if let Some(bound) = refined.stiffnesses.iter().find(|stiffness| stiffness.at_limit) {
         return Some(NotTaken::AtBound(bound.key));

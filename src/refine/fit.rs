@@ -54,7 +54,7 @@ pub enum FitError {
 pub struct Progress {
     /// Drapes so far, all scans and starts together.
     pub drapes: usize,
-    /// Mean distance of the rims of the last held drapes from the scans' \[m\].
+    /// Mean distance of the rims of the last tied drapes from the scans' \[m\].
     pub rim_m: f64,
     /// Root mean square distance of the scans from them, in standard deviations of scan and model.
     pub misfit: f64,
@@ -87,8 +87,7 @@ pub fn fit(
                 let Best { state, mut followers, ended } = fit.begun_again(best);
                 let released = fit.released(&mut followers);
                 let how = (*name, ended, fit.drapes);
-                let refined =
-                    Refined::of(scans, &fit.squares, state, released, how, of_balance);
+                let refined = Refined::of(scans, &fit.squares, state, released, how, of_balance);
                 return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
             }
             Err(error) => last_error = Some(error),

@@ -35,7 +35,7 @@ pub struct Refined {
     pub drapes: usize,
     /// What was done, in the order of its beginning, with processor time and memory.
     pub stages: Vec<Stage>,
-    /// The six, SI, after one step from the first sheets held to the scans, undamped: since the energy is linear in the six, the
+    /// The six, SI, after one step from the first sheets tied to the scans, undamped: since the energy is linear in the six, the
     /// stiffnesses that balance the forces on those sheets best, weighted by the compliance.
     pub of_balance: [f64; STIFFNESSES],
 }
@@ -75,16 +75,16 @@ impl RefinedStiffness {
 /// A scan beside the drapes of the fitted fabric.
 #[derive(Clone, Debug)]
 pub struct ScanFit {
-    /// The held drape: at rest on weak springs that hold the sheet to the scan. It is what was fitted.
-    pub held: Drape,
+    /// The tied drape: at rest on weak springs that tie the sheet to the scan. It is what was fitted.
+    pub tied: Drape,
     /// Mean distance of its rim's points from the scan's \[m\].
-    pub held_mean_m: f64,
+    pub tied_mean_m: f64,
     /// The largest \[m\].
-    pub held_largest_m: f64,
-    /// Force of the springs that held it there, root mean square, as a share of the sheet's weight: what a simulator would have to
+    pub tied_largest_m: f64,
+    /// Force of those springs, root mean square, as a share of the sheet's weight: what a simulator would have to
     /// bear beside the fabric for the sheet to stay on the scan.
-    pub held_share: f64,
-    /// Eight stretches of the held drape's rim, half a side each, from the boundary's first corner on.
+    pub springs_share: f64,
+    /// Eight stretches of the tied drape's rim, half a side each, from the boundary's first corner on.
     pub arcs: [ArcResidual; ARCS],
     /// What the sheet does once the springs are gone; `None` where it was not asked for ([`FitOptions::release`](super::FitOptions::release)).
     pub released: Option<ReleasedDrape>,
@@ -92,9 +92,9 @@ pub struct ScanFit {
     pub bench: [Nuisance; BENCH],
     /// How far the scan lies beyond the drape on the last cells, in moves from the first cells to the last.
     pub cells: f64,
-    /// Whether held drape and scan have as many folds, or lie as close as one branch does.
+    /// Whether tied drape and scan have as many folds, or lie as close as one branch does.
     pub on_branch: bool,
-    /// Folds of the scan and of the held drape.
+    /// Folds of the scan and of the tied drape.
     pub nodes: [usize; 2],
 }
 
@@ -236,8 +236,8 @@ impl ScanFit {
         bench: &[f64; NUISANCES],
     ) -> Self {
         let options = squares.options;
-        let held = &trial.drape;
-        let rims = || scan.rim.points().iter().zip(held.boundary.positions_m());
+        let tied = &trial.drape;
+        let rims = || scan.rim.points().iter().zip(tied.boundary.positions_m());
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
         let model_m = options.data.model_m;
         let of_sigma = |(p, q): (&BoundaryPoint, Point3)| {
@@ -252,15 +252,15 @@ impl ScanFit {
                 |values: &[f64]| values[range.clone()].iter().sum::<f64>() / (half + 1) as f64;
             ArcResidual { mean_m: mean(&distances), sigmas: mean(&sigmas) }
         });
-        let nodes = [rim_nodes(scan.rim), held.nodes];
-        let [held_mean_m, held_largest_m] = scan.rim.distances_m(&held.boundary);
+        let nodes = [rim_nodes(scan.rim), tied.nodes];
+        let [tied_mean_m, tied_largest_m] = scan.rim.distances_m(&tied.boundary);
         let led_by = if scan.sheet.is_some() { LedBy::Sheet } else { LedBy::Rim };
         Self {
-            on_branch: nodes[0] == nodes[1] || held_mean_m < ONE_BRANCH_M,
-            held: held.clone(),
-            held_mean_m,
-            held_largest_m,
-            held_share: trial.held_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
+            on_branch: nodes[0] == nodes[1] || tied_mean_m < ONE_BRANCH_M,
+            tied: tied.clone(),
+            tied_mean_m,
+            tied_largest_m,
+            springs_share: trial.held_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
             arcs,
             released: released.map(|drape| ReleasedDrape::beside(scan.rim, drape, led_by)),
             cells: bench[BENCH],

@@ -1,11 +1,11 @@
-//! The simulated drape that tables and figures show beside the scan: the held drape where the answer is a refined fabric,
+//! The simulated drape that tables and figures show beside the scan: the tied drape where the answer is a refined fabric,
 //! else the released drape, if there is one.
 
 use crate::job::Outcome;
 use crate::sim::Drape;
 
-/// A drape held to the scan by weak springs.
-pub(crate) const HELD: &str = "held drape";
+/// A drape tied to the scan by weak springs.
+pub(crate) const TIED: &str = "tied drape";
 /// A drape that nothing holds.
 pub(crate) const RELEASED: &str = "released drape";
 
@@ -14,7 +14,7 @@ pub(crate) const RELEASED: &str = "released drape";
 pub(crate) struct Beside<'a> {
     /// The drape.
     pub drape: &'a Drape,
-    /// [`HELD`] or [`RELEASED`].
+    /// [`TIED`] or [`RELEASED`].
     pub name: &'static str,
     /// Mean and largest distance of its rim from the scanned one \[m\].
     pub distances_m: [f64; 2],
@@ -23,12 +23,12 @@ pub(crate) struct Beside<'a> {
 impl<'a> Beside<'a> {
     /// The one to judge the answer by.
     pub fn of(outcome: &'a Outcome) -> Option<Self> {
-        let held = outcome.taken().map(|taken| taken.first()).map(|fit| Self {
-            drape: &fit.held,
-            name: HELD,
-            distances_m: [fit.held_mean_m, fit.held_largest_m],
+        let tied = outcome.taken().map(|taken| taken.first()).map(|fit| Self {
+            drape: &fit.tied,
+            name: TIED,
+            distances_m: [fit.tied_mean_m, fit.tied_largest_m],
         });
-        held.or_else(|| Self::released(outcome))
+        tied.or_else(|| Self::released(outcome))
     }
 
     /// The released drape where another one is shown before it.

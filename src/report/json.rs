@@ -44,7 +44,7 @@ pub fn params(outcome: &Outcome) -> Value {
         },
         "candidates": candidates,
         "prior": outcome.likeness.as_ref().map(likeness),
-        "held_drape": outcome.taken().map(|taken| held_drape(taken.first(), taken.refined().misfit)),
+        "tied_drape": outcome.taken().map(|taken| tied_drape(taken.first(), taken.refined().misfit)),
         "released_drape": outcome.released.as_ref().map(released_drape),
         "refinement": outcome.refinement.as_ref().map(refinement),
         "boundary": boundary(outcome),
@@ -149,7 +149,7 @@ fn scan_fit(scan: &ScanFit, misfit: f64) -> Map<String, Value> {
         .collect();
     let fields = [
         ("on_branch", json!(scan.on_branch)),
-        ("held_drape", held_drape(scan, misfit)),
+        ("tied_drape", tied_drape(scan, misfit)),
         ("released_drape", json!(scan.released.as_ref().map(released_drape))),
         ("arcs", json!(arcs)),
         ("bench", json!(bench)),
@@ -167,13 +167,13 @@ fn boundary(outcome: &Outcome) -> Value {
     })
 }
 
-/// The held drape, which the fabric was found by.
-fn held_drape(fit: &ScanFit, misfit: f64) -> Value {
+/// The tied drape, which the fabric was found by.
+fn tied_drape(fit: &ScanFit, misfit: f64) -> Value {
     json!({
-        "rim_mean_mm": fit.held_mean_m / M_PER_MM,
-        "rim_largest_mm": fit.held_largest_m / M_PER_MM,
+        "rim_mean_mm": fit.tied_mean_m / M_PER_MM,
+        "rim_largest_mm": fit.tied_largest_m / M_PER_MM,
         "misfit_sigma": misfit,
-        "springs_bear": fit.held_share,
+        "springs_carry": fit.springs_share,
         "folds": fit.nodes[1],
     })
 }

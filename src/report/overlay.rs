@@ -75,7 +75,8 @@ fn legend(image: &mut RgbImage, outcome: &Outcome) {
     let first = Beside::of(outcome).map_or_else(|| "no simulated drape".to_owned(), words);
     let second = Beside::second(outcome).map(words).unwrap_or_default();
     let mut x = 12;
-    let parts = [("scanned rim", SCANNED), ("bridged", BRIDGED), (&first, SIMULATED), (&second, RELEASED)];
+    let parts =
+        [("scanned rim", SCANNED), ("bridged", BRIDGED), (&first, SIMULATED), (&second, RELEASED)];
     for (words, color) in parts {
         text(image, x, PANE + 4, words, color);
         x += text_width(words) as i32 + 24;

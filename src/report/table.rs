@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use super::beside::{HELD, RELEASED};
+use super::beside::{TIED, RELEASED};
 use super::verdict;
 use crate::base::clock::Stage;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::intake::Rim;
 use crate::io::ReadNotes;
+use crate::job::verdict::Limits;
 use crate::job::{Outcome, Refinement};
 use crate::scan::{Orientation, ScannedBoundary};
 
@@ -64,9 +65,9 @@ fn refinement(found: &Refinement) -> String {
     for (companion, fit) in found.companions.iter().zip(&refined.scans[1..]) {
         let _ = writeln!(
             out,
-            "refined with     {}: held drape {:.2} mm off, {} folds of {}",
+            "refined with     {}: tied drape {:.2} mm off, {} folds of {}",
             companion.path.display(),
-            fit.held_mean_m / M_PER_MM,
+            fit.tied_mean_m / M_PER_MM,
             fit.nodes[1],
             fit.nodes[0]
         );
@@ -78,15 +79,16 @@ fn refinement(found: &Refinement) -> String {
 fn drapes(outcome: &Outcome) -> String {
     let mut out = String::new();
     if let Some(taken) = outcome.taken() {
-        let held = taken.first();
-        let [mean, largest] = [held.held_mean_m, held.held_largest_m].map(|m| m / M_PER_MM);
+        let tied = taken.first();
+        let [mean, largest] = [tied.tied_mean_m, tied.tied_largest_m].map(|m| m / M_PER_MM);
+        let good = Limits::default().refined_misfit.doubtful;
         let _ = writeln!(
             out,
-            "{HELD}       {mean:>12.2}  mm from the scanned rim in the mean, {largest:.2} at most, {} folds; {:.2} sigma off the sheet, \
-             springs bear {:.1} % of the weight",
-            held.nodes[1],
+            "{TIED}       {mean:>12.2}  mm from the scanned rim, {largest:.2} at most, {} folds; misfit {:.2} sigma (below {good:.2} is good), \
+             springs carry {:.1} % of the weight",
+            tied.nodes[1],
             taken.refined().misfit,
-            100.0 * held.held_share
+            100.0 * tied.springs_share
         );
     }
     if let Some(released) = &outcome.released {
@@ -94,7 +96,7 @@ fn drapes(outcome: &Outcome) -> String {
             [released.mean_distance_m, released.largest_distance_m].map(|m| m / M_PER_MM);
         let _ = writeln!(
             out,
-            "{RELEASED}   {mean:>12.2}  mm from the scanned rim in the mean, {largest:.2} at most, {} folds ({}, led by the {})",
+            "{RELEASED}   {mean:>12.2}  mm from the scanned rim, {largest:.2} at most, {} folds ({}, led by the {})",
             released.drape.nodes,
             released.drape.stop.name(),
             released.led_by.name()

@@ -159,10 +159,10 @@ impl Default for Limits {
             refined_misfit: steps(0.65, 1.5),       // M, C
             shown: 0.3,                             // C
             released_far_m: 3e-3,                   // C: the true fabric moves by 0.3 to 2 mm
-            released_m: steps(14e-3, 22e-3),     // M, C
-            released_stiff_m: steps(4e-3, 7e-3), // M
-            released_lengths_m: [10e-3, 16e-3],  // M
-            released_folds: steps(1.5, 3.5),     // M, C
+            released_m: steps(14e-3, 22e-3),        // M, C
+            released_stiff_m: steps(4e-3, 7e-3),    // M
+            released_lengths_m: [10e-3, 16e-3],     // M
+            released_folds: steps(1.5, 3.5),        // M, C
         }
     }
 }

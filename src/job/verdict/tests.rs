@@ -1,8 +1,10 @@
 //! Every ground on constructed figures, on both sides of its limit.
 
+use super::super::NotTaken;
 use super::*;
 use crate::base::boundary::Orientation;
 use crate::fabric::{STIFFNESSES, TABLE_2};
+use crate::refine::{Ended, FitError};
 use crate::sim::Stop;
 
 /// A good scan of the mean knit: bending length 8 mm, eight folds.
@@ -57,7 +59,7 @@ fn honest() -> Figures {
             bending_raised: None,
         }),
         refining: None,
-        again: Some(Fit {
+        released: Some(Fit {
             mean_m: 6e-3,
             folds: 8,
             stop: Stop::AtRest,
@@ -97,7 +99,7 @@ fn straddles(code: Code, level: Level, limit: f64, set: impl Fn(&mut Figures, f6
 fn an_honest_scan_is_reliable_without_grounds() {
     assert_eq!(verdict(&honest()), Verdict::of(vec![]));
     // What the scan alone tells.
-    let scan = Figures { answer: None, again: None, ..honest() };
+    let scan = Figures { answer: None, released: None, ..honest() };
     assert_eq!(verdict(&scan), Verdict::of(vec![]));
 }
 
@@ -170,7 +172,7 @@ fn sides_are_held_against_the_specimen_s_its_folds_and_its_stretch() {
     assert_eq!(long(|f| f.noise_m = 1e-3), Level::Reliable);
     assert_eq!(long(|f| answer(f).stretch = [0.05; 2]), Level::Reliable);
     // With twelve folds the drape of eight would be a ground of its own.
-    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, again: None, ..honest() };
+    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, released: None, ..honest() };
     let said = verdict(&soft);
     assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::Scale), "{said:?}");
     answer(&mut soft).bending_length_m = 3e-3;
@@ -237,7 +239,7 @@ fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
     // and never farther out.
     other.scan.as_mut().unwrap().radius_sigma_m = 1.1e-3;
     assert_eq!(verdict(&other).level, Level::DoNotUse, "{:?}", verdict(&other));
-    (other.folds, other.again) = (5, None);
+    (other.folds, other.released) = (5, None);
     answer(&mut other).bending_length_m = 15e-3;
     assert_eq!(verdict(&other), Verdict::of(vec![]));
     other.scan.as_mut().unwrap().radius_m = 0.0405;
@@ -287,7 +289,7 @@ fn a_rim_from_a_file_says_so_and_its_chords_may_be_short() {
     // is may be longer by that
     let soft = |sides_m: f64, noise_m: f64, figures: Figures| {
         let mut soft =
-            Figures { sides_m: [sides_m; 4], folds: 12, again: None, noise_m, ..figures };
+            Figures { sides_m: [sides_m; 4], folds: 12, released: None, noise_m, ..figures };
         answer(&mut soft).bending_length_m = 3e-3;
         verdict(&soft).level
     };
@@ -383,7 +385,7 @@ fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said(
 #[test]
 fn folds_are_held_against_the_bending_length_of_the_answer() {
     let with = |folds: usize, length_m: f64| {
-        let mut f = Figures { folds, again: None, ..honest() };
+        let mut f = Figures { folds, released: None, ..honest() };
         answer(&mut f).bending_length_m = length_m;
         // Sides of cloth with such folds.
         f.sides_m = [0.300 - Limits::default().side_loss_m2 / length_m; 4];
@@ -409,24 +411,24 @@ fn folds_are_held_against_the_bending_length_of_the_answer() {
 }
 
 #[test]
-fn the_drape_of_the_estimate_is_held_against_the_scan() {
+fn the_released_drape_of_the_networks_fabric_is_held_against_the_scan() {
     let limits = Limits::default();
-    let again = |f: &mut Figures, change: &dyn Fn(&mut Fit)| change(f.again.as_mut().unwrap());
+    let again = |f: &mut Figures, change: &dyn Fn(&mut Fit)| change(f.released.as_mut().unwrap());
     for (level, limit_m) in [
-        (Level::Doubtful, limits.resimulated_m.doubtful),
-        (Level::DoNotUse, limits.resimulated_m.do_not_use),
+        (Level::Doubtful, limits.released_m.doubtful),
+        (Level::DoNotUse, limits.released_m.do_not_use),
     ] {
-        straddles(Code::ResimulationOff, level, limit_m, |f, mean_m| {
+        straddles(Code::ReleasedDrapeOff, level, limit_m, |f, mean_m| {
             again(f, &|fit| fit.mean_m = mean_m);
         });
     }
     // cloth of 16 mm and more falls into one shape, however it falls
-    let [soft, stiff] = [limits.resimulated_m, limits.resimulated_stiff_m];
+    let [soft, stiff] = [limits.released_m, limits.released_stiff_m];
     let between = 0.5 * (soft.doubtful + stiff.doubtful);
     for (bending_m, limit_m) in
         [(10e-3, soft.doubtful), (13e-3, between), (16e-3, stiff.doubtful), (30e-3, stiff.doubtful)]
     {
-        straddles(Code::ResimulationOff, Level::Doubtful, limit_m + 0.5e-3, |f, mean_m| {
+        straddles(Code::ReleasedDrapeOff, Level::Doubtful, limit_m + 0.5e-3, |f, mean_m| {
             (f.noise_m, f.folds) = (0.5e-3, 4);
             answer(f).bending_length_m = bending_m;
             again(f, &|fit| (fit.mean_m, fit.folds) = (mean_m, 4));
@@ -450,23 +452,24 @@ fn the_drape_of_the_estimate_is_held_against_the_scan() {
         let said = verdict(&f);
         assert_eq!(
             (said.level, said.grounds[0].code),
-            (Level::Doubtful, Code::ResimulationNotAtRest)
+            (Level::Doubtful, Code::ReleasedDrapeNotAtRest)
         );
     }
     let mut f = honest();
     again(&mut f, &|fit| fit.intersections = 1);
     let said = verdict(&f);
-    assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::ResimulationIntersects));
+    assert_eq!(
+        (said.level, said.grounds[0].code),
+        (Level::Doubtful, Code::ReleasedDrapeIntersects)
+    );
 }
 
-/// A refinement that was taken, with these numbers.
-fn taken(misfit: f64, share: f64, at_limit: bool) -> Refining {
-    let shown = std::array::from_fn(|i| Shown {
+/// A refinement that was taken, whose drape took this share of what was uncertain of the first stiffness away.
+fn taken(share: f64) -> Refining {
+    Refining::Taken(std::array::from_fn(|i| Shown {
         key: TABLE_2[i].key,
         share: if i == 0 { share } else { 0.99 },
-        at_limit: i == 1 && at_limit,
-    });
-    Refining::Taken { rim_m: 0.4e-3, misfit, shown }
+    }))
 }
 
 #[test]
@@ -477,24 +480,42 @@ fn what_refining_found_is_held_against_its_limits() {
         (Level::DoNotUse, limits.refined_misfit.do_not_use),
     ] {
         straddles(Code::ModelLeaves, level, limit, |f, misfit| {
-            f.refining = Some(taken(misfit, 0.99, false));
+            let most = limits.refined_misfit.doubtful;
+            f.refining = Some(match misfit > most {
+                true => Refining::Left(NotTaken::Leaves { misfit, most }),
+                false => taken(0.99),
+            });
         });
     }
     let said = |refining: Refining| verdict(&Figures { refining: Some(refining), ..honest() });
-    assert_eq!(said(taken(0.5, limits.shown + 0.01, false)), Verdict::of(vec![]));
-    let hidden = said(taken(0.5, limits.shown - 0.01, false));
+    assert_eq!(said(taken(limits.shown + 0.01)), Verdict::of(vec![]));
+    let hidden = said(taken(limits.shown - 0.01));
     assert_eq!((hidden.level, hidden.grounds[0].code), (Level::Reliable, Code::HardlyVisible));
     assert_eq!(hidden.grounds[0].parameter, Some("stretch_weft"));
-    let bound = said(taken(0.5, 0.99, true));
-    assert_eq!((bound.level, bound.grounds[0].code), (Level::Doubtful, Code::RefinedAtLimit));
+    let bound = said(Refining::Left(NotTaken::AtBound("stretch_warp")));
     assert_eq!(bound.grounds[0].parameter, Some("stretch_warp"));
-    for refining in [
-        Refining::Failed("no drape came to rest".to_owned()),
-        Refining::OffBranch { folds: [8, 9], rim_m: 7e-3 },
+    for (why, level) in [
+        (NotTaken::Failed(FitError::NothingObserved), Level::Doubtful),
+        (NotTaken::Failed(FitError::Interrupted), Level::Reliable),
+        (NotTaken::NotConverged(Ended::Spent), Level::Doubtful),
+        (NotTaken::AtBound("shear"), Level::Doubtful),
+        (NotTaken::OtherBranch { folds: [8, 9], rim_m: 7e-3 }, Level::Doubtful),
     ] {
-        let other = said(refining);
-        assert_eq!((other.level, other.grounds[0].code), (Level::Doubtful, Code::NotRefined));
+        let other = said(Refining::Left(why));
+        assert_eq!((other.level, other.grounds[0].code), (level, Code::NotRefined));
         assert!(other.grounds[0].text.contains("the values are the network's"));
+    }
+}
+
+#[test]
+fn a_released_drape_that_moves_on_is_only_said_of_a_refined_fabric() {
+    let far_m = Limits::default().released_far_m;
+    for (mean_m, grounds) in [(0.9 * far_m, 0), (1.1 * far_m, 1), (30e-3, 1)] {
+        let mut f = Figures { refining: Some(taken(0.99)), ..honest() };
+        f.released.as_mut().unwrap().mean_m = mean_m;
+        let said = verdict(&f);
+        assert_eq!((said.level, said.grounds.len()), (Level::Reliable, grounds), "{mean_m}");
+        assert!(said.grounds.iter().all(|ground| ground.code == Code::ReleasedDrapeOff));
     }
 }
 

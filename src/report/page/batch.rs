@@ -52,7 +52,7 @@ pub struct Line {
     pub density_g_m2: Option<f64>,
     /// The stiffnesses, paper's order.
     pub values: Option<[Value; STIFFNESSES]>,
-    /// Mean distance from the scanned rim of the held drape's, or of the released one's of an answer that was not refined \[mm\].
+    /// Mean distance from the scanned rim of the tied drape's, or of the released one's of an answer that was not refined \[mm\].
     pub mean_error_mm: Option<f64>,
     /// Share of the rim that was seen.
     pub seen: Option<f64>,
@@ -153,7 +153,7 @@ fn scans(lines: &[Line]) -> Markup {
             p .caption {
                 "Stretch and shear " i { "S" } ", " i { "H" } " in g/s\u{b2}, bending " i { "B" } " in g\u{b7}mm\u{b2}\u{b7}s\u{207b}\u{b2}\u{b7}rad\u{207b}\u{b9}; \
                  a value in brackets lies at or beyond the end of what the model was trained on. \
-                 Rim: mean distance of the held drape, or of the released one, where one was simulated. Intervals and all digits are in results.csv."
+                 Rim: mean distance of the tied drape, or of the released one, where one was simulated. Intervals and all digits are in results.csv."
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::beside::{Beside, HELD};
+use super::super::beside::{Beside, TIED};
 use super::along;
 use super::coefficient;
 use super::number::{count, fixed, percent};
@@ -56,7 +56,7 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
 fn distance(beside: Beside<'_>) -> Figure {
     let [mean, largest] = beside.distances_m.map(mm);
     let (name, how) = match beside.name {
-        HELD => ("Held drape", "held to the scan by weak springs"),
+        TIED => ("Tied drape", "tied to the scan by weak springs"),
         _ => ("Released drape", "nothing holds it: one of the fabric\u{2019}s stable drapes"),
     };
     let more = format!("rim from the scan, largest {} mm; {how}", fixed(largest, 1));
@@ -65,9 +65,9 @@ fn distance(beside: Beside<'_>) -> Figure {
 
 /// How well the fabric explains the whole sheet.
 fn misfit(taken: Taken<'_>) -> Figure {
-    let (refined, held) = (taken.refined(), taken.first());
-    let share = percent(held.held_share, 1);
-    let more = format!("of scan and simulator; the springs bear {share} of the weight");
+    let (refined, tied) = (taken.refined(), taken.first());
+    let share = percent(tied.springs_share, 1);
+    let more = format!("of scan and simulator; the springs carry {share} of the weight");
     ("Misfit", format!("{} sigma", fixed(refined.misfit, 2)), more)
 }
 

@@ -46,7 +46,11 @@ pub(super) fn drawing(outcome: &Outcome) -> Markup {
     let label = format!(
         "From above: the scanned rim with {} folds{}, the plate, bearings and axes",
         folds.len(),
-        if again.is_some() { " on the rim of the simulated drape, with bands of 5 and 10 mm" } else { "" }
+        if again.is_some() {
+            " on the rim of the simulated drape, with bands of 5 and 10 mm"
+        } else {
+            ""
+        }
     );
     html! {
         svg .overlay viewBox={ (c(-HALF)) " " (c(-HALF)) " " (c(2.0 * HALF)) " " (c(2.0 * HALF)) } role="img" aria-label=(label) {

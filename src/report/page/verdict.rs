@@ -118,7 +118,9 @@ fn steps(outcome: &Outcome) -> Vec<String> {
         );
     }
     if usable && outcome.refinement.is_none() {
-        add("Run without --quick: the simulator then fits the fabric to the scan, which says how well it explains the drape.");
+        add(
+            "Run without --quick: the simulator then fits the fabric to the scan, which says how well it explains the drape.",
+        );
     }
     let several = outcome.refinement.as_ref().is_some_and(|found| !found.companions.is_empty());
     let known = outcome.rim.orientation() == Orientation::Given;

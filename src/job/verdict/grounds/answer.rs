@@ -1,8 +1,8 @@
 //! The grounds of the estimate and of its drape.
 
+use super::super::super::NotTaken;
 use super::super::figures::{Answer, Figures, Fit, Parameter, Refining, Shown};
 use super::super::limits::Limits;
-use super::super::super::NotTaken;
 use super::super::{Code, Ground, Level};
 use crate::base::units::mm;
 use crate::refine::FitError;
@@ -165,7 +165,7 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
         .about(key),
         NotTaken::OtherBranch { folds: [scanned, draped], rim_m } => {
             let why = format!(
-                "held to the scan, the fabric that refining found has {draped} folds, {:.1} mm from the scanned rim, which has \
+                "tied to the scan, the fabric that refining found has {draped} folds, {:.1} mm from the scanned rim, which has \
                  {scanned}: another of its stable drapes; lay the specimen anew and scan again",
                 mm(*rim_m)
             );
@@ -179,7 +179,7 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
                 _ => "the values are the network's quick answer",
             };
             let text = format!(
-                "held to the scan, the fabric that fits best lies {misfit:.1} standard deviations of scan and simulator off \
+                "tied to the scan, the fabric that fits best lies {misfit:.1} standard deviations of scan and simulator off \
                  (limit {limit:.2}): the cloth has an effect that the six stiffnesses lack, or plate or scan are off; {of_both}"
             );
             Ground::new(Code::ModelLeaves, level, (*misfit, limit, ""), text)
