@@ -641,7 +641,11 @@ mod tests {
             sights: vec![Sight::named("structured-light").unwrap()],
             estimator: &estimator,
             begin: Begin::Network,
-            options: FitOptions { vertices: [41, 41], evaluations: 4, ..FitOptions::default() },
+            options: FitOptions {
+                vertices: [41, 41],
+                evaluations: [4; 2],
+                ..FitOptions::default()
+            },
             seed: 8,
             fabrics: 0..1,
             drops: 1,

@@ -90,7 +90,13 @@ pub fn fit(
                 let refined = Refined::of(scans, &fit.squares, state, released, how, of_balance);
                 return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
             }
-            Err(error) => last_error = Some(error),
+            Err(error) => {
+                last_error = Some(error);
+                // another start helps a sheet to rest that has none yet
+                if fit.is_on_last_cells() {
+                    break;
+                }
+            }
         }
     }
     Err(last_error.map_or(FitError::NothingObserved, FitError::NeverAtRest))
@@ -164,7 +170,7 @@ enum First {
 
 /// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most.
 const STIFFER: f64 = 1.0;
-const AGAIN: usize = 2;
+const AGAIN: usize = 1;
 /// The first of the six stiffnesses, which are not bending.
 const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
 
@@ -257,17 +263,19 @@ impl<'a> Fit<'a> {
     fn from(&mut self, start: &[f64; STIFFNESSES], first: First) -> Result<Best, SensitivityError> {
         let options = self.squares.options;
         self.of_balance = None;
-        let most = self.drapes + options.evaluations * self.targets.len();
+        let evaluations = options.evaluations[usize::from(first == First::Stays)];
+        let most = self.drapes + evaluations * self.targets.len();
         let few = options.vertices[0];
         self.starts = self.targets.iter().map(|target| target.start(options)).collect();
-        let no_last = options.vertices.iter().all(|&vertices| vertices <= few);
+        let no_last = options.vertices[1] <= few;
         self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
         let most_first = if first == First::Stays && !no_last { 0 } else { most };
         let mut best = self.laid_and_descended(start, None, most_first)?;
         if !no_last {
             let Best { state: coarse, .. } = best;
             self.begin_beside(&coarse);
-            self.on_cells(options.vertices[1], options.data.model_m);
+            let last = options.last_vertices(&self.squares.fabric(&coarse.ln));
+            self.on_cells(last, options.data.model_m);
             best = self.laid_and_descended(&coarse.ln, Some(&coarse), most)?;
         } else if self.begin_beside(&best.state) {
             let ln = best.state.ln;
@@ -347,7 +355,11 @@ impl<'a> Fit<'a> {
             let state = if led { self.state(followers, Some(best)).ok() } else { None };
             match state.filter(lower) {
                 Some(state) => {
+                    let gained = before - state.cost;
                     *best = state;
+                    if gained < LEAST_GAIN {
+                        return Ended::Converged;
+                    }
                     kept = followers.iter().map(Follower::keep).collect();
                     damping.lower();
                 }
@@ -365,9 +377,19 @@ impl<'a> Fit<'a> {
     fn lay(&self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
         let fabric = self.squares.fabric(ln);
         let vertices = self.vertices;
+        let FitOptions { step_factorisations, last_factorisations, .. } = *self.squares.options;
+        let is_last = self.is_on_last_cells();
         let lay = |(target, start): (&Target, &DropStart)| {
-            let options = SimOptions { vertices, ..target.options };
-            Follower::drop(&fabric, &Drop { start: start.clone() }, &options)
+            let mut options = SimOptions { vertices, ..target.options };
+            let is_sheet = target.scan.sheet.is_some();
+            if is_last && is_sheet {
+                options.iterations = last_factorisations;
+            }
+            let mut follower = Follower::drop(&fabric, &Drop { start: start.clone() }, &options);
+            if is_sheet {
+                follower.search_at_most(step_factorisations);
+            }
+            follower
         };
         self.targets.par_iter().zip(&self.starts).map(lay).collect()
     }
@@ -438,7 +460,8 @@ impl<'a> Fit<'a> {
     }
 
     fn is_on_last_cells(&self) -> bool {
-        self.vertices == self.squares.options.vertices[1]
+        let [first, last] = self.squares.options.vertices;
+        self.vertices > first || last <= first
     }
 
     /// The name of a stage on the present cells.

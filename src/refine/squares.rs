@@ -13,16 +13,25 @@ use super::prior::Prior;
 use super::trial::{BENCH, NUISANCES, Trial};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::SimOptions;
+use crate::sim::experiment::bending_length_m;
 
 /// How a fit is made.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct FitOptions {
     /// How sure scans and model are.
     pub data: DataOptions,
-    /// Most drapes of a scan from one start.
-    pub evaluations: usize,
+    /// Most drapes of a scan from one start, and where a fit begins again.
+    pub evaluations: [usize; 2],
+    /// Most factorisations in which a sheet may come to rest that is led to another fabric: a step that needs more is shortened.
+    pub step_factorisations: usize,
+    /// The same of a sheet that is laid on the last cells.
+    pub last_factorisations: usize,
     /// Vertices on a side of the cells of the first steps, and of the last; as many as the first have: no last steps.
     pub vertices: [usize; 2],
+    /// Vertices of the last cells of cloth whose bending length is `stiff_m` and more; as many as `vertices` has or fewer.
+    pub stiff_vertices: usize,
+    /// Bending length from which on coarser last cells do \[m\].
+    pub stiff_m: f64,
     /// Standard deviation by which drapes on the first cells lie off \[m\].
     pub first_model_m: f64,
     /// Largest change of a logarithm in one step.
@@ -56,8 +65,12 @@ impl Default for FitOptions {
     fn default() -> Self {
         Self {
             data: DataOptions::default(),
-            evaluations: 16,
+            evaluations: [16, 6],
+            step_factorisations: 40,
+            last_factorisations: 100,
             vertices: [61, 111],
+            stiff_vertices: 91,
+            stiff_m: 12e-3,
             first_model_m: 1.5e-3,
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
@@ -73,6 +86,13 @@ impl Default for FitOptions {
 }
 
 impl FitOptions {
+    /// Vertices of the last cells of a fabric.
+    pub(super) fn last_vertices(&self, fabric: &Fabric) -> usize {
+        let [first, last] = self.vertices;
+        let stiff = bending_length_m(fabric) >= self.stiff_m;
+        if stiff { last.min(self.stiff_vertices).max(first) } else { last }
+    }
+
     /// What is believed of how far cloth lies beyond cells of so many vertices a side, in moves from the first cells to these:
     /// mean and standard deviation.
     pub(super) fn believed_of_cells(&self, vertices: usize) -> [f64; 2] {

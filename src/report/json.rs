@@ -140,10 +140,11 @@ fn scan_fit(scan: &ScanFit, misfit: f64) -> Map<String, Value> {
         .bench
         .iter()
         .map(|number| {
-            let angle = number.key.starts_with("tilt") || number.key == "rotation";
-            let shown = |v: f64| if angle { v.to_degrees() } else { v / M_PER_MM };
-            let unit = if angle { "deg" } else { "mm" };
-            let (of, sigma) = (shown(number.value), shown(number.sigma));
+            let (unit, scale) = match number.key {
+                key if key.starts_with("tilt") || key == "rotation" => ("deg", 1_f64.to_degrees()),
+                _ => ("mm", 1.0 / M_PER_MM),
+            };
+            let [of, sigma] = [number.value, number.sigma].map(|value| value * scale);
             (number.key.to_owned(), json!({ "value": of, "sigma_before": sigma, "unit": unit }))
         })
         .collect();

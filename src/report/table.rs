@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::beside::{TIED, RELEASED};
+use super::beside::{RELEASED, TIED};
 use super::verdict;
 use crate::base::clock::Stage;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
@@ -52,13 +52,8 @@ fn refinement(found: &Refinement) -> String {
         return out + "refined                    no  the values are the network's\n";
     };
     let refined = taken.refined();
-    let _ = writeln!(
-        out,
-        "refined          {:>12}  {} drapes in {:.0} s",
-        refined.ended.name(),
-        refined.drapes,
-        found.wall_s
-    );
+    let _ =
+        writeln!(out, "refined          {:>12}  {} drapes", refined.ended.name(), refined.drapes);
     let shown: Vec<String> =
         refined.stiffnesses.iter().map(|s| format!("{} {:.0} %", s.key, 100.0 * s.shown)).collect();
     let _ = writeln!(out, "the drape shows  {}", shown.join(", "));

@@ -162,6 +162,11 @@ impl Follower {
         Self { rested, setup, options: *options }
     }
 
+    /// From now on a search for rest ends after so many factorisations ([`SimOptions::iterations`]).
+    pub fn search_at_most(&mut self, factorisations: usize) {
+        self.options.iterations = factorisations;
+    }
+
     /// What the sheet is of.
     #[must_use]
     pub fn setup(&self) -> &Setup {

@@ -23,14 +23,16 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     }
     let usual = FitOptions::default();
     let vertices = given.vertices.unwrap_or(usual.vertices);
-    let evaluations = given.evaluations.unwrap_or(usual.evaluations);
+    // what is asked for holds for stiff cloth too
+    let stiff_vertices = given.vertices.map_or(usual.stiff_vertices, |[_, last]| last);
+    let evaluations = given.evaluations.map_or(usual.evaluations, |most| [most; 2]);
     let series = Series {
         priors: given.priors.iter().map(named).collect::<Result<_, _>>()?,
         anywhere: given.anywhere,
         sights: given.profiles.iter().map(sight).collect::<Result<_, _>>()?,
         estimator: &estimator,
         begin: if given.from_prior { Begin::Prior } else { Begin::Network },
-        options: FitOptions { vertices, evaluations, release: true, ..usual },
+        options: FitOptions { vertices, stiff_vertices, evaluations, release: true, ..usual },
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
         drops: given.drops,
