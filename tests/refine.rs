@@ -135,3 +135,34 @@ fn scans_are_refined_together_only_where_the_warp_is_known() {
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("--quick"), "{said}");
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn who_does_not_wait_gets_the_networks_answer_with_a_word_that_it_is_one() {
+    use std::io::{BufRead as _, BufReader, Read as _};
+    use std::process::{Command, Stdio};
+    let scan = root().join("fixtures/scans/woven_structured-light.ply");
+    // the test may have been started with the signal ignored
+    let mut command = program::shielded("env");
+    command.args(["--default-signal=INT", program::PATH, scan.to_str().unwrap()]);
+    command.args(["--density=180", "--warp-toward=-x", "--json", "-v"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut said = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("refining: ") {
+        line.clear();
+        assert!(said.read_line(&mut line).unwrap() > 0, "it ended before it refined");
+    }
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    let mut printed = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut printed).unwrap();
+    said.read_to_string(&mut line).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{line}");
+    assert!(line.contains("interrupted; this is the network's quick answer"), "{line}");
+    let result: Value = serde_json::from_str(&printed).unwrap();
+    schema_support::must_fit("params", &result);
+    let ground = &result["verdict"]["grounds"][0];
+    assert_eq!((&ground["code"], &ground["level"]), (&"not_refined".into(), &"reliable".into()));
+    assert!(result["tied_drape"].is_null() && result["refinement"]["taken"] == false);
+}

@@ -644,6 +644,7 @@ mod tests {
             options: FitOptions {
                 vertices: [41, 41],
                 evaluations: [4; 2],
+                release: true,
                 ..FitOptions::default()
             },
             seed: 8,

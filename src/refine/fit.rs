@@ -170,7 +170,10 @@ enum First {
 
 /// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most.
 const STIFFER: f64 = 1.0;
-const AGAIN: usize = 1;
+const AGAIN: usize = 2;
+/// What a new beginning has to bring the misfit down to, as a share of it, for another to be tried. Of two scans whose misfit fell by a tenth
+/// at the first, neither came below what is allowed at the second.
+const WORTH_ANOTHER: f64 = 0.85;
 /// The first of the six stiffnesses, which are not bending.
 const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
 
@@ -251,9 +254,13 @@ impl<'a> Fit<'a> {
                 let by = if k < STRETCH_AND_SHEAR { STIFFER } else { 0.0 };
                 (best.state.ln[k] + by).clamp(low, high)
             });
+            let before = best.state.misfit();
             match self.from(&stiffer, First::Stays) {
                 Ok(other) if other.state.cost < best.state.cost - LEAST_GAIN => best = other,
                 _ => break,
+            }
+            if best.state.misfit() > WORTH_ANOTHER * before {
+                break;
             }
         }
         best

@@ -487,7 +487,9 @@ fn what_refining_found_is_held_against_its_limits() {
             });
         });
     }
-    let said = |refining: Refining| verdict(&Figures { refining: Some(refining), ..honest() });
+    let said = |refining: Refining| {
+        verdict(&Figures { refining: Some(refining), released: None, ..honest() })
+    };
     assert_eq!(said(taken(limits.shown + 0.01)), Verdict::of(vec![]));
     let hidden = said(taken(limits.shown - 0.01));
     assert_eq!((hidden.level, hidden.grounds[0].code), (Level::Reliable, Code::HardlyVisible));
