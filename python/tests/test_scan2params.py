@@ -98,7 +98,7 @@ def test_a_cloud_is_taken_as_its_file_is(mean_cloud, mean_rim, mean_estimate):
     assert metres.unit == "m" and distances_m(metres.points_m, mean_rim.points_m).max() < 1e-4
     # what a sensor did not see is left out, as a reader leaves it out; the layout in memory is any
     holes = np.asfortranarray(np.vstack([points[:1000], np.full((7, 3), np.nan), points[1000:]]))
-    with_holes = s2p.estimate(holes, MEAN_KG_M2, unit="mm", warp_toward=[-1, 0, 0])
+    with_holes = s2p.estimate(holes, MEAN_KG_M2, unit="mm", warp_toward=[-1, 0, 0], quick=True)
     np.testing.assert_array_equal(with_holes.boundary.points_m, mean_rim.points_m)
     assert with_holes.fabric == mean_estimate.fabric
     read, quality = with_holes.params["read"], with_holes.params["quality"]
@@ -393,7 +393,9 @@ def test_errors_are_those_of_python_too(mean_rim, stiff, stiff_drape):
     with pytest.raises(s2p.InvalidInput, match="not for 250 mm on"):
         s2p.estimate(MEAN, 0.2, specimen_side_m=0.25)
     with pytest.raises(s2p.InvalidInput, match="weft and warp are not known"):
-        s2p.refine(s2p.Boundary.from_points(mean_rim.points_m), 0.2, [mean_rim])
+        s2p.estimate(s2p.Boundary.from_points(mean_rim.points_m), 0.2, with_scans=[mean_rim])
+    with pytest.raises(s2p.InvalidInput, match="leave out quick"):
+        s2p.estimate(mean_rim, 0.2, with_scans=[mean_rim], quick=True)
     with pytest.raises(ValueError, match="244|shape"):
         s2p.Boundary.from_points(mean_rim.points_m[:243])
     with pytest.raises(ValueError, match="point 3 is not finite"):
@@ -480,7 +482,7 @@ def test_control_c_ends_a_call_at_once(mean_rim):
     timer = threading.Timer(1.0, interrupt)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        s2p.refine(mean_rim, MEAN_KG_M2)
+        s2p.estimate(mean_rim, MEAN_KG_M2)
     assert time.monotonic() - begin[0] < 2.0
 
 

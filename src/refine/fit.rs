@@ -5,7 +5,7 @@
 //! springs ([`DropStart::HeldSurface`]); from there it is led from fabric to fabric, held all the way. Let go, even
 //! the true fabric moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to nothing, and a fit
 //! bends the stiffnesses to close that gap. Held, it stays, and what a wrong
-//! fabric does to the sheet shows against the springs. In the end the sheet is let go: that drape is the answer's.
+//! fabric does to the sheet shows against the springs. In the end the sheet is released, if that is asked for.
 //! The bench's numbers are small and enter through their sensitivities alone. A
 //! place that lies more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!

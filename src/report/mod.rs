@@ -1,6 +1,5 @@
 //! Results for people and programs: the table, params.json, the pictures, the files.
 
-pub(crate) mod beside;
 pub mod calibration;
 pub mod cusick;
 pub mod files;
@@ -10,5 +9,6 @@ pub mod overlay;
 pub mod page;
 mod pane;
 pub mod section;
+pub(crate) mod simulated;
 pub mod table;
 pub mod verdict;

@@ -3,7 +3,7 @@
 
 use image::{Rgb, RgbImage};
 
-use super::beside::Beside;
+use super::simulated::SimulatedDrape;
 use super::verdict::one_line;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3};
@@ -50,10 +50,11 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
         for p in evidence.iter().flat_map(|e| &e.cloth) {
             dot(&mut image, left, view(p), CLOTH, 1.0);
         }
-        let simulated = [(Beside::second(outcome), RELEASED), (Beside::of(outcome), SIMULATED)];
-        for (beside, color) in simulated {
-            if let Some(beside) = beside {
-                rim(&mut image, left, view, &beside.drape.boundary, |_| color);
+        let simulated =
+            [(SimulatedDrape::second(outcome), RELEASED), (SimulatedDrape::of(outcome), SIMULATED)];
+        for (shown, color) in simulated {
+            if let Some(shown) = shown {
+                rim(&mut image, left, view, &shown.drape.boundary, |_| color);
             }
         }
         let color = |observed| if observed { SCANNED } else { BRIDGED };
@@ -68,12 +69,12 @@ pub fn draw(outcome: &Outcome) -> RgbImage {
 }
 
 fn legend(image: &mut RgbImage, outcome: &Outcome) {
-    let words = |beside: Beside<'_>| {
-        let [mean, largest] = beside.distances_m.map(|m| m / M_PER_MM);
-        format!("{}: {mean:.2} mm, largest {largest:.2}, {} folds", beside.name, beside.drape.nodes)
+    let words = |shown: SimulatedDrape<'_>| {
+        let [mean, largest] = shown.distances_m.map(|m| m / M_PER_MM);
+        format!("{}: {mean:.2} mm, largest {largest:.2}, {} folds", shown.name, shown.drape.nodes)
     };
-    let first = Beside::of(outcome).map_or_else(|| "no simulated drape".to_owned(), words);
-    let second = Beside::second(outcome).map(words).unwrap_or_default();
+    let first = SimulatedDrape::of(outcome).map_or_else(|| "no simulated drape".to_owned(), words);
+    let second = SimulatedDrape::second(outcome).map(words).unwrap_or_default();
     let mut x = 12;
     let parts =
         [("scanned rim", SCANNED), ("bridged", BRIDGED), (&first, SIMULATED), (&second, RELEASED)];

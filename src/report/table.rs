@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::beside::{RELEASED, TIED};
+use super::simulated::{RELEASED, TIED};
 use super::verdict;
 use crate::base::clock::Stage;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};

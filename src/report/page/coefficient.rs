@@ -4,7 +4,7 @@
 //! the sheet's triangles and the rim's polygon cover, by a picture without errors: folds that hide each other count once. A rim
 //! that was read from a file has no sheet; what hangs out beyond it is then not counted.
 
-use super::super::beside::Beside;
+use super::super::simulated::SimulatedDrape;
 use crate::base::{Boundary, Surface};
 use crate::geom::Mesh;
 use crate::job::Outcome;
@@ -35,9 +35,9 @@ pub(super) fn of(outcome: &Outcome) -> (Coefficient, Option<Coefficient>) {
     };
     let own =
         Coefficient { percent: percent(&scanned.0, outcome.rim.boundary()), source: scanned.1 };
-    let again = Beside::of(outcome).map(|beside| Coefficient {
-        percent: percent(&beside.drape.mesh(), &beside.drape.boundary),
-        source: beside.name,
+    let again = SimulatedDrape::of(outcome).map(|shown| Coefficient {
+        percent: percent(&shown.drape.mesh(), &shown.drape.boundary),
+        source: shown.name,
     });
     (own, again)
 }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::beside::{Beside, TIED};
+use super::super::simulated::{SimulatedDrape, TIED};
 use super::along;
 use super::coefficient;
 use super::number::{count, fixed, percent};
@@ -21,14 +21,14 @@ type Figure = (&'static str, String, String);
 pub(super) fn glance(outcome: &Outcome) -> Markup {
     let rim = outcome.rim.boundary();
     let mut all: Vec<Figure> = Vec::new();
-    if let Some(beside) = Beside::of(outcome) {
-        let [five, ten] = along::within(rim, &beside.drape.boundary, BANDS_MM);
-        all.push(distance(beside));
+    if let Some(shown) = SimulatedDrape::of(outcome) {
+        let [five, ten] = along::within(rim, &shown.drape.boundary, BANDS_MM);
+        all.push(distance(shown));
         all.push(("Within 5 mm", percent(five, 0), format!("{} within 10 mm", percent(ten, 0))));
         all.extend(outcome.taken().map(misfit));
-        all.extend(Beside::second(outcome).map(distance));
-        let folds = format!("{} / {}", rim_nodes(rim), beside.drape.nodes);
-        all.push(("Folds", folds, format!("scanned / {}", beside.name)));
+        all.extend(SimulatedDrape::second(outcome).map(distance));
+        let folds = format!("{} / {}", rim_nodes(rim), shown.drape.nodes);
+        all.push(("Folds", folds, format!("scanned / {}", shown.name)));
     } else {
         all.push(("Folds", rim_nodes(rim).to_string(), "on the scanned rim".to_owned()));
     }
@@ -53,9 +53,9 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
 }
 
 /// How far a simulated drape's rim lies from the scanned one.
-fn distance(beside: Beside<'_>) -> Figure {
-    let [mean, largest] = beside.distances_m.map(mm);
-    let (name, how) = match beside.name {
+fn distance(shown: SimulatedDrape<'_>) -> Figure {
+    let [mean, largest] = shown.distances_m.map(mm);
+    let (name, how) = match shown.name {
         TIED => ("Tied drape", "tied to the scan by weak springs"),
         _ => ("Released drape", "nothing holds it: one of the fabric\u{2019}s stable drapes"),
     };

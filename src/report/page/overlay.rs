@@ -7,7 +7,7 @@
 
 use maud::{Markup, html};
 
-use super::super::beside::Beside;
+use super::super::simulated::SimulatedDrape;
 use super::svg::{c, closed, path, runs};
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::base::units::mm;
@@ -36,8 +36,8 @@ fn scale_of<'a>(rims: impl Iterator<Item = &'a Boundary>) -> f64 {
 /// The drawing.
 pub(super) fn drawing(outcome: &Outcome) -> Markup {
     let rim = outcome.rim.boundary();
-    let again = Beside::of(outcome).map(|beside| &beside.drape.boundary);
-    let second = Beside::second(outcome).map(|beside| &beside.drape.boundary);
+    let again = SimulatedDrape::of(outcome).map(|shown| &shown.drape.boundary);
+    let second = SimulatedDrape::second(outcome).map(|shown| &shown.drape.boundary);
     let scale = scale_of([rim].into_iter().chain(again).chain(second));
     let scanned = plan(rim, scale);
     let folds = rim_nodes_at(rim);
@@ -196,7 +196,7 @@ fn numbered(rim: &[[f64; 2]], folds: &[usize]) -> Markup {
 /// A drawing of both rims that stands alone, for a list of many: its colours are its own, in light and dark.
 #[must_use]
 pub fn thumbnail(outcome: &Outcome) -> String {
-    let again = Beside::of(outcome).map(|beside| &beside.drape.boundary);
+    let again = SimulatedDrape::of(outcome).map(|shown| &shown.drape.boundary);
     let rim = outcome.rim.boundary();
     let scale = scale_of([rim].into_iter().chain(again));
     let style = "path,circle{fill:none;stroke-width:2.4;stroke-linejoin:round}.p{stroke:#8d98a3;stroke-width:1.6}\

@@ -6,7 +6,7 @@
 
 use maud::{Markup, html};
 
-use super::super::beside::{Beside, RELEASED};
+use super::super::simulated::{RELEASED, SimulatedDrape};
 use super::number::{fixed, percent};
 use super::options::Extra;
 use super::parameters::{self, Stiffness};
@@ -47,7 +47,7 @@ pub fn page(outcome: &Outcome, extra: &Extra) -> String {
         fixed(mm(outcome.job.scan.plate_radius_m), 0)
     );
     let all = stiffnesses(outcome);
-    let drawn = Beside::of(outcome).is_some();
+    let drawn = SimulatedDrape::of(outcome).is_some();
     let contents: Vec<_> =
         CONTENTS.into_iter().filter(|(target, _)| drawn || *target != "along").collect();
     let sections = html! {
@@ -120,9 +120,9 @@ fn overlay_section(outcome: &Outcome) -> Markup {
                     ul .legend {
                         li { (swatch("scanned")) span { "scanned rim" } }
                         li { (swatch("bridged")) span { "bridged, not seen" } }
-                        @if let Some(again) = Beside::of(outcome) {
+                        @if let Some(again) = SimulatedDrape::of(outcome) {
                             li { (swatch("simulated")) span { (again.name) } }
-                            @if Beside::second(outcome).is_some() { li { (swatch("released")) span { (RELEASED) } } }
+                            @if SimulatedDrape::second(outcome).is_some() { li { (swatch("released")) span { (RELEASED) } } }
                             @let [five, ten] = along::within(rim, &again.drape.boundary, overlay::BANDS_MM);
                             li { (swatch("band5")) span { "within 5 mm of the scan: " b { (percent(five, 1)) } " of the rim, in space" } }
                             li { (swatch("band10")) span { "within 10 mm: " b { (percent(ten, 1)) } } }
@@ -133,7 +133,7 @@ fn overlay_section(outcome: &Outcome) -> Markup {
                     p {
                         "Ring: bearings as messages about the scan name them, anticlockwise from its x axis. Arrows from the middle: the \
                          scan\u{2019}s own axes, as long as they lie flat."
-                        @if Beside::of(outcome).is_none() { " Nothing was simulated." }
+                        @if SimulatedDrape::of(outcome).is_none() { " Nothing was simulated." }
                     }
                 }
             }
@@ -148,7 +148,7 @@ fn swatch(class: &str) -> Markup {
 
 fn along_section(outcome: &Outcome) -> Markup {
     html! {
-        @if let Some(again) = Beside::of(outcome) {
+        @if let Some(again) = SimulatedDrape::of(outcome) {
             section id="along" aria-labelledby="along-title" {
                 h2 id="along-title" { "Error along the rim" }
                 figure {

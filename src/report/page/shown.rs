@@ -8,7 +8,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
-use super::super::beside::Beside;
+use super::super::simulated::SimulatedDrape;
 use crate::base::Point3;
 use crate::job::Outcome;
 
@@ -42,7 +42,7 @@ impl Shown {
                 .sheet()
                 .map_or_else(Vec::new, |s| s.points().iter().map(|p| p.position_m).collect())
         };
-        let again = Beside::of(outcome).map(|beside| beside.drape);
+        let again = SimulatedDrape::of(outcome).map(|shown| shown.drape);
         Self {
             points: cloth.iter().step_by(step).copied().collect(),
             sheet: again.map_or_else(fitted, |drape| drape.mesh().vertices),

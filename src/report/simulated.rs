@@ -11,7 +11,7 @@ pub(crate) const RELEASED: &str = "released drape";
 
 /// A simulated drape beside the scan.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beside<'a> {
+pub(crate) struct SimulatedDrape<'a> {
     /// The drape.
     pub drape: &'a Drape,
     /// [`TIED`] or [`RELEASED`].
@@ -20,7 +20,7 @@ pub(crate) struct Beside<'a> {
     pub distances_m: [f64; 2],
 }
 
-impl<'a> Beside<'a> {
+impl<'a> SimulatedDrape<'a> {
     /// The one to judge the answer by.
     pub fn of(outcome: &'a Outcome) -> Option<Self> {
         let tied = outcome.taken().map(|taken| taken.first()).map(|fit| Self {
