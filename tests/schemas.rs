@@ -141,7 +141,7 @@ fn batches_combinations_and_fabrics_elsewhere_are_as_their_schemas_say() {
     must_fit("dataset", &json(&root().join("fixtures/rims/manifest.json")));
 }
 
-/// `tests/refine.rs` holds what `--refine` writes, `tests/report_page.rs` what `calibrate` writes.
+/// `tests/refine.rs` holds what a refined answer writes, `tests/report_page.rs` what `calibrate` writes.
 #[test]
 fn every_verb_with_json_has_a_schema_and_every_schema_an_example() {
     let bench = Bench::new();
