@@ -307,6 +307,9 @@ impl Outcome {
         };
         let taken = refinement.as_ref().and_then(Refinement::taken);
         let estimate = taken.map_or_else(|| network.clone(), |taken| taken.estimate(&network));
+        if let Some(Ok(refined)) = refinement.as_ref().map(|found| &found.result) {
+            stages.extend_from_slice(&refined.stages);
+        }
         let released = match taken {
             Some(taken) => taken.first().released.clone(),
             None => job.release.then(|| {
@@ -320,9 +323,6 @@ impl Outcome {
                 found
             }),
         };
-        if let Some(Ok(refined)) = refinement.as_ref().map(|found| &found.result) {
-            stages.extend_from_slice(&refined.stages);
-        }
         let likeness = estimator.prior().map(|prior| estimate.likeness(prior));
         let at = (&estimate, likeness.as_ref());
         let verdict = verdict::of_job(&rim, &job.scan, at, refinement.as_ref(), released.as_ref());

@@ -48,7 +48,7 @@ pub enum NotTaken {
     NotConverged(Ended),
     /// A stiffness ended at an end of what was allowed; its key.
     AtBound(&'static str),
-    /// Held to the scan, the sheet is farther from it than scan and simulator err, in standard deviations of both.
+    /// Tied to the scan, the sheet is farther from it than scan and simulator err, in standard deviations of both.
     Leaves {
         /// What it leaves.
         misfit: f64,
@@ -166,7 +166,8 @@ impl<'a> Taken<'a> {
             EstimateWarning::NovelRim { .. } | EstimateWarning::OrientationAmbiguous => true,
         };
         Estimate {
-            in_range: refined.stiffnesses.map(|s| !s.at_limit),
+            // one at an end of what was allowed is no answer
+            in_range: [true; STIFFNESSES],
             warnings: network.warnings.iter().filter(stays).cloned().collect(),
             ..Estimate::of_candidates(candidates, network)
         }

@@ -39,7 +39,7 @@ pub enum FitError {
     /// There is no scan, or none with an observed place.
     #[error("nothing was observed: give at least one scan with a rim")]
     NothingObserved,
-    /// Somebody did not wait for the end.
+    /// Nobody waited for the end. Said by who runs a fit, never by [`fit`].
     #[error("interrupted")]
     Interrupted,
     /// No start came to rest.
@@ -93,7 +93,7 @@ pub fn fit(
             Err(error) => {
                 last_error = Some(error);
                 // another start helps a sheet to rest that has none yet
-                if fit.is_on_last_cells() {
+                if fit.is_on_finer_cells() {
                     break;
                 }
             }
@@ -235,9 +235,11 @@ impl<'a> Fit<'a> {
         let options = DataOptions { model_m, ..self.squares.options.data };
         self.vertices = vertices;
         self.squares.data = self.targets.iter().map(|t| data_of(t.scan, &options)).collect();
-        let is_finer = vertices > self.squares.options.vertices[0];
-        self.squares.cells =
-            if is_finer { self.squares.options.believed_of_cells(vertices) } else { NO_FINER };
+        self.squares.cells = if self.is_on_finer_cells() {
+            self.squares.options.believed_of_cells(vertices)
+        } else {
+            NO_FINER
+        };
     }
 
     /// Where a fit leaves more than the simulator should, where it ends if it begins again at stiffer stretch and shear, as long as that
@@ -354,12 +356,16 @@ impl<'a> Fit<'a> {
             self.stages.add(self.of_cells("first led", "last led"), begun);
             let before = best.cost;
             let lower = |state: &State| state.cost < before;
+            // new sensitivities are made only where the old ones find the step a gain and predict another
             let near = led.then(|| self.state_near(followers, best)).filter(lower);
-            if let Some(near) = near.filter(|near| self.is_converged(near)) {
-                *best = near;
-                return Ended::Converged;
-            }
-            let state = if led { self.state(followers, Some(best)).ok() } else { None };
+            let state = match near {
+                Some(near) if self.is_converged(&near) => {
+                    *best = near;
+                    return Ended::Converged;
+                }
+                Some(near) => self.state(followers, Some(&near)).ok(),
+                None => None,
+            };
             match state.filter(lower) {
                 Some(state) => {
                     let gained = before - state.cost;
@@ -385,11 +391,11 @@ impl<'a> Fit<'a> {
         let fabric = self.squares.fabric(ln);
         let vertices = self.vertices;
         let FitOptions { step_factorisations, last_factorisations, .. } = *self.squares.options;
-        let is_last = self.is_on_last_cells();
+        let is_finer = self.is_on_finer_cells();
         let lay = |(target, start): (&Target, &DropStart)| {
             let mut options = SimOptions { vertices, ..target.options };
             let is_sheet = target.scan.sheet.is_some();
-            if is_last && is_sheet {
+            if is_finer && is_sheet {
                 options.iterations = last_factorisations;
             }
             let mut follower = Follower::drop(&fabric, &Drop { start: start.clone() }, &options);
@@ -457,7 +463,9 @@ impl<'a> Fit<'a> {
             return vec![None; followers.len()];
         }
         let begun = Begun::now();
+        let factorisations = self.squares.options.sim.iterations;
         let let_go = |follower: &mut Follower| {
+            follower.search_at_most(factorisations);
             follower.let_go();
             Some(follower.drape())
         };
@@ -466,9 +474,13 @@ impl<'a> Fit<'a> {
         released
     }
 
+    fn is_on_finer_cells(&self) -> bool {
+        self.vertices > self.squares.options.vertices[0]
+    }
+
     fn is_on_last_cells(&self) -> bool {
         let [first, last] = self.squares.options.vertices;
-        self.vertices > first || last <= first
+        self.is_on_finer_cells() || last <= first
     }
 
     /// The name of a stage on the present cells.

@@ -109,11 +109,13 @@ fn sides(x: &Scale, side_mm: f64) -> Markup {
 }
 
 fn level_lines(y: &Scale) -> Markup {
+    let values = ticks(y.values, 5);
+    let whole = values.iter().all(|value| value.fract().abs() < 1e-9);
     html! {
-        @for value in ticks(y.values, 5) {
+        @for value in values {
             @let at = y.at(value);
             line .grid x1=(c(LEFT)) x2=(c(RIGHT)) y1=(c(at)) y2=(c(at)) {}
-            text .label x=(c(LEFT - 6.0)) y=(c(at + 3.5)) text-anchor="end" { (fixed(value, 0)) }
+            text .label x=(c(LEFT - 6.0)) y=(c(at + 3.5)) text-anchor="end" { (fixed(value, usize::from(!whole))) }
         }
     }
 }

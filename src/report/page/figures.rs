@@ -22,10 +22,15 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
     let rim = outcome.rim.boundary();
     let mut all: Vec<Figure> = Vec::new();
     if let Some(shown) = SimulatedDrape::of(outcome) {
-        let [five, ten] = along::within(rim, &shown.drape.boundary, BANDS_MM);
         all.push(distance(shown));
-        all.push(("Within 5 mm", percent(five, 0), format!("{} within 10 mm", percent(ten, 0))));
-        all.extend(outcome.taken().map(misfit));
+        match outcome.taken() {
+            Some(taken) => all.push(misfit(taken)),
+            None => {
+                let [five, ten] = along::within(rim, &shown.drape.boundary, BANDS_MM);
+                let more = format!("{} within 10 mm", percent(ten, 0));
+                all.push(("Within 5 mm", percent(five, 0), more));
+            }
+        }
         all.extend(SimulatedDrape::second(outcome).map(distance));
         let folds = format!("{} / {}", rim_nodes(rim), shown.drape.nodes);
         all.push(("Folds", folds, format!("scanned / {}", shown.name)));
@@ -49,17 +54,20 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
                 div { dt { (name) } dd { span .big { (value) } @if !more.is_empty() { small { (more) } } } }
             }
         }
+        @if outcome.taken().is_some() {
+            p .caption {
+                "Tied drape: the fabric\u{2019}s sheet, tied to the scan by weak springs. Judge the answer by it and by the misfit. \
+                 Released drape: nothing holds the sheet, and it is one of several stable drapes of this fabric."
+            }
+        }
     }
 }
 
 /// How far a simulated drape's rim lies from the scanned one.
 fn distance(shown: SimulatedDrape<'_>) -> Figure {
     let [mean, largest] = shown.distances_m.map(mm);
-    let (name, how) = match shown.name {
-        TIED => ("Tied drape", "tied to the scan by weak springs"),
-        _ => ("Released drape", "nothing holds it: one of the fabric\u{2019}s stable drapes"),
-    };
-    let more = format!("rim from the scan, largest {} mm; {how}", fixed(largest, 1));
+    let name = if shown.name == TIED { "Tied drape" } else { "Released drape" };
+    let more = format!("from the scanned rim; largest {} mm", fixed(largest, 1));
     (name, format!("{} mm", fixed(mean, 2)), more)
 }
 
@@ -67,7 +75,7 @@ fn distance(shown: SimulatedDrape<'_>) -> Figure {
 fn misfit(taken: Taken<'_>) -> Figure {
     let (refined, tied) = (taken.refined(), taken.first());
     let share = percent(tied.springs_share, 1);
-    let more = format!("of scan and simulator; the springs carry {share} of the weight");
+    let more = format!("of scan and simulator; springs carry {share} of the weight");
     ("Misfit", format!("{} sigma", fixed(refined.misfit, 2)), more)
 }
 
