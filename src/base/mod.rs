@@ -1,16 +1,18 @@
 //! What every layer shares: the vector types, the boundary vector, the sheet, the frame,
-//! units, seeds, processor time.
+//! units, seeds, parts of a long list, processor time.
 
 pub mod boundary;
 pub mod clock;
 pub mod frame;
 pub mod outline;
 pub mod seed;
+pub mod shard;
 pub mod surface;
 pub mod units;
 pub mod vectors;
 
 pub use boundary::{Boundary, BoundaryError, BoundaryPoint};
 pub use outline::{Foot, Outline, OutlineError};
+pub use shard::{Shard, ShardError};
 pub use surface::{Surface, SurfaceError, SurfacePoint};
 pub use vectors::{Isometry3, Point3, Vector3};

@@ -1313,7 +1313,7 @@ pub(crate) struct Generate {
     pub(crate) prior: String,
     /// Make part i of N only
     #[arg(long, value_name = "i/N", default_value = "0/1")]
-    pub(crate) shard: scan2params::dataset::Shard,
+    pub(crate) shard: scan2params::base::Shard,
     /// Drops of each fabric
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) drops_per_fabric: u64,

@@ -25,10 +25,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use super::error::GenerateError;
 use super::manifest::Manifest;
-use super::options::{GenerateOptions, Shard};
+use super::options::GenerateOptions;
 use super::row::{Row, Sample, SimulatedRow};
 use super::table::{self, Durability};
 use super::walk::Walks;
+use crate::base::Shard;
 use crate::io::{Lock, output};
 use plan::{Chunk, Plan, Unit, partial};
 
@@ -80,8 +81,7 @@ pub fn generate<S>(
     check(options)?;
     output::check_folder(&options.out)?;
     Manifest::new(options).settle(&options.out)?;
-    let Shard { index, of } = options.shard;
-    let _lock = Lock::take(options.out.join(format!("shard-{index}-of-{of}.lock")))?;
+    let _lock = Lock::take(options.out.join(format!("shard-{}.lock", options.shard)))?;
     let plan = Plan::new(options)?;
     let run = Run::new(&plan);
     run.write_complete()?;

@@ -53,7 +53,7 @@ mod walk;
 pub use error::GenerateError;
 pub use generate::{Progress, Summary, generate};
 pub use manifest::{MANIFEST_FILE, Manifest};
-pub use options::{GenerateOptions, Shard, ShardError};
+pub use options::GenerateOptions;
 pub use row::{Row, Sample, SimulatedRow};
 pub use table::{TableError, read_file, read_folder};
 pub use walk::Walks;

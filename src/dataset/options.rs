@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::walk::Walks;
+use crate::base::Shard;
 use crate::fabric::Mixture;
 
 /// What to make, and where.
@@ -50,38 +51,5 @@ impl GenerateOptions {
             walks: None,
             simulator: serde_json::Value::Null,
         }
-    }
-}
-
-/// Part `index` of `of`: the chunks whose number leaves that remainder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// From 0.
-    pub index: u64,
-    /// At least 1.
-    pub of: u64,
-}
-
-impl Default for Shard {
-    fn default() -> Self {
-        Self { index: 0, of: 1 }
-    }
-}
-
-/// A text that names no part of a run.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a shard: give i/N with i from 0 to N-1")]
-pub struct ShardError(String);
-
-impl std::str::FromStr for Shard {
-    type Err = ShardError;
-
-    /// Reads `i/N` with 0 <= i < N.
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let parse = |part: &str| part.trim().parse::<u64>().ok();
-        text.split_once('/')
-            .and_then(|(index, of)| Some(Self { index: parse(index)?, of: parse(of)? }))
-            .filter(|shard| shard.index < shard.of)
-            .ok_or_else(|| ShardError(text.to_owned()))
     }
 }

@@ -2,7 +2,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
 use super::*;
-use crate::base::{Boundary, Point3, boundary};
+use crate::base::{Boundary, Point3, Shard, boundary};
 use crate::dataset::drapes::{self, dataset_options};
 use crate::dataset::manifest::MANIFEST_FILE;
 use crate::dataset::table::{read_file, read_folder};
