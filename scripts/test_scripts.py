@@ -2,6 +2,7 @@
 """Checks of the training scripts: `python scripts/test_scripts.py`."""
 
 import csv
+import os
 import pathlib
 import subprocess
 import sys
@@ -11,9 +12,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+import cluster_ray
 import drape_data
 import fit_measured_prior
-import generate_ray
 import intervals
 import ring
 import silhouettes
@@ -54,18 +55,41 @@ def test_symmetries_are_eight_and_a_mark_on_the_cloth_moves_with_the_matrix():
 
 
 def test_shards_have_each_file_once_and_those_that_are_there_are_not_made_again():
-    shards = [generate_ray.files_of(shard, 3, 600) for shard in range(3)]
+    shards = [cluster_ray.files_of(shard, 3, 600) for shard in range(3)]
     assert sorted(sum(shards, [])) == [f"drapes-{k:06}.parquet" for k in range(10)]
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder)
-        generate_ray.keep({name: b"x" for name in [generate_ray.MANIFEST, *shards[1]]}, out)
-        assert generate_ray.missing(out, 3, 600) == [0, 2]
-        generate_ray.keep({generate_ray.MANIFEST: b"y"}, out)
-        assert (out / generate_ray.MANIFEST).read_bytes() == b"x"
+        cluster_ray.keep({name: b"x" for name in [cluster_ray.MANIFEST, *shards[1]]}, out)
+        assert cluster_ray.missing(out, 3, 600) == [0, 2]
+        cluster_ray.keep({cluster_ray.MANIFEST: b"y"}, out)
+        assert (out / cluster_ray.MANIFEST).read_bytes() == b"x"
         assert not list(out.glob("*.collected"))
-    assert generate_ray.option(["--walk", "--count=7"], "--count") == "7"
-    assert generate_ray.option(["--count", "8"], "--count") == "8"
-    assert generate_ray.option(["--counts", "8"], "--count") is None
+    assert cluster_ray.option(["--walk", "--count=7"], "--count") == "7"
+    assert cluster_ray.option(["--count", "8"], "--count") == "8"
+    assert cluster_ray.option(["--counts", "8"], "--count") is None
+
+
+def test_a_task_of_an_array_does_its_shard_and_takes_a_batch_with_failures_for_done():
+    script = pathlib.Path(__file__).parent / "cluster.slurm"
+    with tempfile.TemporaryDirectory() as folder:
+        program = pathlib.Path(folder) / "program"
+        program.write_text('#!/bin/sh\necho "$@"\nexit "$STATUS"\n')
+        program.chmod(0o755)
+
+        def task(*words, status, **more):
+            more = {"SLURM_ARRAY_TASK_ID": "3", "SLURM_ARRAY_TASK_COUNT": "8", **more}
+            known = {"PATH": os.environ["PATH"], "SCAN2PARAMS": str(program), "STATUS": str(status)}
+            done = subprocess.run(["bash", script, *words], env=known | more, capture_output=True, text=True)
+            return done.returncode, done.stdout.strip()
+
+        said = "batch F --out D --shard 3/8 --threads 1"
+        assert task("batch", "F", "--out", "D", status=0) == (0, said)
+        assert task("batch", "F", "--out", "D", status=3) == (0, said)
+        assert task("batch", "F", "--out", "D", status=1) == (1, said)
+        said = "generate --out D --shard 3/64 --threads 2"
+        assert task("generate", "--out", "D", status=3, SHARDS="64", SLURM_CPUS_PER_TASK="2") == (3, said)
+        assert task("inspect", "F", status=0)[0] == 2
+        assert task("batch", "F", status=0, SLURM_ARRAY_TASK_MIN="1")[0] == 2
 
 
 def test_manifests_of_silhouettes_have_each_specimen_and_face_once_and_one_role():

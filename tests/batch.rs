@@ -244,3 +244,69 @@ fn a_row_that_names_a_scan_without_its_ending_is_told_the_whole_name() {
     let told = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(told.contains("`linen7.xyz` is there: write its name whole"), "{told}");
 }
+
+#[test]
+fn shards_of_any_number_merge_into_what_one_run_gives() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("scans");
+    std::fs::create_dir(&scans).unwrap();
+    let mut table = "file,density_g_m2\nmissing.csv,200\n".to_owned();
+    for (name, density) in [("mean", 214), ("stiff", 260), ("woven", 180)] {
+        let file = format!("{name}.boundary.csv");
+        std::fs::copy(fixture("drapes").join(&file), scans.join(&file)).unwrap();
+        table += &format!("{file},{density}\n");
+    }
+    std::fs::write(scans.join("damaged.ply"), "ply").unwrap();
+    table += "damaged.ply,200\n";
+    std::fs::write(scans.join("density.csv"), table).unwrap();
+    let table = scans.join("density.csv");
+    let run = |out: &str, more: &[&str]| {
+        let flags = ["--density-csv", table.to_str().unwrap(), "--quick"];
+        let run = batch(&scans, &folder.path().join(out), &[&flags, more].concat());
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        (run.status.code(), run.stdout, said)
+    };
+    let whole = run("whole", &[]);
+    assert_eq!((whole.0, csv(&whole.1).len()), (Some(3), 5), "{}", whole.2);
+
+    let tables = || {
+        let out = folder.path().join("shared");
+        ["results.csv", "results.jsonl", "report.html"].map(|name| out.join(name).exists())
+    };
+    // The places are 0 damaged, 1 mean, 2 missing, 3 stiff, 4 woven.
+    let (code, printed, _) = run("shared", &["--shard", "1/2"]);
+    let files: Vec<String> = csv(&printed).iter().map(|row| row["file"].clone()).collect();
+    assert_eq!((code, files.join(" ").as_str()), (Some(0), "mean.boundary.csv stiff.boundary.csv"));
+    let (code, printed, said) = run("shared", &["--merge"]);
+    assert_eq!((code, printed.len(), tables()), (Some(1), 0, [false; 3]), "{said}");
+    assert!(said.contains("2 of 5 scans have not been done"), "{said}");
+    assert!(said.contains("damaged.ply, woven.boundary.csv; run"), "{said}");
+    assert_eq!(run("shared", &["--shard", "0/2"]).0, Some(3));
+    // Again in three: only what failed is tried again, and a line that another run is writing stays whole.
+    let torn = folder.path().join("shared/journal-1-of-2.jsonl");
+    let mut text = std::fs::read(&torn).unwrap();
+    text.extend(br#"{"schema"#);
+    std::fs::write(&torn, &text).unwrap();
+    for (shard, kept) in [("0/3", 1), ("1/3", 2), ("2/3", 0)] {
+        let (_, _, said) = run("shared", &["--shard", shard]);
+        assert!(said.contains(&format!(" {kept} kept")), "{shard}: {said}");
+    }
+    assert_eq!(std::fs::read(&torn).unwrap(), text);
+    assert_eq!(tables(), [false; 3]);
+    let (code, printed, said) = run("shared", &["--merge"]);
+    assert_eq!((code, printed), (Some(3), whole.1), "{said}");
+    assert_eq!(tables(), [true; 3]);
+    for name in ["results.csv", "report.html", "files/mean.boundary.csv.params.json"] {
+        let of = |out: &str| std::fs::read(folder.path().join(out).join(name)).unwrap();
+        assert_eq!(of("shared"), of("whole"), "{name}");
+    }
+    // Of other options nothing has been done, and what these write does not pass for the first's.
+    let (code, _, said) = run("shared", &["--merge", "--warp-toward", "+x"]);
+    assert!(code == Some(1) && said.contains("4 of 5 scans"), "{said}");
+    let (_, _, said) = run("shared", &["--shard", "1/2", "--warp-toward", "+x"]);
+    assert!(said.contains(" 0 kept"), "{said}");
+    let (code, _, said) = run("shared", &["--merge"]);
+    assert!(code == Some(1) && said.contains("2 of 5 scans"), "{said}");
+    assert_eq!(run("shared", &["--shard", "2/2"]).0, Some(2));
+    assert_eq!(run("shared", &["--shard", "0/2", "--merge"]).0, Some(2));
+}

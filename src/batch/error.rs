@@ -14,9 +14,9 @@ pub enum BatchError {
     /// The density for all is not one of a textile.
     #[error(transparent)]
     Density(#[from] Fault),
-    /// The table of densities cannot be read.
+    /// The table of densities or a journal cannot be read.
     #[error(transparent)]
-    ReadTable(#[from] ReadError),
+    Read(#[from] ReadError),
     /// A row of that table cannot be meant.
     #[error("{}:{line}: {fault}", path.display())]
     Table {
@@ -45,6 +45,18 @@ pub enum BatchError {
         /// The folder.
         folder: PathBuf,
     },
+    /// Scans that no run has done with these options.
+    #[error(
+        "{} of {of} scans have not been done with these options: {}{}; run their shards to the end with the same flags, or \
+         leave --merge away, which does them here",
+        files.len(), files[..files.len().min(3)].join(", "), if files.len() > 3 { ", ..." } else { "" }
+    )]
+    NotDone {
+        /// They, by their path in the folder.
+        files: Vec<String>,
+        /// Scans of the batch.
+        of: usize,
+    },
     /// The model cannot be used.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
@@ -65,7 +77,7 @@ impl BatchError {
     pub fn kind(&self) -> FailureKind {
         match self {
             Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
-            Self::ReadTable(error) if error.is_content() => FailureKind::Usage,
+            Self::Read(error) if error.is_content() => FailureKind::Usage,
             Self::Output(error) if error.is_usage() => FailureKind::Usage,
             _ => FailureKind::Failed,
         }

@@ -37,7 +37,7 @@ pub struct Inputs {
     pub passed_over: Vec<String>,
 }
 
-/// The scans of `options.folder`, and what it has beside them.
+/// The scans of `options.folder` or of its shard, and what it has beside them.
 ///
 /// # Errors
 /// When the folder cannot be listed, the density table is damaged, or nothing is
@@ -90,6 +90,10 @@ pub fn inputs(options: &BatchOptions) -> Result<Inputs, BatchError> {
     let taken: HashSet<&str> = found.iter().map(|input| input.file.as_str()).collect();
     passed_over.retain(|file| !taken.contains(file.as_str()));
     passed_over.sort();
+    if let Some(shard) = options.shard() {
+        let mut places = 0..;
+        found.retain(|_| places.next().is_some_and(|place| shard.holds(place)));
+    }
     Ok(Inputs { scans: found, passed_over })
 }
 

@@ -5,14 +5,17 @@
 //! journal cuts that off; whole lines that are no rows (an edit, a damaged disk)
 //! are counted and passed over, so that their inputs are done again. The last row
 //! of a file counts.
+//!
+//! A shard has a journal of its own, and every run reads those of the others, as far as they are written.
 
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, read_dir};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::Row;
-use crate::io::WriteError;
+use super::{BatchError, Row};
+use crate::base::Shard;
+use crate::io::{WriteError, bytes_of};
 
 /// An open journal.
 pub(super) struct Journal {
@@ -20,11 +23,11 @@ pub(super) struct Journal {
     file: File,
 }
 
-/// What a journal held when it was opened.
+/// What journals held when they were read.
 #[derive(Debug, Default)]
 pub(super) struct Held {
-    /// The last row of each file.
-    pub(super) rows: HashMap<String, Row>,
+    /// The last row of each file in each journal.
+    pub(super) rows: HashMap<String, Vec<Row>>,
     /// Whole lines that are no rows.
     pub(super) unreadable_lines: usize,
     /// Bytes of a torn last line that were cut off.
@@ -32,6 +35,11 @@ pub(super) struct Held {
 }
 
 impl Journal {
+    /// The name of the journal of a whole batch, and of a shard's.
+    pub(super) fn name(shard: Option<Shard>) -> String {
+        shard.map_or_else(|| "journal.jsonl".to_owned(), |part| format!("journal-{part}.jsonl"))
+    }
+
     /// Opens the journal, or makes it; cuts off a torn last line.
     pub(super) fn open(path: &Path) -> Result<(Self, Held), WriteError> {
         let fault = |source| WriteError { path: path.to_owned(), source };
@@ -40,13 +48,11 @@ impl Journal {
         let bytes = std::fs::read(path).map_err(fault)?;
         let whole = bytes.iter().rposition(|&b| b == b'\n').map_or(0, |end| end + 1);
         let mut held = Held::default();
-        for line in bytes[..whole].split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
-            held.take(line);
-        }
+        held.take_all(&bytes[..whole]);
         let tail = &bytes[whole..];
         if serde_json::from_slice::<Row>(tail).is_ok() {
             // Only the newline is missing.
-            held.take(tail);
+            held.take_all(tail);
             file.write_all(b"\n").map_err(fault)?;
         } else if !tail.is_empty() {
             held.torn_bytes = tail.len();
@@ -68,12 +74,35 @@ impl Journal {
 }
 
 impl Held {
-    fn take(&mut self, line: &[u8]) {
-        match serde_json::from_slice::<Row>(line) {
-            Ok(row) if row.schema_version == super::SCHEMA_VERSION => {
-                self.rows.insert(row.file.clone(), row);
+    /// Reads the journals of a folder of results but the one named `own`. Another run may be writing them: a line
+    /// without its end is left alone.
+    pub(super) fn read_others(&mut self, out: &Path, own: &str) -> Result<(), BatchError> {
+        let listed = |source| BatchError::Folder { path: out.to_owned(), source };
+        for entry in read_dir(out).map_err(listed)? {
+            let entry = entry.map_err(listed)?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with("journal") && name.ends_with(".jsonl") && name != own {
+                let bytes = bytes_of(entry.path())?;
+                let whole = bytes.iter().rposition(|&b| b == b'\n').map_or(0, |end| end + 1);
+                self.take_all(&bytes[..whole]);
             }
-            _ => self.unreadable_lines += 1,
+        }
+        Ok(())
+    }
+
+    /// Takes the lines of one journal.
+    fn take_all(&mut self, lines: &[u8]) {
+        let mut last = HashMap::new();
+        for line in lines.split(|&b| b == b'\n').filter(|line| !line.is_empty()) {
+            match serde_json::from_slice::<Row>(line) {
+                Ok(row) if row.schema_version == super::SCHEMA_VERSION => {
+                    last.insert(row.file.clone(), row);
+                }
+                _ => self.unreadable_lines += 1,
+            }
+        }
+        for (file, row) in last {
+            self.rows.entry(file).or_default().push(row);
         }
     }
 }
@@ -111,7 +140,7 @@ mod tests {
             let (_, again) = Journal::open(&path).unwrap();
             assert_eq!((again.unreadable_lines, again.torn_bytes), (0, 0), "{length}");
             assert!(again.rows.contains_key("c.ply"));
-            let a = again.rows.get("a.ply").and_then(|row| row.reason.as_deref());
+            let a = again.rows.get("a.ply").and_then(|rows| rows[0].reason.as_deref());
             assert_eq!(a, [None, Some("old"), Some("old"), Some("new")][rows]);
         }
     }

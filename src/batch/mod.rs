@@ -10,11 +10,14 @@
 //! options, the program and the model are those that the row was made with, and its
 //! files are there; scans that failed (as opposed to refused) are tried again.
 //!
+//! Several machines may share a batch ([`Share`]): each does a shard, with a journal of its own in the same folder of
+//! results, and the tables are made of all journals. The rows do not depend on how many shards there were.
+//!
 //! Scans run on threads of their own and meet on rayon's pool inside the scan
 //! path. Tried and dropped: the scans themselves as rayon tasks; a task that waits
 //! takes up another scan, and the memory of many scans is held at once.
 //!
-//! One run at a time fills a folder of results; another is told who does.
+//! One run at a time does the whole or a shard; another is told who does.
 
 pub mod calibrations;
 mod error;
@@ -32,7 +35,7 @@ use std::time::Instant;
 
 pub use error::BatchError;
 pub use inputs::{Input, Inputs, inputs};
-pub use options::{BatchOptions, SCANS};
+pub use options::{BatchOptions, SCANS, Share};
 pub use row::{Row, SCHEMA_VERSION, Status};
 pub use table::csv;
 
@@ -53,9 +56,6 @@ use journal::Journal;
 
 /// The files of the whole batch in the folder of results.
 const RESULTS: [&str; 2] = ["results.csv", "results.jsonl"];
-/// What is appended to as scans end.
-const JOURNAL: &str = "journal.jsonl";
-
 /// How far a run is; given after every scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
@@ -74,9 +74,9 @@ pub struct Progress<'a> {
 /// What a run did.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// One row per scan, in order of their paths.
+    /// One row per scan of the whole or of the shard, in order of their paths.
     pub rows: Vec<Row>,
-    /// Rows kept from an earlier run.
+    /// Rows kept from an earlier run or another shard's.
     pub kept: usize,
     /// Files of the folder that somebody may take for scans and that are none by their names.
     pub passed_over: Vec<String>,
@@ -84,19 +84,20 @@ pub struct Summary {
     pub unreadable_lines: usize,
     /// Bytes of a torn line at the journal's end that were cut off.
     pub torn_bytes: usize,
-    /// The files of the whole batch.
-    pub written: [PathBuf; 2],
+    /// The tables of the whole batch; none of a shard.
+    pub written: Vec<PathBuf>,
     /// Its page, if one was asked for.
     pub page: Option<PathBuf>,
     /// Pictures of refused scans, what was found in each; in the rows' order.
     pub pictures: Vec<PathBuf>,
 }
 
-/// Estimates every scan of a folder.
+/// Estimates every scan of a folder, or does its share of that.
 ///
 /// # Errors
 /// When there is nothing to do, the density table is damaged, the model does not
-/// load, or the results cannot be written. A scan that fails is a row.
+/// load, or the results cannot be written; of a merge, when a scan has not been done.
+/// A scan that fails is a row.
 pub fn run(
     options: &BatchOptions,
     progress: impl Fn(Progress<'_>) + Sync,
@@ -105,57 +106,38 @@ pub fn run(
     let out = &options.out;
     output::check_folder(out)?;
     std::fs::create_dir_all(out).map_err(|source| WriteError { path: out.clone(), source })?;
-    let _lock = Lock::take(out.join("batch.lock"))?;
-    check_results(options)?;
+    let shard = options.shard();
+    let lock = shard.map_or_else(|| "batch.lock".to_owned(), |shard| format!("batch-{shard}.lock"));
+    let _lock = Lock::take(out.join(lock))?;
+    let journal = Journal::name(shard);
+    check_results(options, &journal)?;
     let estimator = Estimator::shipped()?;
-    let (journal, held) = Journal::open(&out.join(JOURNAL))?;
     let batch = Batch { options, estimator: &estimator };
-    let mut rows: Vec<Option<Row>> = parallel(options.threads, inputs.len(), |i| {
-        let row = held.rows.get(&inputs[i].file)?;
-        batch.still_holds(&inputs[i], row).then(|| row.clone().judged(options.strict))
+    let (mut journal_file, mut held) = Journal::open(&out.join(&journal))?;
+    held.read_others(out, &journal)?;
+    let rows = parallel(options.threads, inputs.len(), |i| {
+        let mut rows = held.rows.get(&inputs[i].file)?.iter();
+        let row = rows.find(|row| batch.still_holds(&inputs[i], row))?;
+        Some(row.clone().judged(options.strict))
     });
-    let to_do: Vec<usize> = (0..inputs.len()).filter(|&i| rows[i].is_none()).collect();
-    let kept = inputs.len() - to_do.len();
-
-    let start = Instant::now();
-    let state = Mutex::new((journal, 0, 0, None::<WriteError>));
-    let locked = || state.lock().unwrap_or_else(PoisonError::into_inner);
-    let made = parallel(options.threads, to_do.len(), |k| {
-        if locked().3.is_some() {
-            return None;
-        }
-        let row = batch.row(&inputs[to_do[k]]);
-        let (journal, done, failed, fault) = &mut *locked();
-        if let Err(error) = journal.append(&row) {
-            fault.get_or_insert(error);
-            return None;
-        }
-        (*done, *failed) = (*done + 1, *failed + usize::from(row.exit_code != 0));
-        let each_s = start.elapsed().as_secs_f64() / *done as f64;
-        let left_s = each_s * (to_do.len() - *done) as f64;
-        let (done, failed, to_do) = (*done, *failed, to_do.len());
-        progress(Progress { row: &row, done, to_do, failed, left_s });
-        Some(row)
-    });
-    if let Some(error) = locked().3.take() {
-        return Err(error.into());
+    let kept = rows.iter().flatten().count();
+    let rows = batch.finish(&inputs, rows, &mut journal_file, progress)?;
+    let (mut written, mut page) = (Vec::new(), None);
+    if shard.is_none() {
+        written.extend(write(out, &rows)?);
+        page = options.pages.then(|| page::write(out, &options.folder, &rows)).transpose()?;
     }
-    for (&at, row) in to_do.iter().zip(made) {
-        rows[at] = row;
-    }
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    let written = write(out, &rows)?;
-    let page = options.pages.then(|| page::write(out, &options.folder, &rows)).transpose()?;
     let (unreadable_lines, torn_bytes) = (held.unreadable_lines, held.torn_bytes);
     let pictures = rows.iter().filter_map(|row| batch.picture(row)).collect();
     Ok(Summary { rows, kept, passed_over, unreadable_lines, torn_bytes, written, page, pictures })
 }
 
 /// Whether the results can be written, and the table of densities is none of them.
-fn check_results(options: &BatchOptions) -> Result<(), OutputError> {
+fn check_results(options: &BatchOptions, journal: &str) -> Result<(), OutputError> {
     let inputs: Vec<PathBuf> = options.density_csv.iter().cloned().collect();
-    let page = options.pages.then_some(page::NAME);
-    let mut names = RESULTS.into_iter().chain([JOURNAL]).chain(page);
+    let tables = RESULTS.into_iter().chain(options.pages.then_some(page::NAME));
+    let tables = tables.filter(|_| options.shard().is_none());
+    let mut names = tables.chain([journal]);
     names.try_for_each(|name| output::check_file(&options.out.join(name), &inputs))
 }
 
@@ -204,6 +186,53 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
+    /// The rows of all inputs, of which those that are missing are made and appended to the journal.
+    fn finish(
+        &self,
+        inputs: &[Input],
+        mut rows: Vec<Option<Row>>,
+        journal: &mut Journal,
+        progress: impl Fn(Progress<'_>) + Sync,
+    ) -> Result<Vec<Row>, BatchError> {
+        let to_do: Vec<usize> = (0..inputs.len()).filter(|&i| rows[i].is_none()).collect();
+        if self.options.share == Share::Merge {
+            // what is known to fail takes no time
+            let is_left = |&&i: &&usize| inputs[i].fault.is_none();
+            let left = to_do.iter().filter(is_left).map(|&i| inputs[i].file.clone());
+            let files: Vec<String> = left.collect();
+            if !files.is_empty() {
+                return Err(BatchError::NotDone { files, of: inputs.len() });
+            }
+        }
+        let start = Instant::now();
+        let state = Mutex::new((journal, 0, 0, None::<WriteError>));
+        let locked = || state.lock().unwrap_or_else(PoisonError::into_inner);
+        let made = parallel(self.options.threads, to_do.len(), |k| {
+            if locked().3.is_some() {
+                return None;
+            }
+            let row = self.row(&inputs[to_do[k]]);
+            let (journal, done, failed, fault) = &mut *locked();
+            if let Err(error) = journal.append(&row) {
+                fault.get_or_insert(error);
+                return None;
+            }
+            (*done, *failed) = (*done + 1, *failed + usize::from(row.exit_code != 0));
+            let each_s = start.elapsed().as_secs_f64() / *done as f64;
+            let left_s = each_s * (to_do.len() - *done) as f64;
+            let (done, failed, to_do) = (*done, *failed, to_do.len());
+            progress(Progress { row: &row, done, to_do, failed, left_s });
+            Some(row)
+        });
+        if let Some(error) = locked().3.take() {
+            return Err(error.into());
+        }
+        for (&at, row) in to_do.iter().zip(made) {
+            rows[at] = row;
+        }
+        Ok(rows.into_iter().flatten().collect())
+    }
+
     fn scan_options(&self, input: &Input) -> ScanOptions {
         let warp_toward = input.warp_toward.or(self.options.scan.warp_toward);
         ScanOptions { warp_toward, ..self.options.scan.clone() }
@@ -226,15 +255,22 @@ impl Batch<'_> {
         sha256_hex(settings.to_string().as_bytes())
     }
 
-    /// Whether a row of an earlier run is what this run would make.
+    /// Whether a row of an earlier run is what this run would make; a merge takes failures as they are.
     fn still_holds(&self, input: &Input, row: &Row) -> bool {
-        let has = |ending| self.files().join(format!("{}.{ending}", row.file)).is_file();
         input.fault.is_none()
-            && row.status.is_final()
+            && (row.status.is_final() || self.options.share == Share::Merge)
             && row.settings_sha256.as_ref() == Some(&self.settings_sha256(input))
-            && (row.status != Status::Ok || has("params.json") && has("boundary.csv"))
+            && (row.status != Status::Ok || self.has_files(row))
             && row.input_sha256.is_some()
             && sha256_of(&input.path).ok() == row.input_sha256
+    }
+
+    /// Whether the files of an answered scan are there, and are this row's: runs with other options write the same names.
+    fn has_files(&self, row: &Row) -> bool {
+        let own = |ending| self.files().join(format!("{}.{ending}", row.file));
+        let params = io::bytes_of(own("params.json")).ok();
+        let params = params.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        own("boundary.csv").is_file() && params.is_some() && params == row.result
     }
 
     /// The picture of a refused scan, if there is one: a rim from a file has none.

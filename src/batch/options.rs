@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::base::Shard;
 use crate::io::ReadOptions;
 use crate::scan::ScanOptions;
 
@@ -11,6 +12,18 @@ use crate::scan::ScanOptions;
 pub const SCANS: [&str; 11] =
     ["ply", "obj", "pcd", "stl", "glb", "e57", "las", "laz", "xyz", "asc", "pts"];
 
+/// What one run does of a batch that several machines may share: their folder of results is one, or is brought together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Share {
+    /// Every scan that no run has done yet; then the tables and the page.
+    #[default]
+    All,
+    /// The scans at these places of the list, in order of their paths; no table, no page of the batch.
+    Shard(Shard),
+    /// No scan: the tables and the page, of what all runs have done.
+    Merge,
+}
+
 /// What to do, and where.
 #[derive(Clone, Debug)]
 pub struct BatchOptions {
@@ -18,6 +31,8 @@ pub struct BatchOptions {
     pub folder: PathBuf,
     /// Folder of results; made if it is not there.
     pub out: PathBuf,
+    /// The part of it that is done here.
+    pub share: Share,
     /// Table of densities, see [`crate::io::density_csv`].
     pub density_csv: Option<PathBuf>,
     /// Areal density of the scans that the table does not name \[kg/m^2\].
@@ -36,4 +51,14 @@ pub struct BatchOptions {
     pub threads: usize,
     /// Whether pages are written: of the whole, and of each scan that has an estimate.
     pub pages: bool,
+}
+
+impl BatchOptions {
+    /// The shard that is done, of a batch that machines share.
+    pub(super) fn shard(&self) -> Option<Shard> {
+        match self.share {
+            Share::Shard(shard) => Some(shard),
+            Share::All | Share::Merge => None,
+        }
+    }
 }

@@ -504,6 +504,12 @@ pub(crate) struct Batch {
     /// Find out what each fabric's sheet does when nothing holds it to the scan (the released drape)
     #[arg(long)]
     pub(crate) release: bool,
+    /// Do part i of N only: several machines share DIR, and `--merge` writes the tables in the end
+    #[arg(long, value_name = "i/N")]
+    pub(crate) shard: Option<scan2params::base::Shard>,
+    /// Write the tables and the page of what all shards have done, and do no scan
+    #[arg(long, conflicts_with = "shard")]
+    pub(crate) merge: bool,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
     /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate

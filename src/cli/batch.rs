@@ -6,13 +6,18 @@ use anyhow::{Context as _, anyhow};
 
 use super::{Failure, Outcome, args};
 use scan2params::base::units::KG_M2_PER_G_M2;
-use scan2params::batch::{self, BatchError, BatchOptions, Progress, Row, Status, Summary};
+use scan2params::batch::{self, BatchError, BatchOptions, Progress, Row, Share, Status, Summary};
 use scan2params::job::check_experiment;
 use scan2params::job::verdict::Level;
 
 pub(crate) fn run(given: &args::Batch) -> Outcome {
     let options = BatchOptions {
         folder: given.folder.clone(),
+        share: match given.shard {
+            Some(shard) => Share::Shard(shard),
+            None if given.merge => Share::Merge,
+            None => Share::All,
+        },
         out: given.out.clone().map_or_else(|| default_out(&given.folder), Ok)?,
         density_csv: given.density_csv.clone(),
         density_kg_m2: given.density.map(|d| d * KG_M2_PER_G_M2),
@@ -73,16 +78,9 @@ fn conclude(summary: &Summary) -> Outcome {
         warning!("warning: {} damaged lines of the journal passed over", summary.unreadable_lines);
     }
     tell_passed_over(&summary.passed_over);
-    let [table, lines] = &summary.written;
-    eprintln!(
-        "{} scans, {} kept from an earlier run; wrote {} and {}",
-        summary.rows.len(),
-        summary.kept,
-        table.display(),
-        lines.display()
-    );
-    if let Some(page) = &summary.page {
-        eprintln!("wrote {}", page.display());
+    eprintln!("{} scans, {} kept from an earlier run", summary.rows.len(), summary.kept);
+    for path in summary.written.iter().chain(&summary.page) {
+        eprintln!("wrote {}", path.display());
     }
     let levels = Level::ALL.map(|level| {
         let count = summary.rows.iter().filter(|row| row.verdict() == Some(level.name())).count();
