@@ -117,14 +117,15 @@ fn together(rows: &[Row], answers: &[Answer], after: impl Fn(usize, Answer) -> A
 }
 
 #[test]
-fn four_drops_of_a_fabric_tell_more_than_one_and_their_shared_interval_holds() {
+fn drops_of_a_fabric_tell_more_than_one_and_their_interval_holds() {
     let (rows, estimator) = (of_folder("fixtures/rims_repeats"), Estimator::shipped().unwrap());
     let answers: Vec<Answer> = rows.iter().map(|row| answer(&estimator, row).unwrap()).collect();
     let found = together(&rows, &answers, |_, answer| answer);
     assert_eq!((found.fabrics, found.drops), (16, 64));
     let less = |found: &Repeats| found.all.rmse_together / found.all.rmse_of_one;
     hold("repeats.error", less(&found));
-    hold("repeats.shared", found.all.shared_holds);
+    hold("repeats.interval", found.all.interval_holds);
+    hold("repeats.two", found.all.two_hold);
     // as if the first drop had been scanned four times
     let first = |k: usize, _: Answer| answers[k - k % 4];
     let same = together(&rows, &answers, first);
@@ -136,12 +137,14 @@ fn four_drops_of_a_fabric_tell_more_than_one_and_their_shared_interval_holds() {
     };
     let narrow = together(&rows, &answers, narrow);
     println!(
-        "one drop four times {:.3}, intervals half as wide {:.3}",
+        "one drop four times {:.3}, intervals half as wide {:.3}, of two {:.3}",
         less(&same),
-        narrow.all.shared_holds
+        narrow.all.interval_holds,
+        narrow.all.two_hold
     );
     assert!(!promise("repeats.error").is_kept_by(less(&same)));
-    assert!(!promise("repeats.shared").is_kept_by(narrow.all.shared_holds));
+    assert!(!promise("repeats.interval").is_kept_by(narrow.all.interval_holds));
+    assert!(!promise("repeats.two").is_kept_by(narrow.all.two_hold));
 }
 
 #[test]

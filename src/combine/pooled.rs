@@ -1,20 +1,22 @@
-//! Repeated drapes of one fabric as one value: the random-effects mean of one stiffness.
+//! Repeated drapes of one fabric as one value: the random-effects mean of one stiffness, and where the fabric's lies.
 //!
-//! In: of each drape the logarithm of the value and the standard deviation that its own interval states. Out: a [`Pooled`].
+//! In: of each drape the logarithm of the value and the standard deviation s_k that its own interval states, and the share r
+//! of s_k^2 that all drapes of a fabric have in common. Out: a [`Pooled`].
 //!
-//! Drape k is taken as y_k ~ N(mu, tau^2 + s_k^2): s_k is what it states of itself, tau what drapes scatter beyond that (folds,
-//! specimens, handling). tau is the restricted maximum likelihood estimate by Fisher scoring (Viechtbauer, J. Educ.
-//! Behav. Stat. 30, 2005, eq. 15 ff.), mu the mean with weights 1 / (tau^2 + s_k^2), so that equal drapes count alike and a
-//! vague one little. The interval of mu is the longer of two: Hartung and Knapp's (Stat. Med. 20, 2001), Student's t on the
-//! weighted scatter seen, which the normal one of DerSimonian and Laird is too short beside (IntHout, Ioannidis, Borm, BMC Med.
-//! Res. Methodol. 14, 2014), and that normal one, without which two drapes that agree by luck would state next to nothing
-//! (Wiksten, Ruecker, Schwarzer, Stat. Med. 35, 2016). Logarithms make the mean geometric and the interval positive.
+//! A drape errs by c + u_k: c is the same in all drapes of the fabric, with variance r s^2; u_k is its own, with (1 - r) s_k^2, and
+//! only that averages out. The mean has weights 1 / (tau^2 + s_k^2), so that equal drapes count alike and a vague one
+//! little; tau is the restricted maximum likelihood estimate of what drapes scatter beyond what they state, by
+//! Fisher scoring (Viechtbauer, J. Educ. Behav. Stat. 30, 2005, eq. 15 ff.).
 //!
-//! Where it fails: what all drapes of a fabric are off by in the same way (the network's error for that fabric) does not scatter
-//! and cannot be seen here. What the drapes state of themselves and do not show as scatter may be of that kind: if they
-//! state a variance W and scatter by S^2 < W, up to W - S^2 may be common to all. [`Pooled::ln_shared90`] keeps that share
-//! whole, however many drapes there are; [`Pooled::ln_interval90`] is of the mean of further repeats alone. Three drapes
-//! that state very different s_k are held in 86 %, not 90 (the tests below print what they find).
+//! Drapes may scatter by more than they state (folds, specimens, handling), and few cannot tell by how much. What they
+//! state is therefore taken for as much as [`STATED_COUNTS`] drapes more: the variance of u_k is scaled by
+//! (nu + Q) / (nu + n - 1), where Q is the weighted sum of squares about the mean, and its part of the interval is
+//! Student's with nu + n - 1 degrees (a scaled inverse chi-squared prior, Gelman et al., Bayesian Data Analysis, 2013, sec. 2.6).
+//! Scatter alone has one degree of two drapes, and made of two good intervals one that was three times as long.
+//! Logarithms make the mean geometric and the interval positive.
+//!
+//! Where it fails: the share in common was measured of the network on simulated drops, and is taken for refined answers too.
+//! What all specimens of a fabric differ in from the fabric is not in it.
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
@@ -31,15 +33,16 @@ const MOST_STEPS: usize = 500;
 /// Share of sets of sound drapes in which one is named as outlying, for one stiffness.
 const FALSE_ALARMS: f64 = 0.05;
 
+/// Drapes that what a drape states of its own scatter counts for. Set on forty-eight fabrics of four simulated drops each.
+const STATED_COUNTS: f64 = 4.0;
+
 /// The mean of one stiffness over drapes; logarithms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pooled {
     /// The random-effects mean.
     pub ln_mean: f64,
-    /// Its 90 % interval.
+    /// The 90 % interval of the fabric's value.
     pub ln_interval90: [f64; 2],
-    /// The same with what the drapes may all be off by.
-    pub ln_shared90: [f64; 2],
     /// Standard deviation between drapes beyond what each states of itself.
     pub between: f64,
     /// What they state of themselves, root mean square.
@@ -59,34 +62,31 @@ pub fn stated_sigma(value: f64, [low, high]: [f64; 2]) -> f64 {
 /// Half of Student's 90 % interval in standard errors.
 #[must_use]
 pub fn student90(degrees: usize) -> f64 {
-    student(degrees, 0.95)
+    student(degrees as f64, 0.95)
 }
 
 /// Student's quantile.
-fn student(degrees: usize, below: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, degrees as f64).map_or(f64::INFINITY, |t| t.inverse_cdf(below))
+fn student(degrees: f64, below: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees).map_or(f64::INFINITY, |t| t.inverse_cdf(below))
 }
 
-/// Pools drapes: at least one, each with a standard deviation above 0.
+/// Pools drapes: at least one, each with a standard deviation above 0, of whose squares the share `common` is of errors that all
+/// have in common.
 #[must_use]
-pub fn pool(ln: &[f64], sigma: &[f64]) -> Pooled {
+pub fn pool(ln: &[f64], sigma: &[f64], common: f64) -> Pooled {
     let mean_of = RandomEffects::of(ln, sigma);
     let stated = mean(&sigma.iter().map(|s| s * s).collect::<Vec<_>>());
     let count = ln.len();
-    let seen = if count > 1 { student90(count - 1) * mean_of.error } else { 0.0 };
-    let half = seen.max(Z90 * mean_of.stated_error);
-    // Of a single drape all that it states is in its interval already.
-    let shared = if count > 1 {
-        let [_, error] = mean_and_error(ln);
-        (stated - error * error * count as f64).max(0.0)
+    // Of a single drape all that it states is in its interval.
+    let half = if count > 1 {
+        let own = mean_of.own_error(ln, sigma, common);
+        own.hypot(Z90 * (common * stated).sqrt())
     } else {
-        0.0
+        Z90 * stated.sqrt()
     };
-    let wide = half.max(seen.hypot(Z90 * shared.sqrt()));
     Pooled {
         ln_mean: mean_of.mean,
         ln_interval90: [mean_of.mean - half, mean_of.mean + half],
-        ln_shared90: [mean_of.mean - wide, mean_of.mean + wide],
         between: mean_of.tau_sq.sqrt(),
         within: stated.sqrt(),
         off: (0..count).map(|k| off(ln, sigma, k)).collect(),
@@ -105,7 +105,7 @@ fn off(ln: &[f64], sigma: &[f64], k: usize) -> Option<[f64; 2]> {
     }
     let rest = RandomEffects::of(&without(ln), &without(sigma));
     let spread = (rest.tau_sq + sigma[k] * sigma[k] + rest.error * rest.error).sqrt();
-    let limit = student(others - 1, 1.0 - 0.5 * FALSE_ALARMS / ln.len() as f64);
+    let limit = student((others - 1) as f64, 1.0 - 0.5 * FALSE_ALARMS / ln.len() as f64);
     Some([(ln[k] - rest.mean) / spread, limit])
 }
 
@@ -114,8 +114,6 @@ struct RandomEffects {
     mean: f64,
     /// Standard error of the mean after Hartung and Knapp, from the scatter seen; NaN of one drape.
     error: f64,
-    /// The same from what drapes state and from tau^2.
-    stated_error: f64,
     /// Variance between drapes.
     tau_sq: f64,
 }
@@ -151,7 +149,19 @@ impl RandomEffects {
         let scatter: f64 = ln.iter().zip(&w).map(|(y, w)| w * (y - mean).powi(2)).sum();
         let sum: f64 = w.iter().sum();
         let error = (scatter / (count - 1.0) / sum).sqrt();
-        Self { mean, error, stated_error: sum.sqrt().recip(), tau_sq }
+        Self { mean, error, tau_sq }
+    }
+
+    /// Half of the 90 % interval of what the drapes' own errors leave in the mean.
+    fn own_error(&self, ln: &[f64], sigma: &[f64], common: f64) -> f64 {
+        let own: Vec<f64> = sigma.iter().map(|s| (1.0 - common) * s * s).collect();
+        let off = ln.iter().zip(&own).map(|(y, own)| (y - self.mean).powi(2) / own);
+        let degrees = STATED_COUNTS + (ln.len() - 1) as f64;
+        let scale = (STATED_COUNTS + off.sum::<f64>()) / degrees;
+        let w = weights(sigma, self.tau_sq);
+        let sum: f64 = w.iter().sum();
+        let left: f64 = w.iter().zip(&own).map(|(w, own)| (w / sum).powi(2) * own).sum();
+        student(degrees, 0.95) * (scale * left).sqrt()
     }
 }
 
@@ -188,20 +198,32 @@ mod tests {
     #[test]
     fn equal_drapes_give_the_plain_mean_and_its_interval() {
         let ln = [1.0, 1.4, 0.8, 1.6];
-        let (centre, variance) = (1.2, 0.4 / 3.0);
-        let pooled = pool(&ln, &[0.1; 4]);
+        let (centre, squares) = (1.2, 0.4);
+        let pooled = pool(&ln, &[0.1; 4], 0.36);
         assert!((pooled.ln_mean - centre).abs() < 1e-12);
-        assert!((pooled.between - (variance - 0.01_f64).sqrt()).abs() < 1e-6, "{pooled:?}");
-        let half = student90(3) * (variance / 4.0_f64).sqrt();
+        assert!((pooled.between - (squares / 3.0 - 0.01_f64).sqrt()).abs() < 1e-6, "{pooled:?}");
+        let own = 0.64 * 0.01;
+        let scale = (STATED_COUNTS + squares / own) / (STATED_COUNTS + 3.0);
+        let half = student(STATED_COUNTS + 3.0, 0.95) * (scale * own / 4.0).sqrt();
+        let half = half.hypot(Z90 * 0.06);
         assert!((pooled.ln_interval90[1] - centre - half).abs() < 1e-9);
-        // they scatter more than they state: nothing is left that could be common
-        assert_eq!(pooled.ln_interval90, pooled.ln_shared90);
-        // and drapes that agree better than they state keep what they state
-        let pooled = pool(&[1.0, 1.0, 1.0], &[0.2; 3]);
+        // drapes that agree better than they state: what they have in common stays
+        let pooled = pool(&[1.0; 400], &[0.2; 400], 0.36);
         assert_eq!(pooled.between, 0.0);
-        assert!((pooled.ln_shared90[1] - 1.0 - Z90 * 0.2).abs() < 1e-12);
-        let normal = Z90 * 0.2 / 3_f64.sqrt();
-        assert!((pooled.ln_interval90[1] - 1.0 - normal).abs() < 1e-12);
+        let half = pooled.ln_interval90[1] - 1.0;
+        assert!((half / (Z90 * 0.12) - 1.0).abs() < 1e-3, "{half}");
+    }
+
+    /// What two drapes say: they agree, and the interval is shorter than either's; they differ by far more than they state, and it
+    /// spans nine tenths of what lies between them.
+    #[test]
+    fn two_good_intervals_make_a_better_one() {
+        let both = |apart: f64| {
+            let pooled = pool(&[1.0, 1.0 + apart], &[0.1; 2], 0.2);
+            0.5 * (pooled.ln_interval90[1] - pooled.ln_interval90[0]) / (0.1 * Z90)
+        };
+        assert!((0.7..0.95).contains(&both(0.05)), "{}", both(0.05));
+        assert!(both(1.0) * 0.1 * Z90 > 0.45, "{}", both(1.0));
     }
 
     /// The case of metafor's documentation: BCG vaccine, log risk ratios and variances of 13 trials; REML gives
@@ -223,74 +245,54 @@ mod tests {
         assert!((found.error - 0.1808).abs() < 5e-4, "{}", found.error);
     }
 
-    /// Share of draws whose interval holds the truth: drapes that scatter by `between` and state `within`, of which
-    /// `common` is the same for all drapes of a draw.
-    fn coverage(count: usize, between: f64, within: f64, common: f64) -> [f64; 2] {
+    /// Share of draws whose interval holds the truth: drapes that scatter by `between` beyond what they state, `within`, of whose
+    /// square the share `common` is the same for all drapes of a draw.
+    fn coverage(count: usize, between: f64, within: f64, common: f64) -> f64 {
         const DRAWS: usize = 4000;
         let mut rng = ChaCha8Rng::seed_from_u64(count as u64);
-        let mut held = [0; 2];
+        let mut held = 0;
         for _ in 0..DRAWS {
-            let shift = common * normal(&mut rng);
             // Drapes state from half to one and a half times as much as the usual one.
             let stated: Vec<f64> =
                 (0..count).map(|k| within * (0.5 + k as f64 / (count - 1) as f64)).collect();
-            let own = |s: f64| (s * s - common * common).max(0.0).sqrt();
-            let ln: Vec<f64> = stated
-                .iter()
-                .map(|&s| 3.0 + shift + between * normal(&mut rng) + own(s) * normal(&mut rng))
-                .collect();
-            let pooled = pool(&ln, &stated);
-            for (held, [low, high]) in
-                held.iter_mut().zip([pooled.ln_interval90, pooled.ln_shared90])
-            {
-                *held += usize::from(low <= 3.0 && 3.0 <= high);
-            }
+            let shift = common.sqrt() * normal(&mut rng);
+            let own = (1.0 - common).sqrt();
+            let mut err =
+                |s: f64| s * (shift + own * normal(&mut rng)) + between * normal(&mut rng);
+            let ln: Vec<f64> = stated.iter().map(|&s| 3.0 + err(s)).collect();
+            let [low, high] = pool(&ln, &stated, common).ln_interval90;
+            held += usize::from(low <= 3.0 && 3.0 <= high);
         }
-        held.map(|n| n as f64 / DRAWS as f64)
+        held as f64 / DRAWS as f64
     }
 
-    /// Binomial standard error at 90 % of 4000: 0.5 %. Student's t alone: 0.84 of three drapes.
+    /// Binomial standard error at 90 % of 4000: 0.5 %.
     #[test]
     fn intervals_hold_the_truth_in_about_nine_of_ten_draws() {
-        for (count, limits) in [(3, 0.845..0.98), (5, 0.865..0.96), (10, 0.875..0.95)] {
-            for (between, within) in [(0.0, 0.2), (0.1, 0.2), (0.3, 0.2), (0.3, 0.02)] {
-                let [mean, shared] = coverage(count, between, within, 0.0);
-                println!(
-                    "{count} drapes, between {between}, stated {within}: {mean:.3}, shared {shared:.3}"
-                );
-                assert!(limits.contains(&mean), "{count}, {between}, {within}: {mean}");
-                assert!(shared >= mean, "{count}, {between}, {within}: {shared}");
+        for count in [2, 3, 5, 10] {
+            for (between, common) in [(0.0, 0.2), (0.0, 0.7), (0.1, 0.2), (0.2, 0.2), (0.2, 0.7)] {
+                let held = coverage(count, between, 0.2, common);
+                println!("{count} drapes, between {between}, common {common}: {held:.3}");
+                assert!((0.8..0.98).contains(&held), "{count}, {between}, {common}: {held}");
             }
-        }
-    }
-
-    /// An error that all drapes share: repeats cannot show it. The interval of the mean does not hold the truth,
-    /// the other one does.
-    #[test]
-    fn what_repeats_share_stays_in_the_wider_interval() {
-        for count in [3, 5, 10] {
-            let [mean, shared] = coverage(count, 0.05, 0.4, 0.19);
-            println!("{count} drapes with an error in common: {mean:.3}, shared {shared:.3}");
-            assert!(shared > 0.855, "{count}: {shared}");
-            assert!(mean < shared - 0.05, "{count}: {mean}, {shared}");
         }
     }
 
     #[test]
     fn an_outlying_drape_is_named_and_sound_ones_are_not() {
         let ln = [1.00, 1.05, 0.97, 1.02, 2.2];
-        let pooled = pool(&ln, &[0.05; 5]);
+        let pooled = pool(&ln, &[0.05; 5], 0.2);
         let beyond: Vec<bool> =
             pooled.off.iter().map(|off| off.is_some_and(|[by, limit]| by.abs() > limit)).collect();
         assert_eq!(beyond, [false, false, false, false, true], "{pooled:?}");
-        assert!(pool(&ln[..3], &[0.05; 3]).off.iter().all(Option::is_none));
+        assert!(pool(&ln[..3], &[0.05; 3], 0.2).off.iter().all(Option::is_none));
 
         const DRAWS: usize = 3000;
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut alarms = 0;
         for _ in 0..DRAWS {
             let ln: Vec<f64> = (0..6).map(|_| 0.3 * normal(&mut rng)).collect();
-            let off = pool(&ln, &[0.05; 6]).off;
+            let off = pool(&ln, &[0.05; 6], 0.2).off;
             alarms += usize::from(off.iter().flatten().any(|[by, limit]| by.abs() > *limit));
         }
         let share = alarms as f64 / DRAWS as f64;
@@ -299,10 +301,9 @@ mod tests {
 
     #[test]
     fn one_drape_keeps_its_own_interval() {
-        let pooled = pool(&[2.0], &[0.1]);
+        let pooled = pool(&[2.0], &[0.1], 0.7);
         let half = Z90 * 0.1;
         assert!((pooled.ln_interval90[0] - (2.0 - half)).abs() < 1e-12);
-        assert_eq!(pooled.ln_interval90, pooled.ln_shared90);
         assert_eq!((pooled.between, pooled.off.as_slice()), (0.0, &[None][..]));
     }
 }

@@ -8,7 +8,7 @@ use super::{Combined, LeftOut, Used};
 use crate::base::units::DENSITY_UNIT;
 
 /// Version of the layout of the JSON.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The combination as JSON. Stiffnesses and density stand where params.json has them, so that `simulate --params` reads
 /// it.
@@ -21,7 +21,6 @@ pub fn json(found: &Combined) -> Value {
             "value": p.value,
             "unit": p.unit,
             "interval90": p.interval90,
-            "shared90": p.shared90,
             "mean": p.mean,
             "sd": p.sd,
             "cv_percent": p.cv_percent,
@@ -87,8 +86,8 @@ pub fn table(found: &Combined) -> String {
     let _ = writeln!(out, "folds            {}", folds(found));
     let _ = writeln!(
         out,
-        "{:13} {:>10}  {:>23}  {:>23}  {:>9}  {:>6}  {:>7}  {:>6}  unit",
-        "", "value", "90 % of it", "with what may be shared", "SD", "CV %", "between", "stated"
+        "{:13} {:>10}  {:>23}  {:>9}  {:>6}  {:>7}  {:>6}  unit",
+        "", "value", "90 % interval", "SD", "CV %", "between", "stated"
     );
     for p in &found.parameters {
         let ends = |[low, high]: [f64; 2]| format!("{} to {}", short(low), short(high));
@@ -97,11 +96,10 @@ pub fn table(found: &Combined) -> String {
         let percent = |sigma: f64| format!("{:.1} %", 100.0 * sigma.exp_m1());
         let _ = writeln!(
             out,
-            "{:13} {:>10}  {:>23}  {:>23}  {sd:>9}  {cv:>6}  {:>7}  {:>6}  {}{}",
+            "{:13} {:>10}  {:>23}  {sd:>9}  {cv:>6}  {:>7}  {:>6}  {}{}",
             p.key,
             short(p.value),
             ends(p.interval90),
-            ends(p.shared90),
             percent(p.pooled.between),
             percent(p.pooled.within),
             p.unit,

@@ -26,8 +26,7 @@ pub struct ParamsError {
 pub struct Params {
     /// The fabric.
     pub fabric: Fabric,
-    /// 90 % interval of each stiffness, in the paper's order and units; `None` where the file has none. Of a combination
-    /// `shared90`, which is the fabric's: its `interval90` is that of a mean.
+    /// 90 % interval of each stiffness, in the paper's order and units; `None` where the file has none.
     pub interval90: [Option<[f64; 2]>; STIFFNESSES],
     /// The verdict as the file has it, an object with `level` and `grounds`; `None` of a truth.
     pub verdict: Option<Value>,
@@ -77,14 +76,11 @@ pub fn read(path: &Path) -> Result<Params, ParamsError> {
     let file = File::open(path)?;
     let mut interval90 = [None; STIFFNESSES];
     for (interval, range) in interval90.iter_mut().zip(&TABLE_2) {
-        let of = |name: &str| {
-            let end = |k: usize| {
-                let pointer = format!("/parameters/{}/{name}/{k}", range.key);
-                file.content.pointer(&pointer)?.as_f64()
-            };
-            end(0).zip(end(1)).map(|(low, high)| [low, high])
+        let end = |k: usize| {
+            let pointer = format!("/parameters/{}/interval90/{k}", range.key);
+            file.content.pointer(&pointer)?.as_f64()
         };
-        *interval = of("shared90").or_else(|| of("interval90"));
+        *interval = end(0).zip(end(1)).map(|(low, high)| [low, high]);
     }
     let text = |pointer: &str| Some(file.content.pointer(pointer)?.as_str()?.to_owned());
     Ok(Params {

@@ -108,6 +108,8 @@ codes! {
     UnevenSides = "uneven_sides",
     /// The plate found is not of the radius given.
     PlateRadius = "plate_radius",
+    /// The specimen lies off the plate's centre.
+    OffCentre = "off_centre",
     /// Little of the rim was seen.
     RimHidden = "rim_hidden",
     /// A long arc of the rim was bridged.

@@ -158,19 +158,20 @@ fn repeats(together: &[Option<Repeats>; 2]) {
     for (rims, repeats) in ["clean", "scan noise"].iter().zip(together) {
         let Some(Repeats { fabrics, drops, parameters, all }) = repeats else { continue };
         println!(
-            "\n{drops} drops of {fabrics} fabrics, {rims}: rmse of one, together, share of the error in common, interval90 holds, \
-             shared90 holds, its half_width_factor"
+            "\n{drops} drops of {fabrics} fabrics, {rims}: rmse of one, together, share of the error in common, interval holds, \
+             its half_width_factor, interval of two drops holds, its half_width_factor"
         );
         for p in parameters.iter().chain([all]) {
             println!(
-                "{}, {:.4}, {:.4}, {:.2}, {:.3}, {:.3}, {:.2}",
+                "{}, {:.4}, {:.4}, {:.2}, {:.3}, {:.2}, {:.3}, {:.2}",
                 p.key,
                 p.rmse_of_one,
                 p.rmse_together,
                 p.common_share,
                 p.interval_holds,
-                p.shared_holds,
-                p.shared_half_width_factor
+                p.half_width_factor,
+                p.two_hold,
+                p.two_half_width_factor
             );
         }
     }

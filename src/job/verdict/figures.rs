@@ -73,6 +73,8 @@ pub struct OnPlate {
     pub radius_m: f64,
     /// Its standard error.
     pub radius_sigma_m: f64,
+    /// Offset of the specimen's centre from the plate's axis on the flat cloth.
+    pub centre_offset_m: f64,
     /// Root mean square distance of cloth and sheet.
     pub misfit_m: f64,
     /// Largest area of cloth near a point of the rim that the sheet does not explain \[m^2\].
@@ -293,6 +295,7 @@ fn on_plate(scanned: &ScannedBoundary) -> OnPlate {
     OnPlate {
         radius_m: q.plate_radius_m,
         radius_sigma_m: q.plate_radius_scatter_m / BEARINGS_OF_ONE_PLATE.sqrt(),
+        centre_offset_m: q.centre_offset_m,
         misfit_m: q.sheet_rms_m,
         unexplained_m2: q.unexplained_m2,
         widths_m: q.widths_m,

@@ -3,7 +3,7 @@
 
 mod answer;
 
-use super::figures::{Figures, OnPlate};
+use super::figures::{Figures, OnPlate, Refining};
 use super::limits::{Limits, Steps};
 use super::{Code, Ground, Level, Verdict};
 use crate::base::boundary::{Orientation, SIDES};
@@ -36,6 +36,7 @@ impl Figures {
         if let Some(scan) = &self.scan {
             grounds.extend(width(self, scan, limits));
             grounds.extend(plate(self, scan, limits));
+            grounds.extend(off_centre(self, scan, limits));
             grounds.extend(near_refusal(self, scan, limits));
         } else {
             grounds.push(rim_from_file());
@@ -189,6 +190,27 @@ fn plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     );
     let ground = Ground::new(Code::PlateRadius, level, (mm(off_m), mm(limit_m), "mm"), text);
     Some(if level == Level::DoNotUse { ground.not_the_experiment() } else { ground })
+}
+
+/// Where the specimen lies on the plate. The fit lays its drape where the scan shows the cloth.
+fn off_centre(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
+    let (level, limit_m) = limits.off_centre_m.level(scan.centre_offset_m)?;
+    let is_fitted = matches!(f.refining, Some(Refining::Taken(_)));
+    let (level, what_follows) = if is_fitted {
+        (Level::Reliable, "the fit has taken it into account")
+    } else {
+        (
+            level,
+            "the network takes it for another fabric: lay the specimen anew, or have it refined (without --quick)",
+        )
+    };
+    let text = format!(
+        "the specimen's centre lies {:.1} mm off the plate's (limit {:.1} mm): {what_follows}",
+        mm(scan.centre_offset_m),
+        mm(limit_m)
+    );
+    let measured = (mm(scan.centre_offset_m), mm(limit_m), "mm");
+    Some(Ground::new(Code::OffCentre, level, measured, text))
 }
 
 /// The plate found against how early cloth of the bending length found leaves one: stiff cloth

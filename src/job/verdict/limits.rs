@@ -4,7 +4,7 @@
 //! Sources, by the letter behind each number:
 //!
 //! - M: measured on honest scans, by `evaluate verdict` (the whole main job on virtual scans of a
-//!   prior's fabrics with known truth; the runs are in docs/validation.md). The limit
+//!   prior's fabrics with known truth; the runs are in docs/validation.md), or by `evaluate estimate`. The limit
 //!   stands a little beyond the worst of those that were answered well.
 //! - W: measured on scans that are wrong in a known way (other plates, other scales), as
 //!   docs/validation.md has them.
@@ -75,6 +75,8 @@ pub struct Limits {
     pub plate_arched_sigmas: f64,
     /// and what each metre of noise adds, which hides the first of the fall \[-\].
     pub plate_arched_per_noise: f64,
+    /// How far off the plate's centre a specimen may lie whose answer is the network's, which knows of none \[m\].
+    pub off_centre_m: Steps,
     /// Folds times the square root of the bending length, least and largest \[m^0.5\].
     pub folds_root_m05: [f64; 2],
     /// Folds beyond these.
@@ -148,6 +150,7 @@ impl Default for Limits {
             plate_arch_per_m: 22.0,                 // M
             plate_arched_sigmas: 1.0,               // M, W
             plate_arched_per_noise: 4.0,            // M
+            off_centre_m: steps(8e-3, 15e-3),       // M: half of bending's interval, and all of it
             folds_root_m05: [0.5376, 0.8854],       // M
             folds_beyond: steps(0.5, 3.5),          // M, C
             near_refusal: 0.8,                      // C

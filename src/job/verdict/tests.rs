@@ -32,6 +32,7 @@ fn honest() -> Figures {
         scan: Some(OnPlate {
             radius_m: 0.0491,
             radius_sigma_m: 0.4e-3,
+            centre_offset_m: 2e-3,
             misfit_m: 0.07e-3,
             unexplained_m2: 0.0,
             widths_m: [Some(0.2985); 2],
@@ -214,6 +215,21 @@ fn the_cloth_from_edge_to_edge_tells_a_scale_that_its_sides_hide() {
     // Edges that nobody saw say nothing.
     found.scan.as_mut().unwrap().widths_m = [None; 2];
     assert_eq!(verdict(&found), Verdict::of(vec![]));
+}
+
+#[test]
+fn off_centre_the_network_is_not_relied_on_and_the_fit_is() {
+    let limits = Limits::default().off_centre_m;
+    let set = |f: &mut Figures, off_m: f64| f.scan.as_mut().unwrap().centre_offset_m = off_m;
+    for (level, limit_m) in
+        [(Level::Doubtful, limits.doubtful), (Level::DoNotUse, limits.do_not_use)]
+    {
+        straddles(Code::OffCentre, level, limit_m, set);
+    }
+    straddles(Code::OffCentre, Level::Reliable, limits.doubtful, |f, off_m| {
+        set(f, off_m);
+        f.refining = Some(taken(0.9));
+    });
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn steps(outcome: &Outcome) -> Vec<String> {
         }
     };
     for ground in &outcome.verdict.grounds {
-        if let Some(text) = remedy(ground.code) {
+        if let Some(text) = remedy(ground) {
             add(text);
         }
     }
@@ -133,9 +133,10 @@ fn steps(outcome: &Outcome) -> Vec<String> {
 }
 
 /// What is to be done about a ground; `None` where it only has to be known.
-fn remedy(code: Code) -> Option<&'static str> {
+fn remedy(ground: &Ground) -> Option<&'static str> {
     use Code as C;
-    Some(match code {
+    Some(match ground.code {
+        C::OffCentre if ground.level == Level::Reliable => return None,
         C::Scale | C::SideLength | C::Width | C::UnevenSides => {
             "Measure the specimen's sides with a ruler, and the scan's scale on something of known size, the height too; \
              mend what is off, and scan again."
@@ -143,6 +144,10 @@ fn remedy(code: Code) -> Option<&'static str> {
         C::PlateRadius => {
             "Measure the plate (radius 50 mm) and look whether anything but cloth lies on it or the cloth lifts off it; then \
              scan again."
+        }
+        C::OffCentre => {
+            "Lay the specimen with its centre on the plate's and scan again; or run without --quick: the fit takes the \
+             offset into account."
         }
         C::RimHidden | C::RimBridged => {
             "Scan again so that the whole rim is seen, also from a little below; the chart along the rim shows where it was \
