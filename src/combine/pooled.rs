@@ -9,7 +9,7 @@
 //! Fisher scoring (Viechtbauer, J. Educ. Behav. Stat. 30, 2005, eq. 15 ff.).
 //!
 //! Drapes may scatter by more than they state (folds, specimens, handling), and few cannot tell by how much. What they
-//! state is therefore taken for as much as [`STATED_COUNTS`] drapes more: the variance of u_k is scaled by
+//! state is therefore taken for as much as `STATED_COUNTS` drapes more: the variance of u_k is scaled by
 //! (nu + Q) / (nu + n - 1), where Q is the weighted sum of squares about the mean, and its part of the interval is
 //! Student's with nu + n - 1 degrees (a scaled inverse chi-squared prior, Gelman et al., Bayesian Data Analysis, 2013, sec. 2.6).
 //! Scatter alone has one degree of two drapes, and made of two good intervals one that was three times as long.
