@@ -56,6 +56,7 @@ use journal::Journal;
 
 /// The files of the whole batch in the folder of results.
 const RESULTS: [&str; 2] = ["results.csv", "results.jsonl"];
+
 /// How far a run is; given after every scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {

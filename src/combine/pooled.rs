@@ -15,7 +15,8 @@
 //! Scatter alone has one degree of two drapes, and made of two good intervals one that was three times as long.
 //! Logarithms make the mean geometric and the interval positive.
 //!
-//! Where it fails: two drapes that scatter by as much again as they state hold 74 % of draws, for what they state is believed. The share in common was measured of the network on simulated drops, and is taken for refined answers too.
+//! Where it fails: two drapes that scatter by as much again as they state hold 74 % of draws, for what they state is
+//! believed. The share in common was set on the network's answers to simulated drops, and is taken for refined ones too.
 //! What all specimens of a fabric differ in from the fabric is not in it.
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
@@ -33,7 +34,7 @@ const MOST_STEPS: usize = 500;
 /// Share of sets of sound drapes in which one is named as outlying, for one stiffness.
 const FALSE_ALARMS: f64 = 0.05;
 
-/// Drapes that what a drape states of its own scatter counts for. Chosen; sixty-eight fabrics of four simulated drops each bear it out.
+/// Drapes that what a drape states of its own scatter counts for. Chosen, not fitted.
 const STATED_COUNTS: f64 = 4.0;
 
 /// The mean of one stiffness over drapes; logarithms.
