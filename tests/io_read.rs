@@ -336,6 +336,136 @@ fn xyz_rows_with_titles_separators_and_colors() {
     assert_eq!(error.place, Place::Line(2));
 }
 
+/// Rows of points on a bowl, each written by `row` of its number and coordinates.
+fn bowl(row: impl Fn(usize, [f64; 3]) -> String) -> (String, Vec<Point3>) {
+    let at = |k: usize| {
+        let (x, y) = ((k % 20) as f64 + 0.25, (k / 20) as f64 - 10.5);
+        [x, y, -(0.0625 * x * x + 0.125 * y)]
+    };
+    let rows = (0..400).map(|k| row(k, at(k)) + "\n").collect();
+    (rows, (0..400).map(|k| Point3::from(at(k))).collect())
+}
+
+#[test]
+fn xyz_titles_say_where_the_coordinates_are() {
+    type Row = fn(usize, [f64; 3]) -> String;
+    let cases: [(&str, Row); 9] = [
+        ("y,x,z", |_, [x, y, z]| format!("{y},{x},{z}")),
+        ("Y;X;Z", |_, [x, y, z]| format!("{y};{x};{z}")),
+        ("z x y", |_, [x, y, z]| format!("{z} {x} {y}")),
+        ("North,East,Height", |_, [x, y, z]| format!("{y},{x},{z}")),
+        ("# Z [mm], Y [mm], X [mm]", |_, [x, y, z]| format!("{z},{y},{x}")),
+        ("//X Z Y Intensity", |k, [x, y, z]| format!("{x} {z} {y} {k}")),
+        ("id,time,z,y,x", |k, [x, y, z]| format!("{k},{}.5,{z},{y},{x}", k * k)),
+        ("Nx Ny Nz X Y Z", |_, [x, y, z]| format!("0.6 0.8 0 {x} {y} {z}")),
+        ("\"Points:1\",\"Points:0\",\"Points:2\"", |_, [x, y, z]| {
+            format!("\"{y}\",\"{x}\",\"{z}\"")
+        }),
+    ];
+    for (titles, row) in cases {
+        let (rows, want) = bowl(row);
+        let text = format!("{titles}\n{rows}");
+        assert_eq!(read(&text, "txt").points, want, "{titles}");
+        let old = text.replace('\n', "\r\n");
+        assert_eq!(read(old, "csv").points, want, "{titles}");
+    }
+    let (rows, _) = bowl(|_, [x, y, z]| format!("{x},{y},{z}"));
+    let error = fail(format!("lat,lon,h\n{rows}"), "csv");
+    assert_eq!(error.place, Place::Line(1));
+    assert!(error.to_string().contains("`lat, lon, h` do not say which"), "{error}");
+    // A remark before the rows is none of their titles.
+    assert_eq!(read(format!("scanned by hand, twice over\n{rows}"), "csv").points.len(), 400);
+}
+
+#[test]
+fn xyz_columns_without_titles_are_known_by_what_they_hold() {
+    type Row = fn(usize, [f64; 3]) -> String;
+    let cases: [(&str, Row, bool); 8] = [
+        ("a number first", |k, [x, y, z]| format!("{} {x} {y} {z}", k + 7), false),
+        ("a colour first", |k, [x, y, z]| format!("{},9,{},{x},{y},{z}", k % 200, k % 7), true),
+        ("a clock first", |k, [x, y, z]| format!("{} {x} {y} {z}", 1.7e9 + 0.25 * k as f64), false),
+        ("a time first", |k, [x, y, z]| format!("{} {x} {y} {z}", 0.25 * k as f64), false),
+        ("normals first", |_, [x, y, z]| format!("0.6;0;-0.8;{x};{y};{z}"), false),
+        ("an intensity between", |k, [x, y, z]| format!("{x} {y} {z} -{k} 1 2 3"), true),
+        ("colours that count to one", |_, [x, y, z]| format!("{x} {y} {z} 0.5 0.25 0.125"), true),
+        ("normals and a colour", |k, [x, y, z]| format!("{x} {y} {z} 0 0 1 {} 2 3", k % 9), true),
+    ];
+    for (what, row, colored) in cases {
+        let (rows, want) = bowl(row);
+        let (cloud, notes) = read_scan_bytes(rows.as_bytes(), "xyz").unwrap();
+        assert_eq!(cloud.points, want, "{what}");
+        assert_eq!(!cloud.colors.is_empty(), colored, "{what}");
+        let said = notes.taken.join(" ");
+        assert!(said.contains("by what they hold"), "{what}: {said}");
+    }
+    assert!(read_scan_bytes(b"1 2 3\n", "xyz").unwrap().1.taken.is_empty());
+}
+
+#[test]
+fn xyz_numbers_with_decimal_commas_and_wide_characters() {
+    let comma = |v: f64| format!("{v:.6}").replace('.', ",");
+    for separator in [";", " ", "\t", ", ", ","] {
+        let (rows, want) = bowl(|_, p| p.map(comma).join(separator));
+        let text = format!("y,x,z\n{rows}").replace("y,x,z", &["y", "x", "z"].join(separator));
+        let (cloud, notes) = read_scan_bytes(text.as_bytes(), "csv").unwrap();
+        let want: Vec<Point3> = want.iter().map(|p| Point3::new(p.y, p.x, p.z)).collect();
+        assert_eq!(cloud.points, want, "{separator:?}");
+        assert!(notes.taken.iter().any(|t| t.contains("decimal commas")), "{:?}", notes.taken);
+    }
+    let (rows, want) = bowl(|_, [x, y, z]| format!("v {x} {y} {z}"));
+    let utf16 =
+        |text: &str| -> Vec<u8> { text.encode_utf16().flat_map(u16::to_le_bytes).collect() };
+    assert_eq!(read(utf16(&rows), "obj").points, want);
+    assert_eq!(read(utf16(&rows.replace("v ", "")), "txt").points, want);
+    let thousands = fail("1.234,5;2;3\n1.234,5;2;3\n", "csv");
+    assert!(thousands.to_string().contains("thousands"), "{thousands}");
+}
+
+#[test]
+fn ply_triangle_strips_are_triangles_that_face_one_way() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\n\
+                property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+                0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 5 5\n6 5 5\n9 0 1 2 3 -1 3 4 5 -1\n";
+    assert_eq!(read(text, "ply").triangles, [[0, 1, 2], [2, 1, 3], [3, 4, 5]]);
+    assert!(matches!(fail(text.replace("4 5 -1", "4 9 -1"), "ply").fault, Fault::FaceIndex { .. }));
+}
+
+#[test]
+fn ply_header_lines_that_end_in_newline_and_return() {
+    let header = "ply\n\rformat binary_little_endian 1.0\n\relement vertex 1\n\rproperty uchar x\n\r\
+                  property uchar y\n\rproperty uchar z\n\rend_header\n\r";
+    let bytes = [header.as_bytes(), &[13, 10, 7]].concat();
+    assert_eq!(read(bytes, "ply").points, points(&[[13., 10., 7.]]));
+}
+
+#[test]
+fn obj_lines_go_on_after_a_backslash() {
+    let text = "v 0 0 0\nv 1 \\\n 0 0\nv 0 1 \\\r\n 0\nf 1 \\\n2 3\n";
+    let cloud = read(text, "obj");
+    assert_eq!((cloud.points.len(), cloud.triangles), (3, vec![[0, 1, 2]]));
+    let wrong = fail("v 0 0 \\\n0\nv 1 1 x\n", "obj");
+    assert_eq!(wrong.place, Place::Line(3), "{wrong}");
+}
+
+#[test]
+fn obj_cut_off_inside_its_faces_is_named() {
+    let vertices: String = (0..300).map(|k| format!("v {} {} 0\n", k % 20, k / 20)).collect();
+    let faces: Vec<String> = (1..280).map(|k| format!("f {k} {} {}", k + 1, k + 20)).collect();
+    let whole = vertices.clone() + &faces.join("\n");
+    assert_eq!(read(&whole, "obj").triangles.len(), 279, "the last line needs no end");
+    for cut in [vertices.clone() + &faces[..140].join("\n"), whole[..whole.len() - 4].to_owned()] {
+        let error = fail(&cut, "obj");
+        assert!(error.to_string().contains("ends inside its faces"), "{error}");
+    }
+}
+
+#[test]
+fn stl_in_capitals_is_stl() {
+    let text = "SOLID A\r\nFACET NORMAL 0 0 1\r\nOUTER LOOP\r\nVERTEX 0 0 0\r\nVERTEX 1 0 0\r\n\
+                VERTEX 0 1 0\r\nENDLOOP\r\nENDFACET\r\nENDSOLID A\r\n";
+    assert_eq!(read(text, "stl").triangles, [[0, 1, 2]]);
+}
+
 #[test]
 fn stl_corners_are_shared() {
     let ascii = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n\

@@ -102,7 +102,7 @@ def test_a_cloud_is_taken_as_its_file_is(mean_cloud, mean_rim, mean_estimate):
     np.testing.assert_array_equal(with_holes.boundary.points_m, mean_rim.points_m)
     assert with_holes.fabric == mean_estimate.fabric
     read, quality = with_holes.params["read"], with_holes.params["quality"]
-    assert read == {"points_in_file": len(holes), "dropped_non_finite": 7, "dropped_jumps": 0}
+    assert read == {"points_in_file": len(holes), "dropped_non_finite": 7, "dropped_jumps": 0, "taken": []}
     assert with_holes.params["input"] == "cloud"
     known = mean_estimate.params["quality"]
     assert quality == {**known, "unit_guessed": False}

@@ -8,6 +8,7 @@ pub mod outline;
 pub mod seed;
 pub mod shard;
 pub mod surface;
+pub mod text;
 pub mod units;
 pub mod vectors;
 

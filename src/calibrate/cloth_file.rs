@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use super::effect::{Acts, Cloth, EFFECTS, Effect, Number};
 use super::fit::Fitted;
 use super::manifest::Face;
+use crate::base::text;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2};
 use crate::fabric::params::{self, ParamsError};
 use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
@@ -93,7 +94,7 @@ pub fn read(path: &Path, given: [Option<f64>; STIFFNESSES + 1]) -> Result<Cloth,
 /// [`ClothFileError`].
 pub fn read_effects(path: &Path) -> Result<Vec<(&'static Number, f64)>, ClothFileError> {
     let fault = |fault: String| ClothFileError::Effects { path: path.to_owned(), fault };
-    let text = std::fs::read(path).map_err(|error| fault(format!("cannot be read ({error})")))?;
+    let text = text::read(path).map_err(|error| fault(format!("cannot be read ({error})")))?;
     let file: Value =
         serde_json::from_slice(&text).map_err(|error| fault(format!("no JSON ({error})")))?;
     let Some(list) = file.get("effects").filter(|value| !value.is_null()) else {

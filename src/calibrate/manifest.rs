@@ -11,6 +11,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use crate::base::text;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::DENSITY_LIMITS_G_M2;
 use crate::io::table::{Layout, Rows};
@@ -212,8 +213,8 @@ const OBSERVATIONS: f64 = 1e6;
 /// [`ManifestError`], with every fault of the table.
 pub fn read(path: impl AsRef<Path>) -> Result<Vec<Entry>, ManifestError> {
     let path = path.as_ref();
-    let bytes = std::fs::read(path)
-        .map_err(|source| ManifestError::Io { path: path.to_owned(), source })?;
+    let bytes =
+        text::read(path).map_err(|source| ManifestError::Io { path: path.to_owned(), source })?;
     let text = std::str::from_utf8(&bytes).map_err(|error| ManifestError::NotText {
         path: path.to_owned(),
         byte: error.valid_up_to(),

@@ -406,7 +406,7 @@ fn grids(text: &str) -> Result<[usize; 2], String> {
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {
-    LengthUnit::named(text).ok_or_else(|| "give m, mm, cm or in".into())
+    LengthUnit::named(text).ok_or_else(|| "give m, mm, cm, in, ft, um or 0.1mm".into())
 }
 
 #[derive(Clone, Debug, Args)]

@@ -26,6 +26,7 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
         eprint!("{found}");
     } else if given.json {
         let mut found = json::quality(&scanned);
+        found["read"] = json::read(&notes);
         found["verdict"] = serde_json::to_value(&said)?;
         println!("{}", serde_json::to_string_pretty(&found)?);
     } else {
@@ -55,10 +56,10 @@ fn refused(error: IntakeError, given: &args::Inspect) -> Result<Failure, Failure
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
     output::check_file(&given.out, &given.scan.files()).map_err(Failure::of_output)?;
     let options = given.scan.read.options()?;
-    let (scanned, _) = rim_of(&given.scan, &options)?.map_err(Failure::of_job)?;
+    let (scanned, notes) = rim_of(&given.scan, &options)?.map_err(Failure::of_job)?;
     boundary_csv::write_oriented(&given.out, &scanned.boundary, scanned.orientation)?;
     let said = verdict::of_scan(&scanned, &options);
-    eprint!("{}{}", words::lines(&said), table::scan(&scanned));
+    eprint!("{}{}{}", table::notes(&notes), words::lines(&said), table::scan(&scanned));
     eprintln!("wrote {}", given.out.display());
     Failure::of_verdict(&given.scan.input, &said, false)
 }

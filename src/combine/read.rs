@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::drape::Drape;
 use super::error::CombineError;
+use crate::base::text;
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::io::boundary_csv;
 use crate::job::verdict::Level;
@@ -59,7 +60,7 @@ fn list(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
 /// When it cannot be read, is no JSON, or is not what `estimate` writes.
 pub fn read(path: &Path) -> Result<Drape, CombineError> {
     let text =
-        std::fs::read(path).map_err(|source| CombineError::Io { path: path.to_owned(), source })?;
+        text::read(path).map_err(|source| CombineError::Io { path: path.to_owned(), source })?;
     let fault = |what: String| CombineError::NotParams { path: path.to_owned(), what };
     let json: Value = serde_json::from_slice(&text).map_err(|e| fault(format!("no JSON ({e})")))?;
     if json.get("drapes").is_some() {

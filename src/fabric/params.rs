@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use super::range::{STIFFNESSES, TABLE_2};
 use super::values::Fabric;
+use crate::base::text;
 
 /// Why a params.json gives no fabric.
 #[derive(Debug, thiserror::Error)]
@@ -110,8 +111,7 @@ struct File<'a> {
 impl<'a> File<'a> {
     fn open(path: &'a Path) -> Result<Self, ParamsError> {
         let fault = |fault: String| ParamsError { path: path.to_owned(), fault };
-        let text =
-            std::fs::read(path).map_err(|error| fault(format!("cannot be read ({error})")))?;
+        let text = text::read(path).map_err(|error| fault(format!("cannot be read ({error})")))?;
         let content = serde_json::from_slice(&text).map_err(|error| {
             fault(format!("no JSON ({error}); give a params.json as `estimate` writes it"))
         })?;

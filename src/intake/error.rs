@@ -12,10 +12,12 @@ pub enum IntakeError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The scan cannot be trusted.
-    #[error("{}: scan refused: {source}", path.display())]
+    #[error("{}: scan refused: {source}{}", path.display(), read_as(taken))]
     Refused {
         /// The scan.
         path: PathBuf,
+        /// What its reader took where the file does not say it plainly.
+        taken: Vec<String>,
         /// What was measured, the limit, the remedy.
         source: Box<ScanError>,
         /// What was found until then.
@@ -29,6 +31,15 @@ pub enum IntakeError {
         /// What was measured, the limit, the remedy.
         source: RimError,
     },
+}
+
+/// What a reader took, for the end of a message.
+fn read_as(taken: &[String]) -> String {
+    if taken.is_empty() {
+        String::new()
+    } else {
+        format!(" (as it was read, {})", taken.join("; "))
+    }
 }
 
 /// Why a rim from a file cannot be one. Lines are those of a boundary CSV.

@@ -19,10 +19,10 @@ use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Isometry3, Point3, Surface};
 use crate::geom::Cloud;
 use crate::io::boundary_csv::{self, OrientedRim};
-use crate::io::{Format, Place, ReadError, ReadNotes, ReadOptions, checked, read_scan_with};
+use crate::io::{Fault, Format, Place, ReadError, ReadNotes, ReadOptions, checked, read_scan_with};
 use crate::scan::{
-    LengthUnit, Orientation, Refusal, ScanOptions, ScannedBoundary, WarpToward, boundary_in_stages,
-    quarters_to_warp,
+    LengthUnit, Orientation, Refusal, ScanError, ScanOptions, ScannedBoundary, WarpToward,
+    boundary_in_stages, quarters_to_warp, scale_of_drape,
 };
 
 /// Farthest that neighbouring points of a rim may lie from each other \[m\]: twice
@@ -194,7 +194,12 @@ fn in_cloud(
 ) -> Result<ScannedBoundary, IntakeError> {
     boundary_in_stages(cloud, options, stages).map_err(|refusal| {
         let Refusal { error: source, found } = refusal;
-        IntakeError::Refused { path: path.to_owned(), source: Box::new(source), found }
+        IntakeError::Refused {
+            path: path.to_owned(),
+            taken: Vec::new(),
+            source: Box::new(source),
+            found,
+        }
     })
 }
 
@@ -225,7 +230,44 @@ pub fn of_scan_in_stages(
     let known = matches!(notes.format, Some(Format::DepthPng | Format::Views));
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
-    Ok((in_cloud(path, cloud, &options, stages)?, notes))
+    let depths = (notes.format == Some(Format::DepthPng)).then(|| cloud.clone());
+    let refused = match in_cloud(path, cloud, &options, stages) {
+        Ok(scanned) => return Ok((scanned, notes)),
+        Err(refused) => refused,
+    };
+    if let Some(depths) = depths {
+        other_depth_scale(path, &depths, &refused, read, &options)?;
+    }
+    match refused {
+        IntakeError::Refused { path, source, found, .. } => {
+            Err(IntakeError::Refused { path, taken: notes.taken, source, found })
+        }
+        error => Err(error),
+    }
+}
+
+/// Says with which depth scale a depth image that shows no drape would show one.
+fn other_depth_scale(
+    path: &Path,
+    depths: &Cloud,
+    refused: &IntakeError,
+    read: &ReadOptions,
+    options: &ScanOptions,
+) -> Result<(), IntakeError> {
+    /// Scales that sensors have, against one another.
+    const FACTORS: [f64; 8] = [0.1, 10.0, 0.2, 5.0, 0.25, 4.0, 0.001, 1000.0];
+    let is_size = |source: &ScanError| {
+        matches!(source, ScanError::NoPlate { .. } | ScanError::WrongSize { .. })
+    };
+    let IntakeError::Refused { source, .. } = refused else { return Ok(()) };
+    let factor = is_size(source).then(|| scale_of_drape(depths, &FACTORS, options)).flatten();
+    let Some(factor) = factor else { return Ok(()) };
+    let (scale, taken) = (read.depth_scale / factor, read.depth_scale);
+    let fault = Fault::Layout(format!(
+        "a drape of the right size is seen with {scale} units of depth in a metre, and none with the {taken} \
+         that were taken: give --depth-scale {scale}, or --sensor"
+    ));
+    Err(ReadError { path: path.to_owned(), place: Place::File, fault }.into())
 }
 
 /// Turns a given rim so that its x axis is the warp, if the user said where that

@@ -28,6 +28,8 @@ pub struct ReadNotes {
     pub degenerate_triangles: usize,
     /// Names of the file's elements and properties that were not used.
     pub ignored: Vec<String>,
+    /// What was taken where the file does not say it plainly, a sentence each.
+    pub taken: Vec<String>,
 }
 
 /// What a file says, unchecked.
@@ -38,6 +40,8 @@ pub(super) struct Raw {
     pub(super) colors: Vec<[u8; 3]>,
     pub(super) faces: Faces,
     pub(super) ignored: Vec<String>,
+    /// See [`ReadNotes::taken`].
+    pub(super) taken: Vec<String>,
     /// Pixels of a depth image that were left out beside depth jumps.
     pub(super) dropped_jumps: usize,
 }
@@ -67,6 +71,11 @@ impl Faces {
     /// Triangles so far.
     pub(super) fn triangles(&self) -> usize {
         self.triangles.len()
+    }
+
+    /// The corners of all triangles.
+    pub(super) fn corners(&self) -> impl Iterator<Item = &u32> {
+        self.triangles.iter().flatten()
     }
 
     /// The number of the next face, counted from 1.
@@ -132,6 +141,7 @@ fn kept(raw: Raw, format: Option<Format>) -> Result<(Cloud, ReadNotes), At> {
         dropped_triangles: 0,
         degenerate_triangles: 0,
         ignored: raw.ignored,
+        taken: raw.taken,
     };
     let mut triangles = raw.faces.triangles;
     triangles.retain_mut(|triangle| {

@@ -14,14 +14,18 @@ use std::path::Path;
 
 use csv::ByteRecord;
 
+use super::bytes::text_bytes;
 use super::error::shown;
 use super::table::{Layout, Rows};
 use super::{At, Fault, ReadError, WriteError, atomically};
 use crate::base::boundary::{Orientation, POINTS, POINTS_PER_SIDE};
+use crate::base::text;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, BoundaryPoint, Point3};
 
 /// The first line of a table that does not say whether weft and warp are known.
+/// A point that is known no better than this tells nothing: the specimen hangs as deep.
+const LARGEST_SIGMA_MM: f64 = 50.0;
 pub const HEADER: &str = "index,side,x_mm,y_mm,z_mm,sigma_mm,observed";
 /// The column that says it.
 pub const WARP_COLUMN: &str = "warp_known";
@@ -112,24 +116,28 @@ pub fn read_bytes(bytes: &[u8]) -> Result<Boundary, ReadError> {
     Ok(rim.boundary)
 }
 
-/// Whether a file is meant as such a table: a `.csv` that starts with `index`.
+/// Whether a file is meant as such a table: a `.csv` that starts with `index,side`.
 /// One that cannot be read is none here; who reads it next says why.
 #[must_use]
 pub fn is_one(path: &Path) -> bool {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    let mut head = [0; 16];
+    let mut head = [0; 64];
     let mut read = || std::fs::File::open(path)?.read(&mut head);
     named && read().is_ok_and(|length| starts_like_one(&head[..length]))
 }
 
 fn starts_like_one(head: &[u8]) -> bool {
-    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
-    let head = head.strip_prefix(b"\"").unwrap_or(head);
-    head.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"index"))
+    let Ok(head) = text::utf8(head) else { return false };
+    let plain: Vec<u8> =
+        head.iter().filter(|b| b.is_ascii_graphic() && **b != b'"').copied().collect();
+    let starts =
+        |title: &[u8]| plain.get(..title.len()).is_some_and(|t| t.eq_ignore_ascii_case(title));
+    starts(b"index,side") || starts(b"index;side")
 }
 
 fn parse(text: &[u8]) -> Result<OrientedRim, At> {
-    let mut rows = Rows::new(text, Layout::PLAIN);
+    let text = text_bytes(text)?;
+    let mut rows = Rows::new(&text, Layout::PLAIN);
     let header: Vec<Vec<u8>> = rows
         .next()
         .map(|(_, cells)| cells.iter().map(<[u8]>::to_vec).collect())
@@ -211,6 +219,13 @@ fn parse_row(
         return Err(Fault::Layout(fault).at_line(line));
     }
     let sigma_mm = value("sigma_mm", sigma)?;
+    if sigma_mm > LARGEST_SIGMA_MM {
+        let fault = format!(
+            "sigma_mm is {sigma_mm}: with more than {LARGEST_SIGMA_MM} nothing is known of the point; write the \
+             standard deviation of its coordinates, 0.5 if you do not know it"
+        );
+        return Err(Fault::Layout(fault).at_line(line));
+    }
     if sigma_mm < 0.0 {
         let fault = format!("sigma_mm is {sigma_mm}; a standard deviation is not negative");
         return Err(Fault::Layout(fault).at_line(line));

@@ -10,6 +10,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use super::bytes::text_bytes;
 use super::error::shown;
 use super::table::{Layout, Rows};
 use super::{At, Fault, Place, ReadError};
@@ -56,7 +57,8 @@ struct Columns {
 }
 
 fn parse(bytes: &[u8]) -> Result<Vec<DensityRow>, At> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = text_bytes(bytes)?;
+    let bytes = bytes.as_ref();
     if let Err(error) = std::str::from_utf8(bytes) {
         let fault = "not UTF-8 text; save it as `CSV UTF-8`";
         return Err(Fault::Layout(fault.to_owned()).at_byte(error.valid_up_to()));

@@ -13,6 +13,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Limits};
 use super::assemble::Raw;
 use super::{At, Fault, ReadOptions};
 use crate::base::Point3;
+use crate::numeric::robust;
 
 /// Deflate gives at most this many bytes for one: more pixels cannot be in the file.
 const MOST_BYTES_PER_BYTE: u64 = 1040;
@@ -31,7 +32,7 @@ struct Depth {
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Raw, At> {
     // first: a picture that has no depths needs no camera
-    let depth = decode(bytes)?;
+    let mut depth = decode(bytes)?;
     let Some(intrinsics) = &options.intrinsics else {
         return Err(Fault::NoIntrinsics.anywhere());
     };
@@ -42,6 +43,10 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Raw, At> {
         return Err(layout(format!("a depth scale of {scale}; give units per metre, like 1000")));
     }
     let mut raw = Raw::default();
+    if depth.is_swapped() {
+        depth.values.iter_mut().for_each(|value| *value = value.swap_bytes());
+        raw.taken.push("both bytes of each depth are exchanged: they lie smoothly so".to_owned());
+    }
     let jump = options.max_jump_m.map(|metres| metres * scale);
     let [width, _] = depth.size;
     for (index, &value) in depth.values.iter().enumerate() {
@@ -64,6 +69,23 @@ fn is_depth(value: u16) -> bool {
 }
 
 impl Depth {
+    /// Whether the depths are smooth with their bytes exchanged, and are not as they stand: the low
+    /// bytes of a surface are noise.
+    fn is_swapped(&self) -> bool {
+        /// As they stand, neighbours differ by so many times as much.
+        const ROUGHER: f64 = 20.0;
+        let [width, _] = self.size;
+        let typical_step = |of: fn(u16) -> u16| {
+            let pairs = self.values.chunks(width.max(1)).flat_map(|row| row.windows(2));
+            let seen = pairs.map(|pair| [of(pair[0]), of(pair[1])]);
+            let steps = seen.filter(|pair| pair.iter().all(|v| is_depth(*v)));
+            let steps: Vec<f64> = steps.map(|[a, b]| f64::from(a.abs_diff(b))).collect();
+            robust::median(steps)
+        };
+        let [as_is, swapped] = [typical_step(|v| v), typical_step(u16::swap_bytes)];
+        as_is.zip(swapped).is_some_and(|(as_is, swapped)| as_is > ROUGHER * swapped.max(1.0))
+    }
+
     /// How many of the eight neighbours lie within `jump` units of pixel `index`.
     fn neighbours(&self, index: usize, jump: f64) -> usize {
         let [width, height] = self.size;

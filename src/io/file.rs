@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::assemble::{ReadNotes, finish};
-use super::bytes::{is_regular, regular_file, standard_input};
+use super::bytes::{is_regular, regular_file, standard_input, text_bytes};
 use super::error::{At, Fault, shown};
 use super::format::{Format, foreign_content};
 use super::options::ReadOptions;
@@ -60,8 +60,9 @@ pub(super) fn read_bytes(
     if let Some(what) = foreign_content(bytes) {
         return Err(Fault::Foreign { what }.anywhere());
     }
-    // A UTF-8 byte-order mark stands before text of any kind.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    // Binary formats begin with a mark of their own, which no UTF-16 has.
+    let text = text_bytes(bytes)?;
+    let bytes = text.as_ref();
     if let Some(content) = Format::of_content(bytes).filter(|content| *content != named) {
         return Err(Fault::Misnamed { content: content.extension() }.anywhere());
     }

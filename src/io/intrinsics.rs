@@ -17,7 +17,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::bytes::regular_file;
+use super::bytes::{regular_file, text_bytes};
 use super::error::shown;
 use super::tokens::{number, words};
 use super::{At, Fault, ReadError, distortion};
@@ -73,6 +73,7 @@ impl Intrinsics {
     /// cannot be undone.
     pub(super) fn at_size(&self, size_px: [usize; 2]) -> Result<Self, String> {
         let Some(own) = self.size_px else {
+            self.check_centre(size_px)?;
             self.check_distortion(size_px)?;
             return Ok(*self);
         };
@@ -91,8 +92,36 @@ impl Intrinsics {
             centre_px: [centre(0, sx), centre(1, sy)],
             distortion: self.distortion,
         };
+        scaled.check_centre(size_px)?;
         scaled.check_distortion(size_px)?;
         Ok(scaled)
+    }
+
+    /// Refuses a principal point that cannot be of an image of this size.
+    fn check_centre(&self, size_px: [usize; 2]) -> Result<(), String> {
+        /// A principal point nearer to the border than this share of the image is of another image.
+        const BORDER: f64 = 0.05;
+        /// So far from the middle, by the same share along both axes, is that of another resolution.
+        const OFF_MIDDLE: f64 = 0.12;
+        const SAME: f64 = 0.02;
+        let [x, y] = [0, 1].map(|axis| (self.centre_px[axis] + 0.5) / size_px[axis] as f64);
+        let outside = [x, y].iter().any(|share| !(BORDER..=1.0 - BORDER).contains(share));
+        let scaled = (x - y).abs() < SAME && (x - 0.5).abs() > OFF_MIDDLE;
+        if !outside && !scaled {
+            return Ok(());
+        }
+        let [width, height] = size_px;
+        let [cx, cy] = self.centre_px;
+        let what = if scaled {
+            let [own_x, own_y] = [2.0 * cx + 1.0, 2.0 * cy + 1.0];
+            format!("the intrinsics seem to be of an image of about {own_x:.0} x {own_y:.0}")
+        } else {
+            "the intrinsics are of another image".to_owned()
+        };
+        Err(format!(
+            "the principal point ({cx:.1}, {cy:.1}) is not that of an image of {width} x {height} pixels: {what}; \
+             give those of the depth image, or add their width and height"
+        ))
     }
 
     /// The ray of a pixel: x and y where z is 1, distortion undone.
@@ -183,8 +212,8 @@ pub fn read_bytes(bytes: &[u8]) -> Result<Intrinsics, ReadError> {
 
 fn parse(bytes: &[u8]) -> Result<Intrinsics, At> {
     let layout = |fault: String| Fault::Layout(fault).anywhere();
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let Ok(text) = std::str::from_utf8(text) else {
+    let text = text_bytes(bytes)?;
+    let Ok(text) = std::str::from_utf8(&text) else {
         return Err(layout("no text; give intrinsics as JSON, YAML or nine numbers".to_owned()));
     };
     if text.len() > MOST_BYTES {

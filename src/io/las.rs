@@ -46,7 +46,8 @@ impl Rows<'_> {
         let Header { scale, offset, .. } = self.header;
         let axis = |k: usize| {
             let whole = i32::from_le_bytes(field(record, 4 * k));
-            f64::from(whole) * scale[k] + offset[k]
+            // What does not fit is written as the least number by some programs.
+            if whole == i32::MIN { f64::NAN } else { f64::from(whole) * scale[k] + offset[k] }
         };
         let gone = withheld(self.header, record);
         let point = if gone { [f64::NAN; 3] } else { [0, 1, 2].map(axis) };

@@ -19,6 +19,8 @@
 mod assemble;
 pub mod boundary_csv;
 mod bytes;
+mod cells;
+mod columns;
 pub mod density_csv;
 mod depth;
 mod distortion;

@@ -18,7 +18,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, At> {
     let mut raw = Raw::default();
     let mut colors = Vec::new();
     let mut corners = Vec::new();
-    for (line, text) in lines(bytes) {
+    let joined = joined(bytes);
+    for (line, text) in lines(joined.as_deref().unwrap_or(bytes)) {
         let mut words = words(text);
         match words.next() {
             Some(b"v") => read_vertex(words, line, &mut raw, &mut colors)?,
@@ -32,6 +33,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, At> {
             _ => {}
         }
     }
+    if is_cut(bytes, &corners, &raw) {
+        let fault = "the file ends inside its faces: many vertices are in none, and its last line has no end; \
+                     copy or export it again";
+        return Err(Fault::Layout(fault.to_owned()).anywhere());
+    }
     if raw.points.is_empty() && bytes.contains(&0) {
         let fault = "this is no OBJ text (it has zero bytes); export it again as OBJ or PLY";
         return Err(Fault::Layout(fault.to_owned()).anywhere());
@@ -42,6 +48,52 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, At> {
         raw.colors = colors.iter().map(|c| c.map(|c| (c * scale).round() as u8)).collect();
     }
     Ok(raw)
+}
+
+/// Whether a file was cut off inside its faces: it ends within a line, after faces that leave
+/// vertices over. `last` has the corners of the last face.
+fn is_cut(bytes: &[u8], last: &[u32], raw: &Raw) -> bool {
+    /// The share of the vertices that whole meshes leave over at most.
+    const LEFT_OVER: f64 = 0.01;
+    if last.is_empty() || bytes.ends_with(b"\n") || bytes.ends_with(b"\r") {
+        return false;
+    }
+    let mut used = vec![false; raw.points.len()];
+    for &vertex in raw.faces.corners() {
+        if let Some(used) = used.get_mut(vertex as usize) {
+            *used = true;
+        }
+    }
+    let unused = used.iter().filter(|used| !**used).count() as f64;
+    last.len() < 3 || unused > LEFT_OVER * used.len() as f64
+}
+
+/// The text with each backslash at a line's end, and that end, as blanks; lines after count on
+/// as if they were one, since as many empty lines follow. `None` if there is none.
+fn joined(bytes: &[u8]) -> Option<Vec<u8>> {
+    let continues = |at: usize| {
+        let rest = bytes.get(at + 1..).unwrap_or_default();
+        (bytes[at] == b'\\' && (rest.starts_with(b"\n") || rest.starts_with(b"\r")))
+            .then(|| 1 + usize::from(rest.starts_with(b"\r\n")) + 1)
+    };
+    if !bytes.contains(&b'\\') {
+        return None;
+    }
+    let (mut text, mut at, mut owed) = (Vec::with_capacity(bytes.len()), 0, 0);
+    while let Some(&byte) = bytes.get(at) {
+        if let Some(length) = continues(at) {
+            text.push(b' ');
+            owed += 1;
+            at += length;
+            continue;
+        }
+        text.push(byte);
+        if byte == b'\n' {
+            text.extend(std::iter::repeat_n(b'\n', std::mem::take(&mut owed)));
+        }
+        at += 1;
+    }
+    Some(text)
 }
 
 fn read_vertex<'a>(

@@ -12,8 +12,8 @@
 //! over an element's count before it reads. Here each count is held against the
 //! bytes that are left before anything is allocated for it.
 //!
-//! Not read: triangle strips and range grids (listed in
-//! [`ReadNotes::ignored`](super::ReadNotes::ignored)); their points are.
+//! Not read: range grids (listed in [`ReadNotes::ignored`](super::ReadNotes::ignored)); their
+//! points are.
 
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyDef, PropertyType, ScalarType};
 
@@ -148,7 +148,8 @@ fn read_elements<P: Payload>(header: &Header, mut payload: P) -> Result<Raw, At>
                 has_vertices = true;
                 read_vertices(element, &mut payload, &mut raw)?;
             }
-            "face" => read_faces(element, &mut payload, &mut raw)?,
+            "face" => read_faces(element, &mut payload, &mut raw, Faces::Polygons)?,
+            "tristrips" => read_faces(element, &mut payload, &mut raw, Faces::Strips)?,
             _ => {
                 raw.ignored.push(element.name.clone());
                 skip_element(element, &mut payload)?;
@@ -268,7 +269,20 @@ fn byte(value: f64, kind: &ScalarType) -> u8 {
     (value * scale).round() as u8
 }
 
-fn read_faces<P: Payload>(element: &ElementDef, payload: &mut P, raw: &mut Raw) -> Result<(), At> {
+/// What a list of vertices is.
+#[derive(Clone, Copy)]
+enum Faces {
+    Polygons,
+    /// Each vertex makes a triangle with the two before; -1 ends a strip.
+    Strips,
+}
+
+fn read_faces<P: Payload>(
+    element: &ElementDef,
+    payload: &mut P,
+    raw: &mut Raw,
+    faces: Faces,
+) -> Result<(), At> {
     let is_corners = |p: &PropertyDef| {
         matches!(p.name.as_str(), "vertex_indices" | "vertex_index")
             && matches!(p.data_type, PropertyType::List(..))
@@ -282,9 +296,17 @@ fn read_faces<P: Payload>(element: &ElementDef, payload: &mut P, raw: &mut Raw) 
                     corners.clear();
                     for _ in 0..count {
                         let index = scalar(payload, kind, element, number)?;
-                        corners.push(vertex_index(index, raw, payload.place())?);
+                        if matches!(faces, Faces::Strips) && index == -1.0 {
+                            push_strip(&corners, raw);
+                            corners.clear();
+                        } else {
+                            corners.push(vertex_index(index, raw, payload.place())?);
+                        }
                     }
-                    raw.faces.push(&corners);
+                    match faces {
+                        Faces::Polygons => raw.faces.push(&corners),
+                        Faces::Strips => push_strip(&corners, raw),
+                    }
                 }
                 kind => skip(payload, kind, element, number)?,
             }
@@ -294,6 +316,14 @@ fn read_faces<P: Payload>(element: &ElementDef, payload: &mut P, raw: &mut Raw) 
         raw.ignored.push(element.name.clone());
     }
     Ok(())
+}
+
+/// The triangles of a strip; every second one runs the other way round.
+fn push_strip(corners: &[u32], raw: &mut Raw) {
+    for (at, three) in corners.windows(3).enumerate() {
+        let [a, b, c] = [three[0], three[1], three[2]];
+        raw.faces.push(&if at % 2 == 0 { [a, b, c] } else { [b, a, c] });
+    }
 }
 
 fn vertex_index(index: f64, raw: &Raw, place: Place) -> Result<u32, At> {

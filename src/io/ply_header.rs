@@ -47,6 +47,7 @@ fn clean_header(bytes: &[u8]) -> Result<(String, usize), At> {
     } else {
         b'\n'
     };
+    let is_line_feed_first = bytes[first_end..].starts_with(b"\n\r");
     let mut text = String::new();
     let mut names = HashSet::new();
     let mut elements = HashSet::new();
@@ -57,7 +58,11 @@ fn clean_header(bytes: &[u8]) -> Result<(String, usize), At> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let number = index + 1;
         match words.as_slice() {
-            ["end_header", ..] => return Ok((text + "end_header\n", position)),
+            ["end_header", ..] => {
+                // Where a carriage return stands after each newline, one does after the last.
+                let after = index > 0 && is_line_feed_first && bytes.get(position) == Some(&b'\r');
+                return Ok((text + "end_header\n", position + usize::from(after)));
+            }
             [] | ["comment" | "obj_info", ..] => text.push_str("comment"),
             ["element", name, rest @ ..] => {
                 names.clear();

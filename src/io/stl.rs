@@ -19,7 +19,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, At> {
     if whole {
         return Ok(read_binary(body));
     }
-    if bytes.trim_ascii_start().starts_with(b"solid") {
+    let start = bytes.trim_ascii_start();
+    if start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
         return read_ascii(bytes);
     }
     let needs = u128::from(count.unwrap_or(1)) * TRIANGLE_BYTES as u128;
@@ -67,10 +68,10 @@ fn read_ascii(bytes: &[u8]) -> Result<Raw, At> {
     let mut tokens = Tokens::new(bytes, 0, 1);
     let mut corners = Vec::with_capacity(3);
     while let Some(token) = tokens.next() {
-        if token == b"endfacet" {
+        if token.eq_ignore_ascii_case(b"endfacet") {
             weld.raw.faces.push(&corners);
             corners.clear();
-        } else if token == b"vertex" {
+        } else if token.eq_ignore_ascii_case(b"vertex") {
             let mut corner = [0.0; 3];
             for value in &mut corner {
                 let what = || format!("a corner of facet {}", weld.raw.faces.next_number());

@@ -37,7 +37,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::assemble::ReadNotes;
-use super::bytes::regular_file;
+use super::bytes::{regular_file, text_bytes};
 use super::error::shown;
 use super::file::read_file;
 use super::tokens::{number, words};
@@ -146,7 +146,8 @@ fn read_list(path: &Path) -> Result<Views, ReadError> {
 /// Reads a list that lies at `path`; of the files that it names, cameras only.
 pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
     let fault = |fault: String| Fault::Layout(fault).anywhere().in_file(path);
-    let list: ListFile = serde_json::from_slice(bytes).map_err(|error| {
+    let bytes = text_bytes(bytes).map_err(|at| at.in_file(path))?;
+    let list: ListFile = serde_json::from_slice(&bytes).map_err(|error| {
         fault(format!("not a list of views ({error}); see docs/formats.md for its form"))
     })?;
     if list.schema != VIEWS_SCHEMA {
@@ -341,6 +342,11 @@ impl ReadNotes {
         for name in other.ignored {
             if !self.ignored.contains(&name) {
                 self.ignored.push(name);
+            }
+        }
+        for text in other.taken {
+            if !self.taken.contains(&text) {
+                self.taken.push(text);
             }
         }
     }

@@ -50,9 +50,14 @@ fn seen(options: &ScanOptions) -> Vec<Refusal> {
             "go nearer, do not decimate the export",
         ),
         refusal(
+            "TooCoarse",
+            format!("coordinates stored in steps of more than {:.0} mm", mm(limits.coarse_step_m)),
+            "export with more digits, or without a map's offset",
+        ),
+        refusal(
             "Size",
             format!(
-                "a scene that measures {} m to {:.0} m in no unit (m, mm, cm, in)",
+                "a scene that measures {} m to {:.0} m in no unit",
                 scene.smallest_m, scene.largest_m
             ),
             "export in metres or millimetres, or say `--unit`",
@@ -248,6 +253,7 @@ mod tests {
             ScanError::TooFewPoints { .. } => "TooFewPoints",
             ScanError::Size { .. } => "Size",
             ScanError::TooSparse { .. } => "TooSparse",
+            ScanError::TooCoarse { .. } => "TooCoarse",
             ScanError::WrongSize { .. } => "WrongSize",
             ScanError::NoPlate { .. } => "NoPlate",
             ScanError::SeveralDrapes { .. } => "SeveralDrapes",

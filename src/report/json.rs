@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::Likeness;
+use crate::io::ReadNotes;
 use crate::job::{Outcome, Refinement};
 use crate::refine::{ReleasedDrape, ScanFit};
 use crate::scan::ScannedBoundary;
@@ -48,11 +49,7 @@ pub fn params(outcome: &Outcome) -> Value {
         "released_drape": outcome.released.as_ref().map(released_drape),
         "refinement": outcome.refinement.as_ref().map(refinement),
         "boundary": boundary(outcome),
-        "read": outcome.rim.notes().map(|notes| json!({
-            "points_in_file": notes.points_in_file,
-            "dropped_non_finite": notes.dropped_non_finite,
-            "dropped_jumps": notes.dropped_jumps,
-        })),
+        "read": outcome.rim.notes().map(read),
         "quality": outcome.rim.scanned().map(quality),
         "orientation": outcome.rim.orientation(),
         "novelty": {
@@ -68,6 +65,17 @@ pub fn params(outcome: &Outcome) -> Value {
         "seed": outcome.job.scan.seed,
         "experiment": (outcome.job.experiment != Experiment::default()).then_some(outcome.job.experiment),
         "note": "simulation parameters, not measured mechanical properties",
+    })
+}
+
+/// What was read of a scan's file.
+#[must_use]
+pub fn read(notes: &ReadNotes) -> Value {
+    json!({
+        "points_in_file": notes.points_in_file,
+        "dropped_non_finite": notes.dropped_non_finite,
+        "dropped_jumps": notes.dropped_jumps,
+        "taken": notes.taken,
     })
 }
 

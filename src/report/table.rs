@@ -127,7 +127,7 @@ pub fn rim(rim: &Rim) -> String {
     }
 }
 
-/// What the reader left out of a file, as text; nothing if it took all.
+/// What the reader left out of a file or took by a guess, as text; nothing if it took all as it stands.
 #[must_use]
 pub fn notes(notes: &ReadNotes) -> String {
     let mut out = String::new();
@@ -144,6 +144,9 @@ pub fn notes(notes: &ReadNotes) -> String {
             "left out         {:>12}  pixels beside jumps of the depth",
             notes.dropped_jumps
         );
+    }
+    for text in &notes.taken {
+        let _ = writeln!(out, "read             {text}");
     }
     out
 }

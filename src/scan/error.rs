@@ -21,7 +21,7 @@ pub enum ScanError {
     },
     /// The scene fits a drape in no unit.
     #[error(
-        "the scene measures {measured_units:.4} file units: neither m, mm, cm nor in put it \
+        "the scene measures {measured_units:.4} file units: no unit that files have puts it \
          between {smallest_m} m and {largest_m} m; give the unit or check the export"
     )]
     Size {
@@ -42,6 +42,19 @@ pub enum ScanError {
         spacing_mm: f64,
         /// Distance that is enough.
         needed_mm: f64,
+        /// What cannot be found for it.
+        cause: Box<ScanError>,
+    },
+    /// The file's coordinates have too few digits; what follows from that is the cause of the
+    /// refusal.
+    #[error(
+        "the file stores its coordinates in steps of {step}; steps of 1 mm or less are needed: export with more digits, \
+         a smaller scale factor (LAS, E57: 0.0001), in double precision, or without a map's offset. With these steps, {}",
+        cause.brief()
+    )]
+    TooCoarse {
+        /// The step, with its unit.
+        step: String,
         /// What cannot be found for it.
         cause: Box<ScanError>,
     },
@@ -341,7 +354,9 @@ impl ScanError {
             | Self::TooLittleRim { bearing_deg, .. }
             | Self::Unexplained { bearing_deg, .. }
             | Self::Misfit { bearing_deg, .. } => (bearing_deg, 0.0),
-            Self::TooSparse { ref cause, .. } => return cause.place(),
+            Self::TooSparse { ref cause, .. } | Self::TooCoarse { ref cause, .. } => {
+                return cause.place();
+            }
             _ => return None,
         };
         Some(Place { bearing_deg, arc_deg })

@@ -131,7 +131,7 @@ impl Found {
     /// Notes what a refusal says of the scan.
     pub(super) fn note_refusal(&mut self, error: &ScanError) {
         let cause = match error {
-            ScanError::TooSparse { cause, .. } => cause,
+            ScanError::TooSparse { cause, .. } | ScanError::TooCoarse { cause, .. } => cause,
             error => error,
         };
         let ScanError::NoPlate { why, unit, .. } = cause else { return };

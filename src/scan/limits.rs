@@ -4,7 +4,9 @@
 //! In: figures of the stages and the caller's options. Out: nothing, or a [`ScanError`]
 //! that says what was measured, the limit, the place and the remedy.
 
+use super::coordinate_step::coordinate_step;
 use super::error::{NoDrape, PlateCandidate, ScanError, SizeReading};
+use super::found::Found;
 use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
 use super::options::ScanOptions;
 use super::plate::Plate;
@@ -180,6 +182,34 @@ pub(super) fn underlying(
     }
     let measured = measured.filter(|_| unfit);
     measured.and_then(|m| wrong_size(m, tuning.likely_sides, options)).unwrap_or(error)
+}
+
+/// A refusal, or the coarse coordinates from which it follows.
+pub(super) fn coarse(error: ScanError, found: &Found, options: &ScanOptions) -> ScanError {
+    /// Steps to a scene of unknown unit, fewer than which are coarse.
+    const LEAST_STEPS: f64 = 200.0;
+    let Some(step) = coordinate_step(&found.scene) else { return error };
+    let step = match (&error, found.unit) {
+        (ScanError::Size { measured_units, .. }, _) => {
+            (LEAST_STEPS * step > *measured_units).then(|| format!("{step:.3} file units"))
+        }
+        (ScanError::SeveralDrapes { .. } | ScanError::NoColors | ScanError::NoMark { .. }, _) => {
+            None
+        }
+        (ScanError::NoPlate { unit, .. }, None) => in_mm(step * unit.metres(), options),
+        (_, None) => None,
+        (_, Some(_)) => in_mm(step, options),
+    };
+    match step {
+        Some(step) => ScanError::TooCoarse { step, cause: Box::new(error) },
+        None => error,
+    }
+}
+
+/// A step of coordinates in mm, if it is a coarse one.
+fn in_mm(step_m: f64, options: &ScanOptions) -> Option<String> {
+    let coarse = step_m > options.tuning.limits.coarse_step_m;
+    coarse.then(|| format!("{} mm", (step_m * 1e4).round() / 10.0))
 }
 
 /// Refuses a cut of a closed mesh that has found no crease.

@@ -26,6 +26,7 @@
 
 mod cloth;
 mod color;
+mod coordinate_step;
 mod coverage;
 pub mod downsample;
 mod edge;
@@ -113,10 +114,23 @@ pub fn boundary_in_stages(
         Err(error) => {
             let (spacing_m, size) = (found.point_spacing_m, found.size());
             let error = limits::underlying(error, spacing_m, size.as_ref(), options);
+            let error = limits::coarse(error, &found, options);
             found.note_refusal(&error);
             Err(Refusal { error, found: Box::new(found) })
         }
     }
+}
+
+/// The first of some factors on a cloud in metres with which a drape is found in it.
+#[must_use]
+pub fn scale_of_drape(cloud: &Cloud, factors: &[f64], options: &ScanOptions) -> Option<f64> {
+    let options = ScanOptions { unit: Some(LengthUnit::Metre), ..options.clone() };
+    factors.iter().copied().find(|factor| {
+        let points = cloud.points.iter().map(|p| p * *factor).collect();
+        let scaled = Cloud { points, ..Cloud::default() };
+        let plated = scene::take(scaled, &options).and_then(|scene| Plated::of(scene, &options));
+        plated.is_ok_and(|plated| plated.judge(&options).is_ok())
+    })
 }
 
 /// The way from a cloud to its rim; each step is noted before it is judged.

@@ -700,6 +700,8 @@ pub struct LimitTuning {
     /// What the plate's radius reads in a scan, as a share of its own: the cloth leaves it a
     /// little inside its edge.
     pub plate_reads: f64,
+    /// Coordinates stored in larger steps than this are to blame for most refusals \[m\].
+    pub coarse_step_m: f64,
     /// Points farther apart than this are to blame for cloth and rim that are not seen \[m\].
     pub sparse_m: f64,
     /// Distance between points that is enough \[m\].
@@ -998,6 +1000,7 @@ const SHIPPED: Tuning = Tuning {
         longest_rim_side: 1.004,           // m
         size_noises: 4.0,                  // m
         plate_reads: 0.99,                 // m
+        coarse_step_m: 2e-3,               // m
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
         unexplained_points: 6.0,           // c

@@ -14,11 +14,25 @@ pub enum LengthUnit {
     Centimetre,
     /// Inches of 25.4 mm.
     Inch,
+    /// Feet of 304.8 mm.
+    Foot,
+    /// Micrometres.
+    Micrometre,
+    /// Tenths of a millimetre.
+    TenthMillimetre,
 }
 
 impl LengthUnit {
     /// All of them, those first that sensors write most.
-    pub const ALL: [Self; 4] = [Self::Metre, Self::Millimetre, Self::Centimetre, Self::Inch];
+    pub const ALL: [Self; 7] = [
+        Self::Metre,
+        Self::Millimetre,
+        Self::Centimetre,
+        Self::Inch,
+        Self::Foot,
+        Self::Micrometre,
+        Self::TenthMillimetre,
+    ];
 
     /// The unit of this symbol; `None` for an unknown one.
     #[must_use]
@@ -34,6 +48,9 @@ impl LengthUnit {
             Self::Millimetre => "mm",
             Self::Centimetre => "cm",
             Self::Inch => "in",
+            Self::Foot => "ft",
+            Self::Micrometre => "um",
+            Self::TenthMillimetre => "0.1mm",
         }
     }
 
@@ -45,6 +62,9 @@ impl LengthUnit {
             Self::Millimetre => 1e-3,
             Self::Centimetre => 1e-2,
             Self::Inch => 25.4e-3,
+            Self::Foot => 304.8e-3,
+            Self::Micrometre => 1e-6,
+            Self::TenthMillimetre => 1e-4,
         }
     }
 }

@@ -58,10 +58,11 @@ mod tests {
         let (m, mm) = (LengthUnit::Metre, LengthUnit::Millimetre);
         let (cm, inch) = (LengthUnit::Centimetre, LengthUnit::Inch);
         assert_eq!(units(0.3), [m]);
-        assert_eq!(units(2.0), [m]);
+        assert_eq!(units(2.0), [m, LengthUnit::Foot]);
         assert_eq!(units(300.0), [mm, cm, inch]);
-        assert_eq!(units(30.0), [m, cm, inch]);
+        assert_eq!(units(30.0), [m, cm, inch, LengthUnit::Foot]);
+        assert_eq!(units(3e5), [LengthUnit::Micrometre, LengthUnit::TenthMillimetre]);
         assert!(units(0.002).is_empty());
-        assert!(units(1e6).is_empty());
+        assert!(units(1e9).is_empty());
     }
 }

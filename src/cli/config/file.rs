@@ -36,7 +36,7 @@ pub(super) fn read(
     program: &Command,
     verbs: &[&Command],
 ) -> Result<Vec<Setting>, Failure> {
-    let text = std::fs::read_to_string(path)
+    let text = scan2params::base::text::read_to_string(path)
         .map_err(|error| anyhow!("{}: cannot be read ({error})", path.display()))?;
     let mut reading = Reading { path, text: &text, verbs, settings: Vec::new() };
     let parsed = DeTable::parse(&text);

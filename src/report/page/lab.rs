@@ -3,6 +3,7 @@
 //! In: a TOML or JSON file with some of the fields of [`Lab`], all of them texts. Out: the fields, of which those that are not
 //! given are blank lines on the page, to be filled by hand when it is printed.
 
+use crate::base::text;
 use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
@@ -67,7 +68,7 @@ pub enum LabError {
 /// When the file cannot be read, or has other fields than [`Lab`], or one that is no text.
 pub fn read(path: &Path) -> Result<Lab, LabError> {
     let io = |source| LabError::Io { path: path.to_owned(), source };
-    let text = std::fs::read_to_string(path).map_err(io)?;
+    let text = text::read_to_string(path).map_err(io)?;
     let json = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
     let form = |fault: String| LabError::Form { path: path.to_owned(), fault };
     if json {
