@@ -239,6 +239,7 @@ def main():
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--warp-toward", default="1,0.2,0.1")
+    parser.add_argument("--only", help="numbers of the draws, with commas between")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     points, colors = read_ply(given.scan)
@@ -267,8 +268,9 @@ def main():
         outcome = f"{off:.2f} mm off" if got is not None else f"code {code}: {said.strip()[-220:]}"
         return number, right, off, seconds, code, "; ".join(draw.said), outcome
 
+    numbers = [int(n) for n in given.only.split(",")] if given.only else range(given.count)
     with ThreadPoolExecutor(given.jobs) as pool:
-        rows = list(pool.map(tried, range(given.count)))
+        rows = list(pool.map(tried, numbers))
     for number, right, off, _, _, said, outcome in rows:
         if not right:
             print(f"{number:4} WRONG {said}\n          {outcome}")

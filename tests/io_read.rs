@@ -653,3 +653,25 @@ fn a_file_without_an_ending_is_answered_with_the_flag_that_says_its_format() {
     let said = read_scan(folder.path().join("scan.docx")).unwrap_err().to_string();
     assert!(!said.contains("no ending"), "{said}");
 }
+
+#[test]
+fn what_scanning_apps_give_away_is_answered_with_the_export_to_take() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, remedy) in [
+        ("a.usdz", "as GLB or PLY"),
+        ("a.r3d", "export the frames as PLY"),
+        ("a.spz", "Gaussian splats"),
+        ("a.ptx", "as E57"),
+        ("a.npy", "a PNG of 16 bits"),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, "x").unwrap();
+        let said = read_scan(&path).unwrap_err().to_string();
+        assert!(said.contains(remedy), "{said}");
+    }
+    let names = ["x", "y", "z", "f_dc_0", "opacity", "rot_0"];
+    let properties: String = names.iter().map(|n| format!("property float {n}\n")).collect();
+    let splats =
+        format!("ply\nformat ascii 1.0\nelement vertex 1\n{properties}end_header\n1 2 3 4 5 6\n");
+    assert!(fail(splats, "ply").to_string().contains("mesh mode"));
+}

@@ -5,7 +5,9 @@ mod program;
 use std::path::Path;
 
 use image::{ImageBuffer, Luma};
-use scan2params::base::Point3;
+use nalgebra::{Quaternion, UnitQuaternion};
+use scan2params::base::{Point3, Vector3};
+use scan2params::intake::rim::of_scan;
 use scan2params::io::{
     Fault, Format, Intrinsics, ReadError, ReadOptions, files_of, is_views_folder, read_scan,
     read_scan_bytes, read_scan_with,
@@ -266,6 +268,75 @@ fn pixels_between_two_surfaces_are_dropped_on_demand_and_edges_are_not() {
     let options = ReadOptions { max_jump_m: Some(0.02), ..options };
     let (cloud, notes) = read_scan_with(&path, &options).unwrap();
     assert_eq!((cloud.points.len(), notes.dropped_jumps), (46, 2));
+}
+
+/// The depths [mm] of a fixture from straight above, 640 x 480 pixels of [`above`].
+fn depths_from_above(name: &str) -> Vec<u16> {
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans");
+    let (cloud, _) = read_scan(scans.join(format!("{name}.ply"))).unwrap();
+    let truth = std::fs::read(scans.join(format!("{name}.truth.json"))).unwrap();
+    let truth: Value = serde_json::from_slice(&truth).unwrap();
+    let numbers = |key: &str| -> Vec<f64> { serde_json::from_value(truth[key].clone()).unwrap() };
+    let q = numbers("simulation_from_scanner_rotation_ijkw");
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(q[3], q[0], q[1], q[2]));
+    let shift = Vector3::from_column_slice(&numbers("simulation_from_scanner_translation_m"));
+    let unit_m = truth["unit_m"].as_f64().unwrap();
+    let mut depths = vec![0_u16; 640 * 480];
+    for point in &cloud.points {
+        let p = turn * (point.coords * unit_m) + shift;
+        let z = 0.6 - p.y;
+        let [column, row] = [319.5 + 500.0 * p.x / z, 239.5 + 500.0 * p.z / z].map(f64::round);
+        if (0.0..640.0).contains(&column) && (0.0..480.0).contains(&row) {
+            let pixel = &mut depths[row as usize * 640 + column as usize];
+            let depth = (z * 1e3).round() as u16;
+            *pixel = if *pixel == 0 { depth } else { depth.min(*pixel) };
+        }
+    }
+    depths
+}
+
+fn above() -> ReadOptions {
+    camera(500.0, [319.5, 239.5])
+}
+
+#[test]
+fn depths_of_a_wrong_scale_or_with_exchanged_bytes_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("d.png");
+    let depths = depths_from_above("stiff_structured-light");
+    std::fs::write(&path, depth_png(640, &depths)).unwrap();
+    let (cloud, notes) = read_scan_with(&path, &above()).unwrap();
+    assert!(notes.taken.is_empty(), "{:?}", notes.taken);
+    for wrong in [100.0, 10_000.0] {
+        let read = ReadOptions { depth_scale: wrong, ..above() };
+        let said = of_scan(&path, &read, &ScanOptions::default()).unwrap_err().to_string();
+        assert!(said.contains("give --depth-scale 1000"), "{said}");
+    }
+    let swapped: Vec<u16> = depths.iter().map(|d| d.swap_bytes()).collect();
+    std::fs::write(&path, depth_png(640, &swapped)).unwrap();
+    let (again, notes) = read_scan_with(&path, &above()).unwrap();
+    assert_eq!(again.points, cloud.points);
+    assert!(notes.taken[0].contains("bytes"), "{:?}", notes.taken);
+}
+
+#[test]
+fn a_principal_point_of_another_image_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("d.png");
+    std::fs::write(&path, depth_png(64, &[500; 64 * 48])).unwrap();
+    for (centre, named) in [
+        ([31.5, 23.5], false),
+        ([27.0, 26.0], false),
+        ([63.5, 47.5], true),
+        ([15.5, 11.5], true),
+        ([640.0, 24.0], true),
+    ] {
+        let read = read_scan_with(&path, &camera(50.0, centre));
+        assert_eq!(read.is_err(), named, "{centre:?}");
+        if let Err(error) = read {
+            assert!(error.to_string().contains("principal point"), "{error}");
+        }
+    }
 }
 
 #[test]

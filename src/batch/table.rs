@@ -30,6 +30,11 @@ const AFTER: [&str; 6] = [
     "input_sha256",
 ];
 
+/// A file's name as a cell that no spreadsheet takes for a formula; as a path it is the same.
+fn harmless(file: &str) -> String {
+    if file.starts_with(['=', '+', '-', '@']) { format!("./{file}") } else { file.to_owned() }
+}
+
 fn titles() -> Vec<String> {
     let mut titles: Vec<String> = BEFORE.map(String::from).into();
     for range in TABLE_2.iter().take(STIFFNESSES) {
@@ -45,7 +50,7 @@ fn cells(row: &Row) -> Vec<String> {
     let found = |pointer: &str| row.result.as_ref().and_then(|result| result.pointer(pointer));
     let cell = |pointer: &str| found(pointer).map(text).unwrap_or_default();
     let mut cells = vec![
-        row.file.clone(),
+        harmless(&row.file),
         row.status.name().to_owned(),
         row.exit_code.to_string(),
         row.verdict().unwrap_or_default().to_owned(),
@@ -109,7 +114,7 @@ mod tests {
             ..Row::new("sub/a.ply", Status::Ok)
         };
         let reason = Some("no \"plate\", at\nall".to_owned());
-        let refused = Row { reason, ..Row::new("b.ply", Status::Refused) };
+        let refused = Row { reason, ..Row::new("=b.ply", Status::Refused) };
         let text = csv(&[ok, refused]);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let titles = reader.headers().unwrap().clone();
@@ -125,6 +130,7 @@ mod tests {
         assert_eq!(cell(0, "bending_bias_g_mm2_s2"), "");
         assert_eq!(cell(0, "warnings"), "one, two; three");
         assert_eq!((cell(1, "status"), cell(1, "exit_code")), ("refused".into(), "4".into()));
+        assert_eq!(cell(1, "file"), "./=b.ply", "no formula");
         assert_eq!(cell(1, "reason"), "no \"plate\", at all");
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn stdout_is_all() {
 
 pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
     if FAULT.get().is_none() {
-        note(io::stdout().lock().write_fmt(text));
+        note(io::stdout().lock().write_all(plain(text).as_bytes()));
     }
 }
 
@@ -82,7 +82,14 @@ pub(super) fn to_stderr(text: fmt::Arguments<'_>) {
 }
 
 pub(super) fn always(text: fmt::Arguments<'_>) {
-    let _ = io::stderr().lock().write_fmt(text);
+    let _ = io::stderr().lock().write_all(plain(text).as_bytes());
+}
+
+/// A text without the control characters that names of files may bring to a terminal.
+fn plain(text: fmt::Arguments<'_>) -> String {
+    let text = text.to_string();
+    let harmful = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if text.contains(harmful) { text.replace(harmful, "\u{fffd}") } else { text }
 }
 
 fn note(printed: io::Result<()>) {

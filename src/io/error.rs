@@ -225,5 +225,7 @@ fn extension(found: &str) -> String {
             "its name has no ending that says its format; name it as one of {supported}, or say it with --format"
         );
     }
-    format!("files named `.{found}` are not read; convert it to one of {supported}")
+    let instead = super::format::export_instead(found);
+    let instead = instead.map_or(format!("convert it to one of {supported}"), str::to_owned);
+    format!("files named `.{found}` are not read; {instead}")
 }

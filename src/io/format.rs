@@ -94,6 +94,32 @@ impl Format {
     }
 }
 
+/// What to export in place of a format that is not read; docs/formats.md has a row for each app.
+pub(super) fn export_instead(extension: &str) -> Option<&'static str> {
+    Some(match extension.to_ascii_lowercase().as_str() {
+        "usdz" | "usd" | "usda" | "usdc" | "gltf" | "fbx" | "dae" | "3mf" | "blend" => {
+            "export the mesh as GLB or PLY, or the point cloud as PLY (docs/formats.md, \"Scanning apps\")"
+        }
+        "r3d" => {
+            "in Record3D export the frames as PLY, or as depth images with their camera (docs/formats.md, \
+             \"Scanning apps\")"
+        }
+        "spz" | "splat" | "ksplat" | "sog" => SPLATS,
+        "ptx" | "rcp" | "rcs" | "lgs" | "lgsx" | "fls" | "zfs" | "dxf" | "dwg" => {
+            "export the point cloud as E57, LAS or PLY"
+        }
+        "zip" | "gz" | "7z" | "rar" | "tar" => "unpack it first",
+        "exr" | "tif" | "tiff" | "npy" | "npz" | "raw" | "pfm" => {
+            "write depths as a PNG of 16 bits and one channel, in mm"
+        }
+        _ => return None,
+    })
+}
+
+/// What is said of Gaussian splats.
+pub(super) const SPLATS: &str = "they hold Gaussian splats, which look like the scene and do not lie on its \
+     surface: scan by LiDAR or in mesh mode, and export a mesh or a point cloud (docs/formats.md, \"Scanning apps\")";
+
 /// What a file is known to be when it is none of ours, for the remedy.
 pub(super) fn foreign_content(bytes: &[u8]) -> Option<&'static str> {
     let known: [(&[u8], &str); 4] = [

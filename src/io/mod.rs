@@ -131,14 +131,14 @@ pub fn bytes_of(path: impl AsRef<Path>) -> Result<Vec<u8>, ReadError> {
 }
 
 /// Reads bytes as if from a file with the extension `extension`, a depth image as
-/// if from a camera of 585 pixels; for fuzzing.
+/// if from a camera of 8 x 6 pixels; for fuzzing.
 ///
 /// # Errors
 /// As [`read_scan`]; the path in the error is `bytes.<extension>`.
 #[doc(hidden)]
 pub fn read_scan_bytes(bytes: &[u8], extension: &str) -> Result<(Cloud, ReadNotes), ReadError> {
     let path = Path::new("bytes").with_extension(extension);
-    let intrinsics = Intrinsics::pinhole([585.0; 2], [320.0, 240.0]).ok();
+    let intrinsics = Intrinsics::pinhole([585.0; 2], [3.5, 2.5]).ok();
     let options = ReadOptions { intrinsics, max_jump_m: Some(0.1), ..ReadOptions::default() };
     match Format::of_extension(&path) {
         Some(format) => read_bytes(bytes, format, &options),

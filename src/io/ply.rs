@@ -19,6 +19,7 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyDef, PropertyType, Sc
 
 use super::assemble::Raw;
 use super::error::shown;
+use super::format::SPLATS;
 use super::ply_header::read_header;
 use super::tokens::{Tokens, number_for};
 use super::{At, Fault, Place};
@@ -228,6 +229,10 @@ fn read_vertices<P: Payload>(
             shown(names.as_bytes())
         ))
         .anywhere());
+    }
+    let has = |name: &str| element.properties.contains_key(name);
+    if has("f_dc_0") && has("rot_0") && has("opacity") {
+        return Err(Fault::Layout(format!("the vertices are no points: {SPLATS}")).anywhere());
     }
     let colored = has_all(|used| if let Use::Color(axis) = used { Some(*axis) } else { None });
     let unused = element.properties.values().zip(&uses);
