@@ -15,10 +15,12 @@ const SLACK: f64 = 0.05;
 /// The share of the gaps that are.
 const MOST_GAPS: f64 = 0.95;
 
-/// The largest step of the three axes, in the points' unit; `None` where they show none.
+/// The smallest step of the three axes, in the points' unit; `None` where one of them shows none:
+/// points in rows and columns have coordinates of their own across.
 pub(super) fn coordinate_step(points: &[Point3]) -> Option<f64> {
     let of_axis = |axis: usize| step(points.iter().map(|p| p[axis]).collect());
-    (0..3).filter_map(of_axis).max_by(f64::total_cmp)
+    let steps = [of_axis(0)?, of_axis(1)?, of_axis(2)?];
+    steps.into_iter().min_by(f64::total_cmp)
 }
 
 fn step(mut values: Vec<f64>) -> Option<f64> {
@@ -51,6 +53,10 @@ mod tests {
     #[test]
     fn the_step_is_that_of_the_file() {
         assert_eq!(coordinate_step(&bowl()), None);
+        let on_grid = |c: f64| (c / 3e-3).round() * 3e-3;
+        let rows: Vec<Point3> =
+            bowl().iter().map(|p| Point3::new(on_grid(p.x), on_grid(p.y), p.z)).collect();
+        assert_eq!(coordinate_step(&rows), None, "points in rows and columns");
         for step in [1e-3, 0.01] {
             let on = |c: f64| (c / step).round() * step + 512_345.25;
             let points: Vec<Point3> =

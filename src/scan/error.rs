@@ -404,6 +404,8 @@ pub enum NoDrape {
     },
     /// No level patch of the plate's size.
     NoPatch,
+    /// Level patches, from none of which a surface falls away.
+    NothingFalls,
     /// The likeliest place is not the specimen's.
     NotTheSpecimen(PlateCandidate),
     /// The plate has another radius.
@@ -416,7 +418,7 @@ impl NoDrape {
     pub fn candidate(&self) -> Option<&PlateCandidate> {
         match self {
             Self::NotTheSpecimen(best) | Self::OtherRadius(best) => Some(best),
-            Self::WidePlanes { .. } | Self::NoPatch => None,
+            Self::WidePlanes { .. } | Self::NoPatch | Self::NothingFalls => None,
         }
     }
 
@@ -438,6 +440,10 @@ impl NoDrape {
                 "there is no level patch of {radius_mm:.0} mm radius; scan the drape from above too, or give --unit if {} \
                  is wrong. {help}",
                 unit.name()
+            ),
+            Self::NothingFalls => format!(
+                "there are flat patches of {radius_mm:.0} mm radius, and from none of them a surface falls away on all \
+                 sides, as cloth does from its plate: a board, a box or a table; scan a drape. {help}"
             ),
             Self::NotTheSpecimen(best) if best.beyond > best.short => format!(
                 "at the likeliest place, {}, the surface goes on beyond the specimen on {:.0} % of the bearings, as a \

@@ -9,7 +9,7 @@ use super::error::{NoDrape, PlateCandidate, ScanError, SizeReading};
 use super::found::Found;
 use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
 use super::options::ScanOptions;
-use super::plate::Plate;
+use super::plate::{Plate, Sought};
 use super::rim::{Rim, bearing_deg, longest_gap};
 use super::square::SquareFit;
 use super::uncertainty::Unexplained;
@@ -42,12 +42,17 @@ pub(super) fn units(guess: Guess, options: &ScanOptions) -> Result<Vec<LengthUni
     })
 }
 
-/// Why there is no place for a drape in a scene with this share of wide planes.
-pub(super) fn no_place(wide_share: f64, options: &ScanOptions) -> NoDrape {
-    if wide_share < options.tuning.pose.only_wide {
-        return NoDrape::NoPatch;
+/// Why there is no place for a drape in a scene in which this was found.
+pub(super) fn no_place(sought: &Sought, options: &ScanOptions) -> NoDrape {
+    /// A scan of which one plane is as much shows a board.
+    const MOSTLY: f64 = 0.5;
+    if sought.wide_share >= options.tuning.pose.only_wide {
+        NoDrape::WidePlanes { percent: 100.0 * sought.wide_share }
+    } else if sought.candidates.is_empty() && sought.plane_share < MOSTLY {
+        NoDrape::NoPatch
+    } else {
+        NoDrape::NothingFalls
     }
-    NoDrape::WidePlanes { percent: 100.0 * wide_share }
 }
 
 /// Refuses a plate of another radius, where a sheet has shown it.
@@ -159,7 +164,7 @@ pub(super) fn underlying(
         ScanError::NoPlate { why: NoDrape::NotTheSpecimen(best), .. } => {
             (best.short > best.beyond, false)
         }
-        ScanError::NoPlate { why: NoDrape::NoPatch, .. } => (true, false),
+        ScanError::NoPlate { why: NoDrape::NoPatch | NoDrape::NothingFalls, .. } => (true, false),
         ScanError::NotASquare { .. }
         | ScanError::HiddenRim { .. }
         | ScanError::TooLittleRim { .. }

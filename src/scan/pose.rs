@@ -27,7 +27,7 @@ use super::frame::{self, LocalFrame};
 use super::hints::Hints;
 use super::options::ScanOptions;
 use super::parameterisation::{self, Parameterisation};
-use super::plate::{self, Candidate, Plate, Sought};
+use super::plate::{self, Candidate, Plate};
 use super::square::{self, Ends};
 use super::unit::LengthUnit;
 use super::{fit, limits, origin};
@@ -68,20 +68,20 @@ pub(super) fn find(
 ) -> Result<Pose, ScanError> {
     let refuse = |why| Err(ScanError::NoPlate { why, radius_m: options.plate_radius_m, unit });
     let (hints, tuning) = (Hints::of(options, unit), &options.tuning.pose);
-    let Sought { candidates, wide_share } = plate::candidates(points, &hints, options);
+    let sought = plate::candidates(points, &hints, options);
     let verify = |candidate: &Candidate| {
         let plate = plate::measure(points, candidate, &hints, options)?;
         Some(verify(points, plate, options))
     };
     let mut verified: Vec<Verified> = Vec::new();
-    let mut later = candidates.as_slice();
+    let mut later = sought.candidates.as_slice();
     while !later.is_empty() && !verified.iter().any(|place| place.nats > tuning.enough_nats) {
         let (some, rest) = later.split_at(tuning.at_once.min(later.len()));
         verified.par_extend(some.par_iter().filter_map(verify));
         later = rest;
     }
     let Some(best) = likeliest(&verified) else {
-        return refuse(limits::no_place(wide_share, options));
+        return refuse(limits::no_place(&sought, options));
     };
     // Beside the likeliest there may be another drape.
     let beside = |place: &&Candidate| verified[best].is_beside(&place.centre, options);

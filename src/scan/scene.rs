@@ -19,7 +19,6 @@ use super::hints::{self, Hints, Region};
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::neighbours::Neighbours;
 use super::options::ScanOptions;
-use super::plate::Sought;
 use super::tuning::SceneTuning;
 use super::unit::LengthUnit;
 use super::{limits, plate, underside, unit_guess};
@@ -251,10 +250,10 @@ fn plate_of(
     limits::enough_points(samples.len(), options)?;
     let hints = Hints::of(options, unit);
     let find = |points: Vec<Point3>| {
-        let Sought { candidates, wide_share } = plate::candidates(&points, &hints, options);
+        let sought = plate::candidates(&points, &hints, options);
         let measured = |candidate| plate::measure(&points, candidate, &hints, options);
-        candidates.iter().find_map(measured).ok_or_else(|| ScanError::NoPlate {
-            why: limits::no_place(wide_share, options),
+        sought.candidates.iter().find_map(measured).ok_or_else(|| ScanError::NoPlate {
+            why: limits::no_place(&sought, options),
             radius_m: options.plate_radius_m,
             unit,
         })

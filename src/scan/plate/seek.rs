@@ -44,6 +44,8 @@ pub(in crate::scan) struct Sought {
     pub candidates: Vec<Candidate>,
     /// Share of the downsampled points that lie on planes wider than the specimen.
     pub wide_share: f64,
+    /// Share of them on the fullest plane, wide or not.
+    pub plane_share: f64,
 }
 
 /// The flat discs that look most like a plate with a drape on it, of those that may be one.
@@ -59,8 +61,9 @@ pub(in crate::scan) fn candidates(
     let cell_m = radius_m * tuning.coarse_cell_radii;
     let coarse = voxel_downsample(&some, None, cell_m).points;
     let tree = Neighbours::new(&coarse);
-    let wide = on_wide_planes(&coarse, &tree, tuning.wide_sides * side_m, options.seed, tuning);
-    let narrow = coarse.iter().zip(&wide).filter(|(_, wide)| !**wide);
+    let planes = on_wide_planes(&coarse, &tree, tuning.wide_sides * side_m, options.seed, tuning);
+    let wide = &planes.wide;
+    let narrow = coarse.iter().zip(wide).filter(|(_, wide)| !**wide);
     let narrow: Vec<Point3> = narrow.map(|(p, _)| *p).collect();
     let seeds = voxel_downsample(&narrow, None, radius_m * tuning.seed_cell_radii).points;
     let narrow_tree = &Neighbours::new(&narrow);
@@ -72,7 +75,8 @@ pub(in crate::scan) fn candidates(
     let mut found: Vec<Candidate> = different.par_iter().map(|patch| search.judge(patch)).collect();
     found.sort_by(|a, b| b.evidence.score().total_cmp(&a.evidence.score()));
     let wide_share = wide.iter().filter(|wide| **wide).count() as f64 / wide.len().max(1) as f64;
-    Sought { candidates: apart(found, side_m, radius_m, tuning), wide_share }
+    let candidates = apart(found, side_m, radius_m, tuning);
+    Sought { candidates, wide_share, plane_share: planes.fullest_share }
 }
 
 /// The first few candidates, each place once. First come a few about each drape, so that another

@@ -31,15 +31,24 @@ impl Plane {
     }
 }
 
-/// Which points lie on a plane that is wider than `width_m` in both directions.
+/// The planes of a scene.
+pub(super) struct WidePlanes {
+    /// Which points lie on a plane that is wider than asked for, in both directions.
+    pub wide: Vec<bool>,
+    /// The share of the points on the fullest plane, wide or not.
+    pub fullest_share: f64,
+}
+
+/// Finds the planes that are wider than `width_m` in both directions.
 pub(super) fn on_wide_planes(
     points: &[Point3],
     tree: &Neighbours,
     width_m: f64,
     run_seed: u64,
     tuning: &PlateTuning,
-) -> Vec<bool> {
+) -> WidePlanes {
     let mut wide = vec![false; points.len()];
+    let mut fullest_share = 0.0_f64;
     // The tangent planes of some points stand for all.
     let stride = points.len().div_ceil(tuning.most_tangents).max(1);
     let tangent = |p: &Point3| {
@@ -50,6 +59,8 @@ pub(super) fn on_wide_planes(
     let mut rng = seed::rng(run_seed, "wide planes", 0);
     for _ in 0..tuning.most_wide_planes {
         let Some(plane) = fullest(&tangents, &mut rng, tuning) else { break };
+        let on = points.iter().filter(|p| plane.off_m(p) < tuning.on_wide_m).count();
+        fullest_share = fullest_share.max(on as f64 / points.len().max(1) as f64);
         let along = tangents.iter().filter(|t| plane.has(t, tuning)).map(|t| t.at);
         if is_wide(&plane, &along.collect::<Vec<_>>(), width_m) {
             let on = points.iter().zip(&mut wide);
@@ -58,7 +69,7 @@ pub(super) fn on_wide_planes(
         }
         tangents.retain(|t| plane.off_m(&t.at) > tuning.on_wide_m);
     }
-    wide
+    WidePlanes { wide, fullest_share }
 }
 
 /// The plane with most tangent planes on it; `None` if few are left.
@@ -115,7 +126,8 @@ mod tests {
         let table: Vec<Point3> = grid(50, [0.1, 0.0, 0.0]).collect();
         let points = [sheet.clone(), table].concat();
         let tree = Neighbours::new(&points);
-        let wide = on_wide_planes(&points, &tree, 0.33, 0, &Tuning::default().plate);
+        let planes = on_wide_planes(&points, &tree, 0.33, 0, &Tuning::default().plate);
+        let wide = planes.wide;
         assert!(wide[..sheet.len()].iter().all(|w| !w));
         assert!(wide[sheet.len()..].iter().all(|w| *w));
     }
