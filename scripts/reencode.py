@@ -225,7 +225,7 @@ def boundary(program, path, out, warp):
     """The rim of a file, or what was said; the seconds it took."""
     start = time.monotonic()
     command = [program, "boundary", str(path), "--warp-toward", warp, "-o", str(out), "--quiet"]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=900)
     seconds = time.monotonic() - start
     return (rim(out) if out.exists() else None), done.stderr + done.stdout, done.returncode, seconds
 
