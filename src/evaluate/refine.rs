@@ -642,8 +642,8 @@ mod tests {
             estimator: &estimator,
             begin: Begin::Network,
             options: FitOptions {
-                vertices: [41, 41],
-                evaluations: [4; 2],
+                vertices: [31, 31],
+                evaluations: [3; 2],
                 release: true,
                 ..FitOptions::default()
             },
@@ -651,7 +651,7 @@ mod tests {
             fabrics: 0..1,
             drops: 1,
             fall: Fall::Perturbed,
-            truth_vertices: 61,
+            truth_vertices: 41,
             energy_drop: 0.0,
             keep: Some(folder.path().to_owned()),
         };
@@ -670,7 +670,7 @@ mod tests {
         };
         assert!((0..STIFFNESSES).all(|k| sum.held[k] == f64::from(u8::from(held(k)))));
         // the same again from the kept drape
-        let kept = folder.path().join("measured-8-0-61.obj");
+        let kept = folder.path().join("measured-8-0-41.obj");
         assert!(kept.is_file());
         let again = series.run(|_| ()).unwrap();
         let (ours, theirs) = (answer.ln_errors(&case.fabric), &again[0].answer);

@@ -150,8 +150,8 @@ fn two_batches_do_not_share_a_folder() {
     let folder = tempfile::tempdir().unwrap();
     let (scans, out) = (folder.path().join("scans"), folder.path().join("out"));
     fs::create_dir(&scans).unwrap();
-    for name in ["a.ply", "b.ply"] {
-        fs::copy(SCAN, scans.join(name)).unwrap();
+    for name in ["a.csv", "b.csv"] {
+        fs::copy("fixtures/drapes/stiff.boundary.csv", scans.join(name)).unwrap();
     }
     let scans_flag = scans.to_str().unwrap();
     let batch =

@@ -6,6 +6,8 @@ use std::io::Write as _;
 use std::process::{Command, Output, Stdio};
 
 const SCAN: &str = "fixtures/scans/stiff_structured-light.ply";
+/// Estimated in a fifth of the time of a scan.
+const RIM: &str = "fixtures/drapes/stiff.boundary.csv --density 260 --quick";
 const COMPUTING: [&str; 9] = [
     "estimate",
     "inspect",
@@ -130,9 +132,7 @@ fn quiet_leaves_errors_and_verbose_tells_the_steps() {
     let rim = folder.path().join("rim.csv").display().to_string();
     let usual = run(&format!("boundary {SCAN} -o {rim}"));
     assert!(said(&usual).contains("wrote"), "{}", said(&usual));
-    for line in
-        [format!("boundary {SCAN} -o {rim} --quiet"), format!("-q boundary {SCAN} -o {rim}")]
-    {
+    for line in [format!("estimate {RIM} --quiet"), format!("-q boundary {SCAN} -o {rim}")] {
         let quiet = run(&line);
         assert_eq!((quiet.status.code(), said(&quiet)), (Some(0), String::new()), "{line}");
     }
@@ -201,9 +201,7 @@ fn is_styled(line: &str, no_color: bool) -> Option<bool> {
 
 #[test]
 fn no_color_is_respected_everywhere() {
-    let inspect = format!("inspect {SCAN}");
-    for line in ["--help", "estimate --help", "estimate", "inspct x", "man", "--version", &inspect]
-    {
+    for line in ["--help", "estimate --help", "estimate", "inspct x", "man", "--version", RIM] {
         let Some(plain) = is_styled(line, true) else {
             eprintln!("skipped: no `script` to make a terminal with");
             return;
@@ -218,29 +216,21 @@ fn no_color_is_respected_everywhere() {
 fn a_scan_comes_from_standard_input() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let [file, pipe] =
-        [run(&format!("inspect {SCAN} --json")), piped("inspect - --format ply --json", SCAN)];
-    assert_eq!((pipe.status.code(), told(&pipe)), (Some(0), told(&file)), "{}", said(&pipe));
-
     let rims = ["file", "pipe"].map(|name| at(&format!("{name}.csv")));
     run(&format!("boundary {SCAN} -o {}", rims[0].display()));
     let pipe = piped(&format!("boundary - --format PLY -o {}", rims[1].display()), SCAN);
     assert_eq!(pipe.status.code(), Some(0), "{}", said(&pipe));
     assert_eq!(fs::read(&rims[0]).unwrap(), fs::read(&rims[1]).unwrap());
 
-    let file = run(&format!("{SCAN} --density 260 --quick --json"));
-    let pipe = piped("- --format ply --density 260 --quick --json", SCAN);
-    let [file, pipe] =
-        [file, pipe].map(|run| serde_json::from_slice::<serde_json::Value>(&run.stdout).unwrap());
-    assert_eq!(file["parameters"], pipe["parameters"]);
-    assert_eq!((&pipe["input"], &pipe["read_options"]["format"]), (&"-".into(), &"ply".into()));
-    assert_eq!(file["read_options"].get("format"), None);
-
     let out = at("out");
-    let pipe =
-        piped(&format!("- --format ply --density 260 --quick --out {}", out.display()), SCAN);
+    let line = format!("- --format ply --density 260 --quick --json --out {}", out.display());
+    let pipe = piped(&line, SCAN);
     assert_eq!(pipe.status.code(), Some(0), "{}", said(&pipe));
     assert!(out.join("stdin.params.json").is_file());
+    let [file, pipe] = [run(&format!("{RIM} --json")), pipe]
+        .map(|run| serde_json::from_slice::<serde_json::Value>(&run.stdout).unwrap());
+    assert_eq!((&pipe["input"], &pipe["read_options"]["format"]), (&"-".into(), &"ply".into()));
+    assert_eq!(file["read_options"].get("format"), None);
 
     // Without its format, in another one, and nothing at all.
     let pipe = piped("inspect -", SCAN);
@@ -255,9 +245,11 @@ fn a_scan_comes_from_standard_input() {
     assert!(said(&pipe).contains("empty"), "{}", said(&pipe));
     assert_eq!(piped("inspect - --format json", SCAN).status.code(), Some(2));
 
-    // A file whose name says nothing.
+    // A file whose name says nothing, and the same from standard input.
     let odd = at("scan.dat");
     fs::copy(SCAN, &odd).unwrap();
     assert_eq!(run(&format!("inspect {}", odd.display())).status.code(), Some(1));
-    assert_eq!(run(&format!("inspect {} --format ply", odd.display())).status.code(), Some(0));
+    let file = run(&format!("inspect {} --format ply --json", odd.display()));
+    let pipe = piped("inspect - --format ply --json", SCAN);
+    assert_eq!((pipe.status.code(), told(&pipe)), (Some(0), told(&file)), "{}", said(&pipe));
 }

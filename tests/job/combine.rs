@@ -1,5 +1,6 @@
 //! `combine` from end to end: results of the fixtures' scans as `estimate` and `batch` write them.
 
+use crate::committed::job;
 use crate::program;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,13 +20,9 @@ fn said(run: &Output) -> String {
 }
 
 /// The estimate of a fixture's scan, as a file in a folder.
-fn estimated(scan: &str, density: &str, folder: &Path) -> PathBuf {
-    let scan_path = format!("fixtures/scans/{scan}.ply");
-    let run =
-        program(&[&scan_path, "--density", density, "--quick", "--warp-toward", "-x", "--json"]);
-    assert!(matches!(run.status.code(), Some(0)), "{}", said(&run));
+fn estimated(scan: &str, folder: &Path) -> PathBuf {
     let path = folder.join(format!("{scan}.params.json"));
-    fs::write(&path, run.stdout).unwrap();
+    fs::write(&path, job(scan).result.to_string()).unwrap();
     path
 }
 
@@ -40,8 +37,7 @@ fn number(value: &Value, pointer: &str) -> f64 {
 #[test]
 fn two_scans_of_one_fabric_become_one() {
     let folder = tempfile::tempdir().unwrap();
-    let files =
-        ["mean_structured-light", "mean_truedepth"].map(|s| estimated(s, "214", folder.path()));
+    let files = ["mean_structured-light", "mean_truedepth"].map(|s| estimated(s, folder.path()));
     let out = folder.path().join("mean.json");
     let paths = files.each_ref().map(|p| p.to_str().unwrap());
     let run = program(&["combine", paths[0], paths[1], "--out", out.to_str().unwrap()]);
@@ -110,24 +106,15 @@ fn a_batch_s_folder_is_read_and_other_fabrics_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let scans = folder.path().join("scans");
     fs::create_dir(&scans).unwrap();
-    for scan in ["mean_structured-light", "stiff_structured-light"] {
-        fs::copy(format!("fixtures/scans/{scan}.ply"), scans.join(format!("{scan}.ply"))).unwrap();
+    for name in ["mean", "stiff"] {
+        let rim = format!("{name}.boundary.csv");
+        fs::copy(format!("fixtures/drapes/{rim}"), scans.join(&rim)).unwrap();
     }
     let table = folder.path().join("d.csv");
-    fs::write(&table, "mean_structured-light.ply,214\nstiff_structured-light.ply,260\n").unwrap();
+    fs::write(&table, "mean.boundary.csv,214\nstiff.boundary.csv,260\n").unwrap();
     let out = folder.path().join("results");
     let [scans, table, results] = [&scans, &table, &out].map(|p| p.to_str().unwrap());
-    let run = program(&[
-        "batch",
-        scans,
-        "--density-csv",
-        table,
-        "--quick",
-        "--warp-toward",
-        "-x",
-        "--out",
-        results,
-    ]);
+    let run = program(&["batch", scans, "--density-csv", table, "--quick", "--out", results]);
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let run = program(&["combine", results]);
     assert_eq!(run.status.code(), Some(2), "{}", said(&run));
@@ -136,7 +123,7 @@ fn a_batch_s_folder_is_read_and_other_fabrics_are_refused() {
         "{}",
         said(&run)
     );
-    let one = out.join("files/stiff_structured-light.ply.params.json");
+    let one = out.join("files/stiff.boundary.csv.params.json");
     let run = program(&["combine", one.to_str().unwrap()]);
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let table = String::from_utf8(run.stdout).unwrap();

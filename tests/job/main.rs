@@ -9,6 +9,7 @@ mod schema_support;
 
 mod batch;
 mod combine;
+mod committed;
 mod export;
 mod kit;
 mod main_job;

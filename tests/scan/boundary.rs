@@ -1,8 +1,7 @@
 //! From scan to rim on drapes whose truth is known.
 
 use crate::promises::hold;
-use crate::scan_support::{Drape, Sampling, random_pose, scan};
-use std::sync::OnceLock;
+use crate::scan_support::{Drape, Sampling, mean_knit, random_pose, scan, stiff_knit};
 
 use scan2params::base::{Boundary, Isometry3, Point3};
 use scan2params::geom::Cloud;
@@ -28,15 +27,9 @@ fn errors(found: &ScannedBoundary, truth: &Boundary) -> (f64, f64) {
     (d.iter().sum::<f64>() / 244.0, d.iter().copied().fold(0.0, f64::max))
 }
 
-/// The paper's mean fabric and a stiffer one, simulated once.
+/// The paper's mean fabric or a stiffer one.
 fn drape(stiff: bool) -> &'static Drape {
-    static DRAPES: [OnceLock<Drape>; 2] = [const { OnceLock::new() }; 2];
-    let (seed, fabric) = if stiff {
-        (2, [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0])
-    } else {
-        (1, [131e3, 164e3, 75e3, 1120.0, 1371.0, 1245.0, 214.0])
-    };
-    DRAPES[usize::from(stiff)].get_or_init(|| Drape::simulated(seed, fabric))
+    if stiff { stiff_knit() } else { mean_knit() }
 }
 
 /// Mean and largest error \[mm\] of a scan that is answered.
@@ -101,7 +94,7 @@ fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
         boundary_from_scan(&scan(drape(true), &sampling, &pose), &warp(&pose))
     };
     let (mut worst_mean, mut worst, mut longest_m) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for (from, wide) in [(60.0, 6.0), (100.0, 4.0), (100.0, 8.0), (280.0, 6.0), (340.0, 10.0)] {
+    for (from, wide) in [(60.0, 6.0), (100.0, 4.0), (340.0, 10.0)] {
         let found = run(from, wide).unwrap();
         let (mean, largest) = errors(&found, &drape(true).rim());
         worst_mean = worst_mean.max(mean);
@@ -117,14 +110,12 @@ fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
     hold("rim.bridged_arc", 1e3 * longest_m);
     hold("rim.bridged_mean", worst_mean);
     hold("rim.bridged_largest", worst);
-    for wide in [30.0, 40.0] {
-        match run(95.0 - 0.5 * wide, wide) {
-            Err(ScanError::Gap { bearing_deg, length_mm, limit_mm }) => {
-                assert!((bearing_deg - 95.0).abs() < 15.0, "{bearing_deg}");
-                assert!(length_mm > limit_mm);
-            }
-            other => panic!("{:?}", other.map(|f| f.quality)),
+    match run(80.0, 30.0) {
+        Err(ScanError::Gap { bearing_deg, length_mm, limit_mm }) => {
+            assert!((bearing_deg - 95.0).abs() < 15.0, "{bearing_deg}");
+            assert!(length_mm > limit_mm);
         }
+        other => panic!("{:?}", other.map(|f| f.quality)),
     }
 }
 

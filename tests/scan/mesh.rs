@@ -1,30 +1,15 @@
 //! Scans that are meshes: open, decimated, and closed underneath as scanning apps do.
 
 use std::collections::HashMap;
-use std::sync::OnceLock;
 
 use crate::promises::{hold, promise};
-use crate::scan_support::{Drape, SIDE, random_pose};
+use crate::scan_support::{Drape, SIDE, mean_knit as knit, random_pose, stiff_knit as stiff};
 use rand_distr::{Distribution as _, Normal};
 use scan2params::base::{Isometry3, Point3, Vector3, seed};
 use scan2params::geom::{Cloud, Mesh};
 use scan2params::scan::{
     MarkColor, ScanError, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan,
 };
-
-/// The paper's mean knit, simulated once.
-fn knit() -> &'static Drape {
-    static DRAPE: OnceLock<Drape> = OnceLock::new();
-    let knit = [131e3, 164e3, 75e3, 1120.0, 1371.0, 1245.0, 214.0];
-    DRAPE.get_or_init(|| Drape::simulated(1, knit))
-}
-
-/// A stiff one.
-fn stiff() -> &'static Drape {
-    static DRAPE: OnceLock<Drape> = OnceLock::new();
-    let knit = [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0];
-    DRAPE.get_or_init(|| Drape::simulated(2, knit))
-}
 
 /// The drape as an open mesh of every `step`-th vertex of its grid.
 fn open(drape: &Drape, step: usize) -> Mesh {

@@ -3,6 +3,8 @@
 
 #![allow(dead_code)]
 
+use std::sync::OnceLock;
+
 use rand::RngExt as _;
 use rand_distr::{Distribution, Normal};
 use scan2params::base::boundary::POINTS_PER_SIDE;
@@ -29,12 +31,33 @@ pub struct Drape {
     pub vertices: Vec<Point3>,
 }
 
+/// The fabric of [`stiff_knit`] in the paper's units.
+pub const STIFF_KNIT: [f64; 7] = [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0];
+
+/// A drape of a stiff knit, simulated once for all tests of a program.
+pub fn stiff_knit() -> &'static Drape {
+    static DRAPE: OnceLock<Drape> = OnceLock::new();
+    DRAPE.get_or_init(|| Drape::simulated(2, STIFF_KNIT))
+}
+
+/// A drape of the paper's mean knit, simulated once for all tests of a program.
+pub fn mean_knit() -> &'static Drape {
+    static DRAPE: OnceLock<Drape> = OnceLock::new();
+    let knit = [131e3, 164e3, 75e3, 1120.0, 1371.0, 1245.0, 214.0];
+    DRAPE.get_or_init(|| Drape::simulated(1, knit))
+}
+
 impl Drape {
     /// A drape simulated on a coarser grid, smoothly refined.
     pub fn simulated(drop_seed: u64, paper_units: [f64; 7]) -> Self {
+        Self::simulated_with(drop_seed, paper_units, &shapes())
+    }
+
+    /// [`Drape::simulated`] with options of one's own.
+    pub fn simulated_with(drop_seed: u64, paper_units: [f64; 7], options: &SimOptions) -> Self {
         let fabric = Fabric::from_paper_units(paper_units);
         let drop = Drop { start: DropStart::Perturbed(drop_seed) };
-        let coarse = drape(&fabric, &drop, &shapes());
+        let coarse = drape(&fabric, &drop, options);
         let fine = Grid::shared(SIDE, 0.3);
         let x = fine.prolong(&coarse.grid, &coarse.positions_m, 1.0);
         Self { vertices: x.into_iter().map(Point3::from).collect() }

@@ -2,15 +2,16 @@ use super::table::{Group, Moved, Named};
 use super::*;
 use crate::base::Point3;
 use crate::dataset::drape_file::rim_of;
+use crate::dataset::drapes::dataset_options;
 use crate::fabric::Mixture;
-use crate::sim::{Drop, SimOptions, drape};
+use crate::sim::{Drop, drape};
 
-/// Two drapes, made once for all tests.
-fn kept() -> Vec<KeptDrape> {
+/// Two drapes, made once for all tests: a stiff cloth's and a soft knit's.
+pub(super) fn kept() -> Vec<KeptDrape> {
     static KEPT: std::sync::OnceLock<Vec<KeptDrape>> = std::sync::OnceLock::new();
     let of = |prior: Mixture, index: u64| {
         let fabric = prior.sample(3, index).unwrap();
-        let mesh = drape(&fabric, &Drop::canonical(), &SimOptions::default()).mesh();
+        let mesh = drape(&fabric, &Drop::canonical(), &dataset_options()).mesh();
         let rim = rim_of(&mesh).unwrap();
         let name = format!("{}-{index}", prior.name());
         KeptDrape { name, mesh, rim, fabric: Some(fabric) }
