@@ -11,6 +11,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 const SCAN: &str = "fixtures/scans/stiff_structured-light.ply";
+const RIM: &str = "fixtures/drapes/stiff.boundary.csv";
 const DRAPE: &str = "simulate --params fixtures/drapes/stiff.params.json --vertices 21 --out";
 
 fn program(arguments: &[&str]) -> Command {
@@ -56,7 +57,7 @@ fn devices(folder: &Path) -> Devices {
 fn commands(folder: &Path) -> Vec<(Vec<String>, Vec<PathBuf>)> {
     let scans = folder.join("scans");
     fs::create_dir_all(&scans).unwrap();
-    fs::copy(SCAN, scans.join("a.ply")).unwrap();
+    fs::copy(RIM, scans.join("a.csv")).unwrap();
     let file = |name: &str| folder.join(name);
     let line = |text: &str, out: &Path| -> Vec<String> {
         words(text).into_iter().map(String::from).chain([out.display().to_string()]).collect()
@@ -65,8 +66,7 @@ fn commands(folder: &Path) -> Vec<(Vec<String>, Vec<PathBuf>)> {
     let none = |text: &str| words(text).into_iter().map(String::from).collect();
     vec![
         (none("--help"), vec![]),
-        (none(&format!("inspect {SCAN}")), vec![]),
-        (none(&format!("evaluate stages --repeat 1 {SCAN}")), vec![]),
+        (none(&format!("estimate {RIM} --density 260 --quick")), vec![]),
         (none(&format!("batch {} --density 260 --dry-run", scans.display())), vec![]),
         (line(&format!("inspect {SCAN} --json --out"), &file("a.png")), vec![file("a.png")]),
         (line(DRAPE, &file("a.obj")), vec![file("a.obj")]),
@@ -128,7 +128,9 @@ fn a_reader_that_goes_ends_the_command_quietly() {
 fn what_cannot_be_said_on_stderr_is_lost_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let rim = folder.path().join("rim.csv");
-    let writes = ["boundary", SCAN, "-o", rim.to_str().unwrap()];
+    let drape = folder.path().join("drape.obj");
+    let writes = [&words(DRAPE)[..], &[drape.to_str().unwrap()]].concat();
+    let writes = [&writes[..], &["--boundary", rim.to_str().unwrap()]].concat();
     let fails = ["inspect", "missing.ply"];
     for (arguments, code) in [(&writes[..], 0), (&fails, 1)] {
         let mut closed = program::shielded("sh");
@@ -153,7 +155,7 @@ fn devices_and_pipes_take_results_and_stay_what_they_are() {
     let folder = tempfile::tempdir().unwrap();
     let devices = devices(folder.path());
     if let Some([null, _]) = devices.null_and_full {
-        let run = program(&["boundary", SCAN, "-o", null.to_str().unwrap()]).output().unwrap();
+        let run = program(&[words(DRAPE), vec![null.to_str().unwrap()]].concat()).output().unwrap();
         assert_eq!(run.status.code(), Some(0), "{}", said(&run));
         assert!(fs::metadata(null).unwrap().file_type().is_char_device());
     }

@@ -7,10 +7,11 @@ use std::sync::OnceLock;
 
 use scan2params::base::Boundary;
 use scan2params::base::units::M_PER_MM;
+use scan2params::dataset::drapes::dataset_options;
 use scan2params::fabric::Fabric;
 use scan2params::io::{boundary_csv, read_scan, write_obj};
 use scan2params::sensor::Truth;
-use scan2params::sim::{Drop, DropStart, SimOptions, drape};
+use scan2params::sim::{Drop, DropStart, drape};
 
 fn scan2params(arguments: &[&str]) -> Output {
     program::program().args(arguments).output().unwrap()
@@ -29,7 +30,7 @@ fn drapes() -> &'static Path {
         let folder = tempfile::tempdir().unwrap();
         let knit = [240_000.0, 310_000.0, 90_000.0, 5200.0, 3600.0, 4100.0, 260.0];
         let drop = Drop { start: DropStart::Perturbed(2) };
-        let drape = drape(&Fabric::from_paper_units(knit), &drop, &SimOptions::default());
+        let drape = drape(&Fabric::from_paper_units(knit), &drop, &dataset_options());
         write_obj(folder.path().join("stiff.obj"), &drape.mesh()).unwrap();
         folder
     };
@@ -73,16 +74,12 @@ fn depth_views_read_back_to_the_rim() {
             start.elapsed().as_secs_f64()
         );
         assert!(error_mm < limit_mm, "{profile}: {error_mm:.2} mm");
-        let run = done(&[
-            scan.to_str().unwrap(),
-            &warp_flag(&truth),
-            "--density=260",
-            "--quick",
-            "--json",
-        ]);
-        let result: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
-        assert!(result["parameters"]["shear"]["value"].as_f64().unwrap() > 0.0);
     }
+    // `estimate` takes the folder too
+    let scan = out.path().join("stiff-0");
+    let run = done(&[scan.to_str().unwrap(), "--density=260", "--quick", "--json"]);
+    let result: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert!(result["parameters"]["shear"]["value"].as_f64().unwrap() > 0.0);
 }
 
 /// A mark of the virtual specimen, seen by a virtual camera, in place of the warp's
@@ -93,22 +90,20 @@ fn a_coloured_mark_tells_the_warp_as_the_truth_does() {
     let drape = drapes().join("stiff.obj");
     let file = |name: &str| out.path().join(name).to_str().unwrap().to_owned();
     let (drape, scan) = (drape.to_str().unwrap(), file("marked.ply"));
-    for profile in ["structured-light", "truedepth"] {
-        let marked = ["--profile", profile, "--mark", "red", "--seed", "4", "--out", &scan];
-        done(&[&["augment", drape][..], &marked].concat());
-        let (truth, rim) = truth_of(&out.path().join("marked"));
-        let found = |flags: &[&str]| {
-            let csv = file("found.csv");
-            done(&[&["boundary", &scan, "-o", &csv][..], flags].concat());
-            boundary_csv::read(&csv).unwrap()
-        };
-        let [given, marked] = [found(&[&warp_flag(&truth)]), found(&["--mark", "red"])];
-        assert_eq!(given, marked, "{profile}");
-        assert!(marked.mean_distance_m(&rim) / M_PER_MM < 1.5);
-        let green = scan2params(&["boundary", &scan, "--mark", "green", "-o", &file("no.csv")]);
-        assert_eq!(green.status.code(), Some(4));
-        assert!(String::from_utf8_lossy(&green.stderr).contains("0 points on the cloth"));
-    }
+    let marked = ["--profile", "truedepth", "--mark", "red", "--seed", "4", "--out", &scan];
+    done(&[&["augment", drape][..], &marked].concat());
+    let (truth, rim) = truth_of(&out.path().join("marked"));
+    let found = |flags: &[&str]| {
+        let csv = file("found.csv");
+        done(&[&["boundary", &scan, "-o", &csv][..], flags].concat());
+        boundary_csv::read(&csv).unwrap()
+    };
+    let [given, marked] = [found(&[&warp_flag(&truth)]), found(&["--mark", "red"])];
+    assert_eq!(given, marked);
+    assert!(marked.mean_distance_m(&rim) / M_PER_MM < 1.5);
+    let green = scan2params(&["boundary", &scan, "--mark", "green", "-o", &file("no.csv")]);
+    assert_eq!(green.status.code(), Some(4));
+    assert!(String::from_utf8_lossy(&green.stderr).contains("0 points on the cloth"));
     for wrong in ["white", "#12345", "mauve"] {
         let run = scan2params(&["boundary", &scan, "--mark", wrong, "-o", &file("no.csv")]);
         assert_eq!(run.status.code(), Some(2), "{wrong}");

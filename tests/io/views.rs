@@ -448,7 +448,7 @@ fn real_depth_frames_load_and_are_refused_as_drapes() {
     };
     let camera = folder.join("camera-intrinsics.txt");
     let camera = camera.to_str().unwrap();
-    for frame in ["150", "155", "160", "165"] {
+    for frame in ["150", "165"] {
         let frame = folder.join(format!("frame-000{frame}.depth.png"));
         let (code, said) = run(&frame, &["--intrinsics", camera]);
         assert_eq!(code, Some(4), "{said}");

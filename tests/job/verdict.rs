@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::Output;
 
 use scan2params::base::{Isometry3, Point3};
+use scan2params::dataset::drapes::dataset_options;
 use scan2params::geom::Cloud;
 use scan2params::io::{read_scan, write_obj, write_ply};
 use scan2params::scan::{LengthUnit, ScanOptions, boundary_from_scan};
@@ -153,7 +154,7 @@ fn another_plate_is_not_the_experiment_with_and_without_strict() {
     let fabric =
         scan2params::fabric::params::fabric(&fixture("drapes/stiff.params.json"), [None; 7])
             .unwrap();
-    let mut options = SimOptions { vertices: 49, fall_vertices: 25, ..SimOptions::default() };
+    let mut options = SimOptions { vertices: 41, fall_vertices: 25, ..dataset_options() };
     options.experiment.plate.radius_m = 0.058;
     let sheet = drape(&fabric, &Drop::canonical(), &options);
     write_obj(path("wide.obj"), &sheet.mesh()).unwrap();

@@ -348,7 +348,7 @@ fn cloth_with_friction_inside_comes_to_rest_and_drapes_stiffer() {
         let coefficient = |hysteresis| {
             let experiment = Experiment { hysteresis, ..Experiment::standard_cusick() };
             let options =
-                SimOptions { vertices: 41, fall_vertices: 25, experiment, ..SimOptions::default() };
+                SimOptions { vertices: 31, fall_vertices: 25, experiment, ..SimOptions::default() };
             let d = drape(&fabric, &Drop::canonical(), &options);
             let cell_n = fabric.density_kg_m2 * 9.80665 * d.grid.cell_area_m2();
             assert_eq!(d.stop, Stop::AtRest);

@@ -170,20 +170,6 @@ fn scenes_without_a_drape_are_refused() {
 }
 
 #[test]
-fn real_sensor_files_without_a_drape_are_refused() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/scans");
-    let Ok(entries) = std::fs::read_dir(&folder) else {
-        eprintln!("skipped: {} is absent (see its ORIGIN.md)", folder.display());
-        return;
-    };
-    for path in entries.map(|e| e.unwrap().path()).filter(|p| p.is_file()) {
-        let (cloud, _) = scan2params::io::read_scan(&path).unwrap();
-        let answer = boundary_from_scan(&cloud, &ScanOptions::default());
-        assert!(answer.is_err(), "{}", path.display());
-    }
-}
-
-#[test]
 fn a_virtual_structured_light_scan_is_answered() {
     let scanned = virtual_scan(drape(true), "structured-light", 5);
     let sim_from_scan = scanned.truth.simulation_from_scanner;
