@@ -258,18 +258,20 @@ fn what_is_no_upward_import_passes() {
     assert!(caught("src/lib.rs", "pub use crate::sim::drape;").is_empty());
 }
 
+const NONE: [usize; 0] = [];
+
 #[test]
 fn printing_is_caught_outside_tests_only() {
     let lines = |text: &str| Source::new("src/sim/drape.rs", text).prints;
     assert_eq!(lines("fn f() {\n    println!(\"x\");\n}"), [2]);
     assert_eq!(lines("#[cfg(test)]\nmod tests { fn f() { println!() } }\nfn g() { dbg!(1) }"), [3]);
-    assert_eq!(lines("#[cfg(test)]\n#[allow(x)]\nfn f() { eprintln!() }"), []);
+    assert_eq!(lines("#[cfg(test)]\n#[allow(x)]\nfn f() { eprintln!() }"), NONE);
     assert_eq!(lines("#[cfg(test)]\nuse a::{b, c};\nfn f() { eprint!() }"), [3]);
     assert_eq!(lines("#[cfg(feature)]\nfn f() { print!() }"), [2]);
-    assert_eq!(lines("#[cfg(all(test, unix))]\nfn f() { print!() }"), []);
+    assert_eq!(lines("#[cfg(all(test, unix))]\nfn f() { print!() }"), NONE);
     assert_eq!(lines("fn f() { std::println!() }\nfn g() { maybe!(x => println!()) }"), [1, 2]);
-    assert_eq!(lines("impl A {\n    #[cfg(test)]\n    fn f() { print!() }\n}"), []);
-    assert_eq!(lines("// println!()\nfn f() { writeln!(o, \"print!\") }"), []);
+    assert_eq!(lines("impl A {\n    #[cfg(test)]\n    fn f() { print!() }\n}"), NONE);
+    assert_eq!(lines("// println!()\nfn f() { writeln!(o, \"print!\") }"), NONE);
     let text = "#[cfg(test)]\nmod tests;\nmod b;";
     let files = Source::new("src/sim/contact.rs", text).test_modules;
     assert_eq!(files, [["sim", "contact", "tests"]]);

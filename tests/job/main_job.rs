@@ -109,7 +109,7 @@ impl Held {
 fn from_file_to_parameters() {
     let (mut shipped, mut ignoring) = (Held::default(), Held::default());
     let baseline = Baseline::of(&Mixture::union()).unwrap().answer();
-    for (scan, drape) in SCANS {
+    for (scan, _) in SCANS {
         let job = job(scan);
         let (result, truth) = (&job.result, &job.truth);
         assert_eq!(result["orientation"], "given");

@@ -257,7 +257,7 @@ fn seams_of_a_file_are_no_edges() {
 #[test]
 fn a_shell_is_cut_at_its_upper_edge() {
     let mut worst = [0.0_f64; 3];
-    for thickness_mm in [1.0, 3.0, 6.0] {
+    for thickness_mm in [1.0, 6.0] {
         let closed = finer(&finer(&shell(open(knit(), 1), thickness_mm * 1e-3)));
         let name = format!("shell of {thickness_mm} mm");
         // the cut runs half a triangle inside the crease
@@ -283,7 +283,6 @@ fn what_spans_the_rim_is_cut_away_or_the_scan_is_refused() {
     for (name, of, closed, steps) in [
         ("knit, 5 mm", knit(), spanned(open(knit(), 1)), 0),
         ("stiff", stiff(), finer_still(stiff()), 0),
-        ("stiff", stiff(), finer_still(stiff()), 3),
         ("knit", knit(), finer_still(knit()), 3),
         ("knit, a blob", knit(), finer_still(knit()), 40),
     ] {

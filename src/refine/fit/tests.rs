@@ -8,21 +8,12 @@ use crate::sim::{Drape, Drop, Experiment, drape};
 
 /// Rests within a second or two.
 fn sim() -> SimOptions {
-    SimOptions { vertices: e("R", 31), fall_vertices: 21, ..SimOptions::default() }
-}
-
-fn e(name: &str, or: usize) -> usize {
-    std::env::var(name).map_or(or, |v| v.parse().unwrap())
+    SimOptions { vertices: 31, fall_vertices: 21, ..SimOptions::default() }
 }
 
 /// On the very cells that the truth was made on.
 fn options() -> FitOptions {
-    FitOptions {
-        sim: sim(),
-        vertices: [e("R", 31), e("R", 31)],
-        release: true,
-        ..FitOptions::default()
-    }
+    FitOptions { sim: sim(), vertices: [31, 31], release: true, ..FitOptions::default() }
 }
 
 fn woven() -> Fabric {
@@ -129,13 +120,13 @@ fn two_drops_together_show_more_than_one() {
 #[test]
 fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
     let truth = woven();
-    let fine = SimOptions { vertices: e("RT", 61), ..sim() };
+    let fine = SimOptions { vertices: 61, ..sim() };
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &fine);
     let sheet = sheet(&d, 0.2e-3);
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     let prior = prior(&truth, OFF, 0.6);
     let fitted = |cells: [f64; 2]| {
-        let options = FitOptions { vertices: [e("R", 31), e("R2", 41)], cells, ..options() };
+        let options = FitOptions { vertices: [31, 41], cells, ..options() };
         let found =
             fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
                 .unwrap();
@@ -181,13 +172,13 @@ fn what_was_believed_and_is_far_off_gives_way_to_what_the_drape_shows() {
 fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
     // a fabric that coarse cells lock, believed to be much softer in its plane
     let truth = Fabric::from_paper_units([600e3, 700e3, 90e3, 2_600.0, 2_900.0, 2_700.0, 180.0]);
-    let fine = SimOptions { vertices: e("RT", 61), ..sim() };
+    let fine = SimOptions { vertices: 61, ..sim() };
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(3) }, &fine);
     let sheet = sheet(&d, 0.2e-3);
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     let prior = prior(&truth, [-1.4, -1.1, -0.3, 0.2, -0.2, -0.2], 0.45);
     let fitted = |leaves: f64| {
-        let options = FitOptions { vertices: [e("R", 31), e("R3", 51)], leaves, ..options() };
+        let options = FitOptions { vertices: [31, 41], leaves, ..options() };
         let starts = &prior.starts()[..1];
         let found = fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
         println!("{:.3?} {:.2} {}", errors(&found, &truth), found.misfit, found.drapes);
