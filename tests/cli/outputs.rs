@@ -153,9 +153,11 @@ fn two_batches_do_not_share_a_folder() {
     for name in ["a.csv", "b.csv"] {
         fs::copy("fixtures/drapes/stiff.boundary.csv", scans.join(name)).unwrap();
     }
+    let table = folder.path().join("densities.csv");
+    fs::write(&table, "file,density_g_m2\na.csv,260\nb.csv,260\n").unwrap();
     let scans_flag = scans.to_str().unwrap();
-    let batch =
-        ["batch", scans_flag, "--density", "260", "--quick", "--out", out.to_str().unwrap()];
+    let [table, results] = [&table, &out].map(|path| path.to_str().unwrap());
+    let batch = ["batch", scans_flag, "--density-csv", table, "--quick", "--out", results];
     let start = || program(&batch).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let ends = [start(), start()].map(|child| child.wait_with_output().unwrap());
     let codes = ends.each_ref().map(|end| end.status.code());

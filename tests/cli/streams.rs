@@ -58,16 +58,19 @@ fn commands(folder: &Path) -> Vec<(Vec<String>, Vec<PathBuf>)> {
     let scans = folder.join("scans");
     fs::create_dir_all(&scans).unwrap();
     fs::copy(RIM, scans.join("a.csv")).unwrap();
+    let table = folder.join("densities.csv");
+    fs::write(&table, "file,density_g_m2\na.csv,260\n").unwrap();
+    let scans = format!("{} --density-csv {}", scans.display(), table.display());
     let file = |name: &str| folder.join(name);
     let line = |text: &str, out: &Path| -> Vec<String> {
         words(text).into_iter().map(String::from).chain([out.display().to_string()]).collect()
     };
-    let batch = format!("batch {} --density 260 --quick --out", scans.display());
+    let batch = format!("batch {scans} --quick --out");
     let none = |text: &str| words(text).into_iter().map(String::from).collect();
     vec![
         (none("--help"), vec![]),
         (none(&format!("estimate {RIM} --density 260 --quick")), vec![]),
-        (none(&format!("batch {} --density 260 --dry-run", scans.display())), vec![]),
+        (none(&format!("batch {scans} --dry-run")), vec![]),
         (line(&format!("inspect {SCAN} --json --out"), &file("a.png")), vec![file("a.png")]),
         (line(DRAPE, &file("a.obj")), vec![file("a.obj")]),
         (line(&batch, &file("out")), vec![file("out/results.csv")]),

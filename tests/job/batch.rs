@@ -128,12 +128,17 @@ fn a_killed_run_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let scans = folder.path().join("scans");
     std::fs::create_dir(&scans).unwrap();
+    let mut table = "file,density_g_m2\n".to_owned();
     for k in 0..SCANS {
-        let name = format!("{k}.csv");
-        std::fs::copy(fixture("drapes/stiff.boundary.csv"), scans.join(name)).unwrap();
+        std::fs::copy(fixture("drapes/stiff.boundary.csv"), scans.join(format!("{k}.csv")))
+            .unwrap();
+        table += &format!("{k}.csv,260\n");
     }
+    let densities = folder.path().join("densities.csv");
+    std::fs::write(&densities, table).unwrap();
+    let table = densities.to_str().unwrap();
     let (out, flags) =
-        (folder.path().join("out"), ["--density", "260", "--quick", "--threads", "1"]);
+        (folder.path().join("out"), ["--density-csv", table, "--quick", "--threads", "1"]);
     let journal = out.join("journal.jsonl");
     let mut child = program()
         .arg("batch")
