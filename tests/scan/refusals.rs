@@ -1,16 +1,13 @@
 //! Every reason to refuse a scan, provoked: each scene has one fault, and the refusal names
 //! that and no other, with what was measured beyond its limit.
 
-use crate::scan_support::{
-    Drape, SIDE, Sampling, flat_m, scan, scan_where, shapes, stiff_knit as drape,
-};
+use crate::scan_support::{Drape, SIDE, Sampling, flat_m, scan, scan_where, stiff_knit as drape};
 use scan2params::base::{Isometry3, Point3, Vector3};
 use scan2params::geom::{Cloud, Mesh};
 use scan2params::scan::{
     MarkColor, NoDrape, ScanError, ScanOptions, WarpToward, boundary_from_scan,
 };
 use scan2params::sensor::{self, Profile, Scene, Stand};
-use scan2params::sim::SimOptions;
 
 /// The scans lie in the simulation frame, so that bearings can be held.
 fn pose() -> Isometry3 {
@@ -164,8 +161,7 @@ fn half_a_drape() {
 fn folds_that_noise_blurs() {
     let knit = [240e3, 310e3, 90e3, 150.0, 150.0, 150.0, 200.0];
     let triangles = Drape::triangles().into_iter().map(|t| t.map(|v| v as u32)).collect();
-    let coarse = SimOptions { vertices: 41, ..shapes() };
-    let mesh = Mesh { vertices: Drape::simulated_with(2, knit, &coarse).vertices, triangles };
+    let mesh = Mesh { vertices: Drape::simulated(2, knit).vertices, triangles };
     let scene = Scene::on(mesh, Stand::MODIFIED_CUSICK);
     let mut profile = Profile::named("d435").unwrap();
     profile.axial_m *= 3.0;

@@ -50,14 +50,9 @@ pub fn mean_knit() -> &'static Drape {
 impl Drape {
     /// A drape simulated on a coarser grid, smoothly refined.
     pub fn simulated(drop_seed: u64, paper_units: [f64; 7]) -> Self {
-        Self::simulated_with(drop_seed, paper_units, &shapes())
-    }
-
-    /// [`Drape::simulated`] with options of one's own.
-    pub fn simulated_with(drop_seed: u64, paper_units: [f64; 7], options: &SimOptions) -> Self {
         let fabric = Fabric::from_paper_units(paper_units);
         let drop = Drop { start: DropStart::Perturbed(drop_seed) };
-        let coarse = drape(&fabric, &drop, options);
+        let coarse = drape(&fabric, &drop, &shapes());
         let fine = Grid::shared(SIDE, 0.3);
         let x = fine.prolong(&coarse.grid, &coarse.positions_m, 1.0);
         Self { vertices: x.into_iter().map(Point3::from).collect() }
