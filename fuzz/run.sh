@@ -3,7 +3,7 @@
 # memory: 1 GiB in all, 256 MiB in one allocation, for files of up to 64 KiB. Needs
 # `cargo install cargo-fuzz`; a stable toolchain is enough (no sanitizer). Ends with an
 # error at the first finding, whose input is then in fuzz/artifacts: add it to
-# tests/io_fuzz.rs.
+# tests/io/fuzz.rs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RUSTC_BOOTSTRAP=1

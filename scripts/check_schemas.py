@@ -2,8 +2,8 @@
 """Checks docs/schemas with the reference implementation: `python scripts/check_schemas.py [NAME=FILE.json ...]`.
 
 Each schema is valid in its draft. Each example fits its schema; the same example with a key left out, one more, or a
-value of another type does not, wherever the schema says so. tests/schemas.rs does the same with the program's outputs
-and a validator of its own; the two must agree (`tests/schemas.rs` has why). NAME=FILE checks a file of yours."""
+value of another type does not, wherever the schema says so. tests/job/schemas.rs does the same with the program's outputs
+and a validator of its own; the two must agree (`tests/job/schemas.rs` has why). NAME=FILE checks a file of yours."""
 
 import copy
 import json
@@ -50,7 +50,7 @@ def at(document, path):
 
 
 def faults(document):
-    """The document with one fault each, with its kind. The same list as in tests/schemas.rs."""
+    """The document with one fault each, with its kind. The same list as in tests/job/schemas.rs."""
     for path in places(document):
         value = at(document, path)
         if isinstance(value, dict):

@@ -72,7 +72,7 @@
 //!
 //! Data flows one way through the layers, low to high; a module imports only
 //! from layers before its own, and no files import each other in a circle
-//! (`tests/layering.rs` holds that):
+//! (`tests/house/layering.rs` holds that):
 //!
 //! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset < estimate <
 //! refine < calibrate < job < report < exchange < batch < combine < kit < sealed < evaluate < cli`

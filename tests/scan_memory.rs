@@ -5,7 +5,7 @@ mod scan_support;
 
 use peak_alloc::PeakAlloc;
 use promises::hold;
-use scan_support::Drape;
+use scan_support::{Drape, STIFF_KNIT};
 use scan2params::geom::Mesh;
 use scan2params::intake::rim::of_scan;
 use scan2params::io::{ReadOptions, write_ply};
@@ -17,7 +17,7 @@ static ALLOCATED: PeakAlloc = PeakAlloc;
 
 #[test]
 fn a_million_points_take_at_most_four_times_their_coordinates() {
-    let drape = Drape::simulated(2, [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0]);
+    let drape = Drape::simulated(2, STIFF_KNIT);
     let triangles = Drape::triangles().iter().map(|t| t.map(|v| v as u32)).collect();
     let mesh = Mesh { vertices: drape.vertices.clone(), triangles };
     let cloud = even(&Scene::modified_cusick(mesh), 1_000_000, 0.15e-3, 1).unwrap();

@@ -1,5 +1,5 @@
 //! What every input must satisfy: no panic, nothing larger than the bytes allow, and
-//! what is read is what it promises to be. `tests/io_fuzz.rs` holds the same on a
+//! what is read is what it promises to be. `tests/io/fuzz.rs` holds the same on a
 //! fixed number of damaged files.
 
 use scan2params::io;

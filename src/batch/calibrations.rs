@@ -194,7 +194,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         let mut options = Options::default();
-        (options.fit.sim.vertices, options.fit.sim.fall_vertices) = (31, 25);
+        (options.fit.sim.vertices, options.fit.sim.fall_vertices) = (21, 21);
         options.fit.evaluations = 2;
         let run_of = |entries: &[Entry]| {
             let fits = AtomicUsize::new(0);

@@ -1,6 +1,6 @@
 //! The network behind `ort`: by default the embedded `tract` (pure Rust, nothing
 //! to install); with `ORT_DYLIB_PATH` set, the native ONNX Runtime found there.
-//! Both give the same numbers (tests/estimate_network.rs).
+//! Both give the same numbers (tests/estimate/network.rs).
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

@@ -397,16 +397,12 @@ mod tests {
     #[test]
     fn the_same_drop_gives_the_same_bytes_on_any_thread() {
         let drop = Drop { start: DropStart::Perturbed(5) };
-        let options = SimOptions { vertices: 31, fall_vertices: 21, ..options() };
+        let options = SimOptions { vertices: 25, fall_vertices: 21, ..options() };
         let here = drape(&fabric(), &drop, &options);
         let there = std::thread::scope(|scope| {
-            let runs: Vec<_> =
-                (0..2).map(|_| scope.spawn(|| drape(&fabric(), &drop, &options))).collect();
-            runs.into_iter().map(|run| run.join().unwrap()).collect::<Vec<_>>()
+            scope.spawn(|| drape(&fabric(), &drop, &options)).join().unwrap()
         });
-        for other in there {
-            assert_eq!(here.positions_m, other.positions_m);
-        }
+        assert_eq!(here.positions_m, there.positions_m);
     }
 
     #[test]
@@ -428,7 +424,8 @@ mod tests {
             for b in [&mut f.bending_weft_nm, &mut f.bending_warp_nm, &mut f.bending_bias_nm] {
                 *b *= factor;
             }
-            let d = drape(&f, &Drop::canonical(), &options());
+            let options = SimOptions { vertices: 31, ..options() };
+            let d = drape(&f, &Drop::canonical(), &options);
             d.boundary.positions_m().map(|p| p.x.hypot(p.z)).sum::<f64>() / 244.0
         };
         assert!(reach(4.0) > reach(0.25) + 0.01);

@@ -4,7 +4,7 @@
 //! In: nothing but numbers (SI, simulation frame). Out: checks of them, and the maps
 //! that the grid, the drop and the energies ask for. [`Experiment::default`] is the
 //! modified Cusick drape with every effect off; with an effect off the energies are
-//! those without it, bit for bit (`tests/physics_bits.rs`).
+//! those without it, bit for bit (`tests/physics/bits.rs`).
 
 mod bending;
 mod nodes;

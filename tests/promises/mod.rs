@@ -1,5 +1,5 @@
 //! The promises of README.md and docs/validation.md, as docs/promises.toml holds them: tests
-//! take their limits from there by [`hold`], and `tests/promise_table.rs` renders them into
+//! take their limits from there by [`hold`], and `tests/house/promise_table.rs` renders them into
 //! docs/validation.md.
 
 #![allow(dead_code)]
@@ -30,7 +30,7 @@ pub struct Promise {
     pub margin: Option<String>,
     /// What a planted fault scores, or why none was planted.
     pub planted: String,
-    /// The test that holds it, `file::name` below tests/ or `src/path.rs::name`; none where a
+    /// The test that holds it, `program/file::name` below tests/ or `src/path.rs::name`; none where a
     /// test would take too long.
     pub test: Option<String>,
     /// The limit as the file of the test has it, where the test does not take it from here.

@@ -3,6 +3,8 @@
 
 #![allow(dead_code)]
 
+use std::sync::OnceLock;
+
 use rand::RngExt as _;
 use rand_distr::{Distribution, Normal};
 use scan2params::base::boundary::POINTS_PER_SIDE;
@@ -27,6 +29,22 @@ pub fn shapes() -> SimOptions {
 #[derive(Clone)]
 pub struct Drape {
     pub vertices: Vec<Point3>,
+}
+
+/// The fabric of [`stiff_knit`] in the paper's units.
+pub const STIFF_KNIT: [f64; 7] = [240e3, 310e3, 90e3, 5200.0, 3600.0, 4100.0, 260.0];
+
+/// A drape of a stiff knit, simulated once for all tests of a program.
+pub fn stiff_knit() -> &'static Drape {
+    static DRAPE: OnceLock<Drape> = OnceLock::new();
+    DRAPE.get_or_init(|| Drape::simulated(2, STIFF_KNIT))
+}
+
+/// A drape of the paper's mean knit, simulated once for all tests of a program.
+pub fn mean_knit() -> &'static Drape {
+    static DRAPE: OnceLock<Drape> = OnceLock::new();
+    let knit = [131e3, 164e3, 75e3, 1120.0, 1371.0, 1245.0, 214.0];
+    DRAPE.get_or_init(|| Drape::simulated(1, knit))
 }
 
 impl Drape {

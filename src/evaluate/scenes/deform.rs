@@ -169,12 +169,9 @@ fn vertex_normals(mesh: &Mesh) -> Vec<Vector3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fabric::{Fabric, Mixture};
-    use crate::sim::{Drop, SimOptions, drape};
 
     fn soft() -> Mesh {
-        let fabric: Fabric = Mixture::knit_2020().sample(3, 1).unwrap();
-        drape(&fabric, &Drop::canonical(), &SimOptions::default()).mesh()
+        crate::evaluate::scenes::tests::kept().swap_remove(1).mesh
     }
 
     #[test]

@@ -2,15 +2,16 @@ use super::table::{Group, Moved, Named};
 use super::*;
 use crate::base::Point3;
 use crate::dataset::drape_file::rim_of;
+use crate::dataset::drapes::dataset_options;
 use crate::fabric::Mixture;
-use crate::sim::{Drop, SimOptions, drape};
+use crate::sim::{Drop, drape};
 
-/// Two drapes, made once for all tests.
-fn kept() -> Vec<KeptDrape> {
+/// Two drapes, made once for all tests: a stiff cloth's and a soft knit's.
+pub(super) fn kept() -> Vec<KeptDrape> {
     static KEPT: std::sync::OnceLock<Vec<KeptDrape>> = std::sync::OnceLock::new();
     let of = |prior: Mixture, index: u64| {
         let fabric = prior.sample(3, index).unwrap();
-        let mesh = drape(&fabric, &Drop::canonical(), &SimOptions::default()).mesh();
+        let mesh = drape(&fabric, &Drop::canonical(), &dataset_options()).mesh();
         let rim = rim_of(&mesh).unwrap();
         let name = format!("{}-{index}", prior.name());
         KeptDrape { name, mesh, rim, fabric: Some(fabric) }
@@ -34,9 +35,9 @@ fn series(broken: bool, scenes: std::ops::Range<u64>) -> Series {
 
 #[test]
 fn scenes_go_by_seed_and_number_alone() {
-    let all = series(false, 0..4).run(|_| ()).unwrap();
-    let some = series(false, 3..4).run(|_| ()).unwrap();
-    for (a, b) in all[3..4].iter().zip(&some) {
+    let all = series(false, 0..2).run(|_| ()).unwrap();
+    let some = series(false, 1..2).run(|_| ()).unwrap();
+    for (a, b) in all[1..].iter().zip(&some) {
         assert_eq!(
             (a.points, &a.outcome, &a.stand, &a.scene),
             (b.points, &b.outcome, &b.stand, &b.scene)
@@ -44,15 +45,25 @@ fn scenes_go_by_seed_and_number_alone() {
     }
     assert!(all.iter().all(|r| (6..=40).contains(&r.views) || r.rim_seen > 0.9));
     for sensor in ["handheld", "phone"] {
-        assert_eq!(all.iter().filter(|r| r.sensor == sensor).count(), 2);
+        assert_eq!(all.iter().filter(|r| r.sensor == sensor).count(), 1);
     }
 }
 
 #[test]
 fn every_broken_scene_can_be_made_and_is_counted_by_its_cause() {
-    let records = series(true, 0..12).run(|r| println!("{}", r.row())).unwrap();
+    // asked are those at the end, where all without cloth are; the others are only made
+    let asked = 7..Cause::BROKEN.len();
+    assert!(Cause::BROKEN[..asked.start].iter().all(|cause| cause.has_a_rim()));
+    let series = series(true, asked.start as u64..asked.end as u64);
+    for index in 0..series.scenes.start {
+        let drawn = Drawn::of(index, series.seed, &series.sensors, &series.drapes, &Cause::BROKEN);
+        let made = Made::of(drawn, &series.drapes).unwrap();
+        assert_eq!(made.drawn.cause, Cause::BROKEN[index as usize]);
+        assert!(made.scan.cloud.points.len() > 1000, "{}", made.drawn.cause.name());
+    }
+    let records = series.run(|r| println!("{}", r.row())).unwrap();
     let named = Named::all(&records);
-    assert_eq!(named.len(), Cause::BROKEN.len());
+    assert_eq!(named.len(), asked.len());
     assert!(named.iter().all(|n| n.scenes == 1 && n.right <= 1));
     let columns = Record::COLUMNS.split(", ").count();
     assert!(records.iter().all(|r| r.row().split(", ").count() == columns));

@@ -21,6 +21,12 @@ fn dropped() -> Follower {
     Follower::drop(&stiff_knit(), &Drop { start: DropStart::Perturbed(3) }, &options())
 }
 
+/// What [`dropped`] gives, simulated once.
+fn drape_dropped() -> &'static Drape {
+    static DRAPE: std::sync::OnceLock<Drape> = std::sync::OnceLock::new();
+    DRAPE.get_or_init(|| dropped().drape())
+}
+
 #[test]
 fn a_drape_followed_to_itself_stays_where_it_is() {
     let mut follower = dropped();
@@ -156,14 +162,14 @@ fn surface_of(drape: &Drape, sigma_m: f64) -> Surface {
 
 /// A sheet of `fabric` held to that of the dropped stiff knit.
 fn held(fabric: &Fabric, sag_m: f64) -> Follower {
-    let surface = surface_of(&dropped().drape(), 0.1e-3);
+    let surface = surface_of(drape_dropped(), 0.1e-3);
     let start = DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m, farther: 0.0 }));
     Follower::drop(fabric, &Drop { start }, &options())
 }
 
 #[test]
 fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_it_is_let_go() {
-    let rim = dropped().boundary();
+    let rim = drape_dropped().boundary.clone();
     let softer = scaled(&stiff_knit(), [1.0, 1.0, 1.0, 0.6, 0.6, 0.6, 1.0]);
     let far = [100e-3, 30e-3, 10e-3].map(|sag_m| {
         let mut follower = held(&softer, sag_m);
@@ -184,7 +190,7 @@ fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_i
 
 #[test]
 fn a_sheet_held_to_a_surface_of_another_scale_is_drawn_towards_it() {
-    let rim = dropped().boundary();
+    let rim = drape_dropped().boundary.clone();
     let mut follower = held(&stiff_knit(), 10e-3);
     let before = follower.boundary();
     let drawn = |follower: &mut Follower, by: f64| {

@@ -1,0 +1,8 @@
+//! The network and its shipped model: what it promises on rims that it has not seen.
+
+#[path = "../promises/mod.rs"]
+mod promises;
+
+mod held_out;
+mod network;
+mod shipped;
