@@ -8,7 +8,8 @@
 //! refuses those that require KHR_mesh_quantization, takes positions of any type for
 //! three floats (those of bytes come out as other numbers, without an error), and panics
 //! on a stride below the size of an element, on indices that are floats, and on damaged
-//! files like those of `tests/io/fuzz.rs`, where a reader here must not. Its types for the JSON alone would leave all checks of bounds to be done.
+//! files like those of `tests/io/fuzz.rs`, where a reader here must not. Its types for the JSON
+//! alone would leave all checks of bounds to be done.
 //!
 //! Refused, with what to do: sparse accessors, Draco and meshopt compression, data
 //! outside the file. Left out: materials, textures, skins, morphs, lines.

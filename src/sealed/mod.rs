@@ -6,7 +6,8 @@
 //! and the poses leave of the effects). `region` says where on the specimen an effect acts.
 //!
 //! In: a seed and a number. Out: a folder with pictures and `manifest.csv`, which `calibrate` is given, and
-//! `sealed.json`, which it never reads. `calibrate` cannot import this module (`tests/house/layering.rs`).
+//! `sealed.json`, which it never reads. `calibrate` cannot import this module
+//! (`tests/house/layering.rs`).
 
 mod case;
 mod effect;

@@ -1,5 +1,6 @@
-//! docs/commands: a page for each verb, with the help that the program prints. Title, text and example of a page are
-//! written by hand; `UPDATE=1 cargo test --release --test house command_pages` writes the help.
+//! docs/commands: a page for each verb, with the help that the program prints. Title, text and
+//! example of a page are written by hand.
+//! `UPDATE=1 cargo test --release --test house command_pages` writes the help.
 
 use crate::program;
 use std::collections::BTreeSet;

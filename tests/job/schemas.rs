@@ -137,7 +137,8 @@ fn batches_combinations_and_fabrics_elsewhere_are_as_their_schemas_say() {
     must_fit("dataset", &json(&root().join("fixtures/rims/manifest.json")));
 }
 
-/// `tests/job/refine.rs` holds what a refined answer writes, `tests/job/report_page.rs` what `calibrate` writes.
+/// `tests/job/refine.rs` holds what a refined answer writes, `tests/job/report_page.rs` what
+/// `calibrate` writes.
 #[test]
 fn every_verb_with_json_has_a_schema_and_every_schema_an_example() {
     let bench = Bench::new();

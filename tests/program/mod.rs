@@ -1,8 +1,8 @@
 //! The program as tests start it: without any file of defaults, whoever runs them and wherever.
 //!
-//! A `scan2params.toml` in the working directory or the user's `config.toml` changes flags, and with them what a test
-//! sees. The empty `SCAN2PARAMS_CONFIG` names no file (docs/config.md). `tests/cli/config.rs` holds that every test starts the
-//! program from here.
+//! A `scan2params.toml` in the working directory or the user's `config.toml` changes flags, and
+//! with them what a test sees. The empty `SCAN2PARAMS_CONFIG` names no file (docs/config.md).
+//! `tests/cli/config.rs` holds that every test starts the program from here.
 
 #![allow(dead_code, reason = "shared by many test programs, each of which uses a part")]
 

@@ -30,8 +30,8 @@ pub struct Promise {
     pub margin: Option<String>,
     /// What a planted fault scores, or why none was planted.
     pub planted: String,
-    /// The test that holds it, `program/file::name` below tests/ or `src/path.rs::name`; none where a
-    /// test would take too long.
+    /// The test that holds it, `program/file::name` below tests/ or `src/path.rs::name`; none where
+    /// a test would take too long.
     pub test: Option<String>,
     /// The limit as the file of the test has it, where the test does not take it from here.
     pub in_test: Option<String>,

@@ -140,7 +140,8 @@ fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
         let drop = Drop { start: DropStart::Outline(Box::new(outline.clone())) };
         let led = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
         let off_mm = 1e3 * crate::calibrate::floor::distance_m(&outline, &led);
-        // observed on 41 x 41 vertices: 0.14, 0.40; without heights 9.5, 0.3; other drops lie 5 mm and more away
+        // observed on 41 x 41 vertices: 0.14, 0.40; without heights 9.5, 0.3
+        // other drops lie 5 mm and more away
         assert!(off_mm < 0.8, "{seed}: {off_mm}");
     }
 }
