@@ -178,7 +178,7 @@ fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     let prior = prior(&truth, [-1.4, -1.1, -0.3, 0.2, -0.2, -0.2], 0.45);
     let fitted = |leaves: f64| {
-        let options = FitOptions { vertices: [31, 41], leaves, ..options() };
+        let options = FitOptions { vertices: [31, 51], leaves, ..options() };
         let starts = &prior.starts()[..1];
         let found = fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
         println!("{:.3?} {:.2} {}", errors(&found, &truth), found.misfit, found.drapes);
