@@ -257,7 +257,11 @@ fn other_depth_scale(
     /// Scales that sensors have, against one another.
     const FACTORS: [f64; 8] = [0.1, 10.0, 0.2, 5.0, 0.25, 4.0, 0.001, 1000.0];
     let is_size = |source: &ScanError| {
-        matches!(source, ScanError::NoPlate { .. } | ScanError::WrongSize { .. })
+        let cause = match source {
+            ScanError::TooSparse { cause, .. } | ScanError::TooCoarse { cause, .. } => cause,
+            source => source,
+        };
+        matches!(cause, ScanError::NoPlate { .. } | ScanError::WrongSize { .. })
     };
     let IntakeError::Refused { source, .. } = refused else { return Ok(()) };
     let factor = is_size(source).then(|| scale_of_drape(depths, &FACTORS, options)).flatten();

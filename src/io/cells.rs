@@ -41,7 +41,12 @@ impl Cut {
         let with = |separator, decimal_comma| Self { separator, decimal_comma };
         let rows = |cut: Self| most(&|line: &[u8]| cut.numbers(line) >= 3);
         let commas = |cut: Self| {
-            rows(cut) && most(&|line: &[u8]| cut.cells(line).iter().any(|cell| has_comma(cell)))
+            let fits = |line: &[u8]| {
+                let cells = cut.cells(line);
+                let several = |cell: &&[u8]| cell.iter().filter(|b| **b == b',').count() > 1;
+                cells.iter().any(|cell| has_comma(cell)) && !cells.iter().any(|c| several(&c))
+            };
+            rows(cut) && most(&fits)
         };
         let quoted = with(Separator::One(b','), true);
         if lines.iter().any(|line| line.contains(&b'"')) && commas(quoted) {

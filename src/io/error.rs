@@ -226,6 +226,6 @@ fn extension(found: &str) -> String {
         );
     }
     let instead = super::format::export_instead(found);
-    let instead = instead.map_or(format!("convert it to one of {supported}"), str::to_owned);
-    format!("files named `.{found}` are not read; {instead}")
+    let instead = instead.map(|remedy| format!("{remedy}; ")).unwrap_or_default();
+    format!("files named `.{found}` are not read; {instead}convert it to one of {supported}")
 }

@@ -44,7 +44,7 @@ mod tests {
     /// A bowl, in metres.
     fn bowl() -> Vec<Point3> {
         let at = |k: u32| {
-            let (x, y) = (f64::from(k % 97) / 97.0, f64::from(k / 97) / 97.0 + 1e-4 * f64::from(k));
+            let [x, y] = [0.618_034, 0.754_877].map(|share| (f64::from(k) * share).fract());
             Point3::new(0.4 * x, 0.4 * y, 0.3 * x * x + 0.1 * y * y)
         };
         (0..9409).map(at).collect()

@@ -57,7 +57,7 @@ mod tests {
         let units = |side| guess(&square(side), &tuning).units;
         let (m, mm) = (LengthUnit::Metre, LengthUnit::Millimetre);
         let (cm, inch) = (LengthUnit::Centimetre, LengthUnit::Inch);
-        assert_eq!(units(0.3), [m]);
+        assert_eq!(units(0.3), [m, LengthUnit::Foot]);
         assert_eq!(units(2.0), [m, LengthUnit::Foot]);
         assert_eq!(units(300.0), [mm, cm, inch]);
         assert_eq!(units(30.0), [m, cm, inch, LengthUnit::Foot]);

@@ -403,7 +403,7 @@ fn xyz_columns_without_titles_are_known_by_what_they_hold() {
 
 #[test]
 fn xyz_numbers_with_decimal_commas_and_wide_characters() {
-    let comma = |v: f64| format!("{v:.6}").replace('.', ",");
+    let comma = |v: f64| format!("{v:.8}").replace('.', ",");
     for separator in [";", " ", "\t", ", ", ","] {
         let (rows, want) = bowl(|_, p| p.map(comma).join(separator));
         let text = format!("y,x,z\n{rows}").replace("y,x,z", &["y", "x", "z"].join(separator));
