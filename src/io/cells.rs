@@ -66,6 +66,11 @@ impl Cut {
                 return cut;
             }
         }
+        // Numbers with signs between thousands are none, and their commas part no cells.
+        let parted = |line: &[u8]| line.split(|b| *b == b';').filter(|c| !c.is_empty()).count();
+        if most(&|line: &[u8]| parted(line) >= 3) {
+            return with(Separator::One(b';'), false);
+        }
         with(Separator::Any, false)
     }
 

@@ -80,7 +80,8 @@ impl Depth {
             let seen = pairs.map(|pair| [of(pair[0]), of(pair[1])]);
             let steps = seen.filter(|pair| pair.iter().all(|v| is_depth(*v)));
             let steps: Vec<f64> = steps.map(|[a, b]| f64::from(a.abs_diff(b))).collect();
-            robust::median(steps)
+            // A flat table is smooth either way: the steeper pairs tell.
+            robust::quantile(steps, 0.8)
         };
         let [as_is, swapped] = [typical_step(|v| v), typical_step(u16::swap_bytes)];
         as_is.zip(swapped).is_some_and(|(as_is, swapped)| as_is > ROUGHER * swapped.max(1.0))
