@@ -44,7 +44,7 @@ impl Cut {
             let fits = |line: &[u8]| {
                 let cells = cut.cells(line);
                 let several = |cell: &&[u8]| cell.iter().filter(|b| **b == b',').count() > 1;
-                cells.iter().any(|cell| has_comma(cell)) && !cells.iter().any(|c| several(&c))
+                cells.iter().any(|cell| has_comma(cell)) && !cells.iter().any(several)
             };
             rows(cut) && most(&fits)
         };
@@ -179,7 +179,7 @@ fn are_pairs(lines: &[&[u8]], titles: &[usize]) -> bool {
             let digits = piece.strip_prefix(b"-").unwrap_or(piece);
             !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
         };
-        let even = pieces.len() >= 6 && pieces.len() % 2 == 0;
+        let even = pieces.len() >= 6 && pieces.len().is_multiple_of(2);
         let same = *count.get_or_insert(pieces.len()) == pieces.len();
         let fractions = pieces.iter().skip(1).step_by(2);
         let unsigned = fractions.clone().all(|piece| !piece.starts_with(b"-"));

@@ -6,7 +6,6 @@
 
 use super::coordinate_step::coordinate_step;
 use super::error::{NoDrape, PlateCandidate, ScanError, SizeReading};
-use super::found::Found;
 use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
 use super::options::ScanOptions;
 use super::plate::{Plate, Sought};
@@ -16,6 +15,7 @@ use super::uncertainty::Unexplained;
 use super::underside::Cut;
 use super::unit::LengthUnit;
 use super::unit_guess::Guess;
+use crate::base::Point3;
 use crate::base::boundary::{POINTS_PER_SIDE, SIDES};
 use crate::numeric::robust;
 
@@ -189,12 +189,17 @@ pub(super) fn underlying(
     measured.and_then(|m| wrong_size(m, tuning.likely_sides, options)).unwrap_or(error)
 }
 
-/// A refusal, or the coarse coordinates from which it follows.
-pub(super) fn coarse(error: ScanError, found: &Found, options: &ScanOptions) -> ScanError {
+/// A refusal, or the coarse coordinates of the scene from which it follows.
+pub(super) fn coarse(
+    error: ScanError,
+    scene: &[Point3],
+    unit: Option<LengthUnit>,
+    options: &ScanOptions,
+) -> ScanError {
     /// Steps to a scene of unknown unit, fewer than which are coarse.
     const LEAST_STEPS: f64 = 200.0;
-    let Some(step) = coordinate_step(&found.scene) else { return error };
-    let step = match (&error, found.unit) {
+    let Some(step) = coordinate_step(scene) else { return error };
+    let step = match (&error, unit) {
         (ScanError::Size { measured_units, .. }, _) => {
             (LEAST_STEPS * step > *measured_units).then(|| format!("{step:.3} file units"))
         }

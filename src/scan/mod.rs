@@ -114,7 +114,7 @@ pub fn boundary_in_stages(
         Err(error) => {
             let (spacing_m, size) = (found.point_spacing_m, found.size());
             let error = limits::underlying(error, spacing_m, size.as_ref(), options);
-            let error = limits::coarse(error, &found, options);
+            let error = limits::coarse(error, &found.scene, found.unit, options);
             found.note_refusal(&error);
             Err(Refusal { error, found: Box::new(found) })
         }
