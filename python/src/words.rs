@@ -18,8 +18,9 @@ pub(crate) fn unit(name: &str) -> PyResult<Option<LengthUnit>> {
         return Ok(None);
     }
     let unit = LengthUnit::named(name);
-    unit.map(Some)
-        .ok_or_else(|| invalid(format!("unit: no unit `{name}`; give m, mm, cm, in or {GUESS}")))
+    unit.map(Some).ok_or_else(|| {
+        invalid(format!("unit: no unit `{name}`; give m, mm, cm, in, ft, um, 0.1mm or {GUESS}"))
+    })
 }
 
 /// A direction in words or as three numbers.

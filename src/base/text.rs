@@ -54,13 +54,8 @@ pub fn read_to_string(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path)?).map_err(|what| io::Error::new(io::ErrorKind::InvalidData, what))
 }
 
-/// Whether bytes are UTF-16 text: by its mark, or by zeros in every second byte.
-#[must_use]
-pub fn is_utf16(bytes: &[u8]) -> bool {
-    utf16(bytes).is_some()
-}
-
-/// How a pair of bytes makes a unit of UTF-16; `None` if the bytes are none.
+/// How a pair of bytes makes a unit of UTF-16, by its mark or by zeros in every second byte; `None`
+/// if the bytes are other text.
 fn utf16(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     /// Characters that are looked at where there is no mark.
     const HEAD: usize = 64;

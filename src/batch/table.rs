@@ -30,7 +30,8 @@ const AFTER: [&str; 6] = [
     "input_sha256",
 ];
 
-/// A file's name as a cell that no spreadsheet takes for a formula; as a path it is the same.
+/// A file's name, or a text that begins with one, as a cell that no spreadsheet takes for a formula;
+/// as a path it is the same.
 fn harmless(file: &str) -> String {
     if file.starts_with(['=', '+', '-', '@']) { format!("./{file}") } else { file.to_owned() }
 }
@@ -55,7 +56,7 @@ fn cells(row: &Row) -> Vec<String> {
         row.exit_code.to_string(),
         row.verdict().unwrap_or_default().to_owned(),
         row.grounds().join("; "),
-        row.reason.clone().unwrap_or_default(),
+        row.reason.as_deref().map(harmless).unwrap_or_default(),
         row.density_g_m2.map(|d| d.to_string()).unwrap_or_default(),
         cell("/orientation"),
     ];

@@ -8,7 +8,7 @@ use super::tokens::number;
 /// Rows that are looked at.
 const SAMPLE: usize = 200;
 /// Cells of a row that are looked at; scanners write fewer columns.
-pub(super) const MOST_CELLS: usize = 64;
+const MOST_CELLS: usize = 64;
 
 /// What stands between cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,35 +88,32 @@ impl Cut {
 
     /// Hands on the first cells of a row, one after another.
     pub(super) fn each_cell<'a>(self, line: &'a [u8], mut cell: impl FnMut(&'a [u8])) {
+        let mut cell = |piece: &'a [u8]| cell(bare(piece));
+        let filled = |piece: &&[u8]| !piece.is_empty();
         match self.separator {
-            Separator::One(byte) if line.contains(&b'"') => {
-                let mut inside = false;
-                let pieces = line.split(|&b| {
-                    inside ^= b == b'"';
-                    b == byte && !inside
-                });
-                pieces.take(MOST_CELLS).for_each(|piece| cell(bare(piece)));
-            }
             Separator::One(byte) => {
-                line.split(|&b| b == byte).take(MOST_CELLS).for_each(|piece| cell(bare(piece)));
+                let mut quoted = false;
+                let pieces = line.split(|&b| {
+                    quoted ^= b == b'"';
+                    b == byte && !quoted
+                });
+                pieces.take(MOST_CELLS).for_each(cell);
             }
-            Separator::Any => line
-                .split(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';'))
-                .filter(|piece| !piece.is_empty())
-                .take(MOST_CELLS)
-                .for_each(|piece| cell(bare(piece))),
-            Separator::NoComma => line
-                .split(|b| b.is_ascii_whitespace() || *b == b';')
-                .map(|piece| piece.strip_suffix(b",").unwrap_or(piece))
-                .filter(|piece| !piece.is_empty())
-                .take(MOST_CELLS)
-                .for_each(|piece| cell(bare(piece))),
+            Separator::Any => {
+                let pieces = line.split(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';'));
+                pieces.filter(filled).take(MOST_CELLS).for_each(cell);
+            }
+            Separator::NoComma => {
+                let pieces = line.split(|b| b.is_ascii_whitespace() || *b == b';');
+                let pieces = pieces.map(|piece| piece.strip_suffix(b",").unwrap_or(piece));
+                pieces.filter(filled).take(MOST_CELLS).for_each(cell);
+            }
             Separator::Pairs => {
                 let mut start = 0;
                 let commas = line.iter().enumerate().filter(|(_, b)| **b == b',');
                 let ends = commas.map(|(at, _)| at).skip(1).step_by(2).chain([line.len()]);
                 for end in ends.take(MOST_CELLS) {
-                    cell(bare(line.get(start..end).unwrap_or_default()));
+                    cell(line.get(start..end).unwrap_or_default());
                     start = end + 1;
                 }
             }
@@ -145,10 +142,9 @@ impl Cut {
     }
 }
 
-/// Whether a line may be a row: it begins as a number does, or has three numbers later.
+/// Whether a line may be a row: it has digits enough for three numbers.
 fn starts_like_a_row(line: &[u8]) -> bool {
-    let digits = line.iter().filter(|b| b.is_ascii_digit()).count();
-    digits >= 3
+    line.iter().filter(|b| b.is_ascii_digit()).count() >= 3
 }
 
 fn bare(cell: &[u8]) -> &[u8] {

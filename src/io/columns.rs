@@ -3,8 +3,6 @@
 //! In: the table's titles, or without them numbers of a sample of its rows. Out: the
 //! [`Columns`] to read and, where that was a guess, in words what was taken.
 
-use super::error::shown;
-
 /// The columns that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Columns {
@@ -49,20 +47,10 @@ const X: [&str; 21] = [
     "xkoordinate",
     "xwert",
 ];
-const EAST: [&str; 10] =
-    ["e", "east", "easting", "eastings", "ost", "ostwert", "rechtswert", "este", "est", "estx"];
-const NORTH: [&str; 10] = [
-    "n",
-    "north",
-    "northing",
-    "northings",
-    "nord",
-    "nordwert",
-    "hochwert",
-    "norte",
-    "nordy",
-    "norting",
-];
+const EAST: [&str; 9] =
+    ["e", "east", "easting", "eastings", "ost", "ostwert", "rechtswert", "este", "est"];
+const NORTH: [&str; 8] =
+    ["n", "north", "northing", "northings", "nord", "nordwert", "hochwert", "norte"];
 const UP: [&str; 14] = [
     "h",
     "height",
@@ -107,8 +95,8 @@ const BLUE: [&str; 10] = [
     "rgb2",
 ];
 /// Names that stand for three columns.
-const THREE: [&str; 8] =
-    ["rgb", "color", "colour", "colors", "normal", "normals", "nxnynz", "farbe"];
+const COLOR: [&str; 5] = ["rgb", "color", "colour", "colors", "farbe"];
+const NORMAL: [&str; 3] = ["normal", "normals", "nxnynz"];
 const UNITS: [&str; 10] =
     ["millimeters", "millimetres", "meters", "metres", "meter", "mm", "cm", "ft", "in", "m"];
 
@@ -118,7 +106,8 @@ impl Titles {
         let mut names: Vec<String> = Vec::with_capacity(columns);
         for title in titles {
             let name = plain(title);
-            let three = THREE.contains(&name.as_str()) && titles.len() < columns;
+            let is = |known: &[&str]| known.contains(&name.as_str());
+            let three = (is(&COLOR) || is(&NORMAL)) && titles.len() < columns;
             names.extend(std::iter::repeat_n(name, if three { 3 } else { 1 }));
         }
         while names.len() > columns && names.last().is_some_and(String::is_empty) {
@@ -136,18 +125,25 @@ impl Titles {
     }
 }
 
-/// A title in small letters, without its unit, signs and brackets.
-fn plain(title: &str) -> String {
+/// A text without what stands in brackets: units, which may have blanks.
+pub(super) fn without_brackets(text: &str) -> String {
     let mut depth = 0_u32;
-    let mut name = String::new();
-    for c in title.chars().flat_map(char::to_lowercase) {
+    let mut kept = String::new();
+    for c in text.chars() {
         match c {
             '[' | '(' | '{' => depth += 1,
             ']' | ')' | '}' => depth = depth.saturating_sub(1),
-            c if depth == 0 && c.is_alphanumeric() => name.push(c),
+            c if depth == 0 => kept.push(c),
             _ => {}
         }
     }
+    kept
+}
+
+/// A title in small letters, without its unit, signs and brackets.
+fn plain(title: &str) -> String {
+    let name = without_brackets(title).to_lowercase();
+    let name: String = name.chars().filter(|c| c.is_alphanumeric()).collect();
     let known = |name: &str| axis(name).is_some();
     if known(&name) {
         return name;
@@ -158,19 +154,15 @@ fn plain(title: &str) -> String {
 
 /// The coordinate that a name stands for, and whether it is a map's.
 fn axis(name: &str) -> Option<(usize, bool)> {
-    let of_axis = |axis: char| {
-        let as_x = name.replace(axis, "x").replace(if axis == 'y' { "1" } else { "2" }, "0");
-        axis != 'x' && name.contains(axis) && X.contains(&as_x.as_str())
-    };
-    let numbered = |digit: &str| {
-        let as_x = name.strip_suffix(digit).map(|rest| format!("{rest}0"));
-        as_x.is_some_and(|name| X.contains(&name.as_str()))
+    // Names of y and z are those of x with another letter, or another number.
+    let like_x = |letter: char, digit: char| {
+        X.contains(&name.replace(letter, "x").replace(digit, "0").as_str())
     };
     if X.contains(&name) {
         Some((0, false))
-    } else if of_axis('y') || numbered("1") {
+    } else if like_x('y', '1') {
         Some((1, false))
-    } else if of_axis('z') || numbered("2") {
+    } else if like_x('z', '2') {
         Some((2, false))
     } else if EAST.contains(&name) {
         Some((0, true))
@@ -205,8 +197,7 @@ fn position(names: &[String]) -> Option<[usize; 3]> {
 
 /// The columns of a colour.
 fn color(names: &[String]) -> Option<[usize; 3]> {
-    let rgb =
-        names.iter().position(|n| matches!(n.as_str(), "rgb" | "color" | "colour" | "colors"));
+    let rgb = names.iter().position(|name| COLOR.contains(&name.as_str()));
     if let Some(at) = rgb.filter(|&at| names.get(at + 2).is_some_and(|name| *name == names[at])) {
         return Some([at, at + 1, at + 2]);
     }
@@ -214,18 +205,12 @@ fn color(names: &[String]) -> Option<[usize; 3]> {
     Some([named(&RED)?, named(&GREEN)?, named(&BLUE)?])
 }
 
-/// Why columns without titles are not understood.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NotClear;
-
 /// What is known of a column from a sample of rows.
 struct Content {
     numeric: bool,
     whole: bool,
     low: f64,
     high: f64,
-    /// Grows by the same whole number from row to row.
-    counts: bool,
     /// Never falls.
     rises: bool,
     /// Grows with the rows' numbers as a straight line does.
@@ -238,19 +223,13 @@ impl Content {
         let finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         let fold = |pick: fn(f64, f64) -> f64, from| finite.iter().copied().fold(from, pick);
         let whole = finite.iter().all(|v| v.fract() == 0.0);
-        let steps = values.windows(2).zip(rows.windows(2));
-        let ratio = |(v, r): (&[f64], &[usize])| (v[1] - v[0]) / (r[1] - r[0]) as f64;
-        let first = steps.clone().next().map(ratio);
         Self {
             numeric: 2 * finite.len() >= values.len() && !finite.is_empty(),
             whole,
             low: fold(f64::min, f64::INFINITY),
             high: fold(f64::max, f64::NEG_INFINITY),
-            counts: whole
-                && first.is_some_and(|f| f >= 1.0)
-                && steps.clone().all(|s| first.is_some_and(|first| ratio(s) == first)),
             straight: is_straight(values, rows),
-            rises: values.len() > 2 && values.windows(2).all(|v| v[1] >= v[0]) && first.is_some(),
+            rises: values.windows(2).all(|v| v[1] >= v[0]),
         }
     }
 
@@ -276,11 +255,9 @@ const ALIKE: f64 = 100.0;
 
 impl Columns {
     /// By what they hold. `sample` has the numbers of some rows, column by column, NaN for what is
-    /// none; `rows` are their numbers within the file.
-    ///
-    /// # Errors
-    /// When fewer than three columns may be coordinates.
-    pub(super) fn by_content(sample: &[Vec<f64>], rows: &[usize]) -> Result<Self, NotClear> {
+    /// none; `rows` are their numbers within the file. `None` when fewer than three columns may be
+    /// coordinates.
+    pub(super) fn by_content(sample: &[Vec<f64>], rows: &[usize]) -> Option<Self> {
         let content: Vec<Content> = sample.iter().map(|v| Content::of(v, rows)).collect();
         let mut free: Vec<bool> = content.iter().map(|c| c.numeric).collect();
         let left = |free: &[bool]| free.iter().filter(|f| **f).count();
@@ -300,7 +277,7 @@ impl Columns {
                 let larger = |other: &Content| c.extent() > ALIKE * other.extent();
                 let long = c.rises
                     && content.iter().skip(at + 1).take(3).filter(|o| larger(o)).count() == 3;
-                if (c.counts || c.straight || clock || long) && left(&free) > 3 {
+                if (c.straight || clock || long) && left(&free) > 3 {
                     free[at] = false;
                 }
             }
@@ -318,10 +295,7 @@ impl Columns {
                 free[..leading].fill(false);
             }
         }
-        let Some(first) = (0..free.len()).find(|&at| free.get(at..at + 3) == Some(&[true; 3]))
-        else {
-            return Err(NotClear);
-        };
+        let first = (0..free.len()).find(|&at| free.get(at..at + 3) == Some(&[true; 3]))?;
         let position = [first, first + 1, first + 2];
         let is_color = |at: usize, fits: fn(&Content) -> bool| {
             let three = content.get(at..at + 3)?;
@@ -330,14 +304,14 @@ impl Columns {
             (apart && same).then_some([at, at + 1, at + 2])
         };
         let after = first + 3;
-        let colors = (after..after + 4).chain(0..first).collect::<Vec<_>>();
-        let color = colors.iter().find_map(|&at| is_color(at, Content::is_byte)).or_else(|| {
-            let shares = |at: usize| {
-                is_color(at, Content::is_share).filter(|_| !few && !are_units(&sample[at..at + 3]))
-            };
-            (after..after + 1).find_map(shares)
-        });
-        Ok(Self { position, color })
+        let bytes =
+            (after..after + 4).chain(0..first).find_map(|at| is_color(at, Content::is_byte));
+        let shares = || {
+            is_color(after, Content::is_share)
+                .filter(|at| !few && !are_units(&sample[at[0]..=at[2]]))
+        };
+        let color = bytes.or_else(shares);
+        Some(Self { position, color })
     }
 
     /// In words, with columns counted from 1.
@@ -373,11 +347,6 @@ fn alike(three: &[Content]) -> bool {
     let extents = three.iter().map(Content::extent);
     let most = extents.clone().fold(0.0, f64::max);
     extents.fold(f64::INFINITY, f64::min) * ALIKE > most
-}
-
-/// Titles for a message.
-pub(super) fn shown_titles(titles: &[String]) -> String {
-    shown(titles.join(", ").as_bytes())
 }
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ fn is_cut(bytes: &[u8], last: &[u32], raw: &Raw) -> bool {
 
 /// The text with each backslash at a line's end, and that end, as blanks; lines after count on
 /// as if they were one, since as many empty lines follow. `None` if there is none.
-fn joined(bytes: &[u8]) -> Option<Vec<u8>> {
+pub(super) fn joined(bytes: &[u8]) -> Option<Vec<u8>> {
     let continues = |at: usize| {
         let rest = bytes.get(at + 1..).unwrap_or_default();
         (bytes[at] == b'\\' && (rest.starts_with(b"\n") || rest.starts_with(b"\r")))

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use super::bytes::regular_file;
+use super::obj::joined;
 use super::tokens::{lines, number_for, words};
 use super::{At, Fault, Place, ReadError};
 
@@ -28,7 +29,8 @@ fn of_bytes(bytes: &[u8]) -> Result<Option<Vec<Option<[f64; 2]>>>, At> {
     let mut vertices = 0;
     let mut coordinates: Vec<[f64; 2]> = Vec::new();
     let mut corners: Vec<(usize, i64, i64)> = Vec::new();
-    for (line, text) in lines(bytes) {
+    let joined = joined(bytes);
+    for (line, text) in lines(joined.as_deref().unwrap_or(bytes)) {
         let mut words = words(text);
         match words.next() {
             Some(b"v") => vertices += 1,

@@ -60,7 +60,7 @@ fn clean_header(bytes: &[u8]) -> Result<(String, usize), At> {
         match words.as_slice() {
             ["end_header", ..] => {
                 // Where a carriage return stands after each newline, one does after the last.
-                let after = index > 0 && is_line_feed_first && bytes.get(position) == Some(&b'\r');
+                let after = is_line_feed_first && bytes.get(position) == Some(&b'\r');
                 return Ok((text + "end_header\n", position + usize::from(after)));
             }
             [] | ["comment" | "obj_info", ..] => text.push_str("comment"),

@@ -8,7 +8,7 @@
 
 use super::assemble::Raw;
 use super::cells::Cut;
-use super::columns::{Columns, SAMPLE_ROWS, Titles, shown_titles};
+use super::columns::{Columns, SAMPLE_ROWS, Titles, without_brackets};
 use super::error::shown;
 use super::tokens::lines;
 use super::{At, Fault};
@@ -101,9 +101,7 @@ impl<'a> Table<'a> {
         let mut before = 0;
         for (line, text) in content() {
             if let Some(inner) = comment(text) {
-                if before + titles.len() < 2 * MOST_TITLES {
-                    titles.push((line, inner, true));
-                }
+                titles.push((line, inner, true));
                 continue;
             }
             let cells = cut.cells(text);
@@ -150,7 +148,7 @@ impl<'a> Table<'a> {
                     let fault = format!(
                         "the titles `{}` do not say which of the {} columns are x, y and z; name these x, y, z, \
                          or delete the line if columns 1, 2, 3 are",
-                        shown_titles(&names),
+                        shown(names.join(", ").as_bytes()),
                         self.cells
                     );
                     return Err(Fault::Layout(fault).at_line(*line));
@@ -200,7 +198,7 @@ impl<'a> Table<'a> {
             }
             rows.push(row);
         }
-        Columns::by_content(&sample, &rows).map_err(|_| {
+        Columns::by_content(&sample, &rows).ok_or_else(|| {
             let fault = format!(
                 "which of the {} columns are x, y and z is not clear from their numbers; write their names \
                  into the line before, as in `x y z`",
@@ -218,19 +216,4 @@ fn comment(text: &[u8]) -> Option<&[u8]> {
         let more = rest.iter().take_while(|b| matches!(b, b'#' | b'/' | b';')).count();
         rest[more..].trim_ascii()
     })
-}
-
-/// A text without what stands in brackets: units may have blanks.
-fn without_brackets(text: &str) -> String {
-    let mut depth = 0_u32;
-    let mut kept = String::new();
-    for c in text.chars() {
-        match c {
-            '[' | '(' | '{' => depth += 1,
-            ']' | ')' | '}' => depth = depth.saturating_sub(1),
-            c if depth == 0 => kept.push(c),
-            _ => {}
-        }
-    }
-    kept
 }

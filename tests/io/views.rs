@@ -380,10 +380,10 @@ fn two_views(folder: &Path, list: impl FnOnce(&mut Value)) {
                property float z\nend_header\n-100 200 700\n";
     std::fs::write(folder.join("b.ply"), ply).unwrap();
     // Pixel (3, 4) looks along (0.1, 0.2, 1.3) / 1.3.
-    let [cx, cy] = [3.0 - 100.0 * 0.1 / 1.3, 4.0 - 100.0 * 0.2 / 1.3];
+    let [cx, cy] = [3.0 - 10.0 * 0.1 / 1.3, 4.0 - 10.0 * 0.2 / 1.3];
     let mut document = json!({
         "schema": "scan2params/views/1",
-        "intrinsics": { "width": 8, "height": 8, "fx": 100, "fy": 100, "cx": cx, "cy": cy },
+        "intrinsics": { "width": 8, "height": 8, "fx": 10, "fy": 10, "cx": cx, "cy": cy },
         "views": [
             { "file": "a.png", "world_from_camera": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]] },
             { "file": "b.ply", "unit": "mm",
@@ -402,7 +402,7 @@ fn views_lie_in_the_folder_of_their_list() {
     two_views(&set, |_| {});
     // Readable files beside the set, which the list has no business with.
     std::fs::copy(set.join("b.ply"), folder.path().join("secret.ply")).unwrap();
-    let camera = r#"{"fx":100,"fy":100,"cx":3,"cy":4}"#;
+    let camera = r#"{"fx":10,"fy":10,"cx":3,"cy":4}"#;
     std::fs::write(folder.path().join("camera.json"), camera).unwrap();
     std::fs::write(set.join("sub/camera.json"), camera).unwrap();
     std::fs::copy(set.join("b.ply"), set.join("sub/b.ply")).unwrap();
@@ -457,7 +457,7 @@ fn views_are_joined_in_one_frame() {
     }
     assert!(is_views_folder(folder.path()));
     // The same camera in a file of its own, and a pose for a camera with y up.
-    let camera = r#"{"fx":100,"fy":100,"cx":-4.6923076923,"cy":-11.3846153846}"#;
+    let camera = r#"{"fx":10,"fy":10,"cx":2.2307692308,"cy":2.4615384615}"#;
     std::fs::write(folder.path().join("camera.json"), camera).unwrap();
     two_views(folder.path(), |list| {
         list["intrinsics"] = json!("camera.json");

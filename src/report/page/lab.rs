@@ -3,11 +3,12 @@
 //! In: a TOML or JSON file with some of the fields of [`Lab`], all of them texts. Out: the fields, of which those that are not
 //! given are blank lines on the page, to be filled by hand when it is printed.
 
-use crate::base::text;
 use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
 use serde::Deserialize;
+
+use crate::base::text;
 
 /// What a laboratory says of a specimen.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
