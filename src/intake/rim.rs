@@ -181,7 +181,7 @@ pub fn of_cloud(name: &Path, cloud: Cloud, options: &ScanOptions) -> Result<Rim,
         place: Place::File,
         fault,
     })?;
-    let scanned = Box::new(in_cloud(name, cloud, options, &mut Stages::off())?);
+    let scanned = Box::new(in_cloud(name, cloud, &notes, options, &mut Stages::off())?);
     Ok(Rim::Scanned { scanned, notes })
 }
 
@@ -189,6 +189,7 @@ pub fn of_cloud(name: &Path, cloud: Cloud, options: &ScanOptions) -> Result<Rim,
 fn in_cloud(
     path: &Path,
     cloud: Cloud,
+    notes: &ReadNotes,
     options: &ScanOptions,
     stages: &mut Stages,
 ) -> Result<ScannedBoundary, IntakeError> {
@@ -196,7 +197,7 @@ fn in_cloud(
         let Refusal { error: source, found } = refusal;
         IntakeError::Refused {
             path: path.to_owned(),
-            taken: Vec::new(),
+            taken: notes.taken.clone(),
             source: Box::new(source),
             found,
         }
@@ -231,19 +232,14 @@ pub fn of_scan_in_stages(
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));
     let options = ScanOptions { unit, ..options.clone() };
     let depths = (notes.format == Some(Format::DepthPng)).then(|| cloud.clone());
-    let refused = match in_cloud(path, cloud, &options, stages) {
+    let refused = match in_cloud(path, cloud, &notes, &options, stages) {
         Ok(scanned) => return Ok((scanned, notes)),
         Err(refused) => refused,
     };
     if let Some(depths) = depths {
         other_depth_scale(path, &depths, &refused, read, &options)?;
     }
-    match refused {
-        IntakeError::Refused { path, source, found, .. } => {
-            Err(IntakeError::Refused { path, taken: notes.taken, source, found })
-        }
-        error => Err(error),
-    }
+    Err(refused)
 }
 
 /// Says with which depth scale a depth image that shows no drape would show one.
@@ -256,15 +252,10 @@ fn other_depth_scale(
 ) -> Result<(), IntakeError> {
     /// Scales that sensors have, against one another.
     const FACTORS: [f64; 8] = [0.1, 10.0, 0.2, 5.0, 0.25, 4.0, 0.001, 1000.0];
-    let is_size = |source: &ScanError| {
-        let cause = match source {
-            ScanError::TooSparse { cause, .. } | ScanError::TooCoarse { cause, .. } => cause,
-            source => source,
-        };
-        matches!(cause, ScanError::NoPlate { .. } | ScanError::WrongSize { .. })
-    };
     let IntakeError::Refused { source, .. } = refused else { return Ok(()) };
-    let factor = is_size(source).then(|| scale_of_drape(depths, &FACTORS, options)).flatten();
+    let of_size =
+        matches!(source.follows(), ScanError::NoPlate { .. } | ScanError::WrongSize { .. });
+    let factor = of_size.then(|| scale_of_drape(depths, &FACTORS, options)).flatten();
     let Some(factor) = factor else { return Ok(()) };
     let (scale, taken) = (read.depth_scale / factor, read.depth_scale);
     let fault = Fault::Layout(format!(

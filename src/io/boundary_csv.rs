@@ -23,9 +23,9 @@ use crate::base::text;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, BoundaryPoint, Point3};
 
-/// The first line of a table that does not say whether weft and warp are known.
 /// A point that is known no better than this tells nothing: the specimen hangs as deep.
 const LARGEST_SIGMA_MM: f64 = 50.0;
+/// The first line of a table that does not say whether weft and warp are known.
 pub const HEADER: &str = "index,side,x_mm,y_mm,z_mm,sigma_mm,observed";
 /// The column that says it.
 pub const WARP_COLUMN: &str = "warp_known";

@@ -34,8 +34,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, At> {
         }
     }
     if is_cut(bytes, &corners, &raw) {
-        let fault = "the file ends inside its faces: many vertices are in none, and its last line has no end; \
-                     copy or export it again";
+        let fault = "the file ends inside its faces: its last line has no end, and its last face or many vertices are \
+                     left over; copy or export it again";
         return Err(Fault::Layout(fault.to_owned()).anywhere());
     }
     if raw.points.is_empty() && bytes.contains(&0) {

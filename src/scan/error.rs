@@ -341,10 +341,19 @@ impl ScanError {
         }
     }
 
+    /// What is wrong with the drape, where sparse points or coarse coordinates are to blame for it.
+    #[must_use]
+    pub fn follows(&self) -> &Self {
+        match self {
+            Self::TooSparse { cause, .. } | Self::TooCoarse { cause, .. } => cause.follows(),
+            error => error,
+        }
+    }
+
     /// Where it is that something is missing or wrong, if it is one place.
     #[must_use]
     pub fn place(&self) -> Option<Place> {
-        let (bearing_deg, arc_deg) = match *self {
+        let (bearing_deg, arc_deg) = match *self.follows() {
             Self::HiddenRim { bearing_deg, arc_deg, .. } => (bearing_deg, arc_deg),
             Self::MarkUnclear { bearing_deg, .. }
             | Self::NotASquare { bearing_deg, .. }
@@ -354,9 +363,6 @@ impl ScanError {
             | Self::TooLittleRim { bearing_deg, .. }
             | Self::Unexplained { bearing_deg, .. }
             | Self::Misfit { bearing_deg, .. } => (bearing_deg, 0.0),
-            Self::TooSparse { ref cause, .. } | Self::TooCoarse { ref cause, .. } => {
-                return cause.place();
-            }
             _ => return None,
         };
         Some(Place { bearing_deg, arc_deg })

@@ -130,11 +130,7 @@ impl Found {
 
     /// Notes what a refusal says of the scan.
     pub(super) fn note_refusal(&mut self, error: &ScanError) {
-        let cause = match error {
-            ScanError::TooSparse { cause, .. } | ScanError::TooCoarse { cause, .. } => cause,
-            error => error,
-        };
-        let ScanError::NoPlate { why, unit, .. } = cause else { return };
+        let ScanError::NoPlate { why, unit, .. } = error.follows() else { return };
         self.plate_candidate = why.candidate().cloned();
         if self.unit.replace(*unit).is_none() {
             self.scene.iter_mut().for_each(|p| *p *= unit.metres());
