@@ -129,7 +129,7 @@ pub fn scale_of_drape(cloud: &Cloud, factors: &[f64], options: &ScanOptions) -> 
         let points = cloud.points.iter().map(|p| p * *factor).collect();
         let scaled = Cloud { points, ..Cloud::default() };
         let plated = scene::take(scaled, &options).and_then(|scene| Plated::of(scene, &options));
-        plated.is_ok_and(|plated| plated.judge(&options).is_ok())
+        plated.is_ok_and(|plated| plated.is_of_size && plated.judge(&options).is_ok())
     })
 }
 

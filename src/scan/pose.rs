@@ -44,6 +44,8 @@ pub(super) struct Pose {
     pub ahead_nats: Option<f64>,
     /// The plate of another drape in the scene.
     pub another: Option<Plate>,
+    /// Side of the square that the cloth makes, roughly \[m\].
+    pub side_m: f64,
 }
 
 /// A place that was verified.
@@ -100,10 +102,19 @@ pub(super) fn find(
     let is_another =
         |other: &Verified| is_drape(other) && best.is_beside(&other.plate.centre, options);
     let another = others.into_iter().find(is_another).map(|other| other.plate);
-    let nats = best.nats;
+    let (nats, side_m) = (best.nats, best.ends.side_m);
     let rough = best.plate.clone();
     let plate = centred(points, best, options).unwrap_or(rough);
-    Ok(Pose { plate, nats, ahead_nats, another })
+    Ok(Pose { plate, nats, ahead_nats, another, side_m })
+}
+
+impl Pose {
+    /// Whether the cloth is as large as a specimen may be that was cut wrongly. Something square can
+    /// be found in one of many units.
+    pub fn is_of_size(&self, options: &ScanOptions) -> bool {
+        let share = self.side_m / options.specimen_side_m;
+        (share - 1.0).abs() < options.tuning.pose.cut_wrongly
+    }
 }
 
 /// The number of the place that is likeliest a drape.

@@ -186,6 +186,8 @@ pub(super) struct Ends {
     pub short_share: f64,
     /// Beyond it.
     pub beyond_share: f64,
+    /// That side \[m\].
+    pub side_m: f64,
     /// Log-likelihood ratio of the specimen against anything \[nats\].
     pub nats: f64,
 }
@@ -242,6 +244,7 @@ fn ends_on(
     Ends {
         short_share: share(&|off| off <= -near_m),
         beyond_share: share(&|off| off >= near_m),
+        side_m,
         nats: likelihood(&specimen) - likelihood(&anything),
     }
 }

@@ -73,6 +73,8 @@ pub(super) struct Plated {
     likely: Likely,
     /// That of another drape in the scene.
     another: Option<Plate>,
+    /// Whether the cloth is as large as a specimen may be.
+    pub is_of_size: bool,
     sensor_noise_m: f64,
 }
 
@@ -213,12 +215,13 @@ impl Plated {
                 let others = std::mem::take(&mut scene.other_units);
                 let found = others.into_iter().find_map(|unit| {
                     scene.in_unit(unit);
-                    find(&scene).ok()
+                    find(&scene).ok().filter(|pose| pose.is_of_size(options))
                 });
                 found.ok_or_else(|| limits::underlying(refused, spacing_m, None, options))?
             }
         };
-        let Pose { mut plate, another, nats, ahead_nats } = pose;
+        let is_of_size = pose.is_of_size(options);
+        let Pose { mut plate, another, nats, ahead_nats, .. } = pose;
         // Who says where the plate is has said which of several drapes is meant.
         let mut another = another.filter(|_| options.plate_near.is_none());
         if let Some(region) = Region::about(&plate.centre, &plate.up, options) {
@@ -228,7 +231,7 @@ impl Plated {
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         let likely = Likely { nats, ahead_nats };
-        Ok(Self { scene, plate, likely, another, sensor_noise_m })
+        Ok(Self { scene, plate, likely, another, is_of_size, sensor_noise_m })
     }
 
     /// Refuses a scan of several drapes, and a plate that is not the experiment's.

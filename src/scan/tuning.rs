@@ -238,6 +238,9 @@ pub struct PoseTuning {
     pub least_another_nats: f64,
     /// so far away, in sides of the specimen; nearer there is only the first one's cloth.
     pub apart_sides: f64,
+    /// A cloth whose side is off by more than this share is none that was cut wrongly, but another
+    /// unit's \[-\].
+    pub cut_wrongly: f64,
     /// With this share of a scene on wide planes and no place for a drape, there is nothing else.
     pub only_wide: f64,
     /// Times that the plate's axis is looked for under a coarse sheet at most,
@@ -801,6 +804,7 @@ const SHIPPED: Tuning = Tuning {
         least_nats: 5.0,          // m: half a drape 19, other places 4 and less
         least_another_nats: 20.0, // m: drapes 40 to 59, anything else 28 and less
         apart_sides: 0.53,        // d: rims reach 0.5, stiff corners more, but narrow
+        cut_wrongly: 0.2,         // c
         only_wide: 0.8,           // c
         centrings: 3,             // c
         centred_m: 1.5e-3,        // c

@@ -165,7 +165,7 @@ fn scenes_without_a_drape_are_refused() {
         Point3::new(r.min(0.05) * a.cos(), -(r - 0.05).max(0.0), r.min(0.05) * a.sin())
     });
     assert!(run(&hat).is_err());
-    let huge = grid(80, |x, z| Point3::new(1e6 * x, 0.0, 1e6 * z));
+    let huge = grid(80, |x, z| Point3::new(1e9 * x, 0.0, 1e9 * z));
     assert!(matches!(run(&huge), Err(ScanError::Size { .. })));
 }
 

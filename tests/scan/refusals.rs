@@ -69,9 +69,17 @@ fn too_few_points() {
 #[test]
 fn a_scene_of_no_size() {
     let mut cloud = kept(|_, _| true);
-    // in micrometres
-    cloud.points.iter_mut().for_each(|p| *p *= 1e6);
+    // in nanometres
+    cloud.points.iter_mut().for_each(|p| *p *= 1e9);
     assert!(matches!(refusal(&cloud), ScanError::Size { .. }));
+}
+
+#[test]
+fn coordinates_in_coarse_steps() {
+    let mut cloud = kept(|_, _| true);
+    cloud.points.iter_mut().for_each(|p| p.iter_mut().for_each(|c| *c = (*c * 1e2).round() / 1e2));
+    let refusal = refusal(&cloud);
+    assert!(matches!(&refusal, ScanError::TooCoarse { step, .. } if step == "10 mm"), "{refusal}");
 }
 
 #[test]
