@@ -14,13 +14,13 @@ use rayon::prelude::*;
 
 use super::downsample::{Downsampled, voxel_downsample};
 use super::floor::Floor;
-use super::neighbours::{Neighbour, Neighbours};
 use super::options::ScanOptions;
 use super::plane::{horizontal_axes, principal};
 use super::plate::{Placed, Plate, Skirt};
 use super::tuning::ClothTuning;
 use crate::base::clock::Stages;
 use crate::base::{Point3, Vector3};
+use crate::geom::{Neighbour, Neighbours};
 use crate::numeric::robust;
 
 /// The cloth's points, local frame \[m\].

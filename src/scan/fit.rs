@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use super::cloth::Cloth;
 use super::edge;
 use super::measured::Misfit;
-use super::neighbours::Neighbours;
 use super::options::ScanOptions;
 use super::parameterisation::Parameterisation;
 use super::registration::{Priors, Registration};
 use super::sheet::{self, Sheet};
 use super::square::Square;
 use crate::base::Point3;
+use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// A sheet and the surface points' places on it.

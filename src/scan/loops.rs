@@ -9,12 +9,12 @@
 use rayon::prelude::*;
 
 use super::edge::Edge;
-use super::neighbours::Neighbours;
 use super::sheet::Sheet;
 use super::sides::to_side;
 use super::tuning::Tuning;
 use crate::base::Point3;
 use crate::base::boundary::SIDES;
+use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// Boundary points near the sheet's edge in material coordinates, and off the sheet by

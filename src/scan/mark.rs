@@ -11,11 +11,11 @@
 
 use super::color::{Chromaticity, LEAST_DIFFERENCE, MarkColor, norm};
 use super::measured::{MarkedSide, Marking};
-use super::neighbours::Neighbours;
 use super::parameterisation::Parameterisation;
 use super::square::Square;
 use super::tuning::MarkTuning;
 use crate::base::Point3;
+use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// What tells a mark's colour from the cloth's.

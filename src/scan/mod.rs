@@ -41,7 +41,6 @@ mod loops;
 mod mark;
 mod measured;
 mod mesh_facts;
-pub mod neighbours;
 pub mod options;
 mod origin;
 mod parameterisation;

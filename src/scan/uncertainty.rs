@@ -8,12 +8,12 @@
 //! In: the rim, the sheet and all surface points, local frame \[m\]. Out: the rim
 //! with its flags and sigmas set.
 
-use super::neighbours::Neighbours;
 use super::rim::Rim;
 use super::sheet::Sheet;
 use super::tuning::UncertaintyTuning;
 use crate::base::Point3;
 use crate::base::boundary::POINTS_PER_SIDE;
+use crate::geom::Neighbours;
 
 /// Surface points and how they relate to the sheet.
 pub(super) struct Explained<'a> {

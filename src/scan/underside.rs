@@ -22,12 +22,12 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use super::neighbours::Neighbours;
 use super::options::ScanOptions;
 use super::plane::horizontal_axes;
 use super::plate::Plate;
 use super::tuning::UndersideTuning;
 use crate::base::{Point3, Vector3};
+use crate::geom::Neighbours;
 use crate::geom::adjacency::area_vector2;
 use crate::geom::parry::hits;
 use crate::geom::{Adjacency, Mesh};

@@ -19,10 +19,10 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 
 use super::super::cloth::Cloth;
-use super::super::neighbours::Neighbours;
 use super::super::tuning::ParameterisationTuning;
 use super::links::Links;
 use crate::base::{Point3, Vector3};
+use crate::geom::Neighbours;
 
 /// Surface points with their places in the parameter plane.
 pub(crate) struct Parameterisation {

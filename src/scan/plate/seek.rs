@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use super::super::downsample::voxel_downsample;
 use super::super::hints::Hints;
-use super::super::neighbours::Neighbours;
 use super::super::options::ScanOptions;
 use super::super::plane::{horizontal_axes, principal};
 use super::super::tuning::PlateTuning;
@@ -18,6 +17,7 @@ use super::layer;
 use super::placed::Placed;
 use super::wide::on_wide_planes;
 use crate::base::{Point3, Vector3};
+use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// A flat patch that may be the plate.

@@ -6,10 +6,10 @@
 
 use rayon::prelude::*;
 
-use super::super::neighbours::Neighbours;
 use super::super::plane::{horizontal_axes, principal};
 use super::super::tuning::PlateTuning;
 use crate::base::{Point3, Vector3, seed};
+use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// A plane through a point.
