@@ -798,6 +798,8 @@ pub(crate) enum Evaluate {
     /// Scenes drawn blind: sensor x stand x surroundings x fabric x views x unit, each through the scan path; or scenes that are
     /// wrong in a known way, and what the refusals say of them
     Scenes(Box<Scenes>),
+    /// Views and passes that miss each other by up to 20 mm and 5 degrees, brought together: how far apart they lie after
+    Views(Views),
     /// The paper's Table 3 beside ours from the model's record, each with the size of its data.
     Table3 {
         /// Recompute ours on this folder of `generate`, of another seed than the model's
@@ -989,6 +991,34 @@ pub(crate) struct Sensors {
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Vec<PathBuf>,
     /// Print the cells as one line of JSON as well, the last
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `evaluate views`.
+#[derive(Debug, Args)]
+pub(crate) struct Views {
+    /// Folder of drapes, as `evaluate scenes --make-drapes` fills it
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) drapes: PathBuf,
+    /// Scenes: single views and passes in turn
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first scene
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of the scenes
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Sensor profiles, in turn; as for `augment --profile`
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "structured-light,handheld,phone,d435",
+        value_name = "PROFILES"
+    )]
+    pub(crate) sensors: Vec<String>,
+    /// Print the records as one line of JSON as well, the last
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -21,4 +21,5 @@ pub mod start;
 pub mod table3;
 pub mod timed;
 pub mod verdict;
+pub mod views;
 pub mod walks;

@@ -11,6 +11,7 @@ mod sensors;
 mod start;
 mod table3;
 mod verdict;
+mod views;
 
 use std::path::Path;
 
@@ -46,6 +47,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Redrape(given) => redrape::run(given),
         args::Evaluate::Sensors(given) => sensors::run(given),
         args::Evaluate::Scenes(given) => scenes::run(given),
+        args::Evaluate::Views(given) => views::run(given),
         args::Evaluate::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
         args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),

@@ -1,0 +1,269 @@
+//! Views whose poses miss, brought together: how far off they lie before and after, for `evaluate views`.
+//!
+//! In: sensors, a folder of drapes ([`super::scenes::drapes`]), a seed. Each scene draws stand,
+//! surroundings and fabric; its parts are single views, or passes of several. Each part is moved by
+//! a drawn miss of up to 20 mm and 5 degrees about the drape. Out: a [`Record`] of each scene.
+//!
+//! The error of parts is how far they move points of the cloth apart, root mean square, without the motion
+//! that all have in common. Within a pass the views keep their drift, of which the mean counts.
+//! The figure to reach is 0.2 mm for structured light and half of the noise of single points for others.
+
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use rand::RngExt as _;
+use rand::seq::IndexedRandom as _;
+use serde::Serialize;
+
+use super::scenes::drapes::KeptDrape;
+use crate::base::clock::process_cpu_s;
+use crate::base::units::M_PER_MM;
+use crate::base::{Isometry3, Point3, Vector3, seed};
+use crate::dataset::setting::Setting;
+use crate::geom::register::{Fit, Placed, Register, View, unfit};
+use crate::sensor::{Profile, SceneError, StandKind, Surroundings, VirtualScan, draw_views, scan};
+
+/// Largest miss of a part: shift \[m\], turn \[rad\].
+const MISS: [f64; 2] = [20e-3, 5.0_f64.to_radians()];
+/// Every so many vertices of the cloth one is asked how far it moves.
+const PROBE_STEP: usize = 37;
+/// Figure of structured light \[m\]; of others half their noise.
+const FIGURE_M: f64 = 0.2e-3;
+
+/// Scenes to draw.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// The sensors, in turn.
+    pub sensors: Vec<Profile>,
+    /// The drapes to draw from.
+    pub drapes: Vec<KeptDrape>,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Which scenes; odd ones are of passes.
+    pub scenes: std::ops::Range<u64>,
+}
+
+/// One scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct Record {
+    /// Its number.
+    pub index: u64,
+    /// Name of the sensor.
+    pub sensor: &'static str,
+    /// Views of a part: 1, or the views of a pass.
+    pub views_of_part: usize,
+    /// Parts that were brought together.
+    pub parts: usize,
+    /// Points of all.
+    pub points: usize,
+    /// Error of the parts before \[mm\],
+    pub before_mm: f64,
+    /// and after.
+    pub after_mm: f64,
+    /// Error that is to be reached \[mm\].
+    pub figure_mm: f64,
+    /// Parts that the registration says are not to be used.
+    pub unfit: usize,
+    /// Largest misfit of a part before and after \[mm\],
+    pub misfit_mm: [f64; 2],
+    /// least share of a part that it has in common with another,
+    pub least_shared: f64,
+    /// largest standard deviation of a part's place as it is stated \[mm\],
+    pub sigma_mm: f64,
+    /// noise of single points as it was found \[mm\].
+    pub noise_mm: f64,
+    /// Processor time \[s\].
+    pub processor_s: f64,
+}
+
+impl Series {
+    /// Draws the scenes, tells of each.
+    ///
+    /// # Errors
+    /// When a scene is none.
+    pub fn run(&self, mut told: impl FnMut(&Record)) -> Result<Vec<Record>, SceneError> {
+        let mut records = Vec::new();
+        for index in self.scenes.clone() {
+            let record = self.one(index)?;
+            told(&record);
+            records.push(record);
+        }
+        Ok(records)
+    }
+
+    fn one(&self, index: u64) -> Result<Record, SceneError> {
+        let mut rng = seed::rng(self.seed, "evaluate-views", index);
+        let sensor = &self.sensors[(index / 2) as usize % self.sensors.len()];
+        let drape =
+            self.drapes.choose(&mut rng).unwrap_or_else(|| unreachable!("drapes are there"));
+        let stand = StandKind::ALL.choose(&mut rng).copied();
+        let surroundings = Surroundings::ALL[1..].choose(&mut rng).copied();
+        let setting = Setting { stand, surroundings, rounding_m: None };
+        let scene_seed: u64 = rng.random();
+        let passes = index % 2 == 1;
+        let views_of_part = if passes { rng.random_range(4..=10) } else { 1 };
+        let parts = if passes { rng.random_range(2..=4) } else { rng.random_range(5..=12) };
+        let scene = setting.scene(drape.mesh.clone(), sensor, scene_seed);
+        let mut poses = draw_views(&scene, sensor, parts * views_of_part, scene_seed)?;
+        if passes {
+            // Each pass goes round, or sees a side of its own.
+            let round: bool = rng.random();
+            let turn = |pose: &crate::sensor::CameraPose| {
+                let eye = pose.simulation_from_camera.translation.vector;
+                eye.z.atan2(eye.x)
+            };
+            if !round {
+                poses.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
+            }
+        }
+        let mut sensor = sensor.clone();
+        // The miss is drawn here; the walk within a pass stays.
+        sensor.passes = if passes { parts } else { 0 };
+        let scan = scan(&scene, &poses, &sensor, scene_seed)?;
+        let misses: Vec<Isometry3> = (0..parts).map(|_| miss(&mut rng)).collect();
+        Ok(judged(index, &sensor, drape, &scan, views_of_part, &misses))
+    }
+}
+
+fn miss(rng: &mut seed::Rng) -> Isometry3 {
+    let mut along = |most: f64| {
+        let direction = Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0)).normalize();
+        direction * most * rng.random_range(0.0..1.0_f64)
+    };
+    let (shift, turn) = (along(MISS[0]), along(MISS[1]));
+    // About the middle of the hanging cloth.
+    let middle = Translation3::new(0.0, -0.05, 0.0);
+    Translation3::from(shift) * middle * UnitQuaternion::new(turn) * middle.inverse()
+}
+
+fn judged(
+    index: u64,
+    sensor: &Profile,
+    drape: &KeptDrape,
+    scan: &VirtualScan,
+    views_of_part: usize,
+    misses: &[Isometry3],
+) -> Record {
+    let parts: Vec<_> = scan.views.chunks(views_of_part).zip(misses).collect();
+    let views: Vec<View> = parts
+        .iter()
+        .map(|(images, miss)| {
+            let of = |image: &crate::sensor::DepthImage| {
+                let pose = *miss * image.pose_believed.simulation_from_camera;
+                let points = (0..image.depth_m.len()).filter_map(|k| image.point_in_camera_m(k));
+                points.map(|p| pose * p).collect::<Vec<_>>()
+            };
+            let eye = *miss * images[0].pose_believed.simulation_from_camera;
+            let eye = (views_of_part == 1).then(|| Point3::from(eye.translation.vector));
+            View { points: images.iter().flat_map(of).collect(), eye }
+        })
+        .collect();
+    let begun = process_cpu_s();
+    let register = Register::new(&views);
+    let still = vec![Isometry3::identity(); parts.len()];
+    let placed = register.placed(&still);
+    let processor_s = process_cpu_s().zip(begun).map_or(f64::NAN, |(end, begun)| end - begun);
+    let probes: Vec<Point3> = drape.mesh.vertices.iter().step_by(PROBE_STEP).copied().collect();
+    let error = |motions: &[Isometry3]| {
+        let moved: Vec<Vec<Point3>> = parts
+            .iter()
+            .zip(motions)
+            .map(|((images, miss), motion)| {
+                let at = |probe: &Point3| {
+                    let of = |image: &crate::sensor::DepthImage| {
+                        let error = image.pose_believed.simulation_from_camera
+                            * image.pose_true.simulation_from_camera.inverse();
+                        (motion * *miss * error * probe).coords
+                    };
+                    Point3::from(images.iter().map(of).sum::<Vector3>() / images.len() as f64)
+                };
+                probes.iter().map(at).collect()
+            })
+            .collect();
+        apart(&probes, &moved) / M_PER_MM
+    };
+    let [near, far] = sensor.usual_distance_m;
+    let noise_m = sensor.axial_sigma_m(0.5 * (near + far), 0.6);
+    let figure_m = if sensor.name == "structured-light" { FIGURE_M } else { 0.5 * noise_m };
+    let poses: Vec<Isometry3> = placed.iter().map(|view| view.pose).collect();
+    let most = |fit: fn(&Placed) -> Fit| {
+        placed.iter().map(|view| fit(view).misfit_m / M_PER_MM).fold(0.0, f64::max)
+    };
+    let noise_m = register.noise_m();
+    Record {
+        index,
+        sensor: sensor.name,
+        views_of_part,
+        parts: parts.len(),
+        points: views.iter().map(|view| view.points.len()).sum(),
+        before_mm: error(&still),
+        after_mm: error(&poses),
+        figure_mm: figure_m / M_PER_MM,
+        unfit: unfit(&placed, noise_m).iter().flatten().count(),
+        misfit_mm: [most(|view| view.before), most(|view| view.after)],
+        least_shared: placed.iter().map(|view| view.after.shared).fold(1.0, f64::min),
+        sigma_mm: placed.iter().map(|view| view.sigma_m / M_PER_MM).fold(0.0, f64::max),
+        noise_mm: noise_m / M_PER_MM,
+        processor_s,
+    }
+}
+
+/// Root mean square distance of the parts' probes from the true ones, moved as all parts are in the mean.
+fn apart(probes: &[Point3], moved: &[Vec<Point3>]) -> f64 {
+    let count = (probes.len() * moved.len()) as f64;
+    let mean =
+        |points: &mut dyn Iterator<Item = &Point3>| points.map(|p| p.coords).sum::<Vector3>();
+    let from = mean(&mut probes.iter()) / probes.len() as f64;
+    let to = mean(&mut moved.iter().flatten()) / count;
+    let pairs = || moved.iter().flat_map(|part| probes.iter().zip(part));
+    let cross: Matrix3<f64> =
+        pairs().map(|(p, q)| (q.coords - to) * (p.coords - from).transpose()).sum();
+    let turn = Rotation3::from_matrix(&cross);
+    let off =
+        |(p, q): (&Point3, &Point3)| (q.coords - to - turn * (p.coords - from)).norm_squared();
+    (pairs().map(off).sum::<f64>() / count).sqrt()
+}
+
+impl Record {
+    /// Heads of [`Record::row`].
+    pub const COLUMNS: &str = "scene  sensor            parts  views  points  before [mm]  after [mm]         figure [mm]  misfit before, after [mm]  shared  unfit  sigma  noise [mm]  CPU [s]";
+
+    /// What came of it.
+    #[must_use]
+    pub fn outcome(&self) -> &'static str {
+        match (self.is_within(), self.unfit) {
+            (true, 0) => "within",
+            (false, 0) => "beyond",
+            _ => "named",
+        }
+    }
+
+    /// Whether the parts lie as well as they should.
+    #[must_use]
+    pub fn is_within(&self) -> bool {
+        self.after_mm <= self.figure_mm
+    }
+
+    /// The record as a line.
+    #[must_use]
+    pub fn row(&self) -> String {
+        let [before, after] = self.misfit_mm;
+        format!(
+            "{:5}  {:16}  {:5}  {:5}  {:6}k  {:10.2}  {:9.3} {:6}  {:10.3}  {:15.3} {:9.3}  {:6.2}  {:5}  {:5.3}  {:9.3}  {:6.2}",
+            self.index,
+            self.sensor,
+            self.parts,
+            self.views_of_part,
+            self.points / 1000,
+            self.before_mm,
+            self.after_mm,
+            self.outcome(),
+            self.figure_mm,
+            before,
+            after,
+            self.least_shared,
+            self.unfit,
+            self.sigma_mm,
+            self.noise_mm,
+            self.processor_s
+        )
+    }
+}

@@ -1,0 +1,535 @@
+//! Views of one scene that does not move, brought together.
+//!
+//! In: the points of each view \[m\], and poses that are right up to misses of some 20 mm and 5 degrees.
+//! Out: better poses, how well each view lies on the others, and how well its place is known ([`Placed`]).
+//!
+//! Each view is thinned to the means of cells of 2 mm, each with the normal of its neighbours. All poses
+//! are solved for together: each cell's mean is held against the nearest one of each other view,
+//! point to plane with the mean of both normals (after Rusinkiewicz 2019, which is exact on round
+//! things), with weights after Geman and McClure whose reach shrinks from 50 mm to the views' own noise.
+//! Cells are drawn evenly over the directions of their normals, so that a wide floor does not outweigh
+//! the folds. A weak prior keeps a pose where the scene does not fix it, such as along a floor.
+//!
+//! Where it fails: misses beyond half the distance of two folds end in a wrong place, which
+//! [`Fit::misfit_m`] tells; a view with little in common with the others has a large
+//! [`Placed::sigma_m`].
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, SymmetricEigen};
+use rayon::prelude::*;
+
+use super::Neighbours;
+use crate::base::{Isometry3, Point3, Vector3};
+
+/// Side of the cells to which a view is thinned \[m\]: a fold's radius is 10 mm and more.
+const CELL_M: f64 = 2e-3;
+/// A cell's normal is that of the means within this \[m\].
+const NORMAL_WITHIN_M: f64 = 5e-3;
+/// From so many means at least.
+const NORMAL_LEAST: usize = 6;
+/// Cells of a view that are held against each other view.
+const ASKED: usize = 1500;
+/// Reach of the weights at first \[m\], the factor by which it shrinks, and its least \[m\].
+const REACH_M: [f64; 2] = [50e-3, 1.5e-3];
+const SHRINKS: f64 = 0.7;
+/// Where less will do, each so many-th of these.
+const STRIDE: usize = 3;
+/// Rounds with the least reach at most.
+const LAST_ROUNDS: usize = 8;
+/// No motion of more than this \[m\] in a round ends the search.
+const AT_REST_M: f64 = 3e-5;
+/// Two cells lie opposite if they are no farther than this beside each other \[m\].
+const BESIDE_M: f64 = 3e-3;
+/// And if their normals differ by no more than this \[cosine\].
+const LEAST_COSINE: f64 = 0.7;
+/// A cell is seen under no steeper angle than this \[cosine\].
+const STEEPEST_COSINE: f64 = 0.2;
+/// Standard deviations of the motions beforehand: shift \[m\], turn \[rad\].
+const PRIOR: [f64; 2] = [30e-3, 0.15];
+/// How the prior weighs against one cell's distance: the noise that a cell is taken to have \[m\].
+const CELL_NOISE_M: f64 = 0.5e-3;
+/// Cells have something in common that lie within this of each other \[m\],
+const COMMON_WITHIN_M: f64 = 10e-3;
+/// and views that have this share of their cells in common, or more.
+const LEAST_COMMON: f64 = 0.05;
+/// How flat the means about a cell are, for it to be a sheet: variance across against along \[-\].
+const FLAT: f64 = 0.3;
+/// Cells whose noise is one cell's \[-\].
+const CORRELATED: f64 = 9.0;
+/// A view lies apart if its misfit is so many times the usual one, and this more \[m\],
+const APART: f64 = 3.0;
+const APART_M: f64 = 0.3e-3;
+/// or beyond this \[m\] and so many times the noise of single points, which is correlated: 8 for a D435.
+const WORST_M: f64 = 2e-3;
+const WORST_NOISES: f64 = 15.0;
+/// What a turn moves, about \[m\].
+const ARM_M: f64 = 0.3;
+/// A view is held against so many others, those with which it has most in common.
+const PARTNERS: usize = 8;
+
+/// One view.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// Its points in its own frame \[m\].
+    pub points: Vec<Point3>,
+    /// Where its camera stood, in that frame; `None` for points that were fused.
+    pub eye: Option<Point3>,
+}
+
+/// How a view lies on the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// Share of the view's cells that lie opposite one of that other view of which this is most \[-\].
+    pub shared: f64,
+    /// Their distance from the other views' planes, robustly (1.48 of the median) \[m\]; NaN if none is shared.
+    pub misfit_m: f64,
+}
+
+/// A view that was brought to the others.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The common frame from the view's own.
+    pub pose: Isometry3,
+    /// How the view lay before,
+    pub before: Fit,
+    /// and how it lies now.
+    pub after: Fit,
+    /// Standard deviation of its points' places against the mean of all views \[m\].
+    pub sigma_m: f64,
+}
+
+/// Why a view is not to be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// It does not lie on the others: something has moved, or its pose was too far off.
+    Apart,
+    /// It shares too little with the others for its place to be known.
+    Loose,
+}
+
+/// Which views are not to be used, of all that were placed together.
+#[must_use]
+pub fn unfit(placed: &[Placed], noise_m: f64) -> Vec<Option<Unfit>> {
+    let misfits = placed.iter().map(|view| view.after.misfit_m).filter(|m| m.is_finite());
+    let usual_m = middle(misfits.collect()).unwrap_or(0.0);
+    let most_m = (APART * usual_m + APART_M).min(WORST_M.max(WORST_NOISES * noise_m));
+    let of = |view: &Placed| match view.after.misfit_m {
+        misfit_m if misfit_m > most_m => Some(Unfit::Apart),
+        misfit_m if view.sigma_m < misfit_m => None,
+        _ => Some(Unfit::Loose),
+    };
+    placed.iter().map(of).collect()
+}
+
+/// Views that can be held against each other in any poses.
+pub struct Register {
+    views: Vec<Thinned>,
+}
+
+/// The mean of a cell's points, in the view's own frame.
+#[derive(Clone, Copy, Debug)]
+struct Surfel {
+    at: Point3,
+    /// To the camera, if that is known.
+    normal: Vector3,
+}
+
+/// A view as it is registered.
+struct Thinned {
+    surfels: Vec<Surfel>,
+    tree: Neighbours,
+    /// The surfels that are held against other views.
+    asked: Vec<usize>,
+    has_eye: bool,
+    noise_m: f64,
+}
+
+/// Two cells that lie opposite each other, common frame.
+struct Pair {
+    at: Point3,
+    /// The mean of both normals.
+    normal: Vector3,
+    /// How far the first lies above the second along it \[m\].
+    off_m: f64,
+}
+
+impl Register {
+    /// Thins the views.
+    #[must_use]
+    pub fn new(views: &[View]) -> Self {
+        Self { views: views.par_iter().map(Thinned::new).collect() }
+    }
+
+    /// Noise of single points against the plane of their cell, of the middle view \[m\]; 0 if it is not seen.
+    #[must_use]
+    pub fn noise_m(&self) -> f64 {
+        middle(self.views.iter().map(|view| view.noise_m).collect()).unwrap_or(0.0)
+    }
+
+    /// The share of its cells that the middle view has in common with another one, in these poses.
+    #[must_use]
+    pub fn shared(&self, poses: &[Isometry3]) -> f64 {
+        let of = |(a, view): (usize, &Thinned)| {
+            let common = |b: usize| {
+                pairs(view, &poses[a], &self.views[b], &poses[b], COMMON_WITHIN_M, STRIDE).count()
+            };
+            let most = (0..self.views.len()).filter(|&b| b != a).map(common).max().unwrap_or(0);
+            most as f64 / view.asked.len().div_ceil(STRIDE).max(1) as f64
+        };
+        middle(self.views.par_iter().enumerate().map(of).collect()).unwrap_or(0.0)
+    }
+
+    /// Brings the views together from these poses on; a view that has nothing in common with others
+    /// stays where it is.
+    #[must_use]
+    pub fn placed(&self, poses: &[Isometry3]) -> Vec<Placed> {
+        let views = &self.views;
+        // A map's coordinates would leave no digits for arms.
+        let shift = Isometry3::from(-self.middle(poses).coords);
+        let begun: Vec<Isometry3> = poses.iter().map(|pose| shift * pose).collect();
+        let partners = partners(views, &begun);
+        let before = fits(views, &partners, &begun);
+        let ended = descend(views, &partners, &begun, self.noise_m());
+        let after = fits(views, &partners, &ended);
+        let sigmas_m = sigmas(views, &partners, &begun, &ended, &after);
+        let back = shift.inverse();
+        let placed = |k: usize| Placed {
+            pose: back * ended[k],
+            before: before[k],
+            after: after[k],
+            sigma_m: sigmas_m[k],
+        };
+        (0..views.len()).map(placed).collect()
+    }
+
+    /// The middle of all views in these poses.
+    fn middle(&self, poses: &[Isometry3]) -> Point3 {
+        let all = || self.views.iter().zip(poses);
+        let of = |(view, pose): (&Thinned, &Isometry3)| -> Vector3 {
+            view.asked.iter().map(|&k| (pose * view.surfels[k].at).coords).sum()
+        };
+        let count: usize = all().map(|(view, _)| view.asked.len()).sum();
+        Point3::from(all().map(of).sum::<Vector3>() / count.max(1) as f64)
+    }
+}
+
+/// The poses in which the views lie on one another best.
+fn descend(
+    views: &[Thinned],
+    partners: &[Vec<usize>],
+    begun: &[Isometry3],
+    noise_m: f64,
+) -> Vec<Isometry3> {
+    let mut poses = begun.to_vec();
+    let [mut reach_m, least_m] = REACH_M;
+    let least_m = least_m.max(2.0 * noise_m);
+    let mut last = 0;
+    while last < LAST_ROUNDS {
+        let stride = if reach_m > least_m { STRIDE } else { 1 };
+        let moved_m = step(views, partners, begun, &mut poses, reach_m, stride);
+        if reach_m > least_m {
+            reach_m = (reach_m * SHRINKS).max(least_m);
+        } else if moved_m < AT_REST_M {
+            break;
+        } else {
+            last += 1;
+        }
+    }
+    poses
+}
+
+/// One step of Gauss and Newton for all motions together; the largest shift \[m\].
+fn step(
+    views: &[Thinned],
+    partners: &[Vec<usize>],
+    begun: &[Isometry3],
+    poses: &mut [Isometry3],
+    reach_m: f64,
+    stride: usize,
+) -> f64 {
+    let (normal, right) = equations(views, partners, begun, poses, reach_m, stride);
+    let Some(solved) = normal.cholesky().map(|factor| factor.solve(&right)) else { return 0.0 };
+    let mut moved_m: f64 = 0.0;
+    for (pose, part) in poses.iter_mut().zip(solved.as_slice().chunks_exact(6)) {
+        let shift = Vector3::new(part[0], part[1], part[2]);
+        let turn = Vector3::new(part[3], part[4], part[5]);
+        *pose = Isometry3::new(shift, turn) * *pose;
+        moved_m = moved_m.max(shift.norm() + turn.norm() * ARM_M);
+    }
+    moved_m
+}
+
+/// The normal equations of all motions, six unknowns each: shift \[m\] and turn \[rad\].
+fn equations(
+    views: &[Thinned],
+    partners: &[Vec<usize>],
+    begun: &[Isometry3],
+    poses: &[Isometry3],
+    reach_m: f64,
+    stride: usize,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let size = 6 * views.len();
+    let mut normal = DMatrix::<f64>::zeros(size, size);
+    let mut right = DVector::<f64>::zeros(size);
+    let prior = |k: usize| (CELL_NOISE_M / PRIOR[usize::from(k % 6 >= 3)]).powi(2);
+    for (view, (pose, begun)) in poses.iter().zip(begun).enumerate() {
+        let motion = pose * begun.inverse();
+        let turn = motion.rotation.scaled_axis();
+        for k in 0..6 {
+            let so_far = if k < 3 { motion.translation.vector[k] } else { turn[k - 3] };
+            normal[(6 * view + k, 6 * view + k)] += prior(k);
+            right[6 * view + k] -= prior(k) * so_far;
+        }
+    }
+    let others = |(a, others): (usize, &Vec<usize>)| others.iter().map(move |&b| [a, b]).collect();
+    let asked: Vec<[usize; 2]> =
+        partners.iter().enumerate().flat_map::<Vec<_>, _>(others).collect();
+    let parts: Vec<_> = asked
+        .par_iter()
+        .map(|&[a, b]| {
+            let mut part = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
+            for pair in pairs(&views[a], &poses[a], &views[b], &poses[b], reach_m, stride) {
+                // After Geman and McClure.
+                let weight = (1.0 + (pair.off_m / reach_m).powi(2)).powi(-2);
+                let turn = pair.at.coords.cross(&pair.normal);
+                let row = pair.normal.iter().chain(turn.iter()).copied();
+                let row = SVector::<f64, 6>::from_iterator(row);
+                part.0 += row * row.transpose() * weight;
+                part.1 -= row * (pair.off_m * weight);
+            }
+            part
+        })
+        .collect();
+    for ([a, b], (square, side)) in asked.into_iter().zip(parts) {
+        for (first, second, sign) in [(a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)] {
+            let mut block = normal.fixed_view_mut::<6, 6>(6 * first, 6 * second);
+            block += square * sign;
+        }
+        let mut own = right.fixed_rows_mut::<6>(6 * a);
+        own += side;
+        let mut other = right.fixed_rows_mut::<6>(6 * b);
+        other -= side;
+    }
+    (normal, right)
+}
+
+/// How far each view's points may still be off against the mean of all views, by their noise \[m\].
+fn sigmas(
+    views: &[Thinned],
+    partners: &[Vec<usize>],
+    begun: &[Isometry3],
+    poses: &[Isometry3],
+    fits: &[Fit],
+) -> Vec<f64> {
+    let misfits = fits.iter().map(|fit| fit.misfit_m).filter(|m| m.is_finite());
+    let misfit_m = middle(misfits.collect()).unwrap_or(f64::NAN);
+    let (mut normal, _) = equations(views, partners, begun, poses, 3.0 * misfit_m, 1);
+    // The motion that all have in common is nobody's error.
+    let fixed = normal.trace() / 6.0;
+    for (a, b) in (0..views.len()).flat_map(|a| (0..views.len()).map(move |b| (a, b))) {
+        for k in 0..6 {
+            normal[(6 * a + k, 6 * b + k)] += fixed;
+        }
+    }
+    let Some(covariance) = normal.cholesky().map(|factor| factor.inverse()) else {
+        return vec![f64::INFINITY; views.len()];
+    };
+    let of = |(view, thinned): (usize, &Thinned)| {
+        let own = covariance.fixed_view::<6, 6>(6 * view, 6 * view);
+        let variance = |&k: &usize| {
+            let at = (poses[view] * thinned.surfels[k].at).coords;
+            let arm = at.cross_matrix();
+            let moved = SMatrix::<f64, 3, 6>::from_fn(|r, c| match c {
+                0..3 => f64::from(u8::from(r == c)),
+                _ => -arm[(r, c - 3)],
+            });
+            (moved * own * moved.transpose()).trace()
+        };
+        let sum: f64 = thinned.asked.iter().map(variance).sum();
+        misfit_m * (CORRELATED * sum / thinned.asked.len().max(1) as f64).sqrt()
+    };
+    views.iter().enumerate().map(of).collect()
+}
+
+/// Of the cells of `a` that are asked for each `stride`th that lies opposite one of `b`, no farther off
+/// than three reaches.
+fn pairs(
+    a: &Thinned,
+    a_pose: &Isometry3,
+    b: &Thinned,
+    b_pose: &Isometry3,
+    reach_m: f64,
+    stride: usize,
+) -> impl Iterator<Item = Pair> {
+    let b_from_a = b_pose.inv_mul(a_pose);
+    let both_eyes = a.has_eye && b.has_eye;
+    a.asked.iter().step_by(stride).filter_map(move |&k| {
+        let surfel = &a.surfels[k];
+        let (at, normal) = (b_from_a * surfel.at, b_from_a * surfel.normal);
+        let nearest = b.tree.one(&at).filter(|near| near.distance() < 3.0 * reach_m + BESIDE_M)?;
+        let other = &b.surfels[nearest.index];
+        let cosine = normal.dot(&other.normal);
+        let sign = if both_eyes { 1.0 } else { cosine.signum() };
+        if cosine * sign < LEAST_COSINE {
+            return None;
+        }
+        let mean = (normal * sign + other.normal).normalize();
+        let offset = at - other.at;
+        let off_m = offset.dot(&mean);
+        let beside_m = (offset - mean * off_m).norm();
+        (beside_m < BESIDE_M && off_m.abs() < 3.0 * reach_m).then(|| Pair {
+            at: a_pose * surfel.at,
+            normal: b_pose * mean,
+            off_m,
+        })
+    })
+}
+
+/// For each view the others with which it has most in common, and at least a little.
+fn partners(views: &[Thinned], poses: &[Isometry3]) -> Vec<Vec<usize>> {
+    let common = |a: usize, b: usize| {
+        pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, STRIDE).count()
+    };
+    let of = |a: usize| {
+        let others = (0..views.len()).filter(|&b| b != a);
+        let mut others: Vec<(usize, usize)> = others.map(|b| (common(a, b), b)).collect();
+        others.retain(|&(count, _)| {
+            (count * STRIDE) as f64 > LEAST_COMMON * views[a].asked.len() as f64
+        });
+        others.sort_by_key(|&(count, b)| (std::cmp::Reverse(count), b));
+        others.into_iter().take(PARTNERS).map(|(_, b)| b).collect()
+    };
+    (0..views.len()).into_par_iter().map(of).collect()
+}
+
+/// How each view lies on its partners.
+fn fits(views: &[Thinned], partners: &[Vec<usize>], poses: &[Isometry3]) -> Vec<Fit> {
+    let of = |a: usize| {
+        let mut off_m = Vec::new();
+        let mut most = 0;
+        for &b in &partners[a] {
+            let before = off_m.len();
+            let found = pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, 1);
+            off_m.extend(found.map(|pair| pair.off_m.abs()));
+            most = most.max(off_m.len() - before);
+        }
+        let shared = most as f64 / views[a].asked.len().max(1) as f64;
+        Fit { shared, misfit_m: 1.4826 * middle(off_m).unwrap_or(f64::NAN) }
+    };
+    (0..views.len()).into_par_iter().map(of).collect()
+}
+
+impl Thinned {
+    fn new(view: &View) -> Self {
+        let origin = view.points.first().copied().unwrap_or_default().coords;
+        let cells = cells(&view.points, &origin);
+        let means: Vec<Point3> = cells.iter().map(Cell::mean).collect();
+        let tree = Neighbours::new(&means);
+        let fitted: Vec<Option<(Surfel, f64)>> = cells
+            .par_iter()
+            .zip(&means)
+            .map(|(cell, at)| {
+                let near = tree.within(at, NORMAL_WITHIN_M);
+                let normal = normal(&near.iter().map(|&k| means[k]).collect::<Vec<_>>())?;
+                let normal = match view.eye.map(|eye| (eye - origin - at).normalize().dot(&normal))
+                {
+                    Some(cosine) if cosine.abs() < STEEPEST_COSINE => return None,
+                    Some(cosine) => normal * cosine.signum(),
+                    None => normal,
+                };
+                Some((Surfel { at: at + origin, normal }, cell.noise_m(&normal)))
+            })
+            .collect();
+        let (surfels, noise_m): (Vec<Surfel>, Vec<f64>) = fitted.into_iter().flatten().unzip();
+        let tree = Neighbours::new(&surfels.iter().map(|surfel| surfel.at).collect::<Vec<_>>());
+        let asked = evenly(&surfels);
+        let noise_m = middle(noise_m.into_iter().filter(|&m| m > 0.0).collect()).unwrap_or(0.0);
+        Self { surfels, tree, asked, has_eye: view.eye.is_some(), noise_m }
+    }
+}
+
+/// The points of one cell.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    count: f64,
+    sum: Vector3,
+    squares: Matrix3<f64>,
+}
+
+impl Cell {
+    fn mean(&self) -> Point3 {
+        Point3::from(self.sum / self.count)
+    }
+
+    /// Standard deviation of its points along a normal \[m\]; 0 of a single one.
+    fn noise_m(&self, normal: &Vector3) -> f64 {
+        let mean = self.sum / self.count;
+        let spread = self.squares - mean * mean.transpose() * self.count;
+        (normal.dot(&(spread * normal)) / (self.count - 1.0).max(1.0)).max(0.0).sqrt()
+    }
+}
+
+/// The cells of some points, in the order of their first points.
+fn cells(points: &[Point3], origin: &Vector3) -> Vec<Cell> {
+    let mut index: HashMap<[i32; 3], usize> = HashMap::new();
+    let mut cells: Vec<Cell> = Vec::new();
+    for point in points {
+        let at = point.coords - origin;
+        let key = [0, 1, 2].map(|k| (at[k] / CELL_M).floor() as i32);
+        let place = *index.entry(key).or_insert(cells.len());
+        if place == cells.len() {
+            cells.push(Cell::default());
+        }
+        let cell = &mut cells[place];
+        cell.count += 1.0;
+        cell.sum += at;
+        cell.squares += at * at.transpose();
+    }
+    cells
+}
+
+/// The normal of the plane through some points; `None` where they are few, or no sheet.
+fn normal(points: &[Point3]) -> Option<Vector3> {
+    if points.len() < NORMAL_LEAST {
+        return None;
+    }
+    let mean = points.iter().map(|point| point.coords).sum::<Vector3>() / points.len() as f64;
+    let spread = |sum: Matrix3<f64>, point: &Point3| {
+        let off = point.coords - mean;
+        sum + off * off.transpose()
+    };
+    let eigen = SymmetricEigen::new(points.iter().fold(Matrix3::zeros(), spread));
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let [least, middle, _] = order;
+    let flat = eigen.eigenvalues[least] < FLAT * eigen.eigenvalues[middle];
+    flat.then(|| eigen.eigenvectors.column(least).into_owned())
+}
+
+/// Some surfels, even over the directions of their normals.
+fn evenly(surfels: &[Surfel]) -> Vec<usize> {
+    let mut bins: Vec<Vec<usize>> = vec![Vec::new(); 6 * 9];
+    for (k, surfel) in surfels.iter().enumerate() {
+        let axis = surfel.normal.iamax();
+        let sign = surfel.normal[axis];
+        let third = |c: f64| (((c / sign.abs() + 1.0) * 1.5).floor() as usize).min(2);
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map(|k| third(surfel.normal[k]));
+        bins[9 * (2 * axis + usize::from(sign > 0.0)) + 3 * u + v].push(k);
+    }
+    // The most of each bin with which there are not too many.
+    let kept = |most: usize| bins.iter().map(|bin| bin.len().min(most)).sum::<usize>();
+    let most = (1..=ASKED).rev().find(|&most| kept(most) <= ASKED).unwrap_or(1);
+    let strided = |bin: &Vec<usize>| {
+        let count = bin.len().min(most);
+        let place = |k: usize| bin[k * bin.len() / count];
+        (0..count).map(place).collect::<Vec<_>>()
+    };
+    bins.iter().flat_map(strided).collect()
+}
+
+/// The median; `None` of nothing.
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    let at = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(at, f64::total_cmp).1)
+}
