@@ -66,6 +66,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Write the rim of a scan as 244 points.
     Boundary(Boundary),
+    /// Bring views or passes of one drape together and write them as one cloud.
+    Merge(Merge),
     /// Estimate every scan of a folder; taken up again where it was interrupted.
     Batch(Batch),
     /// Fit fabrics to measured drapes, predict the drapes held out, and show what is left.
@@ -101,6 +103,7 @@ impl Command {
             Self::Estimate(given) => &given.threads,
             Self::Inspect(given) => &given.threads,
             Self::Boundary(given) => &given.threads,
+            Self::Merge(given) => &given.threads,
             Self::Batch(given) => &given.threads,
             Self::Calibrate(given) => &given.threads,
             Self::Augment(given) => &given.threads,
@@ -211,6 +214,9 @@ pub(crate) struct ScanFlags {
     /// `estimate` also takes a rim that `boundary` wrote; `-` with --format: the standard input
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
+    /// More passes over the same drape, up to 20 mm and 5 degrees from INPUT's frame: they are brought together
+    #[arg(value_name = "PASS")]
+    pub(crate) passes: Vec<PathBuf>,
     /// Format of INPUT, whatever its name: ply, obj, pcd, stl, glb, e57, las, laz, xyz or png
     #[arg(long, value_name = "NAME", value_parser = format)]
     pub(crate) format: Option<Format>,
@@ -236,14 +242,15 @@ impl ScanFlags {
                        `simulate --params` take it, and here the scan is wanted";
             return Err(Failure::usage(anyhow!("{}: {why}", self.input.display())));
         }
-        Ok(ReadOptions { format: self.format, ..self.read.read()? })
+        Ok(ReadOptions { format: self.format, passes: self.passes.clone(), ..self.read.read()? })
     }
 
     /// The files that are read: no result may be one of them.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         // A list of views that cannot be read is an error when it is read.
-        let scan = files_of(&self.input).unwrap_or_else(|_| vec![self.input.clone()]);
-        scan.into_iter().chain(self.read.intrinsics.clone()).collect()
+        let of = |input: &PathBuf| files_of(input).unwrap_or_else(|_| vec![input.clone()]);
+        let scans = std::iter::once(&self.input).chain(&self.passes);
+        scans.flat_map(of).chain(self.read.intrinsics.clone()).collect()
     }
 }
 
@@ -343,7 +350,7 @@ impl ReadFlags {
                 None => positive("depth-scale", self.depth_scale)?,
             },
             max_jump_m: max_jump_m.map(|mm| mm * M_PER_MM),
-            format: None,
+            ..ReadOptions::default()
         })
     }
 
@@ -469,6 +476,17 @@ pub(crate) struct Inspect {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Merge {
+    #[command(flatten)]
+    pub(crate) scan: ScanFlags,
+    #[command(flatten)]
+    pub(crate) threads: ThreadFlags,
+    /// The cloud, in the frame and the unit of the first pass; of views in metres
+    #[arg(long, short, value_name = "FILE.ply")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

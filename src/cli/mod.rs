@@ -22,6 +22,7 @@ mod generate;
 mod inspect;
 mod interrupt;
 mod kit;
+mod merge;
 mod progress;
 mod shell;
 mod simulate;
@@ -76,6 +77,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),
         args::Command::Inspect(given) => inspect::inspect(&given),
+        args::Command::Merge(given) => merge::merge(&given),
         args::Command::Boundary(given) => inspect::boundary(&given),
         args::Command::Batch(given) => batch::run(&given),
         args::Command::Calibrate(given) => calibrate::run(&given),

@@ -10,10 +10,11 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 17] = [
+const VERBS: [&str; 18] = [
     "estimate",
     "inspect",
     "boundary",
+    "merge",
     "batch",
     "simulate",
     "generate",

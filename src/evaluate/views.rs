@@ -19,7 +19,10 @@ use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::dataset::setting::Setting;
 use crate::geom::register::{Fit, Placed, Register, View, unfit};
-use crate::sensor::{Profile, SceneError, StandKind, Surroundings, VirtualScan, draw_views, scan};
+use crate::sensor::{
+    CameraPose, DepthImage, Profile, SceneError, StandKind, Surroundings, VirtualScan, draw_views,
+    scan,
+};
 
 /// Largest miss of a part: shift \[m\], turn \[rad\].
 const MISS: [f64; 2] = [20e-3, 5.0_f64.to_radians()];
@@ -106,7 +109,7 @@ impl Series {
         if passes {
             // Each pass goes round, or sees a side of its own.
             let round: bool = rng.random();
-            let turn = |pose: &crate::sensor::CameraPose| {
+            let turn = |pose: &CameraPose| {
                 let eye = pose.simulation_from_camera.translation.vector;
                 eye.z.atan2(eye.x)
             };
@@ -143,18 +146,25 @@ fn judged(
     misses: &[Isometry3],
 ) -> Record {
     let parts: Vec<_> = scan.views.chunks(views_of_part).zip(misses).collect();
-    let views: Vec<View> = parts
+    let clouds: Vec<Vec<Point3>> = parts
         .iter()
         .map(|(images, miss)| {
-            let of = |image: &crate::sensor::DepthImage| {
+            let of = |image: &DepthImage| {
                 let pose = *miss * image.pose_believed.simulation_from_camera;
                 let points = (0..image.depth_m.len()).filter_map(|k| image.point_in_camera_m(k));
                 points.map(|p| pose * p).collect::<Vec<_>>()
             };
-            let eye = *miss * images[0].pose_believed.simulation_from_camera;
-            let eye = (views_of_part == 1).then(|| Point3::from(eye.translation.vector));
-            View { points: images.iter().flat_map(of).collect(), eye }
+            images.iter().flat_map(of).collect()
         })
+        .collect();
+    let eye = |images: &[DepthImage], miss: &Isometry3| {
+        let pose = *miss * images[0].pose_believed.simulation_from_camera;
+        (views_of_part == 1).then(|| Point3::from(pose.translation.vector))
+    };
+    let views: Vec<View<'_>> = parts
+        .iter()
+        .zip(&clouds)
+        .map(|((images, miss), points)| View { points, eye: eye(images, miss) })
         .collect();
     let begun = process_cpu_s();
     let register = Register::new(&views);
@@ -168,7 +178,7 @@ fn judged(
             .zip(motions)
             .map(|((images, miss), motion)| {
                 let at = |probe: &Point3| {
-                    let of = |image: &crate::sensor::DepthImage| {
+                    let of = |image: &DepthImage| {
                         let error = image.pose_believed.simulation_from_camera
                             * image.pose_true.simulation_from_camera.inverse();
                         (motion * *miss * error * probe).coords

@@ -69,10 +69,10 @@ const ARM_M: f64 = 0.3;
 const PARTNERS: usize = 8;
 
 /// One view.
-#[derive(Clone, Debug, Default)]
-pub struct View {
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
     /// Its points in its own frame \[m\].
-    pub points: Vec<Point3>,
+    pub points: &'a [Point3],
     /// Where its camera stood, in that frame; `None` for points that were fused.
     pub eye: Option<Point3>,
 }
@@ -157,7 +157,7 @@ struct Pair {
 impl Register {
     /// Thins the views.
     #[must_use]
-    pub fn new(views: &[View]) -> Self {
+    pub fn new(views: &[View<'_>]) -> Self {
         Self { views: views.par_iter().map(Thinned::new).collect() }
     }
 
@@ -421,9 +421,9 @@ fn fits(views: &[Thinned], partners: &[Vec<usize>], poses: &[Isometry3]) -> Vec<
 }
 
 impl Thinned {
-    fn new(view: &View) -> Self {
+    fn new(view: &View<'_>) -> Self {
         let origin = view.points.first().copied().unwrap_or_default().coords;
-        let cells = cells(&view.points, &origin);
+        let cells = cells(view.points, &origin);
         let means: Vec<Point3> = cells.iter().map(Cell::mean).collect();
         let tree = Neighbours::new(&means);
         let fitted: Vec<Option<(Surfel, f64)>> = cells

@@ -5,6 +5,7 @@
 
 mod error;
 pub mod hints;
+pub mod joined;
 pub mod rim;
 
 pub use error::{IntakeError, RimError};

@@ -13,13 +13,14 @@
 use std::path::Path;
 
 use super::error::{IntakeError, RimError};
+use super::joined;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::clock::Stages;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Isometry3, Point3, Surface};
 use crate::geom::Cloud;
 use crate::io::boundary_csv::{self, OrientedRim};
-use crate::io::{Fault, Format, Place, ReadError, ReadNotes, ReadOptions, checked, read_scan_with};
+use crate::io::{Fault, Format, Place, ReadError, ReadNotes, ReadOptions, checked};
 use crate::scan::{
     LengthUnit, Orientation, Refusal, ScanError, ScanOptions, ScannedBoundary, WarpToward,
     boundary_in_stages, quarters_to_warp, scale_of_drape,
@@ -153,6 +154,12 @@ pub fn of_input(
     options: &ScanOptions,
 ) -> Result<Rim, IntakeError> {
     if read.format.is_none() && boundary_csv::is_one(path) {
+        if let Some(pass) = read.passes.first() {
+            let fault =
+                "a rim needs no more passes; give the scans that it is of, or the rim alone";
+            let fault = Fault::Layout(fault.to_owned());
+            return Err(ReadError { path: pass.clone(), place: Place::File, fault }.into());
+        }
         return of_rim(path, boundary_csv::read_oriented(path)?, options);
     }
     let (scanned, notes) = of_scan(path, read, options)?;
@@ -226,7 +233,7 @@ pub fn of_scan_in_stages(
     options: &ScanOptions,
     stages: &mut Stages,
 ) -> Result<(ScannedBoundary, ReadNotes), IntakeError> {
-    let (cloud, notes) = stages.span("read", || read_scan_with(path, read))?;
+    let (cloud, notes) = stages.span("read", || joined::read(path, read, options))?;
     // Their reader has made metres of them.
     let known = matches!(notes.format, Some(Format::DepthPng | Format::Views));
     let unit = options.unit.or(known.then_some(LengthUnit::Metre));

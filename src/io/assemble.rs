@@ -11,7 +11,7 @@ use crate::geom::Cloud;
 pub const LARGEST_COORDINATE: f64 = 1e9;
 
 /// What a reader left out, and what it read.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReadNotes {
     /// The format; `None` for points that were in memory.
     pub format: Option<Format>,
@@ -30,6 +30,23 @@ pub struct ReadNotes {
     pub ignored: Vec<String>,
     /// What was taken where the file does not say it plainly, a sentence each.
     pub taken: Vec<String>,
+    /// What was done with each view, of several that were brought together.
+    pub views: Vec<ViewNote>,
+}
+
+/// How a view was brought to the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewNote {
+    /// Its file's name.
+    pub name: String,
+    /// How far its points were moved, root mean square \[m\].
+    pub moved_m: f64,
+    /// By what angle it was turned \[rad\].
+    pub turned_rad: f64,
+    /// How far its points lie from the other views, robustly \[m\]; NaN if they share none.
+    pub misfit_m: f64,
+    /// Why it was left out; `None` if it was not.
+    pub left_out: Option<String>,
 }
 
 /// What a file says, unchecked.
@@ -142,6 +159,7 @@ fn kept(raw: Raw, format: Option<Format>) -> Result<(Cloud, ReadNotes), At> {
         degenerate_triangles: 0,
         ignored: raw.ignored,
         taken: raw.taken,
+        views: Vec::new(),
     };
     let mut triangles = raw.faces.triangles;
     triangles.retain_mut(|triangle| {

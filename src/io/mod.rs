@@ -54,7 +54,7 @@ mod xyz;
 
 use std::path::{Path, PathBuf};
 
-pub use assemble::{LARGEST_COORDINATE, ReadNotes, checked};
+pub use assemble::{LARGEST_COORDINATE, ReadNotes, ViewNote, checked};
 pub use error::{Fault, Place, ReadError, WriteError};
 pub use format::{Format, SUPPORTED};
 pub use intrinsics::Intrinsics;
@@ -64,7 +64,7 @@ pub use options::ReadOptions;
 pub use output::OutputError;
 pub use part::{abandon_unfinished, atomically};
 pub use sensors::DepthSource;
-pub use views::{VIEWS_FILE, VIEWS_SCHEMA};
+pub use views::{SeenView, VIEWS_FILE, VIEWS_SCHEMA, joined, opengl};
 #[cfg(feature = "picture")]
 pub use write::write_png;
 pub use write::{stl_bytes, write_depth_png, write_obj, write_ply};
@@ -98,9 +98,24 @@ pub fn read_scan_with(
         return read_as(path, format, options).map_err(|at| at.in_file(path));
     }
     match views::list(path) {
-        Some(list) => views::read(&list?, options),
+        Some(list) => {
+            let seen = views::read(&list?, options)?;
+            joined(seen).ok_or_else(|| Fault::NoPoints.anywhere().in_file(path))
+        }
         None => read_file(path, options).map_err(|at| at.in_file(path)),
     }
+}
+
+/// The views of a set, each in its camera's frame; `None` for a path that is no set of views.
+///
+/// # Errors
+/// When the set or one of its files cannot be read.
+pub fn read_views(
+    path: impl AsRef<Path>,
+    options: &ReadOptions,
+) -> Option<Result<Vec<SeenView>, ReadError>> {
+    let listed = options.format.is_none().then(|| views::list(path.as_ref())).flatten()?;
+    Some(listed.and_then(|list| views::read(&list, options)))
 }
 
 /// The files that a scan is made of: itself, or a set of views and what it names.

@@ -1,5 +1,7 @@
 //! What the caller says of a scan's file.
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 
 use super::format::Format;
@@ -19,11 +21,20 @@ pub struct ReadOptions {
     /// The file's format, whatever its name; then the path `-` is the standard input. `None`: as its name ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
+    /// More passes over the same drape, each a file or a set of views of its own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub passes: Vec<PathBuf>,
 }
 
 impl Default for ReadOptions {
     /// Millimetres, as most depth cameras write.
     fn default() -> Self {
-        Self { intrinsics: None, depth_scale: 1000.0, max_jump_m: None, format: None }
+        Self {
+            intrinsics: None,
+            depth_scale: 1000.0,
+            max_jump_m: None,
+            format: None,
+            passes: Vec::new(),
+        }
     }
 }

@@ -28,8 +28,9 @@
 //! (7-Scenes and the tools after it; millimetres, 65535 for nothing) is read as
 //! such a set.
 //!
-//! The clouds are joined, not downsampled: `scan` weighs and downsamples.
+//! The clouds are joined, not downsampled: `scan` weighs and downsamples. `intake` brings them together first.
 
+use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 
 use nalgebra::{Matrix3, Matrix4, Rotation3, Translation3, UnitQuaternion};
@@ -57,11 +58,13 @@ const FOLDER_DEPTH: &str = ".depth.png";
 /// three digits pass, a scale of 1 % does not.
 const ROTATION_TOLERANCE: f64 = 5e-3;
 
+/// What is said of poses that stood column by column.
+const POSES_BY_COLUMNS: &str =
+    "world_from_camera is taken column by column, since its last row holds the shift";
+
 /// A set of views, read but not their files.
 #[derive(Debug)]
 pub(super) struct Views {
-    /// The list, or the folder.
-    path: PathBuf,
     views: Vec<View>,
     /// Files besides the views: the list, cameras, poses.
     others: Vec<PathBuf>,
@@ -71,6 +74,8 @@ pub(super) struct Views {
 struct View {
     file: PathBuf,
     world_from_camera: Isometry3,
+    /// Whether its pose was written column by column.
+    by_columns: bool,
     /// Whether the camera looks along -z, with y up.
     opengl: bool,
     /// Metres in the unit of a file that is no depth image.
@@ -177,9 +182,11 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
             fault(format!("view {index} (`{}`): {text}", shown(view.file.as_bytes())))
         };
         let own = view.intrinsics.as_ref().map(&mut camera).transpose()?;
+        let (world_from_camera, by_columns) = pose(&view.world_from_camera).map_err(at)?;
         views.push(View {
             file: inside(folder, &view.file).map_err(at)?,
-            world_from_camera: pose(&view.world_from_camera).map_err(at)?,
+            world_from_camera,
+            by_columns,
             opengl: matches!(list.camera_axes, Axes::Opengl),
             unit_m: match view.unit.as_deref() {
                 None | Some("m") => 1.0,
@@ -193,7 +200,29 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
             depth_scale: view.depth_scale.or(list.depth_scale),
         });
     }
-    Ok(Views { path: path.to_owned(), views, others })
+    let views = once(views).map_err(fault)?;
+    Ok(Views { views, others })
+}
+
+/// The views without those that stand in the list twice. A list is short, and what it names would be read
+/// as often as it is named.
+fn once(views: Vec<View>) -> Result<Vec<View>, String> {
+    let mut poses: HashMap<PathBuf, Isometry3> = HashMap::new();
+    let mut kept = Vec::with_capacity(views.len());
+    for view in views {
+        let file = view.file.canonicalize().unwrap_or_else(|_| view.file.clone());
+        match poses.insert(file, view.world_from_camera) {
+            None => kept.push(view),
+            Some(pose) if pose == view.world_from_camera => {}
+            Some(_) => {
+                let name = shown(view.file.to_string_lossy().as_bytes());
+                return Err(format!(
+                    "`{name}` stands there twice, with two poses; leave out the wrong one"
+                ));
+            }
+        }
+    }
+    Ok(kept)
 }
 
 /// The file `name` of a folder, there or not.
@@ -242,9 +271,11 @@ fn of_folder(folder: &Path) -> Result<Views, ReadError> {
         let found = numbers.ok_or_else(|| "not sixteen numbers".to_owned());
         let found = found.and_then(|numbers| rigid(&numbers));
         let fault = |fault: String| Fault::Layout(fault).anywhere().in_file(&path);
+        let (world_from_camera, by_columns) = found.map_err(fault)?;
         views.push(View {
             file: folder.join(name + FOLDER_DEPTH),
-            world_from_camera: found.map_err(fault)?,
+            world_from_camera,
+            by_columns,
             opengl: false,
             unit_m: 1.0,
             intrinsics: Some(camera),
@@ -252,11 +283,11 @@ fn of_folder(folder: &Path) -> Result<Views, ReadError> {
         });
         others.push(path);
     }
-    Ok(Views { path: folder.to_owned(), views, others })
+    Ok(Views { views, others })
 }
 
-/// A 4 x 4 matrix of JSON, flat or in rows.
-fn pose(value: &Value) -> Result<Isometry3, String> {
+/// A 4 x 4 matrix of JSON, flat or in rows, as [`rigid`] has it.
+fn pose(value: &Value) -> Result<(Isometry3, bool), String> {
     let cells = value.as_array().map(Vec::as_slice).unwrap_or_default();
     let flat = cells
         .iter()
@@ -265,17 +296,22 @@ fn pose(value: &Value) -> Result<Isometry3, String> {
     rigid(&numbers.ok_or("world_from_camera holds something that is no number")?)
 }
 
-/// Sixteen numbers, row by row, as a rigid motion.
-fn rigid(numbers: &[f64]) -> Result<Isometry3, String> {
+/// Sixteen numbers, row by row, as a rigid motion; and whether they stood column by column, which a last
+/// row tells that holds a shift.
+fn rigid(numbers: &[f64]) -> Result<(Isometry3, bool), String> {
     let remedy = "give the camera's pose as a rigid 4 x 4 matrix, row by row, in metres";
     if numbers.len() != 16 {
         return Err(format!("the pose has {} numbers, not 16; {remedy}", numbers.len()));
     }
-    let whole = Matrix4::from_row_slice(numbers);
+    let by_rows = Matrix4::from_row_slice(numbers);
+    let ends = |row: &Matrix4<f64>| {
+        row.row(3).iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-9)
+    };
+    let by_columns = !ends(&by_rows) && ends(&by_rows.transpose());
+    let whole = if by_columns { by_rows.transpose() } else { by_rows };
     let turn: Matrix3<f64> = whole.fixed_view::<3, 3>(0, 0).into();
     let off = (turn.transpose() * turn - Matrix3::identity()).abs().max();
-    let last = whole.row(3).iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-9);
-    if !numbers.iter().all(|n| n.is_finite()) || !last || off > ROTATION_TOLERANCE {
+    if !numbers.iter().all(|n| n.is_finite()) || !ends(&whole) || off > ROTATION_TOLERANCE {
         return Err(format!("the pose is no rigid motion (off by {off:.3}); {remedy}"));
     }
     if turn.determinant() < 0.0 {
@@ -290,46 +326,76 @@ fn rigid(numbers: &[f64]) -> Result<Isometry3, String> {
     };
     let turn = Rotation3::from_matrix_unchecked(u * v_t);
     let turn = UnitQuaternion::from_rotation_matrix(&turn);
-    Ok(Isometry3::from_parts(Translation3::from(shift), turn))
+    Ok((Isometry3::from_parts(Translation3::from(shift), turn), by_columns))
 }
 
-/// Reads the files of all views and joins them.
-pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<(Cloud, ReadNotes), ReadError> {
+/// One view of a set.
+#[derive(Clone, Debug)]
+pub struct SeenView {
+    /// Its file's name, as the set has it.
+    pub name: String,
+    /// What it sees, in its camera's frame (x right, y down, z forward for a depth image) \[m\].
+    pub cloud: Cloud,
+    /// The set's frame from the camera's, as the set has it.
+    pub pose: Isometry3,
+    /// What its reader left out.
+    pub notes: ReadNotes,
+}
+
+/// Reads the files of all views.
+pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<Vec<SeenView>, ReadError> {
+    list.views.iter().map(|view| view.read(options)).collect()
+}
+
+impl View {
+    fn read(&self, options: &ReadOptions) -> Result<SeenView, ReadError> {
+        let own = ReadOptions {
+            intrinsics: self.intrinsics.or(options.intrinsics),
+            depth_scale: self.depth_scale.unwrap_or(options.depth_scale),
+            max_jump_m: options.max_jump_m,
+            ..ReadOptions::default()
+        };
+        let read = read_file(&self.file, &own).map_err(|at| at.in_file(&self.file));
+        let (mut cloud, mut notes) = read?;
+        let is_depth = notes.format == Some(Format::DepthPng);
+        if !is_depth {
+            cloud.points.iter_mut().for_each(|p| *p *= self.unit_m);
+        }
+        let name = self.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if self.by_columns {
+            notes.taken.push(POSES_BY_COLUMNS.to_owned());
+        }
+        let pose = self.world_from_camera
+            * if is_depth && self.opengl { opengl() } else { Isometry3::identity() };
+        Ok(SeenView { name, cloud, pose, notes })
+    }
+}
+
+/// The axes of a camera that looks along -z with y up, in those of one that looks along z with y down.
+#[must_use]
+pub fn opengl() -> Isometry3 {
+    Isometry3::rotation(Vector3::x() * std::f64::consts::PI)
+}
+
+/// All views as one cloud, each where its pose puts it; `None` of no views.
+#[must_use]
+pub fn joined(views: Vec<SeenView>) -> Option<(Cloud, ReadNotes)> {
+    let colored = views.iter().all(|view| view.cloud.colors.len() == view.cloud.points.len());
     let mut cloud = Cloud::default();
     let mut notes: Option<ReadNotes> = None;
-    let mut colored = true;
-    for view in &list.views {
-        let own = ReadOptions {
-            intrinsics: view.intrinsics.or(options.intrinsics),
-            depth_scale: view.depth_scale.unwrap_or(options.depth_scale),
-            max_jump_m: options.max_jump_m,
-            format: None,
-        };
-        let (mut seen, its) = read_file(&view.file, &own).map_err(|at| at.in_file(&view.file))?;
-        let scale = if its.format == Some(Format::DepthPng) { 1.0 } else { view.unit_m };
-        colored &= seen.colors.len() == seen.points.len();
+    for SeenView { cloud: mut seen, pose, notes: its, .. } in views {
         let base = cloud.points.len() as u32;
-        cloud.points.extend(seen.points.iter().map(|p| {
-            let mut p = p * scale;
-            if view.opengl && its.format == Some(Format::DepthPng) {
-                (p.y, p.z) = (-p.y, -p.z);
-            }
-            view.world_from_camera * p
-        }));
-        cloud.colors.append(&mut seen.colors);
+        cloud.points.extend(seen.points.iter().map(|p| pose * p));
+        if colored {
+            cloud.colors.append(&mut seen.colors);
+        }
         cloud.triangles.extend(seen.triangles.iter().map(|t| t.map(|vertex| vertex + base)));
         match &mut notes {
             Some(notes) => notes.add(its),
             None => notes = Some(ReadNotes { format: Some(Format::Views), ..its }),
         }
     }
-    if !colored {
-        cloud.colors.clear();
-    }
-    match notes {
-        Some(notes) => Ok((cloud, notes)),
-        None => Err(Fault::NoPoints.anywhere().in_file(&list.path)),
-    }
+    notes.map(|notes| (cloud, notes))
 }
 
 impl ReadNotes {

@@ -281,8 +281,8 @@ impl Outcome {
     /// # Errors
     /// Where another scan of [`Job::with`] cannot be used.
     pub fn refined(self, estimator: &Estimator, tell: impl Fn(Told<'_>)) -> Result<Self, JobError> {
-        // The format is said of the first alone.
-        let read = ReadOptions { format: None, ..self.job.read.clone() };
+        // The format and the passes are said of the first alone.
+        let read = ReadOptions { format: None, passes: Vec::new(), ..self.job.read.clone() };
         let scan = self.job.scan.clone();
         let take = move |path: &Path| Ok(rim::of_input(path, &read, &scan)?);
         self.refined_with(take, estimator, tell)

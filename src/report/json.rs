@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::Likeness;
-use crate::io::ReadNotes;
+use crate::io::{ReadNotes, ViewNote};
 use crate::job::{Outcome, Refinement};
 use crate::refine::{ReleasedDrape, ScanFit};
 use crate::scan::ScannedBoundary;
@@ -71,11 +71,26 @@ pub fn params(outcome: &Outcome) -> Value {
 /// What was read of a scan's file.
 #[must_use]
 pub fn read(notes: &ReadNotes) -> Value {
-    json!({
+    let mut read = json!({
         "points_in_file": notes.points_in_file,
         "dropped_non_finite": notes.dropped_non_finite,
         "dropped_jumps": notes.dropped_jumps,
         "taken": notes.taken,
+    });
+    if !notes.views.is_empty() {
+        read["views"] = notes.views.iter().map(view).collect();
+    }
+    read
+}
+
+/// What was done with a view to bring it to the others.
+fn view(view: &ViewNote) -> Value {
+    json!({
+        "file": view.name,
+        "moved_mm": view.moved_m / M_PER_MM,
+        "turned_deg": view.turned_rad.to_degrees(),
+        "misfit_mm": view.misfit_m.is_finite().then_some(view.misfit_m / M_PER_MM),
+        "left_out": view.left_out,
     })
 }
 

@@ -7,7 +7,7 @@ use super::verdict;
 use crate::base::clock::Stage;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::intake::Rim;
-use crate::io::ReadNotes;
+use crate::io::{ReadNotes, ViewNote};
 use crate::job::verdict::Limits;
 use crate::job::{Outcome, Refinement};
 use crate::scan::{Orientation, ScannedBoundary};
@@ -148,7 +148,53 @@ pub fn notes(notes: &ReadNotes) -> String {
     for text in &notes.taken {
         let _ = writeln!(out, "read             {text}");
     }
+    views(&mut out, &notes.views);
     out
+}
+
+/// What was done with each view, as a table.
+#[must_use]
+pub fn by_view(views: &[ViewNote]) -> String {
+    let mut out = "moved [mm]  turned [deg]  misfit [mm]  view\n".to_owned();
+    for view in views {
+        let left_out = view.left_out.as_ref().map(|why| format!("  left out: {why}"));
+        let _ = writeln!(
+            out,
+            "{:10.2}  {:12.2}  {:11.3}  {}{}",
+            view.moved_m / M_PER_MM,
+            view.turned_rad.to_degrees(),
+            view.misfit_m / M_PER_MM,
+            view.name,
+            left_out.unwrap_or_default()
+        );
+    }
+    out
+}
+
+/// How views were brought together, in a line, and one for each that was left out.
+fn views(out: &mut String, views: &[ViewNote]) {
+    let mm = |of: fn(&ViewNote) -> f64| {
+        let kept = views.iter().filter(|view| view.left_out.is_none());
+        kept.map(of).filter(|m| m.is_finite()).fold(0.0, f64::max) / M_PER_MM
+    };
+    let (moved_mm, misfit_mm) = (mm(|view| view.moved_m), mm(|view| view.misfit_m));
+    let left_out = views.iter().filter(|view| view.left_out.is_some());
+    let kept = views.len() - left_out.clone().count();
+    if kept > 1 && moved_mm > 0.0 {
+        let _ = writeln!(
+            out,
+            "views            {kept:>12}  brought together: moved by up to {moved_mm:.1} mm, {misfit_mm:.2} mm off one another"
+        );
+    } else if kept > 1 && misfit_mm > 0.0 {
+        let _ = writeln!(
+            out,
+            "views            {kept:>12}  as their poses say, {misfit_mm:.2} mm off one another"
+        );
+    }
+    for view in left_out {
+        let why = view.left_out.as_deref().unwrap_or_default();
+        let _ = writeln!(out, "left out         {}: {why}", view.name);
+    }
 }
 
 /// What was found in the scan, as text.

@@ -79,6 +79,7 @@ pub use warp::{WarpSteep, quarters_to_warp};
 
 pub use crate::base::boundary::Orientation;
 
+use crate::base::Point3;
 use crate::base::clock::Stages;
 use crate::geom::Cloud;
 use steps::{
@@ -118,6 +119,13 @@ pub fn boundary_in_stages(
             Err(Refusal { error, found: Box::new(found) })
         }
     }
+}
+
+/// The unit of a file's points: the caller's, or the one that their size makes likeliest.
+#[must_use]
+pub fn likely_unit(points: &[Point3], options: &ScanOptions) -> LengthUnit {
+    let guess = || unit_guess::guess(points, &options.tuning.scene).units.first().copied();
+    options.unit.or_else(guess).unwrap_or(LengthUnit::Metre)
 }
 
 /// The first of some factors on a cloud in metres with which a drape is found in it.

@@ -1,0 +1,268 @@
+//! Several views, or several passes, of one drape as one cloud.
+//!
+//! In: a set of views with the poses that it states, or the files of passes, whose frames are taken for
+//! one up to misses of some 20 mm and 5 degrees. Out: their points in one frame, each view brought to
+//! the others ([`crate::geom::register`]), with a note of what was done with each.
+//!
+//! A set's poses are first held against other conventions ([`Convention`]): inverses, millimetres, the other
+//! axes of a camera. One is taken in place of what is written where it alone makes the views agree.
+//! Views that lie on one another as their poses say are not moved. A view that does not fit is left out by
+//! name; where most do not, the input is refused.
+
+use std::path::{Path, PathBuf};
+
+use super::error::IntakeError;
+use crate::base::units::M_PER_MM;
+use crate::base::{Isometry3, Point3};
+use crate::geom::Cloud;
+use crate::geom::register::{Placed, Register, Unfit, View, unfit};
+use crate::io::{
+    Fault, Format, Place, ReadError, ReadNotes, ReadOptions, SeenView, ViewNote, joined, opengl,
+    read_scan_with, read_views,
+};
+use crate::scan::{ScanOptions, likely_unit};
+
+/// Views that share at least this are worth another convention \[-\],
+const LEAST_SHARED: f64 = 0.15;
+/// if it is so many times what they share as they are written, and by the next best one.
+const TIMES_SHARED: f64 = 3.0;
+/// Poses stay as they are unless a view's misfit shrinks by this factor.
+const IMPROVES: f64 = 1.1;
+/// A view whose place is not known stays where its pose is, unless others were moved by so many
+/// times their misfit.
+const TRUSTED_MISFITS: f64 = 2.0;
+/// Points of a view that say how far it was moved.
+const ASKED: usize = 1000;
+
+/// Reads a scan, be it one file, a set of views, or several passes. Views are in metres; passes are in
+/// the unit and the frame of the first.
+///
+/// # Errors
+/// When a file cannot be read, or most of the views or passes do not lie on one another.
+pub fn read(
+    path: &Path,
+    read: &ReadOptions,
+    options: &ScanOptions,
+) -> Result<(Cloud, ReadNotes), IntakeError> {
+    if !read.passes.is_empty() {
+        return Ok(of_passes(path, read, options)?);
+    }
+    Ok(match read_views(path, read) {
+        Some(views) => of_views(path, views?)?,
+        None => read_scan_with(path, read)?,
+    })
+}
+
+/// The views of a set, brought together.
+fn of_views(path: &Path, mut views: Vec<SeenView>) -> Result<(Cloud, ReadNotes), ReadError> {
+    let register = registered(&views);
+    let written: Vec<Isometry3> = views.iter().map(|view| view.pose).collect();
+    let (poses, convention) = Convention::of(&register, &written);
+    for (view, pose) in views.iter_mut().zip(&poses) {
+        view.pose = *pose;
+    }
+    let (cloud, mut notes) = together(path, views, &register, true)?;
+    notes.taken.extend(convention);
+    if notes.views.len() > 1 && notes.views.iter().all(|view| view.misfit_m.is_nan()) {
+        let said = "in the poses given no view shares anything with another, so the poses could not be checked";
+        notes.taken.push(said.to_owned());
+    }
+    Ok((cloud, notes))
+}
+
+/// Passes, brought together in the frame and the unit of the first.
+fn of_passes(
+    path: &Path,
+    read: &ReadOptions,
+    options: &ScanOptions,
+) -> Result<(Cloud, ReadNotes), ReadError> {
+    let own = ReadOptions { passes: Vec::new(), ..read.clone() };
+    let paths: Vec<&Path> =
+        std::iter::once(path).chain(read.passes.iter().map(PathBuf::as_path)).collect();
+    let mut first_m = None;
+    let mut views = Vec::with_capacity(paths.len());
+    for path in &paths {
+        let (mut cloud, notes) = read_scan_with(path, &own)?;
+        let metres = matches!(notes.format, Some(Format::DepthPng | Format::Views));
+        let unit_m = if metres { 1.0 } else { likely_unit(&cloud.points, options).metres() };
+        first_m.get_or_insert(unit_m);
+        cloud.points.iter_mut().for_each(|p| *p *= unit_m);
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        views.push(SeenView { name, cloud, pose: Isometry3::identity(), notes });
+    }
+    let register = registered(&views);
+    let (mut cloud, mut notes) = together(path, views, &register, false)?;
+    let unit_m = first_m.unwrap_or(1.0);
+    cloud.points.iter_mut().for_each(|p| *p /= unit_m);
+    if unit_m != 1.0 {
+        // Of the file's unit again, which is guessed or given.
+        notes.format = None;
+    }
+    Ok((cloud, notes))
+}
+
+fn registered(views: &[SeenView]) -> Register {
+    let view = |view: &'_ SeenView| {
+        // A depth image is seen from its frame's origin; where a cloud was seen from nobody says.
+        (view.notes.format == Some(Format::DepthPng)).then(Point3::origin)
+    };
+    let views: Vec<View<'_>> =
+        views.iter().map(|seen| View { points: &seen.cloud.points, eye: view(seen) }).collect();
+    Register::new(&views)
+}
+
+/// The views as one cloud: moved where that makes them agree better, without those that do not fit.
+fn together(
+    path: &Path,
+    mut views: Vec<SeenView>,
+    register: &Register,
+    posed: bool,
+) -> Result<(Cloud, ReadNotes), ReadError> {
+    let begun: Vec<Isometry3> = views.iter().map(|view| view.pose).collect();
+    let placed = register.placed(&begun);
+    let faults = unfit(&placed, register.noise_m());
+    let improves = |view: &Placed| view.before.misfit_m > IMPROVES * view.after.misfit_m;
+    let moves = placed.iter().zip(&faults).any(|(view, fault)| fault.is_none() && improves(view));
+    let moved_m = |k: usize| if moves { moved_m(&views[k], &placed[k].pose) } else { 0.0 };
+    let fit = (0..views.len()).filter(|&k| faults[k].is_none());
+    let trusts =
+        posed && fit.clone().all(|k| moved_m(k) < TRUSTED_MISFITS * placed[k].after.misfit_m);
+    // The first stays where it is: what a caller says of places and directions is of its frame.
+    let back = begun.first().zip(placed.first()).map(|(begun, view)| begun * view.pose.inverse());
+    let notes: Vec<ViewNote> = (0..views.len())
+        .map(|k| {
+            let why = match faults[k] {
+                Some(Unfit::Apart) => Some("does not lie on the others"),
+                Some(Unfit::Loose) if !trusts => Some("shares too little with the others"),
+                _ => None,
+            };
+            let turn = placed[k].pose.rotation * begun[k].rotation.inverse();
+            ViewNote {
+                name: views[k].name.clone(),
+                moved_m: moved_m(k),
+                turned_rad: if moves { turn.angle() } else { 0.0 },
+                misfit_m: if moves { placed[k].after.misfit_m } else { placed[k].before.misfit_m },
+                left_out: why.map(str::to_owned),
+            }
+        })
+        .collect();
+    let left_out = notes.iter().filter(|note| note.left_out.is_some()).count();
+    if 2 * left_out > views.len() || (!posed && left_out + 1 >= views.len()) {
+        return Err(refusal(path, &notes));
+    }
+    if moves {
+        for (k, view) in views.iter_mut().enumerate() {
+            // A loose view stays where its pose is.
+            if faults[k].is_none() {
+                view.pose = back.unwrap_or_default() * placed[k].pose;
+            }
+        }
+    }
+    let mut stays = notes.iter().map(|note| note.left_out.is_none());
+    views.retain(|_| stays.next() != Some(false));
+    let joined = joined(views).ok_or_else(|| refusal(path, &notes));
+    joined.map(|(cloud, read)| (cloud, ReadNotes { views: notes, ..read }))
+}
+
+/// How far a pose moves a view's points from where they are, root mean square \[m\].
+fn moved_m(view: &SeenView, pose: &Isometry3) -> f64 {
+    let points = &view.cloud.points;
+    let stride = points.len().div_ceil(ASKED).max(1);
+    let asked = || points.iter().step_by(stride);
+    let sum: f64 = asked().map(|p| (pose * p - view.pose * p).norm_squared()).sum();
+    (sum / asked().count().max(1) as f64).sqrt()
+}
+
+fn refusal(path: &Path, notes: &[ViewNote]) -> ReadError {
+    let off = |note: &ViewNote| {
+        let why = note.left_out.as_deref()?;
+        let misfit = match note.misfit_m {
+            misfit if misfit.is_finite() => format!(" ({:.1} mm off)", misfit / M_PER_MM),
+            _ => String::new(),
+        };
+        Some(format!("{} {why}{misfit}", note.name))
+    };
+    let off: Vec<String> = notes.iter().filter_map(off).collect();
+    let fault = Fault::Layout(format!(
+        "{} of {} views do not lie on one another: {}; give poses to 20 mm and 5 degrees and let nothing move \
+         between views, or give one of them alone",
+        off.len(),
+        notes.len(),
+        off.join("; ")
+    ));
+    ReadError { path: path.to_owned(), place: Place::File, fault }
+}
+
+/// Another way to read a set's poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Convention {
+    inverse: bool,
+    /// Metres in the unit of the shifts.
+    shift_m: f64,
+    /// Whether the camera's other axes are meant.
+    axes: bool,
+}
+
+impl Convention {
+    const AS_WRITTEN: Self = Self { inverse: false, shift_m: 1.0, axes: false };
+
+    fn all() -> impl Iterator<Item = Self> {
+        let flags = [false, true];
+        flags.into_iter().flat_map(move |inverse| {
+            [1.0, M_PER_MM].into_iter().flat_map(move |shift_m| {
+                flags.into_iter().map(move |axes| Self { inverse, shift_m, axes })
+            })
+        })
+    }
+
+    /// The poses by the one convention with which the views agree, and what to say of it; as written where
+    /// that agrees or none does.
+    fn of(register: &Register, written: &[Isometry3]) -> (Vec<Isometry3>, Option<String>) {
+        let as_written = register.shared(written);
+        if written.len() < 2 || as_written > TIMES_SHARED * LEAST_SHARED {
+            return (written.to_vec(), None);
+        }
+        let others = Self::all().filter(|other| *other != Self::AS_WRITTEN);
+        let mut shared: Vec<(f64, Self)> =
+            others.map(|other| (register.shared(&other.poses(written)), other)).collect();
+        shared.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        match shared[..] {
+            [(best, other), (next, _), ..]
+                if best >= LEAST_SHARED && best >= TIMES_SHARED * as_written.max(next) =>
+            {
+                let said = format!(
+                    "the poses are taken {}: so the views share {:.0} % of what they see, as written {:.0} %",
+                    other.words(),
+                    100.0 * best,
+                    100.0 * as_written
+                );
+                (other.poses(written), Some(said))
+            }
+            _ => (written.to_vec(), None),
+        }
+    }
+
+    fn poses(self, written: &[Isometry3]) -> Vec<Isometry3> {
+        let axes = if self.axes { opengl() } else { Isometry3::identity() };
+        let read = |pose: &Isometry3| {
+            let mut pose = *pose;
+            pose.translation.vector *= self.shift_m;
+            (if self.inverse { pose.inverse() } else { pose }) * axes
+        };
+        written.iter().map(read).collect()
+    }
+
+    fn words(self) -> String {
+        let mut words = Vec::new();
+        if self.inverse {
+            words.push("as camera_from_world");
+        }
+        if self.shift_m != 1.0 {
+            words.push("with shifts in mm");
+        }
+        if self.axes {
+            words.push("with the other camera_axes (opengl for opencv)");
+        }
+        words.join(", ")
+    }
+}
