@@ -15,6 +15,7 @@
 //! [`Placed::sigma_m`].
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, SymmetricEigen};
 use rayon::prelude::*;
@@ -124,7 +125,7 @@ pub fn unfit(placed: &[Placed], noise_m: f64) -> Vec<Option<Unfit>> {
 
 /// Views that can be held against each other in any poses.
 pub struct Register {
-    views: Vec<Thinned>,
+    views: Vec<Arc<Thinned>>,
 }
 
 /// The mean of a cell's points, in the view's own frame.
@@ -158,7 +159,13 @@ impl Register {
     /// Thins the views.
     #[must_use]
     pub fn new(views: &[View<'_>]) -> Self {
-        Self { views: views.par_iter().map(Thinned::new).collect() }
+        Self { views: views.par_iter().map(|view| Arc::new(Thinned::new(view))).collect() }
+    }
+
+    /// Some of the views.
+    #[must_use]
+    pub fn some(&self, which: &[usize]) -> Self {
+        Self { views: which.iter().map(|&k| Arc::clone(&self.views[k])).collect() }
     }
 
     /// Noise of single points against the plane of their cell, of the middle view \[m\]; 0 if it is not seen.
@@ -170,7 +177,7 @@ impl Register {
     /// The share of its cells that the middle view has in common with another one, in these poses.
     #[must_use]
     pub fn shared(&self, poses: &[Isometry3]) -> f64 {
-        let of = |(a, view): (usize, &Thinned)| {
+        let of = |(a, view): (usize, &Arc<Thinned>)| {
             let common = |b: usize| {
                 pairs(view, &poses[a], &self.views[b], &poses[b], COMMON_WITHIN_M, STRIDE).count()
             };
@@ -206,7 +213,7 @@ impl Register {
     /// The middle of all views in these poses.
     fn middle(&self, poses: &[Isometry3]) -> Point3 {
         let all = || self.views.iter().zip(poses);
-        let of = |(view, pose): (&Thinned, &Isometry3)| -> Vector3 {
+        let of = |(view, pose): (&Arc<Thinned>, &Isometry3)| -> Vector3 {
             view.asked.iter().map(|&k| (pose * view.surfels[k].at).coords).sum()
         };
         let count: usize = all().map(|(view, _)| view.asked.len()).sum();
@@ -216,7 +223,7 @@ impl Register {
 
 /// The poses in which the views lie on one another best.
 fn descend(
-    views: &[Thinned],
+    views: &[Arc<Thinned>],
     partners: &[Vec<usize>],
     begun: &[Isometry3],
     noise_m: f64,
@@ -241,7 +248,7 @@ fn descend(
 
 /// One step of Gauss and Newton for all motions together; the largest shift \[m\].
 fn step(
-    views: &[Thinned],
+    views: &[Arc<Thinned>],
     partners: &[Vec<usize>],
     begun: &[Isometry3],
     poses: &mut [Isometry3],
@@ -262,7 +269,7 @@ fn step(
 
 /// The normal equations of all motions, six unknowns each: shift \[m\] and turn \[rad\].
 fn equations(
-    views: &[Thinned],
+    views: &[Arc<Thinned>],
     partners: &[Vec<usize>],
     begun: &[Isometry3],
     poses: &[Isometry3],
@@ -316,7 +323,7 @@ fn equations(
 
 /// How far each view's points may still be off against the mean of all views, by their noise \[m\].
 fn sigmas(
-    views: &[Thinned],
+    views: &[Arc<Thinned>],
     partners: &[Vec<usize>],
     begun: &[Isometry3],
     poses: &[Isometry3],
@@ -335,7 +342,7 @@ fn sigmas(
     let Some(covariance) = normal.cholesky().map(|factor| factor.inverse()) else {
         return vec![f64::INFINITY; views.len()];
     };
-    let of = |(view, thinned): (usize, &Thinned)| {
+    let of = |(view, thinned): (usize, &Arc<Thinned>)| {
         let own = covariance.fixed_view::<6, 6>(6 * view, 6 * view);
         let variance = |&k: &usize| {
             let at = (poses[view] * thinned.surfels[k].at).coords;
@@ -387,7 +394,7 @@ fn pairs(
 }
 
 /// For each view the others with which it has most in common, and at least a little.
-fn partners(views: &[Thinned], poses: &[Isometry3]) -> Vec<Vec<usize>> {
+fn partners(views: &[Arc<Thinned>], poses: &[Isometry3]) -> Vec<Vec<usize>> {
     let common = |a: usize, b: usize| {
         pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, STRIDE).count()
     };
@@ -404,7 +411,7 @@ fn partners(views: &[Thinned], poses: &[Isometry3]) -> Vec<Vec<usize>> {
 }
 
 /// How each view lies on its partners.
-fn fits(views: &[Thinned], partners: &[Vec<usize>], poses: &[Isometry3]) -> Vec<Fit> {
+fn fits(views: &[Arc<Thinned>], partners: &[Vec<usize>], poses: &[Isometry3]) -> Vec<Fit> {
     let of = |a: usize| {
         let mut off_m = Vec::new();
         let mut most = 0;

@@ -1,7 +1,7 @@
 //! Several views, or several passes, of one drape as one cloud.
 //!
-//! In: a set of views with the poses that it states, or the files of passes, whose frames are taken for
-//! one up to misses of some 20 mm and 5 degrees. Out: their points in one frame, each view brought to
+//! In: a set of views with the poses that it states, or the files of passes, whose frames are one
+//! up to misses of some 20 mm and 5 degrees, or have nothing to do with each other ([`frames`]). Out: their points in one frame, each view brought to
 //! the others ([`crate::geom::register`]), with a note of what was done with each.
 //!
 //! A set's poses are first held against other conventions ([`Convention`]): inverses, millimetres, the other
@@ -12,6 +12,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::IntakeError;
+use super::frames;
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3};
 use crate::geom::Cloud;
@@ -91,6 +92,16 @@ fn of_passes(
         views.push(SeenView { name, cloud, pose: Isometry3::identity(), notes });
     }
     let register = registered(&views);
+    let starts = frames::starts(&views, &register, options);
+    for (view, start) in views.iter_mut().zip(starts) {
+        let Some(start) = start else { return Err(elsewhere(path, &view.name)) };
+        view.pose = start.pose;
+        if start.or_half_round {
+            let said =
+                format!("{} fits half a turn round about as well, since the drape does", view.name);
+            view.notes.taken.push(said);
+        }
+    }
     let (mut cloud, mut notes) = together(path, views, &register, false)?;
     let unit_m = first_m.unwrap_or(1.0);
     cloud.points.iter_mut().for_each(|p| *p /= unit_m);
@@ -99,6 +110,15 @@ fn of_passes(
         notes.format = None;
     }
     Ok((cloud, notes))
+}
+
+/// A pass whose frame is another one, and could not be found.
+fn elsewhere(path: &Path, name: &str) -> ReadError {
+    let fault = Fault::Layout(format!(
+        "{name} lies elsewhere, and its place on the other passes is not found: its plate is not seen, or the drape \
+         looks alike from several sides; bring the passes into one frame, or give one of them alone"
+    ));
+    ReadError { path: path.to_owned(), place: Place::File, fault }
 }
 
 fn registered(views: &[SeenView]) -> Register {
@@ -123,12 +143,18 @@ fn together(
     let faults = unfit(&placed, register.noise_m());
     let improves = |view: &Placed| view.before.misfit_m > IMPROVES * view.after.misfit_m;
     let moves = placed.iter().zip(&faults).any(|(view, fault)| fault.is_none() && improves(view));
-    let moved_m = |k: usize| if moves { moved_m(&views[k], &placed[k].pose) } else { 0.0 };
+    // The first pass stays where it is: what a caller says of places and directions is of its frame.
+    let back = match (begun.first(), placed.first()) {
+        (Some(begun), Some(first)) if !posed => begun * first.pose.inverse(),
+        _ => Isometry3::identity(),
+    };
+    let ended = |k: usize| if moves { back * placed[k].pose } else { begun[k] };
+    let poses: Vec<Isometry3> = (0..views.len()).map(ended).collect();
+    let stated = |k: usize| if posed { begun[k] } else { Isometry3::identity() };
+    let moved_m = |k: usize| moved_m(&views[k].cloud.points, &stated(k), &poses[k]);
     let fit = (0..views.len()).filter(|&k| faults[k].is_none());
     let trusts =
         posed && fit.clone().all(|k| moved_m(k) < TRUSTED_MISFITS * placed[k].after.misfit_m);
-    // The first stays where it is: what a caller says of places and directions is of its frame.
-    let back = begun.first().zip(placed.first()).map(|(begun, view)| begun * view.pose.inverse());
     let notes: Vec<ViewNote> = (0..views.len())
         .map(|k| {
             let why = match faults[k] {
@@ -136,11 +162,10 @@ fn together(
                 Some(Unfit::Loose) if !trusts => Some("shares too little with the others"),
                 _ => None,
             };
-            let turn = placed[k].pose.rotation * begun[k].rotation.inverse();
             ViewNote {
                 name: views[k].name.clone(),
                 moved_m: moved_m(k),
-                turned_rad: if moves { turn.angle() } else { 0.0 },
+                turned_rad: poses[k].rotation.angle_to(&stated(k).rotation),
                 misfit_m: if moves { placed[k].after.misfit_m } else { placed[k].before.misfit_m },
                 left_out: why.map(str::to_owned),
             }
@@ -150,12 +175,10 @@ fn together(
     if 2 * left_out > views.len() || (!posed && left_out + 1 >= views.len()) {
         return Err(refusal(path, &notes));
     }
-    if moves {
-        for (k, view) in views.iter_mut().enumerate() {
-            // A loose view stays where its pose is.
-            if faults[k].is_none() {
-                view.pose = back.unwrap_or_default() * placed[k].pose;
-            }
+    for (k, view) in views.iter_mut().enumerate() {
+        // A loose view stays where its pose is.
+        if faults[k].is_none() {
+            view.pose = poses[k];
         }
     }
     let mut stays = notes.iter().map(|note| note.left_out.is_none());
@@ -164,12 +187,11 @@ fn together(
     joined.map(|(cloud, read)| (cloud, ReadNotes { views: notes, ..read }))
 }
 
-/// How far a pose moves a view's points from where they are, root mean square \[m\].
-fn moved_m(view: &SeenView, pose: &Isometry3) -> f64 {
-    let points = &view.cloud.points;
+/// How far points are moved from one pose to another, root mean square \[m\].
+fn moved_m(points: &[Point3], from: &Isometry3, to: &Isometry3) -> f64 {
     let stride = points.len().div_ceil(ASKED).max(1);
     let asked = || points.iter().step_by(stride);
-    let sum: f64 = asked().map(|p| (pose * p - view.pose * p).norm_squared()).sum();
+    let sum: f64 = asked().map(|p| (to * p - from * p).norm_squared()).sum();
     (sum / asked().count().max(1) as f64).sqrt()
 }
 

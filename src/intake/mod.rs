@@ -4,6 +4,7 @@
 //! the remedy.
 
 mod error;
+mod frames;
 pub mod hints;
 pub mod joined;
 pub mod rim;

@@ -128,6 +128,19 @@ pub fn likely_unit(points: &[Point3], options: &ScanOptions) -> LengthUnit {
     options.unit.or_else(guess).unwrap_or(LengthUnit::Metre)
 }
 
+/// Where the plate is in a cloud in metres, if one is found that carries a cloth.
+#[must_use]
+pub fn plate_of(points: &[Point3], options: &ScanOptions) -> Option<FoundPlate> {
+    let options = ScanOptions { unit: Some(LengthUnit::Metre), ..options.clone() };
+    let cloud = Cloud { points: points.to_vec(), ..Cloud::default() };
+    let plated = scene::take(cloud, &options).and_then(|scene| Plated::of(scene, &options));
+    let mut found = Found::of_file(&[], &options);
+    plated.ok().and_then(|plated| {
+        found.note(plated);
+        found.plate
+    })
+}
+
 /// The first of some factors on a cloud in metres with which a drape is found in it.
 #[must_use]
 pub fn scale_of_drape(cloud: &Cloud, factors: &[f64], options: &ScanOptions) -> Option<f64> {
