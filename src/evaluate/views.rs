@@ -67,6 +67,8 @@ pub struct Record {
     pub unfit: usize,
     /// Largest misfit of a part before and after \[mm\],
     pub misfit_mm: [f64; 2],
+    /// largest share of a part's cells that are astray \[-\],
+    pub most_astray: f64,
     /// least share of a part that it has in common with another,
     pub least_shared: f64,
     /// largest standard deviation of a part's place as it is stated \[mm\],
@@ -209,6 +211,7 @@ fn judged(
         figure_mm: figure_m / M_PER_MM,
         unfit: unfit(&placed, noise_m).iter().flatten().count(),
         misfit_mm: [most(|view| view.before), most(|view| view.after)],
+        most_astray: placed.iter().map(|view| view.after.astray).fold(0.0, f64::max),
         least_shared: placed.iter().map(|view| view.after.shared).fold(1.0, f64::min),
         sigma_mm: placed.iter().map(|view| view.sigma_m / M_PER_MM).fold(0.0, f64::max),
         noise_mm: noise_m / M_PER_MM,
@@ -234,7 +237,7 @@ fn apart(probes: &[Point3], moved: &[Vec<Point3>]) -> f64 {
 
 impl Record {
     /// Heads of [`Record::row`].
-    pub const COLUMNS: &str = "scene  sensor            parts  views  points  before [mm]  after [mm]         figure [mm]  misfit before, after [mm]  shared  unfit  sigma  noise [mm]  CPU [s]";
+    pub const COLUMNS: &str = "scene  sensor            parts  views  points  before [mm]  after [mm]         figure [mm]  misfit before, after [mm]  astray  shared  unfit  sigma  noise [mm]  CPU [s]";
 
     /// What came of it.
     #[must_use]
@@ -257,7 +260,7 @@ impl Record {
     pub fn row(&self) -> String {
         let [before, after] = self.misfit_mm;
         format!(
-            "{:5}  {:16}  {:5}  {:5}  {:6}k  {:10.2}  {:9.3} {:6}  {:10.3}  {:15.3} {:9.3}  {:6.2}  {:5}  {:5.3}  {:9.3}  {:6.2}",
+            "{:5}  {:16}  {:5}  {:5}  {:6}k  {:10.2}  {:9.3} {:6}  {:10.3}  {:15.3} {:9.3}  {:6.3}  {:6.2}  {:5}  {:5.3}  {:9.3}  {:6.2}",
             self.index,
             self.sensor,
             self.parts,
@@ -269,6 +272,7 @@ impl Record {
             self.figure_mm,
             before,
             after,
+            self.most_astray,
             self.least_shared,
             self.unfit,
             self.sigma_mm,

@@ -58,7 +58,12 @@ const LEAST_COMMON: f64 = 0.05;
 const FLAT: f64 = 0.3;
 /// Cells whose noise is one cell's \[-\].
 const CORRELATED: f64 = 9.0;
-/// A view lies apart if its misfit is so many times the usual one, and this more \[m\],
+/// A cell is astray that lies this far off \[m\] and so many times the misfit.
+const ASTRAY_M: f64 = 2e-3;
+const ASTRAY: f64 = 4.0;
+/// A view lies apart with more cells astray: 0.06 at most of views of one drape, 0.16 and more of two.
+const MOST_ASTRAY: f64 = 0.1;
+/// It also does if its misfit is so many times the usual one, and this more \[m\],
 const APART: f64 = 3.0;
 const APART_M: f64 = 0.3e-3;
 /// or beyond this \[m\] and so many times the noise of single points, which is correlated: 8 for a D435.
@@ -78,13 +83,15 @@ pub struct View<'a> {
     pub eye: Option<Point3>,
 }
 
-/// How a view lies on the others.
+/// How a view lies on the others. A view that shares nothing has no misfit (NaN).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Share of the view's cells that lie opposite one of that other view of which this is most \[-\].
     pub shared: f64,
     /// Their distance from the other views' planes, robustly (1.48 of the median) \[m\]; NaN if none is shared.
     pub misfit_m: f64,
+    /// Share of the view's cells opposite others' that lie much farther off than that \[-\].
+    pub astray: f64,
 }
 
 /// A view that was brought to the others.
@@ -116,7 +123,7 @@ pub fn unfit(placed: &[Placed], noise_m: f64) -> Vec<Option<Unfit>> {
     let usual_m = middle(misfits.collect()).unwrap_or(0.0);
     let most_m = (APART * usual_m + APART_M).min(WORST_M.max(WORST_NOISES * noise_m));
     let of = |view: &Placed| match view.after.misfit_m {
-        misfit_m if misfit_m > most_m => Some(Unfit::Apart),
+        misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
         misfit_m if view.sigma_m < misfit_m => None,
         _ => Some(Unfit::Loose),
     };
@@ -422,7 +429,12 @@ fn fits(views: &[Arc<Thinned>], partners: &[Vec<usize>], poses: &[Isometry3]) ->
             most = most.max(off_m.len() - before);
         }
         let shared = most as f64 / views[a].asked.len().max(1) as f64;
-        Fit { shared, misfit_m: 1.4826 * middle(off_m).unwrap_or(f64::NAN) }
+        let pairs = off_m.len().max(1) as f64;
+        let all_m = off_m.clone();
+        let misfit_m = 1.4826 * middle(off_m).unwrap_or(f64::NAN);
+        let far_m = ASTRAY_M.max(ASTRAY * misfit_m);
+        let astray = all_m.iter().filter(|&&off_m| off_m > far_m).count() as f64 / pairs;
+        Fit { shared, misfit_m, astray }
     };
     (0..views.len()).into_par_iter().map(of).collect()
 }

@@ -139,8 +139,7 @@ fn together(
     posed: bool,
 ) -> Result<(Cloud, ReadNotes), ReadError> {
     let begun: Vec<Isometry3> = views.iter().map(|view| view.pose).collect();
-    let placed = register.placed(&begun);
-    let faults = unfit(&placed, register.noise_m());
+    let (placed, faults) = without_strays(register, &begun);
     let improves = |view: &Placed| view.before.misfit_m > IMPROVES * view.after.misfit_m;
     let moves = placed.iter().zip(&faults).any(|(view, fault)| fault.is_none() && improves(view));
     // The first pass stays where it is: what a caller says of places and directions is of its frame.
@@ -166,6 +165,7 @@ fn together(
                 name: views[k].name.clone(),
                 moved_m: moved_m(k),
                 turned_rad: poses[k].rotation.angle_to(&stated(k).rotation),
+                misfit_before_m: placed[k].before.misfit_m,
                 misfit_m: if moves { placed[k].after.misfit_m } else { placed[k].before.misfit_m },
                 left_out: why.map(str::to_owned),
             }
@@ -185,6 +185,30 @@ fn together(
     views.retain(|_| stays.next() != Some(false));
     let joined = joined(views).ok_or_else(|| refusal(path, &notes));
     joined.map(|(cloud, read)| (cloud, ReadNotes { views: notes, ..read }))
+}
+
+/// The views placed without those that lie apart, each of which pulls the others along: the worst is left
+/// out, and again, until none does or most are.
+fn without_strays(register: &Register, begun: &[Isometry3]) -> (Vec<Placed>, Vec<Option<Unfit>>) {
+    let mut placed = register.placed(begun);
+    let mut faults = unfit(&placed, register.noise_m());
+    let mut kept: Vec<usize> = (0..begun.len()).collect();
+    loop {
+        let apart = kept.iter().copied().filter(|&k| faults[k] == Some(Unfit::Apart));
+        let worse =
+            |a: &usize, b: &usize| placed[*a].after.astray.total_cmp(&placed[*b].after.astray);
+        let Some(worst) = apart.max_by(worse).filter(|_| kept.len() > 2.max(begun.len() / 2))
+        else {
+            return (placed, faults);
+        };
+        kept.retain(|&k| k != worst);
+        let poses: Vec<Isometry3> = kept.iter().map(|&k| begun[k]).collect();
+        let again = register.some(&kept).placed(&poses);
+        for (&k, fault) in kept.iter().zip(unfit(&again, register.noise_m())) {
+            faults[k] = fault;
+        }
+        kept.iter().zip(again).for_each(|(&k, view)| placed[k] = view);
+    }
 }
 
 /// How far points are moved from one pose to another, root mean square \[m\].

@@ -43,7 +43,9 @@ pub struct ViewNote {
     pub moved_m: f64,
     /// By what angle it was turned \[rad\].
     pub turned_rad: f64,
-    /// How far its points lie from the other views, robustly \[m\]; NaN if they share none.
+    /// How far its points lay from the other views, robustly \[m\]; NaN if they share none,
+    pub misfit_before_m: f64,
+    /// and how far they lie.
     pub misfit_m: f64,
     /// Why it was left out; `None` if it was not.
     pub left_out: Option<String>,

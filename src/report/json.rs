@@ -85,11 +85,13 @@ pub fn read(notes: &ReadNotes) -> Value {
 
 /// What was done with a view to bring it to the others.
 fn view(view: &ViewNote) -> Value {
+    let mm = |m: f64| m.is_finite().then_some(m / M_PER_MM);
     json!({
         "file": view.name,
         "moved_mm": view.moved_m / M_PER_MM,
         "turned_deg": view.turned_rad.to_degrees(),
-        "misfit_mm": view.misfit_m.is_finite().then_some(view.misfit_m / M_PER_MM),
+        "misfit_before_mm": mm(view.misfit_before_m),
+        "misfit_mm": mm(view.misfit_m),
         "left_out": view.left_out,
     })
 }

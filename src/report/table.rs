@@ -155,14 +155,15 @@ pub fn notes(notes: &ReadNotes) -> String {
 /// What was done with each view, as a table.
 #[must_use]
 pub fn by_view(views: &[ViewNote]) -> String {
-    let mut out = "moved [mm]  turned [deg]  misfit [mm]  view\n".to_owned();
+    let mut out = "moved [mm]  turned [deg]  misfit before [mm]  after [mm]  view\n".to_owned();
     for view in views {
         let left_out = view.left_out.as_ref().map(|why| format!("  left out: {why}"));
         let _ = writeln!(
             out,
-            "{:10.2}  {:12.2}  {:11.3}  {}{}",
+            "{:10.2}  {:12.2}  {:18.3}  {:10.3}  {}{}",
             view.moved_m / M_PER_MM,
             view.turned_rad.to_degrees(),
+            view.misfit_before_m / M_PER_MM,
             view.misfit_m / M_PER_MM,
             view.name,
             left_out.unwrap_or_default()

@@ -7,5 +7,6 @@ mod augment;
 mod boundary_input;
 mod e57_las;
 mod fuzz;
+mod merge;
 mod read;
 mod views;

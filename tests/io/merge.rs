@@ -1,0 +1,252 @@
+//! Views and passes of one drape, brought together.
+
+use std::path::{Path, PathBuf};
+
+use crate::program;
+use scan2params::base::{Isometry3, Point3, Vector3};
+use scan2params::geom::Cloud;
+use scan2params::intake::joined;
+use scan2params::io::{ReadNotes, ReadOptions, read_scan, write_ply};
+use scan2params::scan::ScanOptions;
+use serde_json::{Value, json};
+
+/// A fixture's points and their unit \[m\].
+fn drape(name: &str) -> (Vec<Point3>, f64) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans").join(name);
+    let points = read_scan(path).unwrap().0.points;
+    let far = points.iter().map(|p| p.coords.norm()).fold(0.0, f64::max);
+    (points, if far > 20.0 { 1e-3 } else { 1.0 })
+}
+
+/// Three parts that overlap, in metres: what lies within an angle of each of three directions.
+fn parts_within(name: &str, most_deg: f64) -> Vec<Vec<Point3>> {
+    let (points, unit_m) = drape(name);
+    let points: Vec<Point3> = points.iter().map(|p| p * unit_m).collect();
+    let middle = points.iter().map(|p| p.coords).sum::<Vector3>() / points.len() as f64;
+    let toward = |k: usize| {
+        let angle = k as f64 * std::f64::consts::TAU / 3.0;
+        Vector3::new(angle.cos(), angle.sin(), 0.3)
+    };
+    let part = |k: usize| {
+        let seen = |p: &&Point3| {
+            (*p - middle).coords.normalize().angle(&toward(k)) < most_deg.to_radians()
+        };
+        points.iter().filter(seen).copied().collect()
+    };
+    (0..3).map(part).collect()
+}
+
+fn parts(name: &str) -> Vec<Vec<Point3>> {
+    parts_within(name, 100.0)
+}
+
+/// A miss of 17 mm and 4 degrees about the middle of points.
+fn miss(points: &[Point3], k: usize) -> Isometry3 {
+    let middle = points.iter().map(|p| p.coords).sum::<Vector3>() / points.len() as f64;
+    let to = Isometry3::translation(middle.x, middle.y, middle.z);
+    let signs = [[1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]][k];
+    let direction = Vector3::from(signs).normalize();
+    let turn = Vector3::new(signs[2], signs[0], signs[1]).normalize() * 4.0_f64.to_radians();
+    Isometry3::new(direction * 0.017, Vector3::zeros())
+        * to
+        * Isometry3::rotation(turn)
+        * to.inverse()
+}
+
+fn read(path: &Path, passes: &[PathBuf]) -> (Cloud, ReadNotes) {
+    let options = ReadOptions { passes: passes.to_vec(), ..ReadOptions::default() };
+    joined::read(path, &options, &ScanOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// How far parts that were read lie from the true ones in the frame of the first, root mean square \[mm\].
+fn off_mm(read: &[Point3], truth: &[Vec<Point3>], frame: &Isometry3) -> f64 {
+    let truth: Vec<Point3> = truth.iter().flatten().map(|p| frame * p).collect();
+    assert_eq!(read.len(), truth.len());
+    let sum: f64 = read.iter().zip(&truth).map(|(a, b)| (a - b).norm_squared()).sum();
+    1e3 * (sum / truth.len() as f64).sqrt()
+}
+
+fn written(
+    folder: &Path,
+    parts: &[Vec<Point3>],
+    motions: &[Isometry3],
+    scale: f64,
+) -> Vec<PathBuf> {
+    let write = |(k, (part, motion)): (usize, (&Vec<Point3>, &Isometry3))| {
+        let path = folder.join(format!("pass-{k}.ply"));
+        let points = part.iter().map(|p| motion * p).collect();
+        write_ply(&path, &Cloud { points, ..Cloud::default() }, scale).unwrap();
+        path
+    };
+    parts.iter().zip(motions).enumerate().map(write).collect()
+}
+
+#[test]
+fn passes_that_miss_each_other_are_brought_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = parts("mean_structured-light.ply");
+    let misses: Vec<Isometry3> = (0..3).map(|k| miss(&parts[k], k)).collect();
+    let paths = written(folder.path(), &parts, &misses, 1.0);
+    let (cloud, notes) = read(&paths[0], &paths[1..]);
+    assert!(off_mm(&cloud.points, &parts, &misses[0]) < 0.2);
+    assert_eq!(notes.views.len(), 3);
+    assert!(notes.views[0].moved_m < 1e-9, "the first stays");
+    assert!(notes.views[1].moved_m > 0.01 && notes.views[1].misfit_m < 0.3e-3);
+    // In millimetres: of the first's unit again.
+    let paths = written(folder.path(), &parts, &misses, 1e3);
+    let (mm, _) = read(&paths[0], &paths[1..]);
+    let points: Vec<Point3> = mm.points.iter().map(|p| p * 1e-3).collect();
+    assert!(off_mm(&points, &parts, &misses[0]) < 0.2);
+}
+
+#[test]
+fn passes_in_unrelated_frames_are_brought_together_about_their_plates() {
+    let folder = tempfile::tempdir().unwrap();
+    // Each sees most of the plate.
+    let parts = parts_within("woven_structured-light.ply", 130.0);
+    let frames = [
+        Isometry3::identity(),
+        Isometry3::new(Vector3::new(0.7, -0.4, 0.2), Vector3::new(1.0, 2.0, -0.5)),
+        Isometry3::new(Vector3::new(-1.0, 0.1, 0.9), Vector3::new(-2.0, 0.3, 0.7)),
+    ];
+    let paths = written(folder.path(), &parts, &frames, 1.0);
+    let (cloud, notes) = read(&paths[0], &paths[1..]);
+    assert!(off_mm(&cloud.points, &parts, &frames[0]) < 0.2, "{:?}", notes.views);
+}
+
+#[test]
+fn passes_of_two_drapes_on_one_stand_are_refused_by_name() {
+    let scans = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans");
+    for [one, other] in [["mean", "stiff"], ["woven", "mean"]] {
+        let path = |name: &str| scans.join(format!("{name}_structured-light.ply"));
+        let options = ReadOptions { passes: vec![path(other)], ..ReadOptions::default() };
+        let read = joined::read(&path(one), &options, &ScanOptions::default());
+        let said = read.map(|_| ()).unwrap_err().to_string();
+        assert!(said.contains("do not lie on one another"), "{said}");
+        assert!(said.contains(&format!("{other}_structured-light.ply")), "{said}");
+    }
+}
+
+/// A `views.json` of parts in their cameras' frames, its poses written by `write`.
+fn views(
+    folder: &Path,
+    parts: &[Vec<Point3>],
+    poses: &[Isometry3],
+    write: impl Fn(&Isometry3) -> Value,
+) {
+    let inverses: Vec<Isometry3> = poses.iter().map(Isometry3::inverse).collect();
+    written(folder, parts, &inverses, 1.0);
+    let view = |(k, pose): (usize, &Isometry3)| json!({ "file": format!("pass-{k}.ply"), "world_from_camera": write(pose) });
+    let list: Vec<Value> = poses.iter().enumerate().map(view).collect();
+    let document = json!({ "schema": "scan2params/views/1", "views": list });
+    std::fs::write(folder.join("views.json"), document.to_string()).unwrap();
+}
+
+fn rows(pose: &Isometry3, shift_scale: f64) -> nalgebra::Matrix4<f64> {
+    let mut matrix = pose.to_homogeneous();
+    matrix.fixed_view_mut::<3, 1>(0, 3).scale_mut(shift_scale);
+    matrix
+}
+
+/// `f64`s row by row.
+fn flat(matrix: &nalgebra::Matrix4<f64>) -> Value {
+    json!(matrix.transpose().as_slice())
+}
+
+fn cameras() -> Vec<Isometry3> {
+    let camera = |k: usize| {
+        let x = k as f64;
+        Isometry3::new(Vector3::new(0.5 - x, 0.3 * x, 0.6), Vector3::new(0.8 * x, 0.4, 1.0 - x))
+    };
+    (0..3).map(camera).collect()
+}
+
+#[test]
+fn poses_in_another_convention_are_known_by_how_the_views_agree() {
+    let parts = parts("mean_structured-light.ply");
+    let poses = cameras();
+    type Write = fn(&Isometry3) -> Value;
+    let ways: [(Write, &str); 5] = [
+        (|pose| flat(&rows(pose, 1.0)), ""),
+        (|pose| flat(&rows(&pose.inverse(), 1.0)), "as camera_from_world:"),
+        (|pose| flat(&rows(pose, 1e3)), "with shifts in mm:"),
+        (|pose| flat(&rows(pose, 1.0).transpose()), "column by column"),
+        (
+            |pose| flat(&rows(&pose.inverse(), 1e3).transpose()),
+            "as camera_from_world, with shifts in mm:",
+        ),
+    ];
+    for (write, word) in ways {
+        let folder = tempfile::tempdir().unwrap();
+        views(folder.path(), &parts, &poses, write);
+        let (cloud, notes) = read(folder.path(), &[]);
+        assert!(off_mm(&cloud.points, &parts, &Isometry3::identity()) < 0.1, "{word}");
+        let said = notes.taken.join("; ");
+        assert_eq!(said.is_empty(), word.is_empty(), "{said}");
+        assert!(said.contains(word), "{said}");
+    }
+}
+
+#[test]
+fn a_view_of_a_drape_that_has_moved_is_left_out_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut seen = parts("mean_structured-light.ply");
+    let (points, unit_m) = drape("mean_structured-light.ply");
+    let whole: Vec<Point3> = points.iter().map(|p| p * unit_m).collect();
+    seen.push(whole);
+    // Cloth alone moves, so that no motion brings the view back.
+    let middle = seen[1].iter().map(|p| p.coords).sum::<Vector3>() / seen[1].len() as f64;
+    for p in &mut seen[1] {
+        *p = Point3::from(middle + (p.coords - middle) * 1.08);
+    }
+    let mut poses = cameras();
+    poses.push(Isometry3::identity());
+    views(folder.path(), &seen, &poses, |pose| flat(&rows(pose, 1.0)));
+    let (_, notes) = read(folder.path(), &[]);
+    let left_out: Vec<&str> = notes
+        .views
+        .iter()
+        .filter(|view| view.left_out.is_some())
+        .map(|view| view.name.as_str())
+        .collect();
+    assert_eq!(left_out, ["pass-1.ply"], "{:?}", notes.views);
+}
+
+#[test]
+fn a_view_stands_in_a_list_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = parts("mean_structured-light.ply");
+    views(folder.path(), &parts, &cameras(), |pose| flat(&rows(pose, 1.0)));
+    let path = folder.path().join("views.json");
+    let mut list: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let first = list["views"][0].clone();
+    list["views"].as_array_mut().unwrap().extend(vec![first.clone(); 3000]);
+    std::fs::write(&path, list.to_string()).unwrap();
+    let (cloud, _) = read(&path, &[]);
+    assert_eq!(cloud.points.len(), parts.iter().map(Vec::len).sum::<usize>());
+    list["views"][1]["file"] = first["file"].clone();
+    std::fs::write(&path, list.to_string()).unwrap();
+    let said = read_scan(&path).unwrap_err().to_string();
+    assert!(said.contains("pass-0.ply` stands there twice"), "{said}");
+}
+
+#[test]
+fn the_program_merges_passes_and_says_what_it_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = parts("stiff_structured-light.ply");
+    let misses: Vec<Isometry3> = (0..3).map(|k| miss(&parts[k], k)).collect();
+    let paths = written(folder.path(), &parts, &misses, 1.0);
+    let out = folder.path().join("merged.ply");
+    let run = program::program().arg("merge").args(&paths).arg("--out").arg(&out).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let table = String::from_utf8(run.stdout).unwrap();
+    assert_eq!(table.lines().count(), 4, "{table}");
+    let merged = read_scan(&out).unwrap().0;
+    assert!(off_mm(&merged.points, &parts, &misses[0]) < 0.2);
+    let run = program::program().arg("inspect").args(&paths).arg("--json").output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let found: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let views = found["read"]["views"].as_array().unwrap();
+    assert_eq!(views.len(), 3);
+    assert!(views[2]["moved_mm"].as_f64().unwrap() > 10.0, "{views:?}");
+}
