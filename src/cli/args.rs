@@ -214,7 +214,7 @@ pub(crate) struct ScanFlags {
     /// `estimate` also takes a rim that `boundary` wrote; `-` with --format: the standard input
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
-    /// More passes over the same drape, up to 20 mm and 5 degrees from INPUT's frame: they are brought together
+    /// More recordings of the same drape as it lies there, in any frame: they are brought together
     #[arg(value_name = "PASS")]
     pub(crate) passes: Vec<PathBuf>,
     /// Format of INPUT, whatever its name: ply, obj, pcd, stl, glb, e57, las, laz, xyz or png

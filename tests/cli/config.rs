@@ -251,6 +251,7 @@ fn every_flag_of_every_verb_can_be_set() {
         "estimate",
         "inspect",
         "boundary",
+        "merge",
         "batch",
         "calibrate",
         "augment",

@@ -8,10 +8,11 @@ use std::process::{Command, Output, Stdio};
 const SCAN: &str = "fixtures/scans/stiff_structured-light.ply";
 /// Estimated in a fifth of the time of a scan.
 const RIM: &str = "fixtures/drapes/stiff.boundary.csv --density 260 --quick";
-const COMPUTING: [&str; 9] = [
+const COMPUTING: [&str; 10] = [
     "estimate",
     "inspect",
     "boundary",
+    "merge",
     "batch",
     "calibrate",
     "augment",
