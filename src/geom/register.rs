@@ -3,7 +3,8 @@
 //! In: the points of each view \[m\], and poses that are right up to misses of some 20 mm and 5 degrees.
 //! Out: better poses, how well each view lies on the others, and how well its place is known ([`Placed`]).
 //!
-//! Each view is thinned to the means of cells of 2 mm, each with the normal of its neighbours. All poses
+//! Each view is thinned to the means of cells of 2 mm (4 mm of noisy sensors), each with the normal of its
+//! neighbours. All poses
 //! are solved for together: each cell's mean is held against the nearest one of each other view,
 //! point to plane with the mean of both normals (after Rusinkiewicz 2019, which is exact on round
 //! things), with weights after Geman and McClure whose reach shrinks from 50 mm to the views' own noise.
@@ -23,10 +24,22 @@ use rayon::prelude::*;
 use super::Neighbours;
 use crate::base::{Isometry3, Point3, Vector3};
 
-/// Side of the cells to which a view is thinned \[m\]: a fold's radius is 10 mm and more.
-const CELL_M: f64 = 2e-3;
-/// A cell's normal is that of the means within this \[m\].
-const NORMAL_WITHIN_M: f64 = 5e-3;
+/// How finely views are thinned.
+#[derive(Clone, Copy)]
+struct Fineness {
+    /// Side of a cell \[m\]: a fold's radius is 10 mm and more.
+    cell_m: f64,
+    /// A cell's normal is that of the means within this \[m\].
+    normal_within_m: f64,
+    /// Two cells lie opposite if they are no farther than this beside each other \[m\].
+    beside_m: f64,
+}
+
+const FINE: Fineness = Fineness { cell_m: 2e-3, normal_within_m: 5e-3, beside_m: 3e-3 };
+/// Of views whose noise turns the normals of fine cells.
+const COARSE: Fineness = Fineness { cell_m: 4e-3, normal_within_m: 9e-3, beside_m: 6e-3 };
+/// Such noise: distance of a fine cell's neighbours from their plane, root mean square \[m\].
+const ROUGH_M: f64 = 0.3e-3;
 /// From so many means at least.
 const NORMAL_LEAST: usize = 6;
 /// Cells of a view that are held against each other view.
@@ -40,8 +53,6 @@ const STRIDE: usize = 3;
 const LAST_ROUNDS: usize = 8;
 /// No motion of more than this \[m\] in a round ends the search.
 const AT_REST_M: f64 = 3e-5;
-/// Two cells lie opposite if they are no farther than this beside each other \[m\].
-const BESIDE_M: f64 = 3e-3;
 /// And if their normals differ by no more than this \[cosine\].
 const LEAST_COSINE: f64 = 0.7;
 /// A cell is seen under no steeper angle than this \[cosine\].
@@ -151,6 +162,9 @@ struct Thinned {
     asked: Vec<usize>,
     has_eye: bool,
     noise_m: f64,
+    /// Distance of a cell's neighbours from their plane, root mean square, of the middle cell \[m\].
+    rough_m: f64,
+    fineness: Fineness,
 }
 
 /// Two cells that lie opposite each other, common frame.
@@ -166,7 +180,12 @@ impl Register {
     /// Thins the views.
     #[must_use]
     pub fn new(views: &[View<'_>]) -> Self {
-        Self { views: views.par_iter().map(|view| Arc::new(Thinned::new(view))).collect() }
+        let thinned = |fineness: Fineness| -> Vec<Arc<Thinned>> {
+            views.par_iter().map(|view| Arc::new(Thinned::new(view, fineness))).collect()
+        };
+        let fine = thinned(FINE);
+        let rough_m = middle(fine.iter().map(|view| view.rough_m).collect()).unwrap_or(0.0);
+        Self { views: if rough_m > ROUGH_M { thinned(COARSE) } else { fine } }
     }
 
     /// Some of the views.
@@ -377,11 +396,12 @@ fn pairs(
     stride: usize,
 ) -> impl Iterator<Item = Pair> {
     let b_from_a = b_pose.inv_mul(a_pose);
+    let beside_m = b.fineness.beside_m;
     let both_eyes = a.has_eye && b.has_eye;
     a.asked.iter().step_by(stride).filter_map(move |&k| {
         let surfel = &a.surfels[k];
         let (at, normal) = (b_from_a * surfel.at, b_from_a * surfel.normal);
-        let nearest = b.tree.one(&at).filter(|near| near.distance() < 3.0 * reach_m + BESIDE_M)?;
+        let nearest = b.tree.one(&at).filter(|near| near.distance() < 3.0 * reach_m + beside_m)?;
         let other = &b.surfels[nearest.index];
         let cosine = normal.dot(&other.normal);
         let sign = if both_eyes { 1.0 } else { cosine.signum() };
@@ -391,8 +411,8 @@ fn pairs(
         let mean = (normal * sign + other.normal).normalize();
         let offset = at - other.at;
         let off_m = offset.dot(&mean);
-        let beside_m = (offset - mean * off_m).norm();
-        (beside_m < BESIDE_M && off_m.abs() < 3.0 * reach_m).then(|| Pair {
+        let off_beside_m = (offset - mean * off_m).norm();
+        (off_beside_m < beside_m && off_m.abs() < 3.0 * reach_m).then(|| Pair {
             at: a_pose * surfel.at,
             normal: b_pose * mean,
             off_m,
@@ -440,31 +460,36 @@ fn fits(views: &[Arc<Thinned>], partners: &[Vec<usize>], poses: &[Isometry3]) ->
 }
 
 impl Thinned {
-    fn new(view: &View<'_>) -> Self {
+    fn new(view: &View<'_>, fineness: Fineness) -> Self {
         let origin = view.points.first().copied().unwrap_or_default().coords;
-        let cells = cells(view.points, &origin);
+        let cells = cells(view.points, &origin, fineness.cell_m);
         let means: Vec<Point3> = cells.iter().map(Cell::mean).collect();
         let tree = Neighbours::new(&means);
-        let fitted: Vec<Option<(Surfel, f64)>> = cells
+        let fitted: Vec<Option<(Surfel, [f64; 2])>> = cells
             .par_iter()
             .zip(&means)
             .map(|(cell, at)| {
-                let near = tree.within(at, NORMAL_WITHIN_M);
-                let normal = normal(&near.iter().map(|&k| means[k]).collect::<Vec<_>>())?;
+                let near = tree.within(at, fineness.normal_within_m);
+                let near: Vec<Point3> = near.iter().map(|&k| means[k]).collect();
+                let (normal, rough_m) = plane(&near)?;
                 let normal = match view.eye.map(|eye| (eye - origin - at).normalize().dot(&normal))
                 {
                     Some(cosine) if cosine.abs() < STEEPEST_COSINE => return None,
                     Some(cosine) => normal * cosine.signum(),
                     None => normal,
                 };
-                Some((Surfel { at: at + origin, normal }, cell.noise_m(&normal)))
+                Some((Surfel { at: at + origin, normal }, [cell.noise_m(&normal), rough_m]))
             })
             .collect();
-        let (surfels, noise_m): (Vec<Surfel>, Vec<f64>) = fitted.into_iter().flatten().unzip();
+        let (surfels, noises): (Vec<Surfel>, Vec<[f64; 2]>) = fitted.into_iter().flatten().unzip();
         let tree = Neighbours::new(&surfels.iter().map(|surfel| surfel.at).collect::<Vec<_>>());
         let asked = evenly(&surfels);
-        let noise_m = middle(noise_m.into_iter().filter(|&m| m > 0.0).collect()).unwrap_or(0.0);
-        Self { surfels, tree, asked, has_eye: view.eye.is_some(), noise_m }
+        // A cell of one point says nothing of noise.
+        let [noise_m, rough_m] = [0, 1].map(|of| {
+            let known = noises.iter().map(|noise| noise[of]).filter(|&m| m > 0.0);
+            middle(known.collect()).unwrap_or(0.0)
+        });
+        Self { surfels, tree, asked, has_eye: view.eye.is_some(), noise_m, rough_m, fineness }
     }
 }
 
@@ -490,12 +515,12 @@ impl Cell {
 }
 
 /// The cells of some points, in the order of their first points.
-fn cells(points: &[Point3], origin: &Vector3) -> Vec<Cell> {
+fn cells(points: &[Point3], origin: &Vector3, cell_m: f64) -> Vec<Cell> {
     let mut index: HashMap<[i32; 3], usize> = HashMap::new();
     let mut cells: Vec<Cell> = Vec::new();
     for point in points {
         let at = point.coords - origin;
-        let key = [0, 1, 2].map(|k| (at[k] / CELL_M).floor() as i32);
+        let key = [0, 1, 2].map(|k| (at[k] / cell_m).floor() as i32);
         let place = *index.entry(key).or_insert(cells.len());
         if place == cells.len() {
             cells.push(Cell::default());
@@ -508,8 +533,9 @@ fn cells(points: &[Point3], origin: &Vector3) -> Vec<Cell> {
     cells
 }
 
-/// The normal of the plane through some points; `None` where they are few, or no sheet.
-fn normal(points: &[Point3]) -> Option<Vector3> {
+/// The normal of the plane through some points, and their distance from it, root mean square \[m\]; `None`
+/// where they are few, or no sheet.
+fn plane(points: &[Point3]) -> Option<(Vector3, f64)> {
     if points.len() < NORMAL_LEAST {
         return None;
     }
@@ -523,7 +549,8 @@ fn normal(points: &[Point3]) -> Option<Vector3> {
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     let [least, middle, _] = order;
     let flat = eigen.eigenvalues[least] < FLAT * eigen.eigenvalues[middle];
-    flat.then(|| eigen.eigenvectors.column(least).into_owned())
+    let rough_m = (eigen.eigenvalues[least].max(0.0) / points.len() as f64).sqrt();
+    flat.then(|| (eigen.eigenvectors.column(least).into_owned(), rough_m))
 }
 
 /// Some surfels, even over the directions of their normals.
