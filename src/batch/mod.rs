@@ -91,6 +91,8 @@ pub struct Summary {
     pub page: Option<PathBuf>,
     /// Pictures of refused scans, what was found in each; in the rows' order.
     pub pictures: Vec<PathBuf>,
+    /// Answered scans whose files are gone at the end: somebody has removed them while the batch ran.
+    pub lost: Vec<String>,
 }
 
 /// Estimates every scan of a folder, or does its share of that.
@@ -130,7 +132,19 @@ pub fn run(
     }
     let (unreadable_lines, torn_bytes) = (held.unreadable_lines, held.torn_bytes);
     let pictures = rows.iter().filter_map(|row| batch.picture(row)).collect();
-    Ok(Summary { rows, kept, passed_over, unreadable_lines, torn_bytes, written, page, pictures })
+    let is_lost = |row: &&Row| row.status == Status::Ok && !batch.has_files(row);
+    let lost = rows.iter().filter(is_lost).map(|row| row.file.clone()).collect();
+    Ok(Summary {
+        rows,
+        kept,
+        passed_over,
+        unreadable_lines,
+        torn_bytes,
+        written,
+        page,
+        pictures,
+        lost,
+    })
 }
 
 /// Whether the results can be written, and the table of densities is none of them.

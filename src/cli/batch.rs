@@ -88,8 +88,11 @@ fn conclude(summary: &Summary) -> Outcome {
     });
     let others = summary.rows.iter().filter(|row| row.not_the_experiment()).count();
     eprintln!("verdicts: {} ({others} not the experiment)", levels.join(", "));
+    for file in &summary.lost {
+        warning!("{file}: its results are gone from the folder; the same command makes them again");
+    }
     let failed: Vec<&Row> = summary.rows.iter().filter(|row| row.exit_code != 0).collect();
-    if failed.is_empty() {
+    if failed.is_empty() && summary.lost.is_empty() {
         return Ok(());
     }
     for row in &failed {
@@ -109,6 +112,9 @@ fn conclude(summary: &Summary) -> Outcome {
     let mut said = format!("{without} of {all} scans have no estimate");
     if without < failed.len() {
         said += &format!(", {} one that is not to be used", failed.len() - without);
+    }
+    if !summary.lost.is_empty() {
+        said += &format!(", {} have lost their results", summary.lost.len());
     }
     Err(Failure::partial(anyhow!(said)))
 }

@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use scan2params::batch::{self, BatchOptions, Progress, Share};
+use scan2params::io::ReadOptions;
+use scan2params::scan::ScanOptions;
 use serde_json::Value;
 
 fn fixture(name: &str) -> PathBuf {
@@ -16,7 +19,7 @@ fn program() -> Command {
     program::program()
 }
 
-fn batch(folder: &Path, out: &Path, more: &[&str]) -> Output {
+fn run_batch(folder: &Path, out: &Path, more: &[&str]) -> Output {
     program().arg("batch").arg(folder).arg("--out").arg(out).args(more).output().unwrap()
 }
 
@@ -61,7 +64,7 @@ fn one_bad_file_never_stops_the_others() {
     let scans = mixed(folder.path());
     let (out, table) = (folder.path().join("out"), scans.join("density.csv"));
     let flags = ["--density-csv", table.to_str().unwrap(), "--quick"];
-    let run = batch(&scans, &out, &flags);
+    let run = run_batch(&scans, &out, &flags);
     let said = String::from_utf8_lossy(&run.stderr).into_owned();
     assert_eq!(run.status.code(), Some(3), "{said}");
     let rows = csv(&run.stdout);
@@ -106,7 +109,7 @@ fn one_bad_file_never_stops_the_others() {
     // Again: what ended is kept, what failed is tried again, what changed is done anew.
     let journal = out.join("journal.jsonl");
     let count = |file: &str| lines(&journal).iter().filter(|row| row["file"] == file).count();
-    let again = batch(&scans, &out, &flags);
+    let again = run_batch(&scans, &out, &flags);
     assert_eq!(again.stdout, run.stdout);
     assert_eq!((count("b good.ply"), count("floor.xyz"), count("damaged.ply")), (1, 1, 2));
     std::fs::write(scans.join("floor.xyz"), floor() + "9 9 9\n").unwrap();
@@ -115,7 +118,7 @@ fn one_bad_file_never_stops_the_others() {
     let table_text =
         std::fs::read_to_string(&table).unwrap().replace("good.ply\",260", "good.ply\",250");
     std::fs::write(&table, table_text).unwrap();
-    batch(&scans, &out, &flags);
+    run_batch(&scans, &out, &flags);
     assert_eq!((count("b good.ply"), count("floor.xyz"), count("sub/a.ply")), (2, 2, 2));
     assert!(out.join("files/sub/a.ply.params.json").is_file());
 }
@@ -165,7 +168,7 @@ fn a_killed_run_goes_on_where_it_was() {
     text.extend(br#"{"schema_version":1,"file":"7.cs"#);
     std::fs::write(&journal, text).unwrap();
 
-    let run = batch(&scans, &out, &flags);
+    let run = run_batch(&scans, &out, &flags);
     let said = String::from_utf8_lossy(&run.stderr);
     assert_eq!(run.status.code(), Some(0), "{said}");
     assert!(said.contains("torn line (32 bytes)"), "{said}");
@@ -174,8 +177,42 @@ fn a_killed_run_goes_on_where_it_was() {
     assert_eq!(after[..done.len()], done, "nothing lost, nothing done again");
     assert_eq!(after.len(), SCANS);
 
-    let uninterrupted = batch(&scans, &folder.path().join("whole"), &flags);
+    let uninterrupted = run_batch(&scans, &folder.path().join("whole"), &flags);
     assert_eq!(uninterrupted.stdout, run.stdout);
+}
+
+#[test]
+fn results_that_are_removed_while_the_batch_runs_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scans, out) = (folder.path().join("scans"), folder.path().join("out"));
+    std::fs::create_dir(&scans).unwrap();
+    for name in ["a.csv", "b.csv"] {
+        std::fs::copy(fixture("drapes/stiff.boundary.csv"), scans.join(name)).unwrap();
+    }
+    let densities = folder.path().join("densities.csv");
+    std::fs::write(&densities, "file,density_g_m2\na.csv,260\nb.csv,260\n").unwrap();
+    let options = BatchOptions {
+        folder: scans,
+        out: out.clone(),
+        share: Share::All,
+        density_csv: Some(densities),
+        density_kg_m2: None,
+        read: ReadOptions::default(),
+        scan: ScanOptions::default(),
+        refine: false,
+        release: false,
+        strict: false,
+        threads: 1,
+        pages: false,
+    };
+    let remove = |progress: Progress<'_>| {
+        if progress.row.file == "a.csv" {
+            std::fs::remove_file(out.join("files/a.csv.params.json")).unwrap();
+        }
+    };
+    assert_eq!(batch::run(&options, remove).unwrap().lost, ["a.csv"]);
+    let again = batch::run(&options, |_| ()).unwrap();
+    assert_eq!((again.lost.len(), again.kept), (0, 1));
 }
 
 #[test]
@@ -187,7 +224,7 @@ fn what_cannot_be_meant_is_said_before_anything_is_done() {
     let refused = |text: &str, more: &[&str]| {
         std::fs::write(&table, text).unwrap();
         let flags = [&["--density-csv", table.to_str().unwrap(), "--quick"], more].concat();
-        let run = batch(&scans, &folder.path().join("out"), &flags);
+        let run = run_batch(&scans, &folder.path().join("out"), &flags);
         assert!(run.stdout.is_empty() || more.contains(&"--dry-run"));
         (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
     };
@@ -222,13 +259,13 @@ fn what_cannot_be_meant_is_said_before_anything_is_done() {
     std::fs::write(scans.join("drape.truth.obj"), "").unwrap();
     std::fs::write(&table, "set/views.json;200\na.xyz;201,5\n").unwrap();
     let flags = ["--density-csv", table.to_str().unwrap(), "--dry-run"];
-    let run = batch(&scans, &folder.path().join("out"), &flags);
+    let run = run_batch(&scans, &folder.path().join("out"), &flags);
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!(lines.len(), 4, "{said}");
     assert_eq!((lines[0], lines[2]), ("a.xyz: 201.5 g/m^2", "set: 200 g/m^2"));
     assert!(lines[1].starts_with("b.xyz: no density: "), "{said}");
-    let run = batch(
+    let run = run_batch(
         &folder.path().join("none"),
         &folder.path().join("out"),
         &["--density", "200", "--quick"],
@@ -248,7 +285,7 @@ fn a_row_that_names_a_scan_without_its_ending_is_told_the_whole_name() {
     let table = folder.path().join("d.csv");
     std::fs::write(&table, "file;density_g_m2\nlinen7;180,4\n").unwrap();
     let flags = ["--dry-run", "--density-csv", table.to_str().unwrap()];
-    let run = batch(&scans, &folder.path().join("out"), &flags);
+    let run = run_batch(&scans, &folder.path().join("out"), &flags);
     let told = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(told.contains("`linen7.xyz` is there: write its name whole"), "{told}");
 }
@@ -270,7 +307,7 @@ fn shards_of_any_number_merge_into_what_one_run_gives() {
     let table = scans.join("density.csv");
     let run = |out: &str, more: &[&str]| {
         let flags = ["--density-csv", table.to_str().unwrap(), "--quick"];
-        let run = batch(&scans, &folder.path().join(out), &[&flags, more].concat());
+        let run = run_batch(&scans, &folder.path().join(out), &[&flags, more].concat());
         let said = String::from_utf8_lossy(&run.stderr).into_owned();
         (run.status.code(), run.stdout, said)
     };
