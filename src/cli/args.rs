@@ -831,7 +831,7 @@ pub(crate) enum Evaluate {
     /// threads, time on the wall. RAYON_NUM_THREADS=1 keeps it to one thread.
     Stages {
         #[command(flatten)]
-        scan: ScanFlags,
+        scan: Box<ScanFlags>,
         /// Runs; the one with the least processor time is printed
         #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
         repeat: u64,

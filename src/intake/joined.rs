@@ -1,10 +1,10 @@
 //! Several views, or several passes, of one drape as one cloud.
 //!
 //! In: a set of views with the poses that it states, or the files of passes, whose frames are one
-//! up to misses of some 20 mm and 5 degrees, or have nothing to do with each other ([`frames`]). Out: their points in one frame, each view brought to
+//! up to misses of some 20 mm and 5 degrees, or have nothing to do with each other (see `frames`). Out: their points in one frame, each view brought to
 //! the others ([`crate::geom::register`]), with a note of what was done with each.
 //!
-//! A set's poses are first held against other conventions ([`Convention`]): inverses, millimetres, the other
+//! A set's poses are first held against other conventions (`Convention`): inverses, millimetres, the other
 //! axes of a camera. One is taken in place of what is written where it alone makes the views agree.
 //! Views that lie on one another as their poses say are not moved. A view that does not fit is left out by
 //! name; where most do not, the input is refused.
