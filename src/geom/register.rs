@@ -4,12 +4,11 @@
 //! Out: better poses, how well each view lies on the others, and how well its place is known ([`Placed`]).
 //!
 //! Each view is thinned to the means of cells of 2 mm (4 mm of noisy sensors), each with the normal of its
-//! neighbours. All poses
-//! are solved for together: each cell's mean is held against the nearest one of each other view,
-//! point to plane with the mean of both normals (after Rusinkiewicz 2019, which is exact on round
-//! things), with weights after Geman and McClure whose reach shrinks from 50 mm to the views' own noise.
-//! Cells are drawn evenly over the directions of their normals, so that a wide floor does not outweigh
-//! the folds. A weak prior keeps a pose where the scene does not fix it, such as along a floor.
+//! neighbours. All poses are solved for together: each cell's mean is held against the nearest one of each
+//! other view, point to plane with the mean of both normals (after Rusinkiewicz 2019, which is exact on
+//! round things). The weights are Geman and McClure's; their reach shrinks from 50 mm to the views' own
+//! noise. Cells are drawn evenly over the directions of their normals, so that a wide floor does not
+//! outweigh the folds. A weak prior keeps a pose where the scene does not fix it, such as along a floor.
 //!
 //! Where it fails: misses beyond half the distance of two folds end in a wrong place, which
 //! [`Fit::misfit_m`] tells; a view with little in common with the others has a large
@@ -40,20 +39,20 @@ const FINE: Fineness = Fineness { cell_m: 2e-3, normal_within_m: 5e-3, beside_m:
 const COARSE: Fineness = Fineness { cell_m: 4e-3, normal_within_m: 9e-3, beside_m: 6e-3 };
 /// Such noise: distance of a fine cell's neighbours from their plane, root mean square \[m\].
 const ROUGH_M: f64 = 0.3e-3;
-/// From so many means at least.
+/// A normal is that of so many means at least.
 const NORMAL_LEAST: usize = 6;
 /// Cells of a view that are held against each other view.
 const ASKED: usize = 1500;
 /// Reach of the weights at first \[m\], the factor by which it shrinks, and its least \[m\].
 const REACH_M: [f64; 2] = [50e-3, 1.5e-3];
 const SHRINKS: f64 = 0.7;
-/// Where less will do, each so many-th of these.
+/// Where less will do, each so many-th of the cells that are asked.
 const STRIDE: usize = 3;
 /// Rounds with the least reach at most.
 const LAST_ROUNDS: usize = 8;
 /// No motion of more than this \[m\] in a round ends the search.
 const AT_REST_M: f64 = 3e-5;
-/// And if their normals differ by no more than this \[cosine\].
+/// Two cells lie opposite only if their normals differ by no more than this \[cosine\].
 const LEAST_COSINE: f64 = 0.7;
 /// A cell is seen under no steeper angle than this \[cosine\].
 const STEEPEST_COSINE: f64 = 0.2;

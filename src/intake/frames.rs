@@ -32,40 +32,42 @@ pub(super) struct Start {
     pub or_half_round: bool,
 }
 
-/// A start for each pass; `None` for a pass whose place among the others is not found.
+/// A start for each pass; `None` for a pass whose place among the others is not found. Where the frames
+/// are held to have nothing to do with each other (`anew`), none is kept.
 pub(super) fn starts(
     views: &[SeenView],
     register: &Register,
     options: &ScanOptions,
+    anew: bool,
 ) -> Vec<Option<Start>> {
     let still = Start { pose: Isometry3::identity(), or_half_round: false };
     let mut starts: Vec<Option<Start>> = vec![None; views.len()];
     let Some(first) = starts.first_mut() else { return starts };
     *first = Some(still);
     let pair = |known: usize, pass: usize| register.some(&[known, pass]);
-    let agrees = |pass: usize| {
-        (0..views.len()).any(|other| {
-            let still = [Isometry3::identity(); 2];
-            other != pass && pair(other, pass).shared(&still) >= LEAST_SHARED
-        })
+    let agrees = |starts: &[Option<Start>], pass: usize| {
+        let known = (0..starts.len()).filter(|&k| starts[k].is_some());
+        let shared = |k: usize| pair(k, pass).shared(&[Isometry3::identity(); 2]);
+        starts[pass].is_none() && known.map(shared).any(|shared| shared >= LEAST_SHARED)
     };
-    let apart: Vec<usize> = (1..views.len()).filter(|&pass| !agrees(pass)).collect();
-    for pass in (1..views.len()).filter(|pass| !apart.contains(pass)) {
+    while let Some(pass) = (0..views.len()).find(|&pass| !anew && agrees(&starts, pass)) {
         starts[pass] = Some(still);
     }
-    if apart.is_empty() {
+    if starts.iter().all(Option::is_some) {
         return starts;
     }
     let plates: Vec<Option<FoundPlate>> =
         views.par_iter().map(|view| plate_of(&view.cloud.points, options)).collect();
-    for pass in apart {
-        let known = (0..views.len()).filter(|&k| starts[k].is_some());
+    for pass in 0..views.len() {
+        let known = (0..views.len()).filter(|&k| starts[pass].is_none() && starts[k].is_some());
         let mut found = known.filter_map(|known| {
             let (plate, own) = (plates[known].as_ref()?, plates[pass].as_ref()?);
             let start = turned(&pair(known, pass), plate, own)?;
             Some(Start { pose: starts[known]?.pose * start.pose, ..start })
         });
-        starts[pass] = found.next();
+        if let Some(start) = found.next() {
+            starts[pass] = Some(start);
+        }
     }
     starts
 }
@@ -96,11 +98,11 @@ fn turned(pair: &Register, plate: &FoundPlate, own: &FoundPlate) -> Option<Start
     ends.sort_by(|(_, a), (_, b)| a.after.misfit_m.total_cmp(&b.after.misfit_m));
     let (pose, placed) = ends.first()?;
     let by_rad = |other: &Isometry3| (pose.rotation.inverse() * other.rotation).angle();
-    let mut others = ends.iter().filter(|(other, _)| by_rad(other) > SAME_RAD);
+    let others = ends.iter().filter(|(other, _)| by_rad(other) > SAME_RAD);
     // A stiff square looks alike from four sides. From two it is one drape all the same.
     let near = |end: &Placed| placed.after.misfit_m > BETTER * end.after.misfit_m;
     let half_round = |other: &Isometry3| by_rad(other) > std::f64::consts::PI - SAME_RAD;
-    let mut alike = others.by_ref().filter(|(_, end)| near(end)).peekable();
+    let mut alike = others.filter(|(_, end)| near(end)).peekable();
     let or_half_round = alike.peek().is_some();
     alike.all(|(other, _)| half_round(other)).then_some(Start { pose: *pose, or_half_round })
 }

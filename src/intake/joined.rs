@@ -12,7 +12,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::IntakeError;
-use super::frames;
+use super::frames::{self, Start};
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3};
 use crate::geom::Cloud;
@@ -92,7 +92,14 @@ fn of_passes(
         views.push(SeenView { name, cloud, pose: Isometry3::identity(), notes });
     }
     let register = registered(&views);
-    let starts = frames::starts(&views, &register, options);
+    let mut starts = frames::starts(&views, &register, options, false);
+    if !fits(&register, &starts) {
+        // What they share may be the floor alone.
+        let anew = frames::starts(&views, &register, options, true);
+        if fits(&register, &anew) {
+            starts = anew;
+        }
+    }
     for (view, start) in views.iter_mut().zip(starts) {
         let Some(start) = start else { return Err(elsewhere(path, &view.name)) };
         view.pose = start.pose;
@@ -110,6 +117,13 @@ fn of_passes(
         notes.format = None;
     }
     Ok((cloud, notes))
+}
+
+/// Whether all passes lie on one another from these starts on.
+fn fits(register: &Register, starts: &[Option<Start>]) -> bool {
+    let poses: Option<Vec<Isometry3>> = starts.iter().map(|start| Some((*start)?.pose)).collect();
+    let unfit = |poses: Vec<Isometry3>| unfit(&register.placed(&poses), register.noise_m());
+    poses.is_some_and(|poses| unfit(poses).iter().all(Option::is_none))
 }
 
 /// A pass whose frame is another one, and could not be found.
