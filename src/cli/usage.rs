@@ -1,7 +1,7 @@
 //! A command line parsed, and what is said of one that cannot be.
 //!
 //! Two things beyond clap's own: a negative number is a number wherever a flag takes a value, so that it is refused as what it is
-//! and not as an unknown flag; and a flag that another verb has, or a second scan, is answered with where it belongs.
+//! and not as an unknown flag; and a flag that another verb has is answered with where it belongs.
 
 use std::ffi::OsString;
 
@@ -51,20 +51,12 @@ fn with_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
 }
 
 fn tip(unknown: &str, verb: &str) -> Option<String> {
-    if let Some(flag) = unknown.strip_prefix("--") {
-        let program = Arguments::command();
-        let has = |verb: &&Command| verb.get_arguments().any(|arg| arg.get_long() == Some(flag));
-        let verbs: Vec<&str> =
-            program.get_subcommands().filter(has).map(Command::get_name).collect();
-        return (!verbs.is_empty())
-            .then(|| format!("`--{flag}` is a flag of {}, not of {verb}", verbs.join(", ")));
-    }
-    let one_at_a_time = ["estimate", "inspect", "boundary"].contains(&verb);
-    (one_at_a_time && !unknown.starts_with('-')).then(|| {
-        "one scan at a time: `batch FOLDER` takes all of a folder, and `estimate --with MORE...` other drapes \
-         of the same fabric"
-            .to_owned()
-    })
+    let flag = unknown.strip_prefix("--")?;
+    let program = Arguments::command();
+    let has = |verb: &&Command| verb.get_arguments().any(|arg| arg.get_long() == Some(flag));
+    let verbs: Vec<&str> = program.get_subcommands().filter(has).map(Command::get_name).collect();
+    (!verbs.is_empty())
+        .then(|| format!("`--{flag}` is a flag of {}, not of {verb}", verbs.join(", ")))
 }
 
 #[cfg(test)]
@@ -103,8 +95,6 @@ mod tests {
         assert!(said.contains("`--density` is a flag of estimate, batch"), "{said}");
         assert!(!said.contains("--unit"), "{said}");
         assert!(fault("s estimate a.ply --densty 214").contains("'--density'"));
-        let said = fault("s estimate a.ply b.ply --density 214");
-        assert!(said.contains("one scan at a time") && said.contains("batch FOLDER"), "{said}");
         assert!(!fault("s combine --frobnicate").contains("is a flag of"));
     }
 

@@ -32,6 +32,9 @@ const IMPROVES: f64 = 1.1;
 /// A view whose place is not known stays where its pose is, unless others were moved by so many
 /// times their misfit.
 const TRUSTED_MISFITS: f64 = 2.0;
+/// What passes must be, for whoever means other scans.
+const ONE_DRAPE: &str = "several inputs are recordings of one drape that nothing has touched; `batch FOLDER` takes \
+                         scans of several drapes, and `estimate --with MORE` other drops of the fabric";
 /// Points of a view that say how far it was moved.
 const ASKED: usize = 1000;
 
@@ -130,7 +133,7 @@ fn fits(register: &Register, starts: &[Option<Start>]) -> bool {
 fn elsewhere(path: &Path, name: &str) -> ReadError {
     let fault = Fault::Layout(format!(
         "{name} lies elsewhere, and its place on the other passes is not found: its plate is not seen, or the drape \
-         looks alike from several sides; bring the passes into one frame, or give one of them alone"
+         looks alike from several sides; {ONE_DRAPE}"
     ));
     ReadError { path: path.to_owned(), place: Place::File, fault }
 }
@@ -187,7 +190,7 @@ fn together(
         .collect();
     let left_out = notes.iter().filter(|note| note.left_out.is_some()).count();
     if 2 * left_out > views.len() || (!posed && left_out + 1 >= views.len()) {
-        return Err(refusal(path, &notes));
+        return Err(refusal(path, &notes, posed));
     }
     for (k, view) in views.iter_mut().enumerate() {
         // A loose view stays where its pose is.
@@ -197,7 +200,7 @@ fn together(
     }
     let mut stays = notes.iter().map(|note| note.left_out.is_none());
     views.retain(|_| stays.next() != Some(false));
-    let joined = joined(views).ok_or_else(|| refusal(path, &notes));
+    let joined = joined(views).ok_or_else(|| refusal(path, &notes, posed));
     joined.map(|(cloud, read)| (cloud, ReadNotes { views: notes, ..read }))
 }
 
@@ -233,7 +236,7 @@ fn moved_m(points: &[Point3], from: &Isometry3, to: &Isometry3) -> f64 {
     (sum / asked().count().max(1) as f64).sqrt()
 }
 
-fn refusal(path: &Path, notes: &[ViewNote]) -> ReadError {
+fn refusal(path: &Path, notes: &[ViewNote], posed: bool) -> ReadError {
     let off = |note: &ViewNote| {
         let why = note.left_out.as_deref()?;
         let misfit = match note.misfit_m {
@@ -243,9 +246,12 @@ fn refusal(path: &Path, notes: &[ViewNote]) -> ReadError {
         Some(format!("{} {why}{misfit}", note.name))
     };
     let off: Vec<String> = notes.iter().filter_map(off).collect();
+    let (parts, remedy) = match posed {
+        true => ("views", "give poses to 20 mm and 5 degrees, and let nothing move between views"),
+        false => ("passes", ONE_DRAPE),
+    };
     let fault = Fault::Layout(format!(
-        "{} of {} views do not lie on one another: {}; give poses to 20 mm and 5 degrees and let nothing move \
-         between views, or give one of them alone",
+        "{} of {} {parts} do not lie on one another: {}; {remedy}",
         off.len(),
         notes.len(),
         off.join("; ")
