@@ -71,7 +71,7 @@ const CORRELATED: f64 = 9.0;
 /// A cell is astray that lies this far off \[m\] and so many times the misfit.
 const ASTRAY_M: f64 = 2e-3;
 const ASTRAY: f64 = 4.0;
-/// A view lies apart with more cells astray: 0.06 at most of views of one drape, 0.16 and more of two.
+/// A view lies apart with more cells astray: 0.08 at most of views of one drape, 0.16 and more of two.
 const MOST_ASTRAY: f64 = 0.1;
 /// It also does if its misfit is so many times the usual one, and this more \[m\],
 const APART: f64 = 3.0;
