@@ -18,7 +18,8 @@ use crate::base::clock::process_cpu_s;
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::dataset::setting::Setting;
-use crate::geom::register::{Fit, Placed, Register, View, unfit};
+use crate::intake::register::{Fit, Placed, Register, View};
+use crate::numeric::robust::median;
 use crate::sensor::{
     CameraPose, DepthImage, Profile, SceneError, StandKind, Surroundings, VirtualScan, draw_views,
     scan,
@@ -59,7 +60,7 @@ pub struct Record {
     pub points: usize,
     /// Error of the parts before \[mm\],
     pub before_mm: f64,
-    /// and after.
+    /// and after, without those that are not to be used; NaN if none is.
     pub after_mm: f64,
     /// Error that is to be reached \[mm\].
     pub figure_mm: f64,
@@ -171,13 +172,14 @@ fn judged(
     let begun = process_cpu_s();
     let register = Register::new(&views);
     let still = vec![Isometry3::identity(); parts.len()];
-    let placed = register.placed(&still);
+    let settled = register.settled(&still);
     let processor_s = process_cpu_s().zip(begun).map_or(f64::NAN, |(end, begun)| end - begun);
     let probes: Vec<Point3> = drape.mesh.vertices.iter().step_by(PROBE_STEP).copied().collect();
-    let error = |motions: &[Isometry3]| {
+    let error = |motions: &[Option<Isometry3>]| {
         let moved: Vec<Vec<Point3>> = parts
             .iter()
             .zip(motions)
+            .filter_map(|(part, motion)| Some((part, (*motion)?)))
             .map(|((images, miss), motion)| {
                 let at = |probe: &Point3| {
                     let of = |image: &DepthImage| {
@@ -195,9 +197,11 @@ fn judged(
     let [near, far] = sensor.usual_distance_m;
     let noise_m = sensor.axial_sigma_m(0.5 * (near + far), 0.6);
     let figure_m = if sensor.name == "structured-light" { FIGURE_M } else { 0.5 * noise_m };
-    let poses: Vec<Isometry3> = placed.iter().map(|view| view.pose).collect();
+    let used = settled.iter().map(|(view, fault)| fault.is_none().then_some(view.pose));
+    let used: Vec<Option<Isometry3>> = used.collect();
+    let placed = || settled.iter().map(|(view, _)| view);
     let most = |fit: fn(&Placed) -> Fit| {
-        placed.iter().map(|view| fit(view).misfit_m / M_PER_MM).fold(0.0, f64::max)
+        placed().map(|view| fit(view).misfit_m / M_PER_MM).fold(0.0, f64::max)
     };
     let noise_m = register.noise_m();
     Record {
@@ -206,14 +210,14 @@ fn judged(
         views_of_part,
         parts: parts.len(),
         points: views.iter().map(|view| view.points.len()).sum(),
-        before_mm: error(&still),
-        after_mm: error(&poses),
+        before_mm: error(&still.into_iter().map(Some).collect::<Vec<_>>()),
+        after_mm: error(&used),
         figure_mm: figure_m / M_PER_MM,
-        unfit: unfit(&placed, noise_m).iter().flatten().count(),
+        unfit: used.iter().filter(|pose| pose.is_none()).count(),
         misfit_mm: [most(|view| view.before), most(|view| view.after)],
-        most_astray: placed.iter().map(|view| view.after.astray).fold(0.0, f64::max),
-        least_shared: placed.iter().map(|view| view.after.shared).fold(1.0, f64::min),
-        sigma_mm: placed.iter().map(|view| view.sigma_m / M_PER_MM).fold(0.0, f64::max),
+        most_astray: placed().map(|view| view.after.astray).fold(0.0, f64::max),
+        least_shared: placed().map(|view| view.after.shared).fold(1.0, f64::min),
+        sigma_mm: placed().map(|view| view.sigma_m / M_PER_MM).fold(0.0, f64::max),
         noise_mm: noise_m / M_PER_MM,
         processor_s,
     }
@@ -239,13 +243,16 @@ impl Record {
     /// Heads of [`Record::row`].
     pub const COLUMNS: &str = "scene  sensor            parts  views  points  before [mm]  after [mm]         figure [mm]  misfit before, after [mm]  astray  shared  unfit  sigma  noise [mm]  CPU [s]";
 
-    /// What came of it.
+    /// What came of it: `within` the figure; `named`, within it without parts that are named, or refused;
+    /// `beyond` it.
     #[must_use]
     pub fn outcome(&self) -> &'static str {
         match (self.is_within(), self.unfit) {
             (true, 0) => "within",
-            (false, 0) => "beyond",
-            _ => "named",
+            (true, _) => "named",
+            // Most are unfit: the input is refused.
+            (false, unfit) if 2 * unfit > self.parts => "named",
+            (false, _) => "beyond",
         }
     }
 
@@ -278,6 +285,76 @@ impl Record {
             self.sigma_mm,
             self.noise_mm,
             self.processor_s
+        )
+    }
+}
+
+/// The scenes of one sensor, of views or of passes.
+#[derive(Clone, Debug)]
+pub struct Group {
+    sensor: &'static str,
+    passes: bool,
+    figure_mm: f64,
+    scenes: usize,
+    /// Scenes within the figure, named, beyond it.
+    outcomes: [usize; 3],
+    before_mm: f64,
+    after_mm: f64,
+    /// Largest error over the figure.
+    worst: f64,
+}
+
+impl Group {
+    /// Heads of [`Group::row`].
+    pub const COLUMNS: &str = "sensor            parts   scenes  within  named  beyond  before [mm]  after [mm]  figure [mm]  worst over figure";
+
+    /// The groups of some records, in the sensors' order.
+    #[must_use]
+    pub fn all(records: &[Record]) -> Vec<Self> {
+        let mut kinds: Vec<(&'static str, bool)> = Vec::new();
+        for record in records {
+            let kind = (record.sensor, record.views_of_part > 1);
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        kinds.into_iter().map(|kind| Self::of(kind, records)).collect()
+    }
+
+    fn of((sensor, passes): (&'static str, bool), records: &[Record]) -> Self {
+        let of_kind =
+            |record: &&Record| record.sensor == sensor && (record.views_of_part > 1) == passes;
+        let own: Vec<&Record> = records.iter().filter(of_kind).collect();
+        let middle = |of: fn(&Record) -> f64| {
+            let known = own.iter().map(|record| of(record)).filter(|mm| mm.is_finite());
+            median(known.collect()).unwrap_or(f64::NAN)
+        };
+        let count = |outcome: &str| own.iter().filter(|record| record.outcome() == outcome).count();
+        Self {
+            sensor,
+            passes,
+            figure_mm: middle(|record| record.figure_mm),
+            scenes: own.len(),
+            outcomes: ["within", "named", "beyond"].map(count),
+            before_mm: middle(|record| record.before_mm),
+            after_mm: middle(|record| record.after_mm),
+            worst: own.iter().map(|record| record.after_mm / record.figure_mm).fold(0.0, f64::max),
+        }
+    }
+
+    /// The group as a line.
+    #[must_use]
+    pub fn row(&self) -> String {
+        let [within, named, beyond] = self.outcomes;
+        format!(
+            "{:16}  {:6}  {:6}  {within:6}  {named:5}  {beyond:6}  {:11.1}  {:10.3}  {:11.3}  {:17.1}",
+            self.sensor,
+            if self.passes { "passes" } else { "views" },
+            self.scenes,
+            self.before_mm,
+            self.after_mm,
+            self.figure_mm,
+            self.worst
         )
     }
 }

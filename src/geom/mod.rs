@@ -4,7 +4,6 @@ pub mod adjacency;
 pub mod mesh;
 pub mod neighbours;
 pub mod parry;
-pub mod register;
 
 pub use adjacency::Adjacency;
 pub use mesh::{Cloud, Mesh};

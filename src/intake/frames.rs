@@ -7,13 +7,11 @@
 use nalgebra::{Translation3, UnitQuaternion};
 use rayon::prelude::*;
 
+use super::register::{LEAST_SHARED, Placed, Register};
 use crate::base::{Isometry3, Vector3};
-use crate::geom::register::{Placed, Register};
 use crate::io::SeenView;
 use crate::scan::{FoundPlate, ScanOptions, plate_of};
 
-/// Passes that share at least this are in one frame \[-\].
-const LEAST_SHARED: f64 = 0.15;
 /// Turns that are tried: every 5 degrees, between which folds still overlap.
 const TURNS: usize = 72;
 /// Of these the best are followed to their end.

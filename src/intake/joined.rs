@@ -2,7 +2,7 @@
 //!
 //! In: a set of views with the poses that it states, or the files of passes, whose frames are one
 //! up to misses of some 20 mm and 5 degrees, or have nothing to do with each other (see `frames`). Out: their points in one frame, each view brought to
-//! the others ([`crate::geom::register`]), with a note of what was done with each.
+//! the others ([`super::register`]), with a note of what was done with each.
 //!
 //! A set's poses are first held against other conventions (`Convention`): inverses, millimetres, the other
 //! axes of a camera. One is taken in place of what is written where it alone makes the views agree.
@@ -13,19 +13,18 @@ use std::path::{Path, PathBuf};
 
 use super::error::IntakeError;
 use super::frames::{self, Start};
+use super::register::{LEAST_SHARED, Placed, Register, Unfit, View};
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3};
 use crate::geom::Cloud;
-use crate::geom::register::{Placed, Register, Unfit, View, unfit};
 use crate::io::{
-    Fault, Format, Place, ReadError, ReadNotes, ReadOptions, SeenView, ViewNote, joined, opengl,
-    read_scan_with, read_views,
+    Fault, Format, Place, ReadError, ReadNotes, ReadOptions, SeenView, ViewNote, joined_as_posed,
+    opengl, read_scan_with, read_views,
 };
 use crate::scan::{ScanOptions, likely_unit};
 
-/// Views that share at least this are worth another convention \[-\],
-const LEAST_SHARED: f64 = 0.15;
-/// if it is so many times what they share as they are written, and by the next best one.
+/// Another convention is taken if the views share so many times what they share as they are written, and by
+/// the next best one.
 const TIMES_SHARED: f64 = 3.0;
 /// Poses stay as they are unless a view's misfit shrinks by this factor.
 const IMPROVES: f64 = 1.1;
@@ -65,7 +64,7 @@ fn of_views(path: &Path, mut views: Vec<SeenView>) -> Result<(Cloud, ReadNotes),
     for (view, pose) in views.iter_mut().zip(&poses) {
         view.pose = *pose;
     }
-    let (cloud, mut notes) = together(path, views, &register, true)?;
+    let (cloud, mut notes) = together(path, views, register.settled(&poses), true)?;
     notes.taken.extend(convention);
     if notes.views.len() > 1 && notes.views.iter().all(|view| view.misfit_m.is_nan()) {
         let said = "in the poses given no view shares anything with another, so the poses could not be checked";
@@ -83,27 +82,33 @@ fn of_passes(
     let own = ReadOptions { passes: Vec::new(), ..read.clone() };
     let paths: Vec<&Path> =
         std::iter::once(path).chain(read.passes.iter().map(PathBuf::as_path)).collect();
-    let mut first_m = None;
+    let mut units_m = Vec::with_capacity(paths.len());
     let mut views = Vec::with_capacity(paths.len());
     for path in &paths {
         let (mut cloud, notes) = read_scan_with(path, &own)?;
         let metres = matches!(notes.format, Some(Format::DepthPng | Format::Views));
         let unit_m = if metres { 1.0 } else { likely_unit(&cloud.points, options).metres() };
-        first_m.get_or_insert(unit_m);
         cloud.points.iter_mut().for_each(|p| *p *= unit_m);
+        units_m.push(unit_m);
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         views.push(SeenView { name, cloud, pose: Isometry3::identity(), notes });
     }
     let register = registered(&views);
+    let placed = |starts: &[Option<Start>]| {
+        let poses: Option<Vec<Isometry3>> =
+            starts.iter().map(|start| Some((*start)?.pose)).collect();
+        poses.map(|poses| register.settled(&poses))
+    };
     let mut starts = frames::starts(&views, &register, options, false);
-    if !fits(&register, &starts) {
+    let mut settled = placed(&starts);
+    if !settled.as_ref().is_some_and(all_fit) {
         // What they share may be the floor alone.
         let anew = frames::starts(&views, &register, options, true);
-        if fits(&register, &anew) {
-            starts = anew;
+        if let Some(fitting) = placed(&anew).filter(all_fit) {
+            (starts, settled) = (anew, Some(fitting));
         }
     }
-    for (view, start) in views.iter_mut().zip(starts) {
+    for (view, start) in views.iter_mut().zip(&starts) {
         let Some(start) = start else { return Err(elsewhere(path, &view.name)) };
         view.pose = start.pose;
         if start.or_half_round {
@@ -112,21 +117,20 @@ fn of_passes(
             view.notes.taken.push(said);
         }
     }
-    let (mut cloud, mut notes) = together(path, views, &register, false)?;
-    let unit_m = first_m.unwrap_or(1.0);
+    // The unit is the first's again, which is guessed or given, unless that was metres for sure.
+    let format = views.first().and_then(|first| first.notes.format);
+    let format = format.filter(|format| *format != Format::DepthPng).or(Some(Format::Views));
+    let (mut cloud, notes) = together(path, views, settled.unwrap_or_default(), false)?;
+    let unit_m = units_m.first().copied().unwrap_or(1.0);
     cloud.points.iter_mut().for_each(|p| *p /= unit_m);
-    if unit_m != 1.0 {
-        // Of the file's unit again, which is guessed or given.
-        notes.format = None;
-    }
-    Ok((cloud, notes))
+    Ok((cloud, ReadNotes { format, ..notes }))
 }
 
-/// Whether all passes lie on one another from these starts on.
-fn fits(register: &Register, starts: &[Option<Start>]) -> bool {
-    let poses: Option<Vec<Isometry3>> = starts.iter().map(|start| Some((*start)?.pose)).collect();
-    let unfit = |poses: Vec<Isometry3>| unfit(&register.placed(&poses), register.noise_m());
-    poses.is_some_and(|poses| unfit(poses).iter().all(Option::is_none))
+/// Views with their places, and why one is not to be used.
+type Settled = Vec<(Placed, Option<Unfit>)>;
+
+fn all_fit(settled: &Settled) -> bool {
+    settled.iter().all(|(_, fault)| fault.is_none())
 }
 
 /// A pass whose frame is another one, and could not be found.
@@ -152,11 +156,11 @@ fn registered(views: &[SeenView]) -> Register {
 fn together(
     path: &Path,
     mut views: Vec<SeenView>,
-    register: &Register,
+    settled: Settled,
     posed: bool,
 ) -> Result<(Cloud, ReadNotes), ReadError> {
     let begun: Vec<Isometry3> = views.iter().map(|view| view.pose).collect();
-    let (placed, faults) = without_strays(register, &begun);
+    let (placed, faults): (Vec<Placed>, Vec<Option<Unfit>>) = settled.into_iter().unzip();
     let improves = |view: &Placed| view.before.misfit_m > IMPROVES * view.after.misfit_m;
     let moves = placed.iter().zip(&faults).any(|(view, fault)| fault.is_none() && improves(view));
     // The first pass stays where it is: what a caller says of places and directions is of its frame.
@@ -200,32 +204,8 @@ fn together(
     }
     let mut stays = notes.iter().map(|note| note.left_out.is_none());
     views.retain(|_| stays.next() != Some(false));
-    let joined = joined(views).ok_or_else(|| refusal(path, &notes, posed));
+    let joined = joined_as_posed(views).ok_or_else(|| refusal(path, &notes, posed));
     joined.map(|(cloud, read)| (cloud, ReadNotes { views: notes, ..read }))
-}
-
-/// The views placed without those that lie apart, each of which pulls the others along: the worst is left
-/// out, and again, until none does or most are.
-fn without_strays(register: &Register, begun: &[Isometry3]) -> (Vec<Placed>, Vec<Option<Unfit>>) {
-    let mut placed = register.placed(begun);
-    let mut faults = unfit(&placed, register.noise_m());
-    let mut kept: Vec<usize> = (0..begun.len()).collect();
-    loop {
-        let apart = kept.iter().copied().filter(|&k| faults[k] == Some(Unfit::Apart));
-        let worse =
-            |a: &usize, b: &usize| placed[*a].after.astray.total_cmp(&placed[*b].after.astray);
-        let Some(worst) = apart.max_by(worse).filter(|_| kept.len() > 2.max(begun.len() / 2))
-        else {
-            return (placed, faults);
-        };
-        kept.retain(|&k| k != worst);
-        let poses: Vec<Isometry3> = kept.iter().map(|&k| begun[k]).collect();
-        let again = register.some(&kept).placed(&poses);
-        for (&k, fault) in kept.iter().zip(unfit(&again, register.noise_m())) {
-            faults[k] = fault;
-        }
-        kept.iter().zip(again).for_each(|(&k, view)| placed[k] = view);
-    }
 }
 
 /// How far points are moved from one pose to another, root mean square \[m\].
@@ -327,7 +307,7 @@ impl Convention {
             words.push("with shifts in mm");
         }
         if self.axes {
-            words.push("with the other camera_axes (opengl for opencv)");
+            words.push("with the other camera_axes");
         }
         words.join(", ")
     }

@@ -7,6 +7,7 @@ mod error;
 mod frames;
 pub mod hints;
 pub mod joined;
+pub mod register;
 pub mod rim;
 
 pub use error::{IntakeError, RimError};

@@ -64,7 +64,7 @@ pub use options::ReadOptions;
 pub use output::OutputError;
 pub use part::{abandon_unfinished, atomically};
 pub use sensors::DepthSource;
-pub use views::{SeenView, VIEWS_FILE, VIEWS_SCHEMA, joined, opengl};
+pub use views::{SeenView, VIEWS_FILE, VIEWS_SCHEMA, joined_as_posed, opengl};
 #[cfg(feature = "picture")]
 pub use write::write_png;
 pub use write::{stl_bytes, write_depth_png, write_obj, write_ply};
@@ -100,7 +100,7 @@ pub fn read_scan_with(
     match views::list(path) {
         Some(list) => {
             let seen = views::read(&list?, options)?;
-            joined(seen).ok_or_else(|| Fault::NoPoints.anywhere().in_file(path))
+            joined_as_posed(seen).ok_or_else(|| Fault::NoPoints.anywhere().in_file(path))
         }
         None => read_file(path, options).map_err(|at| at.in_file(path)),
     }

@@ -21,7 +21,8 @@ pub struct ReadOptions {
     /// The file's format, whatever its name; then the path `-` is the standard input. `None`: as its name ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
-    /// More passes over the same drape, each a file or a set of views of its own.
+    /// More passes over the same drape, each a file or a set of views of its own. `intake` brings them together;
+    /// the readers here read one input.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes: Vec<PathBuf>,
 }

@@ -379,7 +379,7 @@ pub fn opengl() -> Isometry3 {
 
 /// All views as one cloud, each where its pose puts it; `None` of no views.
 #[must_use]
-pub fn joined(views: Vec<SeenView>) -> Option<(Cloud, ReadNotes)> {
+pub fn joined_as_posed(views: Vec<SeenView>) -> Option<(Cloud, ReadNotes)> {
     let colored = views.iter().all(|view| view.cloud.colors.len() == view.cloud.points.len());
     let mut cloud = Cloud::default();
     let mut notes: Option<ReadNotes> = None;

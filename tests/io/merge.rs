@@ -194,7 +194,7 @@ fn a_view_of_a_drape_that_has_moved_is_left_out_by_name() {
     let (points, unit_m) = drape("mean_structured-light.ply");
     let whole: Vec<Point3> = points.iter().map(|p| p * unit_m).collect();
     seen.push(whole);
-    // Cloth alone moves, so that no motion brings the view back.
+    // It is 8 % larger, so that no motion brings the view back.
     let middle = seen[1].iter().map(|p| p.coords).sum::<Vector3>() / seen[1].len() as f64;
     for p in &mut seen[1] {
         *p = Point3::from(middle + (p.coords - middle) * 1.08);

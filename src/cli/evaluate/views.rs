@@ -3,7 +3,7 @@
 use super::super::augment::profile;
 use super::super::{Outcome, args};
 use scan2params::evaluate::scenes::drapes::KeptDrape;
-use scan2params::evaluate::views::{Record, Series};
+use scan2params::evaluate::views::{Group, Record, Series};
 
 pub(super) fn run(given: &args::Views) -> Outcome {
     let sensors = given.sensors.iter().map(|name| profile(name)).collect::<Result<Vec<_>, _>>()?;
@@ -15,12 +15,8 @@ pub(super) fn run(given: &args::Views) -> Outcome {
     };
     println!("{}", Record::COLUMNS);
     let records = series.run(|record| println!("{}", record.row()))?;
-    let of = |outcome: &str| records.iter().filter(|record| record.outcome() == outcome).count();
-    let [within, named, beyond] = ["within", "named", "beyond"].map(of);
-    println!(
-        "\nof {}: {within} within their figure, {beyond} beyond it, {named} with parts named as unfit",
-        records.len()
-    );
+    println!("\n{}", Group::COLUMNS);
+    Group::all(&records).iter().for_each(|group| println!("{}", group.row()));
     if given.json {
         println!("{}", serde_json::to_string(&records)?);
     }

@@ -20,8 +20,9 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::Neighbours;
 use crate::base::{Isometry3, Point3, Vector3};
+use crate::geom::Neighbours;
+use crate::numeric::robust::median;
 
 /// How finely views are thinned.
 #[derive(Clone, Copy)]
@@ -60,7 +61,9 @@ const STEEPEST_COSINE: f64 = 0.2;
 const PRIOR: [f64; 2] = [30e-3, 0.15];
 /// How the prior weighs against one cell's distance: the noise that a cell is taken to have \[m\].
 const CELL_NOISE_M: f64 = 0.5e-3;
-/// Cells have something in common that lie within this of each other \[m\],
+/// Views that share at least this in some poses may be meant to lie so \[-\].
+pub(super) const LEAST_SHARED: f64 = 0.15;
+/// Cells have something in common that lie within three times this of each other \[m\],
 const COMMON_WITHIN_M: f64 = 10e-3;
 /// and views that have this share of their cells in common, or more.
 const LEAST_COMMON: f64 = 0.05;
@@ -126,20 +129,6 @@ pub enum Unfit {
     Loose,
 }
 
-/// Which views are not to be used, of all that were placed together.
-#[must_use]
-pub fn unfit(placed: &[Placed], noise_m: f64) -> Vec<Option<Unfit>> {
-    let misfits = placed.iter().map(|view| view.after.misfit_m).filter(|m| m.is_finite());
-    let usual_m = middle(misfits.collect()).unwrap_or(0.0);
-    let most_m = (APART * usual_m + APART_M).min(WORST_M.max(WORST_NOISES * noise_m));
-    let of = |view: &Placed| match view.after.misfit_m {
-        misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
-        misfit_m if view.sigma_m < misfit_m => None,
-        _ => Some(Unfit::Loose),
-    };
-    placed.iter().map(of).collect()
-}
-
 /// Views that can be held against each other in any poses.
 pub struct Register {
     views: Vec<Arc<Thinned>>,
@@ -183,7 +172,7 @@ impl Register {
             views.par_iter().map(|view| Arc::new(Thinned::new(view, fineness))).collect()
         };
         let fine = thinned(FINE);
-        let rough_m = middle(fine.iter().map(|view| view.rough_m).collect()).unwrap_or(0.0);
+        let rough_m = median(fine.iter().map(|view| view.rough_m).collect()).unwrap_or(0.0);
         Self { views: if rough_m > ROUGH_M { thinned(COARSE) } else { fine } }
     }
 
@@ -196,20 +185,17 @@ impl Register {
     /// Noise of single points against the plane of their cell, of the middle view \[m\]; 0 if it is not seen.
     #[must_use]
     pub fn noise_m(&self) -> f64 {
-        middle(self.views.iter().map(|view| view.noise_m).collect()).unwrap_or(0.0)
+        median(self.views.iter().map(|view| view.noise_m).collect()).unwrap_or(0.0)
     }
 
     /// The share of its cells that the middle view has in common with another one, in these poses.
     #[must_use]
     pub fn shared(&self, poses: &[Isometry3]) -> f64 {
-        let of = |(a, view): (usize, &Arc<Thinned>)| {
-            let common = |b: usize| {
-                pairs(view, &poses[a], &self.views[b], &poses[b], COMMON_WITHIN_M, STRIDE).count()
-            };
-            let most = (0..self.views.len()).filter(|&b| b != a).map(common).max().unwrap_or(0);
-            most as f64 / view.asked.len().div_ceil(STRIDE).max(1) as f64
+        let of = |a: usize| {
+            let others = (0..self.views.len()).filter(|&b| b != a);
+            others.map(|b| common(&self.views, poses, a, b)).fold(0.0, f64::max)
         };
-        middle(self.views.par_iter().enumerate().map(of).collect()).unwrap_or(0.0)
+        median((0..self.views.len()).into_par_iter().map(of).collect()).unwrap_or(0.0)
     }
 
     /// Brings the views together from these poses on; a view that has nothing in common with others
@@ -233,6 +219,45 @@ impl Register {
             sigma_m: sigmas_m[k],
         };
         (0..views.len()).map(placed).collect()
+    }
+
+    /// Brings the views together without those that lie apart, each of which pulls the others along: the
+    /// worst is left out, and again, until none does or half of them are. With each view whether it may be used.
+    #[must_use]
+    pub fn settled(&self, poses: &[Isometry3]) -> Vec<(Placed, Option<Unfit>)> {
+        let judged = |placed: Vec<Placed>| {
+            let faults = self.faults(&placed);
+            placed.into_iter().zip(faults).collect::<Vec<_>>()
+        };
+        let mut settled = judged(self.placed(poses));
+        let mut kept: Vec<usize> = (0..poses.len()).collect();
+        loop {
+            let apart = kept.iter().copied().filter(|&k| settled[k].1 == Some(Unfit::Apart));
+            let astray = |k: &usize| settled[*k].0.after.astray;
+            let worst = apart.max_by(|a, b| astray(a).total_cmp(&astray(b)));
+            let Some(worst) = worst.filter(|_| kept.len() > 2.max(poses.len() / 2)) else {
+                return settled;
+            };
+            kept.retain(|&k| k != worst);
+            let rest: Vec<Isometry3> = kept.iter().map(|&k| poses[k]).collect();
+            for (&k, again) in kept.iter().zip(judged(self.some(&kept).placed(&rest))) {
+                settled[k] = again;
+            }
+        }
+    }
+
+    /// Which views are not to be used, of some that were placed together.
+    fn faults(&self, placed: &[Placed]) -> Vec<Option<Unfit>> {
+        let misfits = placed.iter().map(|view| view.after.misfit_m).filter(|m| m.is_finite());
+        let usual_m = median(misfits.collect()).unwrap_or(0.0);
+        let worst_m = WORST_M.max(WORST_NOISES * self.noise_m());
+        let most_m = (APART * usual_m + APART_M).min(worst_m);
+        let of = |view: &Placed| match view.after.misfit_m {
+            misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
+            misfit_m if view.sigma_m < misfit_m => None,
+            _ => Some(Unfit::Loose),
+        };
+        placed.iter().map(of).collect()
     }
 
     /// The middle of all views in these poses.
@@ -355,7 +380,7 @@ fn sigmas(
     fits: &[Fit],
 ) -> Vec<f64> {
     let misfits = fits.iter().map(|fit| fit.misfit_m).filter(|m| m.is_finite());
-    let misfit_m = middle(misfits.collect()).unwrap_or(f64::NAN);
+    let misfit_m = median(misfits.collect()).unwrap_or(f64::NAN);
     let (mut normal, _) = equations(views, partners, begun, poses, 3.0 * misfit_m, 1);
     // The motion that all have in common is nobody's error.
     let fixed = normal.trace() / 6.0;
@@ -419,18 +444,20 @@ fn pairs(
     })
 }
 
+/// The share of the cells of view `a` that it has in common with view `b`.
+fn common(views: &[Arc<Thinned>], poses: &[Isometry3], a: usize, b: usize) -> f64 {
+    let found = pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, STRIDE);
+    found.count() as f64 / views[a].asked.len().div_ceil(STRIDE).max(1) as f64
+}
+
 /// For each view the others with which it has most in common, and at least a little.
 fn partners(views: &[Arc<Thinned>], poses: &[Isometry3]) -> Vec<Vec<usize>> {
-    let common = |a: usize, b: usize| {
-        pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, STRIDE).count()
-    };
     let of = |a: usize| {
         let others = (0..views.len()).filter(|&b| b != a);
-        let mut others: Vec<(usize, usize)> = others.map(|b| (common(a, b), b)).collect();
-        others.retain(|&(count, _)| {
-            (count * STRIDE) as f64 > LEAST_COMMON * views[a].asked.len() as f64
-        });
-        others.sort_by_key(|&(count, b)| (std::cmp::Reverse(count), b));
+        let shares = others.map(|b| (common(views, poses, a, b), b));
+        let mut others: Vec<(f64, usize)> =
+            shares.filter(|(share, _)| *share > LEAST_COMMON).collect();
+        others.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         others.into_iter().take(PARTNERS).map(|(_, b)| b).collect()
     };
     (0..views.len()).into_par_iter().map(of).collect()
@@ -448,12 +475,10 @@ fn fits(views: &[Arc<Thinned>], partners: &[Vec<usize>], poses: &[Isometry3]) ->
             most = most.max(off_m.len() - before);
         }
         let shared = most as f64 / views[a].asked.len().max(1) as f64;
-        let pairs = off_m.len().max(1) as f64;
-        let all_m = off_m.clone();
-        let misfit_m = 1.4826 * middle(off_m).unwrap_or(f64::NAN);
+        let misfit_m = 1.4826 * median(off_m.clone()).unwrap_or(f64::NAN);
         let far_m = ASTRAY_M.max(ASTRAY * misfit_m);
-        let astray = all_m.iter().filter(|&&off_m| off_m > far_m).count() as f64 / pairs;
-        Fit { shared, misfit_m, astray }
+        let astray = off_m.iter().filter(|&&off_m| off_m > far_m).count();
+        Fit { shared, misfit_m, astray: astray as f64 / off_m.len().max(1) as f64 }
     };
     (0..views.len()).into_par_iter().map(of).collect()
 }
@@ -486,7 +511,7 @@ impl Thinned {
         // A cell of one point says nothing of noise.
         let [noise_m, rough_m] = [0, 1].map(|of| {
             let known = noises.iter().map(|noise| noise[of]).filter(|&m| m > 0.0);
-            middle(known.collect()).unwrap_or(0.0)
+            median(known.collect()).unwrap_or(0.0)
         });
         Self { surfels, tree, asked, has_eye: view.eye.is_some(), noise_m, rough_m, fineness }
     }
@@ -571,10 +596,4 @@ fn evenly(surfels: &[Surfel]) -> Vec<usize> {
         (0..count).map(place).collect::<Vec<_>>()
     };
     bins.iter().flat_map(strided).collect()
-}
-
-/// The median; `None` of nothing.
-fn middle(mut values: Vec<f64>) -> Option<f64> {
-    let at = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
