@@ -357,7 +357,6 @@ FLAT = np.random.default_rng(0).random((3000, 3))
         (FLAT, {"colors": FLAT}, s2p.InvalidInput, "colors: .* none of 0 to 255"),
         (FLAT, {"triangles": [[0, 1, 3000]]}, s2p.InvalidInput, "names vertex 3000"),
         (FLAT, {"triangles": [[0, 1, -1]]}, s2p.InvalidInput, "-1 is no index"),
-        (FLAT, {"unit": "ft"}, s2p.InvalidInput, "no unit `ft`"),
         (FLAT, {"warp_toward": "north"}, s2p.InvalidInput, "bearing in degrees"),
         (FLAT, {"warp_toward": [0, 0, 0]}, s2p.InvalidInput, "length 0"),
         (FLAT, {"warp_toward": "+x", "mark": "red"}, s2p.InvalidInput, "give one"),
