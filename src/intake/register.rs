@@ -9,8 +9,10 @@
 //! round things). The weights are Geman and McClure's; their reach shrinks from 50 mm to the views' own
 //! noise. Cells are drawn evenly over the directions of their normals, so that a wide floor does not
 //! outweigh the folds. A weak prior keeps a pose where the scene does not fix it, such as along a floor.
+//! A view that began nearer to another fold lies worse than the others: it is placed anew, from twelve starts.
+//! The last rounds count those cells alone that lie about as near as most.
 //!
-//! Where it fails: misses beyond half the distance of two folds end in a wrong place, which
+//! Where it fails: several views that all began nearer to other folds, which
 //! [`Fit::misfit_m`] tells; a view with little in common with the others has a large
 //! [`Placed::sigma_m`].
 
@@ -44,8 +46,11 @@ const ROUGH_M: f64 = 0.3e-3;
 const NORMAL_LEAST: usize = 6;
 /// Cells of a view that are held against each other view.
 const ASKED: usize = 1500;
-/// Reach of the weights at first \[m\], the factor by which it shrinks, and its least \[m\].
-const REACH_M: [f64; 2] = [50e-3, 1.5e-3];
+/// Reach of the weights at first \[m\], of views that lie about right, and the least.
+const REACH_M: f64 = 50e-3;
+const FINE_REACH_M: f64 = 5e-3;
+const LEAST_REACH_M: f64 = 1.5e-3;
+/// The factor by which it shrinks.
 const SHRINKS: f64 = 0.7;
 /// Where less will do, each so many-th of the cells that are asked.
 const STRIDE: usize = 3;
@@ -82,6 +87,16 @@ const APART_M: f64 = 0.3e-3;
 /// or beyond this \[m\] and so many times the noise of single points, which is correlated: 8 for a D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
+/// A view is placed anew with more cells astray, or a misfit of so many times the usual one,
+const STRAY_ASTRAY: f64 = 0.03;
+const STRAY_MISFITS: f64 = 1.5;
+/// from so far off \[m\], \[rad\], onto so many others,
+const STARTS: [f64; 2] = [15e-3, 4.0_f64.to_radians()];
+const ANCHORS: usize = 3;
+/// where most of its cells lie within so many usual misfits.
+const AGREEING_MISFITS: f64 = 3.0;
+/// Weight that keeps a view where it is.
+const HELD: f64 = 1e12;
 /// What a turn moves, about \[m\].
 const ARM_M: f64 = 0.3;
 /// A view is held against so many others, those with which it has most in common.
@@ -208,7 +223,15 @@ impl Register {
         let begun: Vec<Isometry3> = poses.iter().map(|pose| shift * pose).collect();
         let partners = partners(views, &begun);
         let before = fits(views, &partners, &begun);
-        let ended = descend(views, &partners, &begun, self.noise_m());
+        let all = Moving {
+            views,
+            partners: &partners,
+            begun: &begun,
+            held: &[],
+            noise_m: self.noise_m(),
+        };
+        let ended = self.strays_placed(&all, all.descend(REACH_M));
+        let partners = self::partners(views, &ended);
         let after = fits(views, &partners, &ended);
         let sigmas_m = sigmas(views, &partners, &begun, &ended, &after);
         let back = shift.inverse();
@@ -221,8 +244,9 @@ impl Register {
         (0..views.len()).map(placed).collect()
     }
 
-    /// Brings the views together without those that lie apart, each of which pulls the others along: the
-    /// worst is left out, and again, until none does or half of them are. With each view whether it may be used.
+    /// Brings the views together without those that lie apart, each of which pulls the others along, or are
+    /// loose, each of which makes the mean of all unsure: the worst is left out, and again, until none is or half
+    /// of them are. With each view whether it may be used.
     #[must_use]
     pub fn settled(&self, poses: &[Isometry3]) -> Vec<(Placed, Option<Unfit>)> {
         let judged = |placed: Vec<Placed>| {
@@ -232,9 +256,12 @@ impl Register {
         let mut settled = judged(self.placed(poses));
         let mut kept: Vec<usize> = (0..poses.len()).collect();
         loop {
-            let apart = kept.iter().copied().filter(|&k| settled[k].1 == Some(Unfit::Apart));
-            let astray = |k: &usize| settled[*k].0.after.astray;
-            let worst = apart.max_by(|a, b| astray(a).total_cmp(&astray(b)));
+            let worst_of = |fault: Unfit, how: fn(&Placed) -> f64| {
+                let with = kept.iter().copied().filter(|&k| settled[k].1 == Some(fault));
+                with.max_by(|&a, &b| how(&settled[a].0).total_cmp(&how(&settled[b].0)))
+            };
+            let worst = worst_of(Unfit::Apart, |view| view.after.astray)
+                .or_else(|| worst_of(Unfit::Loose, |view| view.sigma_m));
             let Some(worst) = worst.filter(|_| kept.len() > 2.max(poses.len() / 2)) else {
                 return settled;
             };
@@ -246,10 +273,81 @@ impl Register {
         }
     }
 
+    /// The poses, with each view that lies worse than the others placed anew: from several starts onto those that
+    /// lie well, and then all together; as they were where that is no better.
+    fn strays_placed(&self, all: &Moving<'_>, ended: Vec<Isometry3>) -> Vec<Isometry3> {
+        let views = &self.views;
+        let found = fits(views, &partners(views, &ended), &ended);
+        let usual_m = usual_m(&found);
+        let strays = |k: &usize| {
+            let Fit { misfit_m, astray, .. } = found[*k];
+            astray > STRAY_ASTRAY || misfit_m.is_nan() || misfit_m > STRAY_MISFITS * usual_m
+        };
+        let (mut strays, mut trusted): (Vec<usize>, Vec<usize>) =
+            (0..views.len()).partition(strays);
+        if strays.is_empty() || trusted.is_empty() {
+            return ended;
+        }
+        strays.sort_by(|&a, &b| found[a].astray.total_cmp(&found[b].astray));
+        let agreeing_m = AGREEING_MISFITS * usual_m;
+        let mut poses = ended.clone();
+        for k in strays {
+            poses[k] = self.placed_on(&trusted, k, &poses, agreeing_m);
+            trusted.push(k);
+        }
+        let partners = partners(views, &poses);
+        let again = Moving { partners: &partners, ..*all }.descend_from(&poses, FINE_REACH_M);
+        let agreeing = |poses: &[Isometry3]| -> f64 {
+            (0..views.len()).map(|k| agreeing(views, poses, k, agreeing_m)).sum()
+        };
+        if agreeing(&again) > agreeing(&ended) { again } else { ended }
+    }
+
+    /// The pose in which a view lies best on some others, found from several starts about where it is.
+    fn placed_on(
+        &self,
+        others: &[usize],
+        view: usize,
+        poses: &[Isometry3],
+        agreeing_m: f64,
+    ) -> Isometry3 {
+        let mut others = others.to_vec();
+        let share = |&b: &usize| common(&self.views, poses, view, b);
+        others.sort_by(|a, b| share(b).total_cmp(&share(a)));
+        others.truncate(ANCHORS);
+        let last = others.len();
+        others.push(view);
+        let some = self.some(&others);
+        let anchored: Vec<usize> = (0..last).collect();
+        let mut partners: Vec<Vec<usize>> = vec![vec![last]; last];
+        partners.push(anchored.clone());
+        let stays: Vec<Isometry3> = others.iter().map(|&k| poses[k]).collect();
+        let scored =
+            |ended: &[Isometry3]| (agreeing(&some.views, ended, last, agreeing_m), ended[last]);
+        let from = |motion: &Isometry3| {
+            let mut begun = stays.clone();
+            begun[last] = motion * begun[last];
+            let moving = Moving {
+                views: &some.views,
+                partners: &partners,
+                begun: &begun,
+                held: &anchored,
+                noise_m: self.noise_m(),
+            };
+            scored(&moving.descend(REACH_M))
+        };
+        let middle = self.some(&[view]).middle(&[poses[view]]);
+        let found: Vec<(f64, Isometry3)> = starts(&middle).par_iter().map(from).collect();
+        let better = |best: (f64, Isometry3), next: (f64, Isometry3)| {
+            if next.0 > best.0 { next } else { best }
+        };
+        found.into_iter().fold(scored(&stays), better).1
+    }
+
     /// Which views are not to be used, of some that were placed together.
     fn faults(&self, placed: &[Placed]) -> Vec<Option<Unfit>> {
-        let misfits = placed.iter().map(|view| view.after.misfit_m).filter(|m| m.is_finite());
-        let usual_m = median(misfits.collect()).unwrap_or(0.0);
+        let fits: Vec<Fit> = placed.iter().map(|view| view.after).collect();
+        let usual_m = usual_m(&fits);
         let worst_m = WORST_M.max(WORST_NOISES * self.noise_m());
         let most_m = (APART * usual_m + APART_M).min(worst_m);
         let of = |view: &Placed| match view.after.misfit_m {
@@ -271,50 +369,90 @@ impl Register {
     }
 }
 
-/// The poses in which the views lie on one another best.
-fn descend(
-    views: &[Arc<Thinned>],
-    partners: &[Vec<usize>],
-    begun: &[Isometry3],
-    noise_m: f64,
-) -> Vec<Isometry3> {
-    let mut poses = begun.to_vec();
-    let [mut reach_m, least_m] = REACH_M;
-    let least_m = least_m.max(2.0 * noise_m);
-    let mut last = 0;
-    while last < LAST_ROUNDS {
-        let stride = if reach_m > least_m { STRIDE } else { 1 };
-        let moved_m = step(views, partners, begun, &mut poses, reach_m, stride);
-        if reach_m > least_m {
-            reach_m = (reach_m * SHRINKS).max(least_m);
-        } else if moved_m < AT_REST_M {
-            break;
-        } else {
-            last += 1;
-        }
-    }
-    poses
+/// Motions about a point from which a stray view is looked for.
+fn starts(middle: &Point3) -> Vec<Isometry3> {
+    let [shift_m, turn_rad] = STARTS;
+    let about = Isometry3::from(middle.coords);
+    let of = |k: usize| {
+        let mut along = Vector3::zeros();
+        along[k % 3] = if k < 3 { 1.0 } else { -1.0 };
+        let turn = Isometry3::new(Vector3::zeros(), along * turn_rad);
+        [Isometry3::from(along * shift_m), about * turn * about.inverse()]
+    };
+    (0..6).flat_map(of).collect()
 }
 
-/// One step of Gauss and Newton for all motions together; the largest shift \[m\].
-fn step(
-    views: &[Arc<Thinned>],
-    partners: &[Vec<usize>],
-    begun: &[Isometry3],
-    poses: &mut [Isometry3],
-    reach_m: f64,
-    stride: usize,
-) -> f64 {
-    let (normal, right) = equations(views, partners, begun, poses, reach_m, stride);
-    let Some(solved) = normal.cholesky().map(|factor| factor.solve(&right)) else { return 0.0 };
-    let mut moved_m: f64 = 0.0;
-    for (pose, part) in poses.iter_mut().zip(solved.as_slice().chunks_exact(6)) {
-        let shift = Vector3::new(part[0], part[1], part[2]);
-        let turn = Vector3::new(part[3], part[4], part[5]);
-        *pose = Isometry3::new(shift, turn) * *pose;
-        moved_m = moved_m.max(shift.norm() + turn.norm() * ARM_M);
+/// The usual misfit of some views \[m\]; 0 where none is known.
+fn usual_m(fits: &[Fit]) -> f64 {
+    let known = fits.iter().map(|fit| fit.misfit_m).filter(|m| m.is_finite());
+    median(known.collect()).unwrap_or(0.0)
+}
+
+/// The share of the cells of view `a` that lie this near to those of other views, summed over those \[-\].
+fn agreeing(views: &[Arc<Thinned>], poses: &[Isometry3], a: usize, within_m: f64) -> f64 {
+    let of = |b: usize| {
+        pairs(&views[a], &poses[a], &views[b], &poses[b], within_m / 3.0, STRIDE).count()
+    };
+    let found: usize = (0..views.len()).filter(|&b| b != a).map(of).sum();
+    found as f64 / views[a].asked.len().max(1) as f64
+}
+
+/// Views on their way onto one another.
+#[derive(Clone, Copy)]
+struct Moving<'a> {
+    views: &'a [Arc<Thinned>],
+    /// The views against which each is held.
+    partners: &'a [Vec<usize>],
+    /// The poses given.
+    begun: &'a [Isometry3],
+    /// Views that stay.
+    held: &'a [usize],
+    noise_m: f64,
+}
+
+impl Moving<'_> {
+    /// The poses in which the views lie on one another best.
+    fn descend(&self, reach_m: f64) -> Vec<Isometry3> {
+        self.descend_from(self.begun, reach_m)
     }
-    moved_m
+
+    fn descend_from(&self, from: &[Isometry3], mut reach_m: f64) -> Vec<Isometry3> {
+        let mut poses = from.to_vec();
+        let least_m = LEAST_REACH_M.max(2.0 * self.noise_m);
+        let mut last = 0;
+        while last < LAST_ROUNDS {
+            let stride = if reach_m > least_m { STRIDE } else { 1 };
+            let moved_m = self.step(&mut poses, reach_m, stride);
+            if reach_m > least_m {
+                reach_m = (reach_m * SHRINKS).max(least_m);
+            } else if moved_m < AT_REST_M {
+                break;
+            } else {
+                last += 1;
+            }
+        }
+        poses
+    }
+
+    /// One step of Gauss and Newton for all motions together; the largest shift \[m\].
+    fn step(&self, poses: &mut [Isometry3], reach_m: f64, stride: usize) -> f64 {
+        let (mut normal, right) =
+            equations(self.views, self.partners, self.begun, poses, reach_m, stride);
+        for &view in self.held {
+            (6 * view..6 * view + 6).for_each(|k| normal[(k, k)] += HELD);
+        }
+        let Some(solved) = normal.cholesky().map(|factor| factor.solve(&right)) else {
+            return 0.0;
+        };
+        let mut moved_m: f64 = 0.0;
+        for (pose, part) in poses.iter_mut().zip(solved.as_slice().chunks_exact(6)) {
+            let shift = Vector3::new(part[0], part[1], part[2]);
+            let turn = Vector3::new(part[3], part[4], part[5]);
+            *pose = Isometry3::new(shift, turn) * *pose;
+            moved_m = moved_m.max(shift.norm() + turn.norm() * ARM_M);
+        }
+        moved_m
+    }
 }
 
 /// The normal equations of all motions, six unknowns each: shift \[m\] and turn \[rad\].
@@ -379,8 +517,7 @@ fn sigmas(
     poses: &[Isometry3],
     fits: &[Fit],
 ) -> Vec<f64> {
-    let misfits = fits.iter().map(|fit| fit.misfit_m).filter(|m| m.is_finite());
-    let misfit_m = median(misfits.collect()).unwrap_or(f64::NAN);
+    let misfit_m = usual_m(fits);
     let (mut normal, _) = equations(views, partners, begun, poses, 3.0 * misfit_m, 1);
     // The motion that all have in common is nobody's error.
     let fixed = normal.trace() / 6.0;
