@@ -278,6 +278,10 @@ pub(crate) struct ReadFlags {
     /// Unit of the file's coordinates; guessed from the sizes of scene and plate if not given
     #[arg(long, value_parser = unit, value_name = "m|mm|cm|in")]
     pub(crate) unit: Option<LengthUnit>,
+    /// Scale of the scan, by which all its lengths are divided: 1.012 of one that is 1.2 % too large, as a verdict says.
+    /// Places of other flags are then in the divided lengths
+    #[arg(long, value_name = "SCALE", value_parser = rescale)]
+    pub(crate) rescale: Option<f64>,
     /// Part of the scan that is looked at: a radius about the plate [mm], or two opposite corners X1,Y1,Z1,X2,Y2,Z2
     /// of a box in the file's frame and unit
     #[arg(long, value_name = "RADIUS_MM|BOX", value_parser = parse_crop, allow_hyphen_values = true)]
@@ -350,6 +354,7 @@ impl ReadFlags {
                 None => positive("depth-scale", self.depth_scale)?,
             },
             max_jump_m: max_jump_m.map(|mm| mm * M_PER_MM),
+            rescale: self.rescale,
             ..ReadOptions::default()
         })
     }
@@ -410,6 +415,13 @@ fn grids(text: &str) -> Result<[usize; 2], String> {
         Some(&[first, last]) if first.min(last) >= LEAST => Ok([first, last]),
         _ => Err(format!("give two counts, {LEAST} or more each: 61,111")),
     }
+}
+
+/// A scale that a device can have; others are units.
+fn rescale(text: &str) -> Result<f64, String> {
+    let scale: Option<f64> = text.trim().parse().ok();
+    let likely = scale.filter(|scale| (0.8..=1.25).contains(scale));
+    likely.ok_or_else(|| "give 0.8 to 1.25, like 1.012; units are for --unit".into())
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {

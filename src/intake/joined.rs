@@ -47,13 +47,18 @@ pub fn read(
     read: &ReadOptions,
     options: &ScanOptions,
 ) -> Result<(Cloud, ReadNotes), IntakeError> {
-    if !read.passes.is_empty() {
-        return Ok(of_passes(path, read, options)?);
+    let (mut cloud, mut notes) = if !read.passes.is_empty() {
+        of_passes(path, read, options)?
+    } else if let Some(views) = read_views(path, read) {
+        of_views(path, views?)?
+    } else {
+        read_scan_with(path, read)?
+    };
+    if let Some(scale) = read.rescale {
+        cloud.points.iter_mut().for_each(|p| *p /= scale);
+        notes.taken.push(format!("all lengths are divided by {scale}, the scale given"));
     }
-    Ok(match read_views(path, read) {
-        Some(views) => of_views(path, views?)?,
-        None => read_scan_with(path, read)?,
-    })
+    Ok((cloud, notes))
 }
 
 /// The views of a set, brought together.

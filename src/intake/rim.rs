@@ -154,11 +154,17 @@ pub fn of_input(
     options: &ScanOptions,
 ) -> Result<Rim, IntakeError> {
     if read.format.is_none() && boundary_csv::is_one(path) {
+        let refused = |path: &Path, fault: &str| {
+            let fault = Fault::Layout(fault.to_owned());
+            Err(ReadError { path: path.to_owned(), place: Place::File, fault }.into())
+        };
         if let Some(pass) = read.passes.first() {
             let fault =
                 "a rim needs no more passes; give the scans that it is of, or the rim alone";
-            let fault = Fault::Layout(fault.to_owned());
-            return Err(ReadError { path: pass.clone(), place: Place::File, fault }.into());
+            return refused(pass, fault);
+        }
+        if read.rescale.is_some() {
+            return refused(path, "a rim has the scale of its scan; give the scan with --rescale");
         }
         return of_rim(path, boundary_csv::read_oriented(path)?, options);
     }

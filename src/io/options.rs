@@ -25,6 +25,9 @@ pub struct ReadOptions {
     /// the readers here read one input.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes: Vec<PathBuf>,
+    /// Lengths in the scan over true ones: `intake` divides them by it. `None`: the scan's are true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rescale: Option<f64>,
 }
 
 impl Default for ReadOptions {
@@ -36,6 +39,7 @@ impl Default for ReadOptions {
             max_jump_m: None,
             format: None,
             passes: Vec::new(),
+            rescale: None,
         }
     }
 }

@@ -25,6 +25,7 @@
 mod figures;
 mod grounds;
 mod limits;
+mod scale;
 #[cfg(test)]
 mod tests;
 
@@ -38,6 +39,7 @@ use crate::scan::{ScanOptions, ScannedBoundary};
 
 pub use figures::{Answer, Figures, Fit, Given, InPrior, OnPlate, Parameter, Refining, Shown};
 pub use limits::{Limits, Steps};
+pub use scale::{Scale, Told};
 
 /// How far a result can be relied on. The order is from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -98,7 +100,7 @@ macro_rules! codes {
 }
 
 codes! {
-    /// The four sides together are too long or too short.
+    /// The scan's scale is off, by the four sides together, or by the cloth from edge to edge and the plate.
     Scale = "scale",
     /// A side of the rim differs from the specimen's by more than cloth stretches.
     SideLength = "side_length",
@@ -217,6 +219,9 @@ pub struct Verdict {
     pub not_the_experiment: bool,
     /// The grounds, worst first.
     pub grounds: Vec<Ground>,
+    /// The scan's scale; not there without an answer, or where the cloth was not seen from edge to edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Scale>,
 }
 
 impl Verdict {
@@ -231,6 +236,7 @@ impl Verdict {
             level: grounds.first().map_or(Level::Reliable, |worst| worst.level),
             not_the_experiment: grounds.iter().any(|ground| ground.not_the_experiment),
             grounds,
+            scale: None,
         }
     }
 

@@ -387,8 +387,8 @@ impl SizeReading {
         match self {
             Self::Scale => format!(
                 "the plate is off by as much, so the scan seems to be {percent:.0} % too {way}; check the \
-                 scanner's scale and the file's unit. If the things themselves are of that size, give \
-                 --specimen-size {found:.0} --plate-radius {:.0} to inspect or boundary",
+                 scanner's scale and the file's unit, or give --rescale {share:.3}. If the things themselves are of that \
+                 size, give --specimen-size {found:.0} --plate-radius {:.0} to inspect or boundary",
                 plate * share
             ),
             Self::Specimen => format!(

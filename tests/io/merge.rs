@@ -250,3 +250,18 @@ fn the_program_merges_passes_and_says_what_it_moved() {
     assert_eq!(views.len(), 3);
     assert!(views[2]["moved_mm"].as_f64().unwrap() > 10.0, "{views:?}");
 }
+
+#[test]
+fn a_scale_that_is_given_divides_all_lengths_and_is_said() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans/mean_truedepth.ply");
+    let options = ReadOptions { rescale: Some(1.02), ..ReadOptions::default() };
+    let (cloud, notes) = joined::read(&path, &options, &ScanOptions::default()).unwrap();
+    let (as_it_is, _) = read_scan(&path).unwrap();
+    assert_eq!(cloud.points.len(), as_it_is.points.len());
+    let off = cloud.points.iter().zip(&as_it_is.points).map(|(p, q)| (p * 1.02 - q).norm());
+    assert!(off.fold(0.0, f64::max) < 1e-12);
+    assert!(notes.taken.iter().any(|said| said.contains("divided by 1.02")), "{:?}", notes.taken);
+    let rim = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/drapes/mean.boundary.csv");
+    let refused = scan2params::intake::rim::of_input(&rim, &options, &ScanOptions::default());
+    assert!(refused.unwrap_err().to_string().contains("the scale of its scan"));
+}

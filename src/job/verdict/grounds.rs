@@ -3,8 +3,9 @@
 
 mod answer;
 
-use super::figures::{Figures, OnPlate, Refining};
+use super::figures::{Figures, OnPlate, Parameter, Refining};
 use super::limits::{Limits, Steps};
+use super::scale::Scale;
 use super::{Code, Ground, Level, Verdict};
 use crate::base::boundary::{Orientation, SIDES};
 use crate::base::units::{M_PER_MM, mm};
@@ -33,6 +34,10 @@ impl Figures {
     pub fn verdict(&self, limits: &Limits) -> Verdict {
         let mut grounds = Vec::new();
         grounds.extend(sides(self, limits));
+        let scale = self.scan.as_ref().and_then(|scan| Scale::of(self, scan, limits));
+        if !grounds.iter().any(|ground: &Ground| ground.code == Code::Scale) {
+            grounds.extend(scale.and_then(|scale| off_scale(self, &scale, limits)));
+        }
         if let Some(scan) = &self.scan {
             grounds.extend(width(self, scan, limits));
             grounds.extend(plate(self, scan, limits));
@@ -57,7 +62,7 @@ impl Figures {
         if let Some(released) = &self.released {
             grounds.extend(answer::released(self, released, limits));
         }
-        Verdict::of(grounds)
+        Verdict { scale, ..Verdict::of(grounds) }
     }
 }
 
@@ -121,6 +126,31 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
         grounds.push(Ground::new(Code::SideLength, level, measured, text));
     }
     grounds
+}
+
+/// A scale that moves bending by more than its interval knows of.
+fn off_scale(f: &Figures, scale: &Scale, limits: &Limits) -> Option<Ground> {
+    let half = |p: &Parameter| 0.5 * (p.interval90[1] / p.interval90[0]).ln();
+    let bending = f.answer.as_ref()?.parameters.iter().filter(|p| p.key.starts_with("bending"));
+    let known = bending.map(half).fold(f64::INFINITY, f64::min);
+    let moves = scale.bending_moves(limits);
+    if !scale.is_off() || moves <= known {
+        return None;
+    }
+    let Scale { value, sigma, cloth, plate } = *scale;
+    let text = format!(
+        "the scan's scale is {value:.3} +- {sigma:.3} (cloth {:.3} +- {:.3}, plate {:.3} +- {:.3}), which moves bending \
+         by about {:.0} % (its interval is {:.0} %): measure the specimen; if it is of {:.0} mm, give --rescale {value:.3}",
+        cloth.value,
+        cloth.sigma,
+        plate.value,
+        plate.sigma,
+        100.0 * moves,
+        100.0 * known,
+        mm(f.given.side_m)
+    );
+    let measured = (100.0 * moves, 100.0 * known, "%");
+    Some(Ground::new(Code::Scale, Level::Doubtful, measured, text))
 }
 
 /// The cloth from edge to opposite edge against what the specimen, its folds and its stretch

@@ -50,6 +50,16 @@ pub struct Limits {
     pub width_off_m: Steps,
     /// What each metre of noise adds to that \[-\].
     pub width_off_per_noise: f64,
+    /// Standard deviation of the scale that the cloth's lengths tell \[-\],
+    pub scale_sigma: f64,
+    /// what each metre of noise adds \[1/m\],
+    pub scale_sigma_per_noise: f64,
+    /// and what the stretch of hanging cloth adds: mean and standard deviation over the stretch \[-\].
+    pub scale_per_stretch: [f64; 2],
+    /// Standard deviation of the scale that the plate tells \[-\].
+    pub scale_sigma_of_plate: f64,
+    /// By how much the logarithm of bending moves with that of the scale \[-\].
+    pub bending_per_scale: f64,
     /// Share of a side that the chords between the points of a rim from a file may cut off \[-\].
     pub chord_share: f64,
     /// The cloth leaves the plate's plane this far inside the plate's edge \[m\].
@@ -140,6 +150,11 @@ impl Default for Limits {
             width_swell_per_noise: 1.5,             // M
             width_off_m: steps(2.0e-3, 3.2e-3),     // M, W
             width_off_per_noise: 0.25,              // M
+            scale_sigma: 3e-3,                      // M
+            scale_sigma_per_noise: 4.0,             // M
+            scale_per_stretch: [0.15, 0.1],         // M
+            scale_sigma_of_plate: 0.02,             // M
+            bending_per_scale: 6.0,                 // M
             chord_share: 0.03,                      // M
             plate_lead_m: 0.7e-3,                   // M
             plate_larger_m: steps(1.5e-3, 4.0e-3),  // M, W

@@ -70,8 +70,9 @@ fn honest() -> Figures {
     }
 }
 
+/// The verdict without the scale, which goes with every scan.
 fn verdict(figures: &Figures) -> Verdict {
-    figures.verdict(&Limits::default())
+    Verdict { scale: None, ..figures.verdict(&Limits::default()) }
 }
 
 fn answer(f: &mut Figures) -> &mut Answer {
@@ -102,6 +103,38 @@ fn an_honest_scan_is_reliable_without_grounds() {
     // What the scan alone tells.
     let scan = Figures { answer: None, released: None, ..honest() };
     assert_eq!(verdict(&scan), Verdict::of(vec![]));
+}
+
+#[test]
+fn a_scale_is_doubtful_that_moves_bending_by_more_than_its_interval() {
+    let scaled = |by: f64, half: f64, noise_m: f64| {
+        let mut figures = Figures { noise_m, ..honest() };
+        let scan = figures.scan.as_mut().unwrap();
+        scan.widths_m = [Some(0.2997 * by); 2];
+        scan.radius_m = 0.0493 * by;
+        for p in &mut answer(&mut figures).parameters {
+            p.interval90 = [p.value / half.exp(), p.value * half.exp()];
+        }
+        figures.verdict(&Limits::default())
+    };
+    let is_said = |said: &Verdict| {
+        said.grounds.iter().any(|g| (g.code, g.level) == (Code::Scale, Level::Doubtful))
+    };
+    for by in [0.988, 1.012] {
+        let said = scaled(by, 0.05, 0.0);
+        let scale = said.scale.unwrap();
+        assert!((scale.value - by).abs() < 1e-3, "{scale:?}");
+        assert!((0.003..0.004).contains(&scale.sigma) && is_said(&said), "{said:?}");
+        // Where bending is known less well, where it is hardly off, or where noise may have made it.
+        assert!(!is_said(&scaled(by, 0.10, 0.0)) && !is_said(&scaled(by, 0.05, 2e-3)));
+        assert!(!is_said(&scaled(1.0 + 0.4 * (by - 1.0), 0.01, 0.0)));
+    }
+    // The plate alone says little of it.
+    let mut other = honest();
+    other.scan.as_mut().unwrap().radius_m = 0.0475;
+    let scale = |figures: &Figures| figures.verdict(&Limits::default()).scale;
+    assert!((scale(&other).unwrap().value - 1.0).abs() < 6e-3);
+    assert!(scale(&Figures { answer: None, ..honest() }).is_none());
 }
 
 #[test]
