@@ -45,15 +45,20 @@ const ROUGH_M: f64 = 0.3e-3;
 /// A normal is that of so many means at least.
 const NORMAL_LEAST: usize = 6;
 /// Cells of a view that are held against each other view.
-const ASKED: usize = 1500;
+const ASKED: usize = 4500;
 /// Reach of the weights at first \[m\], of views that lie about right, and the least.
 const REACH_M: f64 = 50e-3;
 const FINE_REACH_M: f64 = 5e-3;
 const LEAST_REACH_M: f64 = 1.5e-3;
 /// The factor by which it shrinks.
 const SHRINKS: f64 = 0.7;
-/// Where less will do, each so many-th of the cells that are asked.
-const STRIDE: usize = 3;
+/// Each so many-th of them while the reach shrinks, and where a count will do.
+const STRIDE: usize = 9;
+/// Each so many-th with the least reach.
+const FINE_STRIDE: usize = 3;
+/// In the last rounds, of all of them, the reach is so many misfits; and how many rounds that are.
+const LAST_MISFITS: f64 = 2.5;
+const MISFIT_ROUNDS: usize = 3;
 /// Rounds with the least reach at most.
 const LAST_ROUNDS: usize = 8;
 /// No motion of more than this \[m\] in a round ends the search.
@@ -232,6 +237,7 @@ impl Register {
         };
         let ended = self.strays_placed(&all, all.descend(REACH_M));
         let partners = self::partners(views, &ended);
+        let ended = Moving { partners: &partners, ..all }.finished(ended);
         let after = fits(views, &partners, &ended);
         let sigmas_m = sigmas(views, &partners, &begun, &ended, &after);
         let back = shift.inverse();
@@ -394,7 +400,7 @@ fn agreeing(views: &[Arc<Thinned>], poses: &[Isometry3], a: usize, within_m: f64
         pairs(&views[a], &poses[a], &views[b], &poses[b], within_m / 3.0, STRIDE).count()
     };
     let found: usize = (0..views.len()).filter(|&b| b != a).map(of).sum();
-    found as f64 / views[a].asked.len().max(1) as f64
+    found as f64 / views[a].asked.len().div_ceil(STRIDE).max(1) as f64
 }
 
 /// Views on their way onto one another.
@@ -421,7 +427,7 @@ impl Moving<'_> {
         let least_m = LEAST_REACH_M.max(2.0 * self.noise_m);
         let mut last = 0;
         while last < LAST_ROUNDS {
-            let stride = if reach_m > least_m { STRIDE } else { 1 };
+            let stride = if reach_m > least_m { STRIDE } else { FINE_STRIDE };
             let moved_m = self.step(&mut poses, reach_m, stride);
             if reach_m > least_m {
                 reach_m = (reach_m * SHRINKS).max(least_m);
@@ -430,6 +436,15 @@ impl Moving<'_> {
             } else {
                 last += 1;
             }
+        }
+        poses
+    }
+
+    /// The poses by all cells, of which those count that lie as near as most.
+    fn finished(&self, mut poses: Vec<Isometry3>) -> Vec<Isometry3> {
+        for _ in 0..MISFIT_ROUNDS {
+            let misfit_m = usual_m(&fits(self.views, self.partners, &poses));
+            self.step(&mut poses, (LAST_MISFITS * misfit_m).max(AT_REST_M), 1);
         }
         poses
     }
@@ -518,7 +533,7 @@ fn sigmas(
     fits: &[Fit],
 ) -> Vec<f64> {
     let misfit_m = usual_m(fits);
-    let (mut normal, _) = equations(views, partners, begun, poses, 3.0 * misfit_m, 1);
+    let (mut normal, _) = equations(views, partners, begun, poses, 3.0 * misfit_m, FINE_STRIDE);
     // The motion that all have in common is nobody's error.
     let fixed = normal.trace() / 6.0;
     for (a, b) in (0..views.len()).flat_map(|a| (0..views.len()).map(move |b| (a, b))) {
@@ -607,11 +622,12 @@ fn fits(views: &[Arc<Thinned>], partners: &[Vec<usize>], poses: &[Isometry3]) ->
         let mut most = 0;
         for &b in &partners[a] {
             let before = off_m.len();
-            let found = pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, 1);
+            let found =
+                pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, FINE_STRIDE);
             off_m.extend(found.map(|pair| pair.off_m.abs()));
             most = most.max(off_m.len() - before);
         }
-        let shared = most as f64 / views[a].asked.len().max(1) as f64;
+        let shared = most as f64 / views[a].asked.len().div_ceil(FINE_STRIDE).max(1) as f64;
         let misfit_m = 1.4826 * median(off_m.clone()).unwrap_or(f64::NAN);
         let far_m = ASTRAY_M.max(ASTRAY * misfit_m);
         let astray = off_m.iter().filter(|&&off_m| off_m > far_m).count();
