@@ -12,6 +12,8 @@ pub const N_M_PER_G_MM2_S2: f64 = 1e-9;
 pub const KG_M2_PER_G_M2: f64 = 1e-3;
 /// 1 mm in m.
 pub const M_PER_MM: f64 = 1e-3;
+/// Lengths in a scan whose unit is known over true ones; beyond these the unit is another.
+pub const LIKELY_SCALES: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// A length in millimetres.
 #[must_use]

@@ -11,7 +11,7 @@ use super::Failure;
 use super::experiment::ExperimentFlags;
 use super::version;
 use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
-use scan2params::base::units::M_PER_MM;
+use scan2params::base::units::{LIKELY_SCALES, M_PER_MM};
 use scan2params::calibrate::effect::{EFFECTS, Effect};
 use scan2params::calibrate::manifest::Face;
 use scan2params::dataset::augment::{Form, Unit};
@@ -417,11 +417,12 @@ fn grids(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
-/// A scale that a device can have; others are units.
+/// A scale that a scan can have; others are units.
 fn rescale(text: &str) -> Result<f64, String> {
     let scale: Option<f64> = text.trim().parse().ok();
-    let likely = scale.filter(|scale| (0.8..=1.25).contains(scale));
-    likely.ok_or_else(|| "give 0.8 to 1.25, like 1.012; units are for --unit".into())
+    let likely = scale.filter(|scale| LIKELY_SCALES.contains(scale));
+    let [least, most] = [LIKELY_SCALES.start(), LIKELY_SCALES.end()];
+    likely.ok_or_else(|| format!("give {least} to {most}, like 1.012; units are for --unit"))
 }
 
 fn unit(text: &str) -> Result<LengthUnit, String> {

@@ -15,7 +15,7 @@ use crate::base::frame::PLATE_RADIUS_M;
 use crate::base::units::M_PER_MM;
 use crate::estimate::{EstimateError, Estimator};
 use crate::fabric::{Fabric, Mixture, MixtureError};
-use crate::job::verdict::{Figures, Limits, Verdict};
+use crate::job::verdict::{Figures, Limits, Scale, Verdict};
 use crate::refine::released_drape;
 use crate::scan::{ScanError, ScanOptions, Tuning};
 use crate::sensor::{Scene, SceneError, Stand, scan};
@@ -218,6 +218,13 @@ pub fn numbers(case: &Case) -> Vec<(&'static str, f64)> {
             ("stretch_weft", answer.stretch[0]),
             ("stretch_warp", answer.stretch[1]),
             ("novelty_of_limit", answer.novelty_m / answer.novelty_limit_m),
+            ("bending_factor", (length_m / bending_length_m(&case.fabric)).powi(3)),
+        ]);
+        let scale = |of: fn(&Scale) -> f64| judged.verdict.scale.as_ref().map_or(f64::NAN, of);
+        row.extend([
+            ("scale", scale(|scale| scale.value)),
+            ("scale_sigma", scale(|scale| scale.sigma)),
+            ("scale_by_plate", scale(|scale| scale.plate.value)),
         ]);
         let prior = answer.prior.as_ref();
         row.extend(prior.map(|prior| ("prior_of_limit", prior.distance / prior.limit)));

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use super::error::IntakeError;
 use super::frames::{self, Start};
 use super::register::{LEAST_SHARED, Placed, Register, Unfit, View};
-use crate::base::units::M_PER_MM;
+use crate::base::units::{LIKELY_SCALES, M_PER_MM};
 use crate::base::{Isometry3, Point3};
 use crate::geom::Cloud;
 use crate::io::{
@@ -55,6 +55,10 @@ pub fn read(
         read_scan_with(path, read)?
     };
     if let Some(scale) = read.rescale {
+        if !LIKELY_SCALES.contains(&scale) {
+            let fault = Fault::Layout(format!("a scale of {scale}; give one near 1, like 1.012"));
+            return Err(ReadError { path: path.to_owned(), place: Place::File, fault }.into());
+        }
         cloud.points.iter_mut().for_each(|p| *p /= scale);
         notes.taken.push(format!("all lengths are divided by {scale}, the scale given"));
     }

@@ -39,7 +39,7 @@ use crate::scan::{ScanOptions, ScannedBoundary};
 
 pub use figures::{Answer, Figures, Fit, Given, InPrior, OnPlate, Parameter, Refining, Shown};
 pub use limits::{Limits, Steps};
-pub use scale::{Scale, Told};
+pub use scale::{Scale, ScaleBy};
 
 /// How far a result can be relied on. The order is from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -18,7 +18,7 @@ pub struct Prior {
 }
 
 /// Quantile of the standard normal beyond which 5 % lie on each side.
-pub(super) const Z90: f64 = 1.6449;
+pub(crate) const Z90: f64 = 1.6449;
 
 impl Prior {
     /// Of an estimate with 90 % intervals; `limits` are the ends of what is believed at all.

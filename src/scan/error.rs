@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::unit::LengthUnit;
+use crate::base::units::LIKELY_SCALES;
 use crate::base::{Point3, Vector3};
 
 /// A refused scan. Bearings are degrees, see [`super::frame::Bearing`].
@@ -384,10 +385,14 @@ impl SizeReading {
         let share = found / expected;
         let percent = 100.0 * (share - 1.0).abs();
         let way = if share < 1.0 { "small" } else { "large" };
+        let rescale = match LIKELY_SCALES.contains(&share) {
+            true => format!(", or give --rescale {share:.3}"),
+            false => String::new(),
+        };
         match self {
             Self::Scale => format!(
                 "the plate is off by as much, so the scan seems to be {percent:.0} % too {way}; check the \
-                 scanner's scale and the file's unit, or give --rescale {share:.3}. If the things themselves are of that \
+                 scanner's scale and the file's unit{rescale}. If the things themselves are of that \
                  size, give --specimen-size {found:.0} --plate-radius {:.0} to inspect or boundary",
                 plate * share
             ),

@@ -261,6 +261,8 @@ fn a_scale_that_is_given_divides_all_lengths_and_is_said() {
     let off = cloud.points.iter().zip(&as_it_is.points).map(|(p, q)| (p * 1.02 - q).norm());
     assert!(off.fold(0.0, f64::max) < 1e-12);
     assert!(notes.taken.iter().any(|said| said.contains("divided by 1.02")), "{:?}", notes.taken);
+    let none = ReadOptions { rescale: Some(0.0), ..ReadOptions::default() };
+    assert!(joined::read(&path, &none, &ScanOptions::default()).is_err());
     let rim = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/drapes/mean.boundary.csv");
     let refused = scan2params::intake::rim::of_input(&rim, &options, &ScanOptions::default());
     assert!(refused.unwrap_err().to_string().contains("the scale of its scan"));

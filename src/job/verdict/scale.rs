@@ -9,11 +9,12 @@ use serde::Serialize;
 
 use super::figures::{Figures, OnPlate};
 use super::limits::Limits;
+use crate::refine::Z90;
 
-/// Lengths in a scan over true ones, and the standard deviation of that \[-\].
+/// The scale of a scan by one thing of known size \[-\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Told {
-    /// The scale.
+pub struct ScaleBy {
+    /// Lengths in the scan over true ones.
     pub value: f64,
     /// Its standard deviation.
     pub sigma: f64,
@@ -27,16 +28,16 @@ pub struct Scale {
     /// Its standard deviation \[-\].
     pub sigma: f64,
     /// What the cloth's lengths from edge to edge say.
-    pub cloth: Told,
+    pub cloth: ScaleBy,
     /// What the plate's radius says.
-    pub plate: Told,
+    pub plate: ScaleBy,
 }
 
 impl Scale {
     /// The scale of a scan whose cloth was seen from edge to edge; `None` of others.
     pub(super) fn of(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Self> {
         let [cloth, plate] = [of_cloth(f, scan, limits)?, of_plate(f, scan, limits)];
-        let [by_cloth, by_plate] = [cloth, plate].map(|told| told.sigma.powi(-2));
+        let [by_cloth, by_plate] = [cloth, plate].map(|by| by.sigma.powi(-2));
         Some(Self {
             value: (cloth.value * by_cloth + plate.value * by_plate) / (by_cloth + by_plate),
             sigma: (by_cloth + by_plate).sqrt().recip(),
@@ -56,25 +57,17 @@ impl Scale {
     }
 }
 
-/// Quantile of the standard normal beyond which 5 % lie on each side.
-const Z90: f64 = 1.6449;
-
-fn of_cloth(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Told> {
-    let side_m = f.given.side_m;
-    let (length_m, stretch) = match &f.answer {
-        Some(answer) => (answer.bending_length_m, answer.stretch),
-        None => return None,
-    };
-    // Warp first; stretch along the weft first.
-    let [warp, weft] = scan.widths_m;
-    let seen: Vec<[f64; 2]> = [(warp, stretch[1]), (weft, stretch[0])]
-        .into_iter()
-        .filter_map(|(width_m, stretch)| Some([width_m?, stretch]))
-        .collect();
-    let count = seen.len() as f64;
-    let mean = |k: usize| seen.iter().map(|of| of[k]).sum::<f64>() / count;
-    let stretch = mean(1);
-    let folds = 0.5 * limits.side_loss_m2 / length_m.max(limits.least_bending_length_m) / side_m;
+fn of_cloth(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<ScaleBy> {
+    let (side_m, answer) = (f.given.side_m, f.answer.as_ref()?);
+    // Of the widths the one along the warp comes first, of the stretches the one along the weft.
+    let [weft, warp] = answer.stretch;
+    let seen: Vec<(f64, f64)> =
+        scan.widths_m.into_iter().zip([warp, weft]).filter_map(|(w, s)| Some((w?, s))).collect();
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / seen.len() as f64;
+    let width_m = mean(&mut seen.iter().map(|(width_m, _)| *width_m));
+    let stretch = mean(&mut seen.iter().map(|(_, stretch)| *stretch));
+    let length_m = answer.bending_length_m.max(limits.least_bending_length_m);
+    let folds = 0.5 * limits.side_loss_m2 / length_m / side_m;
     let expected = 1.0 + limits.scale_per_stretch[0] * stretch - folds;
     let unsure = [
         limits.scale_sigma,
@@ -83,11 +76,11 @@ fn of_cloth(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Told> {
         folds,
     ];
     let sigma = unsure.iter().map(|sigma| sigma * sigma).sum::<f64>().sqrt();
-    (count > 0.0).then(|| Told { value: mean(0) / side_m / expected, sigma })
+    (!seen.is_empty()).then(|| ScaleBy { value: width_m / side_m / expected, sigma })
 }
 
-fn of_plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Told {
+fn of_plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> ScaleBy {
     let expected_m = f.given.plate_radius_m - limits.plate_lead_m;
     let sigma = limits.scale_sigma_of_plate.hypot(scan.radius_sigma_m / expected_m);
-    Told { value: scan.radius_m / expected_m, sigma }
+    ScaleBy { value: scan.radius_m / expected_m, sigma }
 }
