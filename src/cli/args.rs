@@ -1049,6 +1049,9 @@ pub(crate) struct Views {
         value_name = "PROFILES"
     )]
     pub(crate) sensors: Vec<String>,
+    /// Views of a turntable instead, without poses; the step is said in every other scene
+    #[arg(long)]
+    pub(crate) turntable: bool,
     /// Print the records as one line of JSON as well, the last
     #[arg(long)]
     pub(crate) json: bool,

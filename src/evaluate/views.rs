@@ -6,7 +6,10 @@
 //!
 //! The error of parts is how far they move points of the cloth apart, root mean square, without the motion
 //! that all have in common. Within a pass the views keep their drift, of which the mean counts.
+//! A turntable's views begin where the step and the plates put them.
 //! The figure to reach is 0.2 mm for structured light and half of the noise of single points for others.
+
+mod turntable;
 
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 use rand::RngExt as _;
@@ -18,11 +21,10 @@ use crate::base::clock::process_cpu_s;
 use crate::base::units::M_PER_MM;
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::dataset::setting::Setting;
-use crate::intake::register::{Fit, Placed, Register, View};
+use crate::intake::register::{Fit, Placed, Register, Unfit, View};
 use crate::numeric::robust::median;
 use crate::sensor::{
-    CameraPose, DepthImage, Profile, SceneError, StandKind, Surroundings, VirtualScan, draw_views,
-    scan,
+    CameraPose, DepthImage, Profile, Scene, SceneError, StandKind, Surroundings, draw_views, scan,
 };
 
 /// Largest miss of a part: shift \[m\], turn \[rad\].
@@ -43,6 +45,8 @@ pub struct Series {
     pub seed: u64,
     /// Which scenes; odd ones are of passes.
     pub scenes: std::ops::Range<u64>,
+    /// Whether they are of a turntable instead: views without poses.
+    pub turntable: bool,
 }
 
 /// One scene.
@@ -96,19 +100,15 @@ impl Series {
     }
 
     fn one(&self, index: u64) -> Result<Record, SceneError> {
+        if self.turntable {
+            return turntable::one(self, index);
+        }
         let mut rng = seed::rng(self.seed, "evaluate-views", index);
-        let sensor = &self.sensors[(index / 2) as usize % self.sensors.len()];
-        let drape =
-            self.drapes.choose(&mut rng).unwrap_or_else(|| unreachable!("drapes are there"));
-        let stand = StandKind::ALL.choose(&mut rng).copied();
-        let surroundings = Surroundings::ALL[1..].choose(&mut rng).copied();
-        let setting = Setting { stand, surroundings, rounding_m: None };
-        let scene_seed: u64 = rng.random();
+        let Drawn { mut sensor, drape, scene, seed } = self.drawn(index / 2, &mut rng);
         let passes = index % 2 == 1;
         let views_of_part = if passes { rng.random_range(4..=10) } else { 1 };
         let parts = if passes { rng.random_range(2..=4) } else { rng.random_range(5..=12) };
-        let scene = setting.scene(drape.mesh.clone(), sensor, scene_seed);
-        let mut poses = draw_views(&scene, sensor, parts * views_of_part, scene_seed)?;
+        let mut poses = draw_views(&scene, &sensor, parts * views_of_part, seed)?;
         if passes {
             // Each pass goes round, or sees a side of its own.
             let round: bool = rng.random();
@@ -120,13 +120,35 @@ impl Series {
                 poses.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
             }
         }
-        let mut sensor = sensor.clone();
         // The miss is drawn here; the walk within a pass stays.
         sensor.passes = if passes { parts } else { 0 };
-        let scan = scan(&scene, &poses, &sensor, scene_seed)?;
+        let scan = scan(&scene, &poses, &sensor, seed)?;
         let misses: Vec<Isometry3> = (0..parts).map(|_| miss(&mut rng)).collect();
-        Ok(judged(index, &sensor, drape, &scan, views_of_part, &misses))
+        let parts: Vec<_> = scan.views.chunks(views_of_part).zip(&misses).collect();
+        Ok(judged(index, &sensor, drape, &parts))
     }
+
+    /// What a scene is of.
+    fn drawn(&self, sensor: u64, rng: &mut seed::Rng) -> Drawn<'_> {
+        let sensor = &self.sensors[sensor as usize % self.sensors.len()];
+        let drape = self.drapes.choose(rng).unwrap_or_else(|| unreachable!("drapes are there"));
+        let stand = StandKind::ALL.choose(rng).copied();
+        // A turntable carries the drape alone.
+        let around = &Surroundings::ALL[1..];
+        let surroundings = around.choose(rng).copied().filter(|_| !self.turntable);
+        let setting = Setting { stand, surroundings, rounding_m: None };
+        let seed: u64 = rng.random();
+        let scene = setting.scene(drape.mesh.clone(), sensor, seed);
+        Drawn { sensor: sensor.clone(), drape, scene, seed }
+    }
+}
+
+/// What a scene is of.
+struct Drawn<'a> {
+    sensor: Profile,
+    drape: &'a KeptDrape,
+    scene: Scene,
+    seed: u64,
 }
 
 fn miss(rng: &mut seed::Rng) -> Isometry3 {
@@ -140,86 +162,133 @@ fn miss(rng: &mut seed::Rng) -> Isometry3 {
     Translation3::from(shift) * middle * UnitQuaternion::new(turn) * middle.inverse()
 }
 
+/// The record of parts that are moved by their misses.
 fn judged(
     index: u64,
     sensor: &Profile,
     drape: &KeptDrape,
-    scan: &VirtualScan,
-    views_of_part: usize,
-    misses: &[Isometry3],
+    parts: &[(&[DepthImage], &Isometry3)],
 ) -> Record {
-    let parts: Vec<_> = scan.views.chunks(views_of_part).zip(misses).collect();
-    let clouds: Vec<Vec<Point3>> = parts
-        .iter()
-        .map(|(images, miss)| {
-            let of = |image: &DepthImage| {
-                let pose = *miss * image.pose_believed.simulation_from_camera;
-                let points = (0..image.depth_m.len()).filter_map(|k| image.point_in_camera_m(k));
-                points.map(|p| pose * p).collect::<Vec<_>>()
-            };
-            images.iter().flat_map(of).collect()
-        })
-        .collect();
-    let eye = |images: &[DepthImage], miss: &Isometry3| {
-        let pose = *miss * images[0].pose_believed.simulation_from_camera;
-        (views_of_part == 1).then(|| Point3::from(pose.translation.vector))
+    let cloud = |(images, miss): &(&[DepthImage], &Isometry3)| -> Vec<Point3> {
+        let of = |image: &DepthImage| {
+            let pose = *miss * image.pose_believed.simulation_from_camera;
+            let points = (0..image.depth_m.len()).filter_map(|k| image.point_in_camera_m(k));
+            points.map(|p| pose * p).collect::<Vec<_>>()
+        };
+        images.iter().flat_map(of).collect()
     };
-    let views: Vec<View<'_>> = parts
-        .iter()
-        .zip(&clouds)
-        .map(|((images, miss), points)| View { points, eye: eye(images, miss) })
-        .collect();
-    let begun = process_cpu_s();
-    let register = Register::new(&views);
-    let still = vec![Isometry3::identity(); parts.len()];
-    let settled = register.settled(&still);
-    let processor_s = process_cpu_s().zip(begun).map_or(f64::NAN, |(end, begun)| end - begun);
-    let probes: Vec<Point3> = drape.mesh.vertices.iter().step_by(PROBE_STEP).copied().collect();
-    let error = |motions: &[Option<Isometry3>]| {
-        let moved: Vec<Vec<Point3>> = parts
-            .iter()
-            .zip(motions)
-            .filter_map(|(part, motion)| Some((part, (*motion)?)))
-            .map(|((images, miss), motion)| {
+    let eye = |(images, miss): &(&[DepthImage], &Isometry3)| match images {
+        [image] => {
+            let pose = *miss * image.pose_believed.simulation_from_camera;
+            Some(Point3::from(pose.translation.vector))
+        }
+        _ => None,
+    };
+    let frames = |(images, miss): &(&[DepthImage], &Isometry3)| -> Vec<Isometry3> {
+        let from_true = |image: &DepthImage| {
+            let [believed, exact] =
+                [image.pose_believed, image.pose_true].map(|pose| pose.simulation_from_camera);
+            *miss * believed * exact.inverse()
+        };
+        images.iter().map(from_true).collect()
+    };
+    let clouds: Vec<Vec<Point3>> = parts.iter().map(cloud).collect();
+    let views: Vec<View<'_>> =
+        parts.iter().zip(&clouds).map(|(part, points)| View { points, eye: eye(part) }).collect();
+    let truth = Truth {
+        sensor,
+        drape,
+        frames: parts.iter().map(frames).collect(),
+        points: clouds.iter().map(Vec::len).sum(),
+    };
+    truth.record(index, || {
+        let register = Register::new(&views);
+        let begun = vec![Isometry3::identity(); views.len()];
+        let settled = register.settled(&begun);
+        Some(Brought { begun, settled, noise_m: register.noise_m() })
+    })
+}
+
+/// Parts that were brought together.
+struct Brought {
+    begun: Vec<Isometry3>,
+    settled: Vec<(Placed, Option<Unfit>)>,
+    noise_m: f64,
+}
+
+/// What is true of a scene.
+struct Truth<'a> {
+    sensor: &'a Profile,
+    drape: &'a KeptDrape,
+    /// For each part and view the part's frame from the simulation's.
+    frames: Vec<Vec<Isometry3>>,
+    /// Points of all parts.
+    points: usize,
+}
+
+impl Truth<'_> {
+    /// What comes of bringing the parts together; `None` is a refusal.
+    fn record(&self, index: u64, bring: impl FnOnce() -> Option<Brought>) -> Record {
+        let begun_s = process_cpu_s();
+        let brought = bring();
+        let processor_s = process_cpu_s().zip(begun_s).map_or(f64::NAN, |(end, begun)| end - begun);
+        let [near, far] = self.sensor.usual_distance_m;
+        let noise_m = self.sensor.axial_sigma_m(0.5 * (near + far), 0.6);
+        let fine = self.sensor.name == "structured-light";
+        let figure_m = if fine { FIGURE_M } else { 0.5 * noise_m };
+        let parts = self.frames.len();
+        let refused = Record {
+            index,
+            sensor: self.sensor.name,
+            views_of_part: self.frames.first().map_or(0, Vec::len),
+            parts,
+            points: self.points,
+            before_mm: f64::NAN,
+            after_mm: f64::NAN,
+            figure_mm: figure_m / M_PER_MM,
+            unfit: parts,
+            misfit_mm: [f64::NAN; 2],
+            most_astray: f64::NAN,
+            least_shared: f64::NAN,
+            sigma_mm: f64::NAN,
+            noise_mm: f64::NAN,
+            processor_s,
+        };
+        let Some(Brought { begun, settled, noise_m }) = brought else { return refused };
+        let used = settled.iter().map(|(view, fault)| fault.is_none().then_some(view.pose));
+        let used: Vec<Option<Isometry3>> = used.collect();
+        let placed = || settled.iter().map(|(view, _)| view);
+        let most = |fit: fn(&Placed) -> Fit| {
+            placed().map(|view| fit(view).misfit_m / M_PER_MM).fold(0.0, f64::max)
+        };
+        Record {
+            before_mm: self.error_mm(&begun.into_iter().map(Some).collect::<Vec<_>>()),
+            after_mm: self.error_mm(&used),
+            unfit: used.iter().filter(|pose| pose.is_none()).count(),
+            misfit_mm: [most(|view| view.before), most(|view| view.after)],
+            most_astray: placed().map(|view| view.after.astray).fold(0.0, f64::max),
+            least_shared: placed().map(|view| view.after.shared).fold(1.0, f64::min),
+            sigma_mm: placed().map(|view| view.sigma_m / M_PER_MM).fold(0.0, f64::max),
+            noise_mm: noise_m / M_PER_MM,
+            ..refused
+        }
+    }
+
+    /// How far the parts that are used move points of the cloth apart \[mm\].
+    fn error_mm(&self, motions: &[Option<Isometry3>]) -> f64 {
+        let vertices = &self.drape.mesh.vertices;
+        let probes: Vec<Point3> = vertices.iter().step_by(PROBE_STEP).copied().collect();
+        let used = self.frames.iter().zip(motions).filter_map(|(of, by)| Some((of, (*by)?)));
+        let moved: Vec<Vec<Point3>> = used
+            .map(|(frames, motion)| {
                 let at = |probe: &Point3| {
-                    let of = |image: &DepthImage| {
-                        let error = image.pose_believed.simulation_from_camera
-                            * image.pose_true.simulation_from_camera.inverse();
-                        (motion * *miss * error * probe).coords
-                    };
-                    Point3::from(images.iter().map(of).sum::<Vector3>() / images.len() as f64)
+                    let sum: Vector3 = frames.iter().map(|f| (motion * f * probe).coords).sum();
+                    Point3::from(sum / frames.len() as f64)
                 };
                 probes.iter().map(at).collect()
             })
             .collect();
         apart(&probes, &moved) / M_PER_MM
-    };
-    let [near, far] = sensor.usual_distance_m;
-    let noise_m = sensor.axial_sigma_m(0.5 * (near + far), 0.6);
-    let figure_m = if sensor.name == "structured-light" { FIGURE_M } else { 0.5 * noise_m };
-    let used = settled.iter().map(|(view, fault)| fault.is_none().then_some(view.pose));
-    let used: Vec<Option<Isometry3>> = used.collect();
-    let placed = || settled.iter().map(|(view, _)| view);
-    let most = |fit: fn(&Placed) -> Fit| {
-        placed().map(|view| fit(view).misfit_m / M_PER_MM).fold(0.0, f64::max)
-    };
-    let noise_m = register.noise_m();
-    Record {
-        index,
-        sensor: sensor.name,
-        views_of_part,
-        parts: parts.len(),
-        points: views.iter().map(|view| view.points.len()).sum(),
-        before_mm: error(&still.into_iter().map(Some).collect::<Vec<_>>()),
-        after_mm: error(&used),
-        figure_mm: figure_m / M_PER_MM,
-        unfit: used.iter().filter(|pose| pose.is_none()).count(),
-        misfit_mm: [most(|view| view.before), most(|view| view.after)],
-        most_astray: placed().map(|view| view.after.astray).fold(0.0, f64::max),
-        least_shared: placed().map(|view| view.after.shared).fold(1.0, f64::min),
-        sigma_mm: placed().map(|view| view.sigma_m / M_PER_MM).fold(0.0, f64::max),
-        noise_mm: noise_m / M_PER_MM,
-        processor_s,
     }
 }
 

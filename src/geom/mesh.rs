@@ -51,6 +51,47 @@ pub struct Cloud {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl Cloud {
+    /// The part that lies inside of something: points with their colours, triangles on them. A corner of
+    /// triangles that are all cut off goes with them, inside or not.
+    #[must_use]
+    pub fn part(&self, is_inside: impl Fn(&Point3) -> bool) -> Self {
+        let mut kept: Vec<bool> = self.points.iter().map(is_inside).collect();
+        let is_within = |t: &[u32; 3]| t.iter().all(|&v| kept.get(v as usize) == Some(&true));
+        let (within, cut): (Vec<_>, Vec<_>) = self.triangles.iter().copied().partition(is_within);
+        for (triangles, keep) in [(&cut, false), (&within, true)] {
+            for &vertex in triangles.iter().flatten() {
+                if let Some(kept) = kept.get_mut(vertex as usize) {
+                    *kept = keep;
+                }
+            }
+        }
+        let mut next = 0;
+        let numbers: Vec<u32> = kept
+            .iter()
+            .map(|&kept| {
+                let number = next;
+                next += u32::from(kept);
+                number
+            })
+            .collect();
+        let mut points = self.points.clone();
+        retain(&mut points, &kept);
+        let mut colors = self.colors.clone();
+        if colors.len() == kept.len() {
+            retain(&mut colors, &kept);
+        }
+        let triangles = within.into_iter().map(|t| t.map(|v| numbers[v as usize])).collect();
+        Self { points, colors, triangles }
+    }
+}
+
+/// Leaves the items that are kept.
+pub fn retain<T>(items: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    items.retain(|_| kept.next() == Some(&true));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

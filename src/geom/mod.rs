@@ -6,6 +6,6 @@ pub mod neighbours;
 pub mod parry;
 
 pub use adjacency::Adjacency;
-pub use mesh::{Cloud, Mesh};
+pub use mesh::{Cloud, Mesh, retain};
 pub use neighbours::{Neighbour, Neighbours};
 pub use parry::{Hit, MeshError, MeshIndex};

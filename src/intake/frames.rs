@@ -106,7 +106,7 @@ fn turned(pair: &Register, plate: &FoundPlate, own: &FoundPlate) -> Option<Start
 }
 
 /// A direction at right angles to another.
-fn level(up: &Vector3) -> nalgebra::Unit<Vector3> {
+pub(super) fn level(up: &Vector3) -> nalgebra::Unit<Vector3> {
     let other = if up.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
     nalgebra::Unit::new_normalize(up.cross(&other))
 }

@@ -13,13 +13,14 @@ use std::path::{Path, PathBuf};
 
 use super::error::IntakeError;
 use super::frames::{self, Start};
-use super::register::{LEAST_SHARED, Placed, Register, Unfit, View};
+use super::register::{LEAST_SHARED, Placed, Register, Unfit};
+use super::turntable::{NoStep, Plates};
 use crate::base::units::{LIKELY_SCALES, M_PER_MM};
 use crate::base::{Isometry3, Point3};
 use crate::geom::Cloud;
 use crate::io::{
-    Fault, Format, Place, ReadError, ReadNotes, ReadOptions, SeenView, ViewNote, joined_as_posed,
-    opengl, read_scan_with, read_views,
+    Fault, Format, Place, ReadError, ReadNotes, ReadOptions, SeenView, SeenViews, Turntable,
+    ViewNote, joined_as_posed, opengl, read_scan_with, read_views,
 };
 use crate::scan::{ScanOptions, likely_unit};
 
@@ -34,6 +35,11 @@ const TRUSTED_MISFITS: f64 = 2.0;
 /// What passes must be, for whoever means other scans.
 const ONE_DRAPE: &str = "several inputs are recordings of one drape that nothing has touched; `batch FOLDER` takes \
                          scans of several drapes, and `estimate --with MORE` other drops of the fabric";
+/// What a turntable's views must be.
+const TURNTABLE: &str = "let the drape turn by equal steps, with the camera at rest and the views in order, and \
+                         say the step (turntable_step_deg)";
+/// What views with poses must be.
+const POSED: &str = "give poses to 20 mm and 5 degrees, and let nothing move between views";
 /// Points of a view that say how far it was moved.
 const ASKED: usize = 1000;
 
@@ -49,8 +55,12 @@ pub fn read(
 ) -> Result<(Cloud, ReadNotes), IntakeError> {
     let (mut cloud, mut notes) = if !read.passes.is_empty() {
         of_passes(path, read, options)?
-    } else if let Some(views) = read_views(path, read) {
-        of_views(path, views?)?
+    } else if let Some(seen) = read_views(path, read) {
+        let SeenViews { views, turntable } = seen?;
+        match turntable {
+            Some(turntable) => of_turntable(path, views, turntable, options)?,
+            None => of_views(path, views)?,
+        }
     } else {
         read_scan_with(path, read)?
     };
@@ -67,18 +77,57 @@ pub fn read(
 
 /// The views of a set, brought together.
 fn of_views(path: &Path, mut views: Vec<SeenView>) -> Result<(Cloud, ReadNotes), ReadError> {
-    let register = registered(&views);
+    let register = Register::of(&views);
     let written: Vec<Isometry3> = views.iter().map(|view| view.pose).collect();
     let (poses, convention) = Convention::of(&register, &written);
     for (view, pose) in views.iter_mut().zip(&poses) {
         view.pose = *pose;
     }
-    let (cloud, mut notes) = together(path, views, register.settled(&poses), true)?;
+    let (cloud, mut notes) = together(path, views, register.settled(&poses), Given::Posed)?;
     notes.taken.extend(convention);
     if notes.views.len() > 1 && notes.views.iter().all(|view| view.misfit_m.is_nan()) {
         let said = "in the poses given no view shares anything with another, so the poses could not be checked";
         notes.taken.push(said.to_owned());
     }
+    Ok((cloud, notes))
+}
+
+/// The views of a turntable, brought together in the frame of the first.
+fn of_turntable(
+    path: &Path,
+    mut views: Vec<SeenView>,
+    turntable: Turntable,
+    options: &ScanOptions,
+) -> Result<(Cloud, ReadNotes), ReadError> {
+    let fault = |fault: String| {
+        let fault = Fault::Layout(format!("its views have no poses, {fault}"));
+        ReadError { path: path.to_owned(), place: Place::File, fault }
+    };
+    let plates = Plates::of(&views, options).ok_or_else(|| {
+        fault("and in most of them no plate is seen; let the camera see the cloth's top".to_owned())
+    })?;
+    views.iter_mut().for_each(|view| plates.crop(view, options));
+    let register = Register::of(&views);
+    let begun = plates.begin(&register, turntable.step_rad).map_err(|NoStep| {
+        fault(format!(
+            "and {} makes neighbours lie on one another; {TURNTABLE}",
+            match turntable.step_rad {
+                Some(step) => format!("a turn of {:.1} degrees", step.to_degrees()),
+                None => "no turn about the plate's axis alone".to_owned(),
+            }
+        ))
+    })?;
+    for (view, pose) in views.iter_mut().zip(&begun.poses) {
+        view.pose = *pose;
+    }
+    let count = views.len();
+    let (cloud, mut notes) =
+        together(path, views, register.settled(&begun.poses), Given::Turntable)?;
+    notes.taken.push(format!(
+        "the views have no poses: they are taken for a turntable's, {count} of them, turned by {:.1} degrees \
+         from one to the next",
+        begun.step_rad.to_degrees()
+    ));
     Ok((cloud, notes))
 }
 
@@ -102,7 +151,7 @@ fn of_passes(
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         views.push(SeenView { name, cloud, pose: Isometry3::identity(), notes });
     }
-    let register = registered(&views);
+    let register = Register::of(&views);
     let placed = |starts: &[Option<Start>]| {
         let poses: Option<Vec<Isometry3>> =
             starts.iter().map(|start| Some((*start)?.pose)).collect();
@@ -129,10 +178,21 @@ fn of_passes(
     // The unit is the first's again, which is guessed or given, unless that was metres for sure.
     let format = views.first().and_then(|first| first.notes.format);
     let format = format.filter(|format| *format != Format::DepthPng).or(Some(Format::Views));
-    let (mut cloud, notes) = together(path, views, settled.unwrap_or_default(), false)?;
+    let (mut cloud, notes) = together(path, views, settled.unwrap_or_default(), Given::Passes)?;
     let unit_m = units_m.first().copied().unwrap_or(1.0);
     cloud.points.iter_mut().for_each(|p| *p /= unit_m);
     Ok((cloud, ReadNotes { format, ..notes }))
+}
+
+/// What is brought together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Given {
+    /// Views with poses.
+    Posed,
+    /// Views of a turntable.
+    Turntable,
+    /// Passes.
+    Passes,
 }
 
 /// Views with their places, and why one is not to be used.
@@ -151,23 +211,14 @@ fn elsewhere(path: &Path, name: &str) -> ReadError {
     ReadError { path: path.to_owned(), place: Place::File, fault }
 }
 
-fn registered(views: &[SeenView]) -> Register {
-    let view = |view: &'_ SeenView| {
-        // A depth image is seen from its frame's origin; where a cloud was seen from nobody says.
-        (view.notes.format == Some(Format::DepthPng)).then(Point3::origin)
-    };
-    let views: Vec<View<'_>> =
-        views.iter().map(|seen| View { points: &seen.cloud.points, eye: view(seen) }).collect();
-    Register::new(&views)
-}
-
 /// The views as one cloud: moved where that makes them agree better, without those that do not fit.
 fn together(
     path: &Path,
     mut views: Vec<SeenView>,
     settled: Settled,
-    posed: bool,
+    given: Given,
 ) -> Result<(Cloud, ReadNotes), ReadError> {
+    let posed = given == Given::Posed;
     let begun: Vec<Isometry3> = views.iter().map(|view| view.pose).collect();
     let (placed, faults): (Vec<Placed>, Vec<Option<Unfit>>) = settled.into_iter().unzip();
     let improves = |view: &Placed| view.before.misfit_m > IMPROVES * view.after.misfit_m;
@@ -203,7 +254,7 @@ fn together(
         .collect();
     let left_out = notes.iter().filter(|note| note.left_out.is_some()).count();
     if 2 * left_out > views.len() || (!posed && left_out + 1 >= views.len()) {
-        return Err(refusal(path, &notes, posed));
+        return Err(refusal(path, &notes, given));
     }
     for (k, view) in views.iter_mut().enumerate() {
         // A loose view stays where its pose is.
@@ -213,7 +264,7 @@ fn together(
     }
     let mut stays = notes.iter().map(|note| note.left_out.is_none());
     views.retain(|_| stays.next() != Some(false));
-    let joined = joined_as_posed(views).ok_or_else(|| refusal(path, &notes, posed));
+    let joined = joined_as_posed(views).ok_or_else(|| refusal(path, &notes, given));
     joined.map(|(cloud, read)| (cloud, ReadNotes { views: notes, ..read }))
 }
 
@@ -225,7 +276,7 @@ fn moved_m(points: &[Point3], from: &Isometry3, to: &Isometry3) -> f64 {
     (sum / asked().count().max(1) as f64).sqrt()
 }
 
-fn refusal(path: &Path, notes: &[ViewNote], posed: bool) -> ReadError {
+fn refusal(path: &Path, notes: &[ViewNote], given: Given) -> ReadError {
     let off = |note: &ViewNote| {
         let why = note.left_out.as_deref()?;
         let misfit = match note.misfit_m {
@@ -235,9 +286,10 @@ fn refusal(path: &Path, notes: &[ViewNote], posed: bool) -> ReadError {
         Some(format!("{} {why}{misfit}", note.name))
     };
     let off: Vec<String> = notes.iter().filter_map(off).collect();
-    let (parts, remedy) = match posed {
-        true => ("views", "give poses to 20 mm and 5 degrees, and let nothing move between views"),
-        false => ("passes", ONE_DRAPE),
+    let (parts, remedy) = match given {
+        Given::Posed => ("views", POSED),
+        Given::Turntable => ("views", TURNTABLE),
+        Given::Passes => ("passes", ONE_DRAPE),
     };
     let fault = Fault::Layout(format!(
         "{} of {} {parts} do not lie on one another: {}; {remedy}",

@@ -9,6 +9,7 @@ pub mod hints;
 pub mod joined;
 pub mod register;
 pub mod rim;
+pub mod turntable;
 
 pub use error::{IntakeError, RimError};
 pub use rim::Rim;

@@ -25,6 +25,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::base::{Isometry3, Point3, Vector3};
+use crate::io::{Format, SeenView};
 use crate::numeric::robust::median;
 use fit::{agreeing, common, fits, partners, usual_m};
 use moving::{Moving, sigmas};
@@ -94,6 +95,23 @@ impl Register {
         let fine = thinned(FINE);
         let rough_m = median(fine.iter().map(|view| view.rough_m).collect()).unwrap_or(0.0);
         Self { views: if rough_m > ROUGH_M { thinned(COARSE) } else { fine } }
+    }
+
+    /// Of views as they were read, each in its own frame.
+    #[must_use]
+    pub fn of(views: &[SeenView]) -> Self {
+        // A depth image is seen from its frame's origin; where a cloud was seen from nobody says.
+        let eye =
+            |seen: &SeenView| (seen.notes.format == Some(Format::DepthPng)).then(Point3::origin);
+        let views: Vec<View<'_>> =
+            views.iter().map(|seen| View { points: &seen.cloud.points, eye: eye(seen) }).collect();
+        Self::new(&views)
+    }
+
+    /// How many views there are.
+    #[must_use]
+    pub(super) fn count(&self) -> usize {
+        self.views.len()
     }
 
     /// Some of the views.

@@ -11,7 +11,7 @@ use crate::geom::Cloud;
 pub const LARGEST_COORDINATE: f64 = 1e9;
 
 /// What a reader left out, and what it read.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadNotes {
     /// The format; `None` for points that were in memory.
     pub format: Option<Format>,

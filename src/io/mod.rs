@@ -64,7 +64,9 @@ pub use options::ReadOptions;
 pub use output::OutputError;
 pub use part::{abandon_unfinished, atomically};
 pub use sensors::DepthSource;
-pub use views::{SeenView, VIEWS_FILE, VIEWS_SCHEMA, joined_as_posed, opengl};
+pub use views::{
+    SeenView, SeenViews, Turntable, VIEWS_FILE, VIEWS_SCHEMA, joined_as_posed, opengl,
+};
 #[cfg(feature = "picture")]
 pub use write::write_png;
 pub use write::{stl_bytes, write_depth_png, write_obj, write_ply};
@@ -99,8 +101,12 @@ pub fn read_scan_with(
     }
     match views::list(path) {
         Some(list) => {
-            let seen = views::read(&list?, options)?;
-            joined_as_posed(seen).ok_or_else(|| Fault::NoPoints.anywhere().in_file(path))
+            let SeenViews { views, turntable } = views::read(&list?, options)?;
+            if turntable.is_some() {
+                let fault = "its views have no poses; `merge` brings them together".to_owned();
+                return Err(Fault::Layout(fault).anywhere().in_file(path));
+            }
+            joined_as_posed(views).ok_or_else(|| Fault::NoPoints.anywhere().in_file(path))
         }
         None => read_file(path, options).map_err(|at| at.in_file(path)),
     }
@@ -113,7 +119,7 @@ pub fn read_scan_with(
 pub fn read_views(
     path: impl AsRef<Path>,
     options: &ReadOptions,
-) -> Option<Result<Vec<SeenView>, ReadError>> {
+) -> Option<Result<SeenViews, ReadError>> {
     let listed = options.format.is_none().then(|| views::list(path.as_ref())).flatten()?;
     Some(listed.and_then(|list| views::read(&list, options)))
 }

@@ -24,6 +24,9 @@
 //! `unit` named. `camera_axes`: `opencv` (x right, y down, z forward) or `opengl`
 //! (x right, y up, z backward).
 //!
+//! Views without any `world_from_camera` are those of a turntable before a camera that stands still, in order;
+//! `turntable_step_deg` may say by how much it turns from one to the next.
+//!
 //! A folder with `camera-intrinsics.txt`, `NAME.depth.png` and `NAME.pose.txt`
 //! (7-Scenes and the tools after it; millimetres, 65535 for nothing) is read as
 //! such a set.
@@ -68,11 +71,21 @@ pub(super) struct Views {
     views: Vec<View>,
     /// Files besides the views: the list, cameras, poses.
     others: Vec<PathBuf>,
+    /// How the drape turned, where no view has a pose.
+    turntable: Option<Turntable>,
+}
+
+/// A turntable before a camera that stands still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turntable {
+    /// By how much it turns from one view to the next, either way round \[rad\]; `None` if that is not said.
+    pub step_rad: Option<f64>,
 }
 
 #[derive(Debug)]
 struct View {
     file: PathBuf,
+    /// The identity where no view has a pose.
     world_from_camera: Isometry3,
     /// Whether its pose was written column by column.
     by_columns: bool,
@@ -94,6 +107,8 @@ struct ListFile {
     depth_scale: Option<f64>,
     #[serde(default)]
     camera_axes: Axes,
+    #[serde(default)]
+    turntable_step_deg: Option<f64>,
     views: Vec<ViewFile>,
 }
 
@@ -109,7 +124,8 @@ enum Axes {
 #[serde(deny_unknown_fields)]
 struct ViewFile {
     file: String,
-    world_from_camera: Value,
+    #[serde(default)]
+    world_from_camera: Option<Value>,
     #[serde(default)]
     unit: Option<String>,
     #[serde(default)]
@@ -175,6 +191,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
         }
         value => intrinsics::of_value(value).map_err(|e| fault(format!("intrinsics: {e}"))),
     };
+    let turntable = turntable(&list).map_err(fault)?;
     let shared = list.intrinsics.as_ref().map(&mut camera).transpose()?;
     let mut views = Vec::with_capacity(list.views.len());
     for (index, view) in list.views.iter().enumerate() {
@@ -182,7 +199,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
             fault(format!("view {index} (`{}`): {text}", shown(view.file.as_bytes())))
         };
         let own = view.intrinsics.as_ref().map(&mut camera).transpose()?;
-        let (world_from_camera, by_columns) = pose(&view.world_from_camera).map_err(at)?;
+        let (world_from_camera, by_columns) = match &view.world_from_camera {
+            Some(value) => pose(value).map_err(at)?,
+            None => (Isometry3::identity(), false),
+        };
         views.push(View {
             file: inside(folder, &view.file).map_err(at)?,
             world_from_camera,
@@ -201,7 +221,27 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Views, ReadError> {
         });
     }
     let views = once(views).map_err(fault)?;
-    Ok(Views { views, others })
+    Ok(Views { views, others, turntable })
+}
+
+/// The turntable of a list whose views have no poses; `None` of one whose views do.
+fn turntable(list: &ListFile) -> Result<Option<Turntable>, String> {
+    let posed = list.views.iter().filter(|view| view.world_from_camera.is_some()).count();
+    let step_rad = list.turntable_step_deg.map(f64::to_radians);
+    match (posed, step_rad) {
+        (0, Some(step)) if !(0.0..=std::f64::consts::PI).contains(&step.abs()) || step == 0.0 => {
+            Err("turntable_step_deg is none; give degrees up to 180".to_owned())
+        }
+        (0, _) => Ok(Some(Turntable { step_rad })),
+        (posed, None) if posed == list.views.len() => Ok(None),
+        (posed, None) => Err(format!(
+            "{posed} of {} views have a world_from_camera; give it for all, or for none of a turntable's",
+            list.views.len()
+        )),
+        (_, Some(_)) => {
+            Err("turntable_step_deg is for views without poses; leave one out".to_owned())
+        }
+    }
 }
 
 /// The views without those that stand in the list twice. A list is short, and what it names would be read
@@ -259,19 +299,19 @@ fn of_folder(folder: &Path) -> Result<Views, ReadError> {
         names.extend(name.to_str().and_then(|n| n.strip_suffix(FOLDER_DEPTH)).map(String::from));
     }
     names.sort();
+    let pose_of = |name: &str| folder.join(format!("{name}.pose.txt"));
+    let turns = !names.iter().any(|name| pose_of(name).exists());
     if names.is_empty() {
         let fault = format!("has {FOLDER_INTRINSICS} but no *{FOLDER_DEPTH}; add the depth images");
         return Err(in_folder(Fault::Layout(fault).anywhere()));
     }
     let (mut views, mut others) = (Vec::new(), vec![camera_file]);
     for name in names {
-        let path = folder.join(format!("{name}.pose.txt"));
-        let bytes = regular_file(&path).map_err(|at| at.in_file(&path))?;
-        let numbers: Option<Vec<f64>> = words(&bytes).take(17).map(number).collect();
-        let found = numbers.ok_or_else(|| "not sixteen numbers".to_owned());
-        let found = found.and_then(|numbers| rigid(&numbers));
-        let fault = |fault: String| Fault::Layout(fault).anywhere().in_file(&path);
-        let (world_from_camera, by_columns) = found.map_err(fault)?;
+        let pose = pose_of(&name);
+        let (world_from_camera, by_columns) = match turns {
+            true => (Isometry3::identity(), false),
+            false => pose_in(&pose)?,
+        };
         views.push(View {
             file: folder.join(name + FOLDER_DEPTH),
             world_from_camera,
@@ -281,9 +321,18 @@ fn of_folder(folder: &Path) -> Result<Views, ReadError> {
             intrinsics: Some(camera),
             depth_scale: None,
         });
-        others.push(path);
+        others.extend((!turns).then_some(pose));
     }
-    Ok(Views { views, others })
+    Ok(Views { views, others, turntable: turns.then_some(Turntable { step_rad: None }) })
+}
+
+/// The pose in a file of sixteen numbers.
+fn pose_in(path: &Path) -> Result<(Isometry3, bool), ReadError> {
+    let bytes = regular_file(path).map_err(|at| at.in_file(path))?;
+    let numbers: Option<Vec<f64>> = words(&bytes).take(17).map(number).collect();
+    let found = numbers.ok_or_else(|| "not sixteen numbers".to_owned());
+    let found = found.and_then(|numbers| rigid(&numbers));
+    found.map_err(|fault| Fault::Layout(fault).anywhere().in_file(path))
 }
 
 /// A 4 x 4 matrix of JSON, flat or in rows, as [`rigid`] has it.
@@ -342,9 +391,19 @@ pub struct SeenView {
     pub notes: ReadNotes,
 }
 
+/// The views of a set, read.
+#[derive(Clone, Debug)]
+pub struct SeenViews {
+    /// The views, in order.
+    pub views: Vec<SeenView>,
+    /// How the drape turned, where the set has no poses: then those of the views are the identity.
+    pub turntable: Option<Turntable>,
+}
+
 /// Reads the files of all views.
-pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<Vec<SeenView>, ReadError> {
-    list.views.iter().map(|view| view.read(options)).collect()
+pub(super) fn read(list: &Views, options: &ReadOptions) -> Result<SeenViews, ReadError> {
+    let views = list.views.iter().map(|view| view.read(options)).collect::<Result<_, _>>()?;
+    Ok(SeenViews { views, turntable: list.turntable })
 }
 
 impl View {

@@ -11,7 +11,6 @@
 use super::options::{Crop, PLATE_WITHIN_M, ScanOptions, UP_WITHIN_DEG};
 use super::unit::LengthUnit;
 use crate::base::{Point3, Vector3};
-use crate::geom::Cloud;
 
 /// What is said of the plate, in metres and the scan's frame.
 #[derive(Clone, Copy, Debug)]
@@ -90,47 +89,10 @@ fn radius_m(options: &ScanOptions) -> Option<f64> {
     Some(radius_mm * 1e-3)
 }
 
-/// The part of a cloud or mesh in a region: points with their colours, triangles on them. A
-/// corner of triangles that are all cut off goes with them, inside or not.
-pub(super) fn cropped(cloud: &Cloud, region: &Region) -> Cloud {
-    let mut kept: Vec<bool> = cloud.points.iter().map(|p| region.contains(p)).collect();
-    let is_within = |t: &[u32; 3]| t.iter().all(|&v| kept.get(v as usize) == Some(&true));
-    let (within, cut): (Vec<_>, Vec<_>) = cloud.triangles.iter().copied().partition(is_within);
-    for (triangles, keep) in [(&cut, false), (&within, true)] {
-        for &vertex in triangles.iter().flatten() {
-            if let Some(kept) = kept.get_mut(vertex as usize) {
-                *kept = keep;
-            }
-        }
-    }
-    let mut next = 0;
-    let numbers: Vec<u32> = kept
-        .iter()
-        .map(|&kept| {
-            let number = next;
-            next += u32::from(kept);
-            number
-        })
-        .collect();
-    let mut points = cloud.points.clone();
-    retain(&mut points, &kept);
-    let mut colors = cloud.colors.clone();
-    if colors.len() == kept.len() {
-        retain(&mut colors, &kept);
-    }
-    let triangles = within.into_iter().map(|t| t.map(|v| numbers[v as usize])).collect();
-    Cloud { points, colors, triangles }
-}
-
-/// Leaves the items that are kept.
-pub(super) fn retain<T>(items: &mut Vec<T>, kept: &[bool]) {
-    let mut kept = kept.iter();
-    items.retain(|_| kept.next() == Some(&true));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Cloud;
 
     fn turned_deg(degrees: f64) -> Vector3 {
         let (sin, cos) = degrees.to_radians().sin_cos();
@@ -203,7 +165,7 @@ mod tests {
                 ScanOptions { crop: Some(Crop::Box { low, high }), ..ScanOptions::default() };
             let mut cloud = row(axis, LengthUnit::Millimetre);
             cloud.points[1].x = f64::NAN;
-            let left = cropped(&cloud, &Region::of_file(&options).unwrap());
+            let left = cloud.part(|p| &Region::of_file(&options).unwrap().contains(p));
             assert_eq!(left.colors, [[0; 3], [2; 3], [3; 3]]);
             assert_eq!(left.points[1][axis], 200.0);
             assert_eq!(left.points.len(), 3);
@@ -214,7 +176,7 @@ mod tests {
     fn a_cloud_without_colours_stays_without() {
         let cloud = Cloud { colors: Vec::new(), ..row(0, LengthUnit::Metre) };
         let region = Region::Sphere { centre: Point3::origin(), radius: 0.45 };
-        let left = cropped(&cloud, &region);
+        let left = cloud.part(|p| region.contains(p));
         assert_eq!((left.points.len(), left.colors.len()), (5, 0));
     }
 
@@ -224,12 +186,14 @@ mod tests {
         let mut cloud = row(0, LengthUnit::Metre);
         cloud.triangles = (0..8).map(|k| [k, k + 1, k + 2]).collect();
         let high = [0.35, 1.0, 1.0];
-        let left = cropped(&cloud, &Region::Box { low: [-1.0; 3].into(), high: high.into() });
+        let left =
+            cloud.part(|p| Region::Box { low: [-1.0; 3].into(), high: high.into() }.contains(p));
         assert_eq!(left.triangles, [[0, 1, 2], [1, 2, 3]]);
         assert_eq!(left.colors, [[0; 3], [1; 3], [2; 3], [3; 3]]);
         // From the other end: the numbers of the vertices begin anew.
         let low = [0.55, -1.0, -1.0];
-        let left = cropped(&cloud, &Region::Box { low: low.into(), high: [1.0; 3].into() });
+        let left =
+            cloud.part(|p| &Region::Box { low: low.into(), high: [1.0; 3].into() }.contains(p));
         assert_eq!(left.triangles, [[0, 1, 2], [1, 2, 3]]);
         assert_eq!(left.colors, [[6; 3], [7; 3], [8; 3], [9; 3]]);
     }
@@ -239,7 +203,8 @@ mod tests {
         let mut cloud = row(0, LengthUnit::Metre);
         cloud.triangles = vec![[0, 1, 2], [3, 4, 9]];
         let high = [0.45, 1.0, 1.0];
-        let left = cropped(&cloud, &Region::Box { low: [-1.0; 3].into(), high: high.into() });
+        let left =
+            cloud.part(|p| Region::Box { low: [-1.0; 3].into(), high: high.into() }.contains(p));
         assert_eq!(left.triangles, [[0, 1, 2]]);
         assert_eq!(left.points.len(), 3);
     }

@@ -15,7 +15,7 @@
 use rayon::prelude::*;
 
 use super::error::ScanError;
-use super::hints::{self, Hints, Region};
+use super::hints::{Hints, Region};
 use super::mesh_facts::{CutFacts, MeshFacts};
 use super::options::ScanOptions;
 use super::tuning::SceneTuning;
@@ -24,7 +24,7 @@ use super::{limits, plate, underside, unit_guess};
 use crate::base::{Point3, Vector3};
 use crate::geom::Neighbours;
 use crate::geom::adjacency::{Sample, area_vector2, spread, weld};
-use crate::geom::{Adjacency, Cloud, Mesh};
+use crate::geom::{Adjacency, Cloud, Mesh, retain};
 use crate::numeric::robust;
 
 /// A scan in metres, in its own frame.
@@ -51,7 +51,7 @@ pub(super) struct Scene {
 pub(super) fn take(cloud: Cloud, options: &ScanOptions) -> Result<Scene, ScanError> {
     let points_in_file = cloud.points.len();
     let cloud = match Region::of_file(options) {
-        Some(region) => hints::cropped(&cloud, &region),
+        Some(region) => cloud.part(|p| region.contains(p)),
         None => cloud,
     };
     let scene = match mesh_of(&cloud) {
@@ -102,9 +102,9 @@ impl Scene {
     /// Leaves what lies within a region \[m\], scan's frame.
     pub fn crop(&mut self, region: &Region) {
         let inside: Vec<bool> = self.points.par_iter().map(|p| region.contains(p)).collect();
-        hints::retain(&mut self.points, &inside);
+        retain(&mut self.points, &inside);
         if !self.colors.is_empty() {
-            hints::retain(&mut self.colors, &inside);
+            retain(&mut self.colors, &inside);
         }
         self.free_edge.retain(|p| region.contains(p));
     }

@@ -7,7 +7,7 @@ use scan2params::base::{Isometry3, Point3, Vector3};
 use scan2params::geom::Cloud;
 use scan2params::intake::joined;
 use scan2params::io::{ReadNotes, ReadOptions, read_scan, write_ply};
-use scan2params::scan::ScanOptions;
+use scan2params::scan::{ScanOptions, plate_of};
 use serde_json::{Value, json};
 
 /// A fixture's points and their unit \[m\].
@@ -140,6 +140,81 @@ fn views(
     let list: Vec<Value> = poses.iter().enumerate().map(view).collect();
     let document = json!({ "schema": "scan2params/views/1", "views": list });
     std::fs::write(folder.join("views.json"), document.to_string()).unwrap();
+}
+
+/// A `views.json` without poses: a fixture that turns by a step before a camera that stands still, and a wall that does
+/// not; and the whole turn of each view in the first one's frame.
+fn turntable(folder: &Path, step_deg: f64, count: usize) -> Vec<Isometry3> {
+    let (points, unit_m) = drape("mean_structured-light.ply");
+    let points: Vec<Point3> = points.iter().map(|p| p * unit_m).collect();
+    let plate = plate_of(&points, &ScanOptions::default()).unwrap();
+    let up = nalgebra::Unit::new_normalize(plate.up);
+    let level = up.cross(&Vector3::new(0.3, 0.5, 0.7)).normalize();
+    // The plate stands beside the axis.
+    let axis = Isometry3::from(plate.centre.coords + 0.012 * level);
+    let camera = cameras()[1].inverse();
+    let turn = |k: usize| {
+        let angle = Vector3::from(*up) * (k as f64 * step_deg).to_radians();
+        axis * Isometry3::rotation(angle) * axis.inverse()
+    };
+    let middle = plate.centre - 0.07 * *up;
+    let seen = |p: &Point3| (p - middle).angle(&(level + 0.4 * *up)) < 100_f64.to_radians();
+    let wall = (0..10_000).map(|k| {
+        let at = [f64::from(k % 100) - 50.0, f64::from(k / 100) - 50.0].map(|steps| 0.01 * steps);
+        plate.centre - 0.5 * level + up.cross(&level) * at[0] + *up * at[1]
+    });
+    for k in 0..count {
+        let turned = points.iter().map(|p| turn(k) * p).filter(seen).chain(wall.clone());
+        let points = turned.map(|p| camera * p).collect();
+        write_ply(folder.join(format!("{k}.ply")), &Cloud { points, ..Cloud::default() }, 1.0)
+            .unwrap();
+    }
+    let list: Vec<Value> = (0..count).map(|k| json!({ "file": format!("{k}.ply") })).collect();
+    let document = json!({ "schema": "scan2params/views/1", "views": list });
+    std::fs::write(folder.join("views.json"), document.to_string()).unwrap();
+    (0..count).map(|k| camera * turn(k).inverse() * camera.inverse()).collect()
+}
+
+#[test]
+fn a_turntables_views_need_no_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let poses = turntable(folder.path(), -24.0, 15);
+    let (cloud, notes) = read(folder.path(), &[]);
+    let mut truth = Vec::new();
+    for (k, pose) in poses.iter().enumerate() {
+        let points = read_scan(folder.path().join(format!("{k}.ply"))).unwrap().0.points;
+        // The wall comes last.
+        truth.extend(points[..points.len() - 10_000].iter().map(|p| pose * p));
+    }
+    assert!(off_mm(&cloud.points, &[truth], &Isometry3::identity()) < 0.2, "{:?}", notes.views);
+    assert!(notes.views.iter().all(|view| view.left_out.is_none()), "{:?}", notes.views);
+    let said = notes.taken.iter().find(|said| said.contains("turntable")).unwrap();
+    assert!(said.contains("15 of them, turned by -24.0 degrees"), "{said}");
+}
+
+#[test]
+fn a_turntables_step_may_be_said_and_a_wrong_one_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    turntable(folder.path(), 40.0, 5);
+    let path = folder.path().join("views.json");
+    let with = |change: &dyn Fn(&mut Value)| {
+        let mut list = json!({ "schema": "scan2params/views/1", "views": [] });
+        list["views"] = (0..5).map(|k| json!({ "file": format!("{k}.ply") })).collect();
+        change(&mut list);
+        std::fs::write(&path, list.to_string()).unwrap();
+        joined::read(&path, &ReadOptions::default(), &ScanOptions::default())
+            .map(|(_, notes)| notes.taken.join("; "))
+            .map_err(|error| error.to_string())
+    };
+    let said = with(&|list| list["turntable_step_deg"] = json!(40)).unwrap();
+    assert!(said.contains("turned by 40.0 degrees"), "{said}");
+    let refused = with(&|list| list["turntable_step_deg"] = json!(75)).unwrap_err();
+    assert!(refused.contains("a turn of 75.0 degrees"), "{refused}");
+    let none = with(&|list| list["turntable_step_deg"] = json!(0)).unwrap_err();
+    assert!(none.contains("degrees up to 180"), "{none}");
+    let pose = flat(&rows(&Isometry3::identity(), 1.0));
+    let mixed = with(&|list| list["views"][2]["world_from_camera"] = pose.clone()).unwrap_err();
+    assert!(mixed.contains("1 of 5 views have a world_from_camera"), "{mixed}");
 }
 
 fn rows(pose: &Isometry3, shift_scale: f64) -> nalgebra::Matrix4<f64> {

@@ -8,8 +8,8 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use scan2params::base::{Point3, Vector3};
 use scan2params::intake::rim::of_scan;
 use scan2params::io::{
-    Fault, Format, Intrinsics, ReadError, ReadOptions, files_of, is_views_folder, read_scan,
-    read_scan_bytes, read_scan_with,
+    Fault, Format, Intrinsics, ReadError, ReadOptions, Turntable, files_of, is_views_folder,
+    read_scan, read_scan_bytes, read_scan_with, read_views,
 };
 use scan2params::scan::{LengthUnit, ScanOptions, WarpToward, boundary_from_scan};
 use serde_json::{Value, json};
@@ -534,4 +534,24 @@ fn real_depth_frames_load_and_are_refused_as_drapes() {
     assert_eq!(run(&frame, &given).0, Some(4));
     assert_eq!(run(&frame, &["--fx=585", "--fy=585"]).0, Some(2));
     assert_eq!(run(&frame, &["--intrinsics", camera, "--depth-scale=0"]).0, Some(2));
+}
+
+#[test]
+fn a_folder_of_frames_without_poses_is_a_turntables() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("camera-intrinsics.txt"), "10 0 3.5\n0 10 3.5\n0 0 1\n").unwrap();
+    for name in ["x.depth.png", "y.depth.png"] {
+        std::fs::write(path(name), depth_png(8, &[1300; 64])).unwrap();
+    }
+    let seen = read_views(folder.path(), &ReadOptions::default()).unwrap().unwrap();
+    assert_eq!(seen.turntable, Some(Turntable { step_rad: None }));
+    let names: Vec<&str> = seen.views.iter().map(|view| view.name.as_str()).collect();
+    assert_eq!(names, ["x.depth.png", "y.depth.png"]);
+    let said = read_scan(folder.path()).unwrap_err().to_string();
+    assert!(said.contains("its views have no poses"), "{said}");
+    // One pose makes it a set with poses, of which the other is missing.
+    std::fs::write(path("x.pose.txt"), "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1").unwrap();
+    let said = read_scan(folder.path()).unwrap_err().to_string();
+    assert!(said.contains("y.pose.txt"), "{said}");
 }

@@ -11,6 +11,7 @@ pub(super) fn run(given: &args::Views) -> Outcome {
         sensors,
         drapes: KeptDrape::all(&given.drapes)?,
         seed: given.seed,
+        turntable: given.turntable,
         scenes: given.first..given.first.saturating_add(given.count),
     };
     println!("{}", Record::COLUMNS);
