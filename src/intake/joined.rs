@@ -104,7 +104,7 @@ fn of_turntable(
         ReadError { path: path.to_owned(), place: Place::File, fault }
     };
     let plates = Plates::of(&views, options).ok_or_else(|| {
-        fault("and in most of them no plate is seen; let the camera see the cloth's top".to_owned())
+        fault("and in none of them the plate is seen for sure; go nearer, let the camera see the cloth's top, or give poses".to_owned())
     })?;
     views.iter_mut().for_each(|view| plates.crop(view, options));
     let register = Register::of(&views);

@@ -165,7 +165,7 @@ mod tests {
                 ScanOptions { crop: Some(Crop::Box { low, high }), ..ScanOptions::default() };
             let mut cloud = row(axis, LengthUnit::Millimetre);
             cloud.points[1].x = f64::NAN;
-            let left = cloud.part(|p| &Region::of_file(&options).unwrap().contains(p));
+            let left = cloud.part(|p| Region::of_file(&options).unwrap().contains(p));
             assert_eq!(left.colors, [[0; 3], [2; 3], [3; 3]]);
             assert_eq!(left.points[1][axis], 200.0);
             assert_eq!(left.points.len(), 3);
@@ -193,7 +193,7 @@ mod tests {
         // From the other end: the numbers of the vertices begin anew.
         let low = [0.55, -1.0, -1.0];
         let left =
-            cloud.part(|p| &Region::Box { low: low.into(), high: [1.0; 3].into() }.contains(p));
+            cloud.part(|p| Region::Box { low: low.into(), high: [1.0; 3].into() }.contains(p));
         assert_eq!(left.triangles, [[0, 1, 2], [1, 2, 3]]);
         assert_eq!(left.colors, [[6; 3], [7; 3], [8; 3], [9; 3]]);
     }

@@ -66,7 +66,7 @@ pub(super) fn one(series: &Series, index: u64) -> Result<Record, SceneError> {
     };
     let mut views: Vec<SeenView> = scanned.views.iter().map(read).collect();
     let points = views.iter().map(|view| view.cloud.points.len()).sum();
-    let said_rad = (index % 2 == 0).then_some(step_rad.abs());
+    let said_rad = index.is_multiple_of(2).then_some(step_rad.abs());
     let frame = |image: &DepthImage| vec![image.pose_true.simulation_from_camera.inverse()];
     let frames = scanned.views.iter().map(frame).collect();
     let truth = Truth { sensor: &sensor, drape, frames, points };

@@ -60,8 +60,6 @@ pub struct Given {
     pub longest_gap_m: f64,
     /// Largest distance of cloth and sheet.
     pub most_misfit_m: f64,
-    /// Largest difference of a side from the median of the four.
-    pub most_uneven_m: f64,
     /// Largest area of unexplained cloth \[m^2\].
     pub most_unexplained_m2: f64,
 }
@@ -284,7 +282,6 @@ impl Given {
             least_observed: options.least_observed(noise_m),
             longest_gap_m: options.longest_gap_m(noise_m),
             most_misfit_m: options.most_misfit_m(on_plate_m),
-            most_uneven_m: options.most_uneven_m(noise_m),
             most_unexplained_m2: options.most_unexplained_m2(spacing_m),
         }
     }

@@ -33,6 +33,12 @@ pub struct Limits {
     pub stretch_of_rim: f64,
     /// What one side may differ from its expected length \[m\].
     pub side_off_m: Steps,
+    /// Folds of cloth softer than this may touch: bending length \[m\].
+    pub touching_bending_length_m: f64,
+    /// What a side may differ from the median of the four, over the specimen's side \[-\],
+    pub uneven_share: f64,
+    /// and what each metre of noise adds \[-\].
+    pub uneven_per_noise: f64,
     /// What the mean of the four sides may differ from its expected length \[m\].
     pub scale_off_m: Steps,
     /// What each metre of noise adds to both, of single points in a scan, of what a rim from a file says \[-\].
@@ -143,6 +149,9 @@ impl Default for Limits {
             least_bending_length_m: 2.5e-3,         // M: softest of the prior
             stretch_of_rim: 0.1,                    // M
             side_off_m: steps(2.0e-3, 4.0e-3),      // M, W
+            touching_bending_length_m: 8e-3,        // M: 3 to 6 mm
+            uneven_share: 2.0e-3 / 0.3,             // M
+            uneven_per_noise: 0.4,                  // M
             scale_off_m: steps(1.2e-3, 3.0e-3),     // M, W
             side_off_per_noise: 1.0,                // M
             width_lead_m: 0.8e-3,                   // M
@@ -154,7 +163,7 @@ impl Default for Limits {
             scale_sigma_per_noise: 4.0,             // M
             scale_per_stretch: [0.15, 0.1],         // M
             scale_sigma_of_plate: 0.02,             // M
-            bending_per_scale: 6.0,                 // M
+            bending_per_scale: 9.0,                 // M
             chord_share: 0.03,                      // M
             plate_lead_m: 0.7e-3,                   // M
             plate_larger_m: steps(1.5e-3, 4.0e-3),  // M, W
