@@ -319,6 +319,7 @@ pub(super) fn rim(
     rim: &Rim,
     unexplained: &Unexplained,
     noise_m: f64,
+    is_cut: bool,
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
     observed(rim, noise_m, options)?;
@@ -330,7 +331,9 @@ pub(super) fn rim(
             bearing_deg: bearing_deg(&rim.points[unexplained.rim_point].position_m),
         });
     }
-    sides(rim, noise_m, options)
+    // A mesh that was cut where its membrane and not the cloth ends has such sides too.
+    let most_m = if is_cut { options.tuning.limits.uneven_cut_m } else { options.max_uneven_m };
+    sides(rim, most_m + options.max_uneven_per_noise * noise_m, options)
 }
 
 /// Refuses a rim of which too little is observed.
@@ -358,7 +361,7 @@ fn observed(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanEr
 }
 
 /// Refuses sides of a length that the specimen's cannot have, and sides that differ.
-fn sides(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
+fn sides(rim: &Rim, limit_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
     let bearing = |side: usize| {
         bearing_deg(&rim.points[side * POINTS_PER_SIDE + POINTS_PER_SIDE / 2].position_m)
     };
@@ -375,7 +378,6 @@ fn sides(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError
     let median_m = robust::median(rim.side_lengths_m.to_vec()).unwrap_or(0.0);
     let off = |side: usize| (rim.side_lengths_m[side] - median_m).abs();
     let worst = (0..SIDES).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
-    let limit_m = options.most_uneven_m(noise_m);
     if off(worst) > limit_m {
         return Err(ScanError::UnevenSides {
             measured_mm: rim.side_lengths_m[worst] * 1e3,

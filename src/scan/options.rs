@@ -308,12 +308,6 @@ impl ScanOptions {
         self.max_unexplained_m2.max(least_m2)
     }
 
-    /// Most that a side's length may differ from the four sides' median at this noise \[m\].
-    #[must_use]
-    pub fn most_uneven_m(&self, noise_m: f64) -> f64 {
-        self.max_uneven_m + self.max_uneven_per_noise * noise_m
-    }
-
     /// Noise beyond that up to which bridges are held by the sheet's lengths \[m\].
     fn more_noise_m(&self, noise_m: f64) -> f64 {
         (noise_m - self.tuning.limits.bridged_well_noise_m).max(0.0)

@@ -476,6 +476,8 @@ impl<'a> Assessed<'a> {
     /// Refuses a rim whose uncertainty is not known.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
         let noise_m = self.edged.registered.cloth.noise_m();
-        limits::rim(&self.edged.rim, &self.unexplained, noise_m, options)
+        let mesh = self.edged.registered.cloth.bench.mesh;
+        let is_cut = mesh.and_then(|mesh| mesh.cut).is_some();
+        limits::rim(&self.edged.rim, &self.unexplained, noise_m, is_cut, options)
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
-use super::{Brought, Drawn, Record, Series, Truth};
+use super::record::{Brought, Drawn, Record, Truth};
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::geom::Cloud;
 use crate::intake::register::Register;
@@ -27,9 +27,8 @@ const ELEVATION_RAD: std::ops::Range<f64> = 0.4..0.9;
 const UNEVEN_RAD: f64 = 0.3_f64.to_radians();
 
 /// Draws scene `index` and brings its views together. The step is said in every other scene.
-pub(super) fn one(series: &Series, index: u64) -> Result<Record, SceneError> {
-    let mut rng = seed::rng(series.seed, "evaluate-turntable", index);
-    let Drawn { sensor, drape, scene, seed } = series.drawn(index / 2, &mut rng);
+pub(super) fn one(index: u64, drawn: Drawn<'_>, rng: &mut seed::Rng) -> Result<Record, SceneError> {
+    let Drawn { sensor, drape, scene, seed } = drawn;
     let count = VIEWS[rng.random_range(0..VIEWS.len())];
     let turned: f64 = if rng.random() { 1.0 } else { -1.0 };
     let step_rad = turned * std::f64::consts::TAU / count as f64;
@@ -46,7 +45,7 @@ pub(super) fn one(series: &Series, index: u64) -> Result<Record, SceneError> {
     let eye = target + Vector3::new(elevation.cos(), elevation.sin(), 0.0) * distance_m;
     let first = CameraPose::look_at(eye, target);
     let pose = |k: usize| {
-        let uneven: f64 = StandardNormal.sample(&mut rng);
+        let uneven: f64 = StandardNormal.sample(rng);
         let angle = step_rad * k as f64 + UNEVEN_RAD * uneven;
         let turn = place * UnitQuaternion::from_axis_angle(&axis, angle) * place.inverse();
         CameraPose { simulation_from_camera: turn * first.simulation_from_camera }

@@ -125,7 +125,7 @@ fn a_scale_is_doubtful_that_moves_bending_by_more_than_its_interval() {
         assert!((scale.value - by).abs() < 1e-3, "{scale:?}");
         assert!((0.003..0.004).contains(&scale.sigma) && is_said(&said), "{said:?}");
         // Where bending is known less well, where it is hardly off, or where noise may have made it.
-        assert!(!is_said(&scaled(by, 0.10, 0.0)) && !is_said(&scaled(by, 0.05, 2e-3)));
+        assert!(!is_said(&scaled(by, 0.15, 0.0)) && !is_said(&scaled(by, 0.05, 2e-3)));
         assert!(!is_said(&scaled(1.0 + 0.4 * (by - 1.0), 0.01, 0.0)));
     }
     // The plate alone says little of it.
@@ -305,7 +305,7 @@ fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
 #[test]
 fn one_side_of_soft_cloth_may_be_read_wrongly_where_folds_touch() {
     straddles(Code::UnevenSides, Level::Doubtful, 2.0e-3, |f, off_m| {
-        f.sides_m[1] = 0.29905 + off_m;
+        f.sides_m[1] = 0.2991 + off_m;
     });
     let with = |bending_length_m: f64, sides_m: [f64; 4]| {
         let mut figures = honest();
