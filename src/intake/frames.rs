@@ -17,9 +17,9 @@ const TURNS: usize = 72;
 /// Of these the best are followed to their end.
 const FOLLOWED: usize = 6;
 /// Ends are one if they are turned by less than this against each other \[rad\].
-const SAME_RAD: f64 = 0.05;
+pub(super) const SAME_RAD: f64 = 0.05;
 /// The best end's misfit is less than this share of any other's \[-\].
-const BETTER: f64 = 0.8;
+pub(super) const BETTER: f64 = 0.8;
 
 /// Where a pass begins.
 #[derive(Clone, Copy, Debug)]
@@ -85,13 +85,8 @@ fn turned(pair: &Register, plate: &FoundPlate, own: &FoundPlate) -> Option<Start
     let shared: Vec<f64> = poses.par_iter().map(|pose| pair.shared(&[still, *pose])).collect();
     let mut best: Vec<usize> = (0..TURNS).collect();
     best.sort_by(|&a, &b| shared[b].total_cmp(&shared[a]));
-    let ended = |&turn: &usize| -> Option<(Isometry3, Placed)> {
-        let placed = pair.placed(&[still, poses[turn]]);
-        let (first, second) = (placed.first()?, placed.get(1)?);
-        Some((first.pose.inverse() * second.pose, *second))
-    };
-    let mut ends: Vec<(Isometry3, Placed)> =
-        best.par_iter().take(FOLLOWED).filter_map(ended).collect();
+    let ended = |&turn: &usize| pair.second(&poses[turn]);
+    let mut ends: Vec<(Isometry3, Placed)> = best.par_iter().take(FOLLOWED).map(ended).collect();
     ends.retain(|(_, end)| end.after.shared >= LEAST_SHARED && end.after.misfit_m.is_finite());
     ends.sort_by(|(_, a), (_, b)| a.after.misfit_m.total_cmp(&b.after.misfit_m));
     let (pose, placed) = ends.first()?;

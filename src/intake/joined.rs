@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use super::error::IntakeError;
 use super::frames::{self, Start};
 use super::register::{LEAST_SHARED, Placed, Register, Unfit};
-use super::turntable::{NoStep, Plates};
+use super::turntable::{self, NotFound};
 use crate::base::units::{LIKELY_SCALES, M_PER_MM};
 use crate::base::{Isometry3, Point3};
 use crate::geom::Cloud;
@@ -96,33 +96,35 @@ fn of_views(path: &Path, mut views: Vec<SeenView>) -> Result<(Cloud, ReadNotes),
 fn of_turntable(
     path: &Path,
     mut views: Vec<SeenView>,
-    turntable: Turntable,
+    given: Turntable,
     options: &ScanOptions,
 ) -> Result<(Cloud, ReadNotes), ReadError> {
     let fault = |fault: String| {
         let fault = Fault::Layout(format!("its views have no poses, {fault}"));
         ReadError { path: path.to_owned(), place: Place::File, fault }
     };
-    let plates = Plates::of(&views, options).ok_or_else(|| {
-        fault("and in none of them the plate is seen for sure; go nearer, let the camera see the cloth's top, or give poses".to_owned())
-    })?;
-    views.iter_mut().for_each(|view| plates.crop(view, options));
-    let register = Register::of(&views);
-    let begun = plates.begin(&register, turntable.step_rad).map_err(|NoStep| {
-        fault(format!(
-            "and {} makes neighbours lie on one another; {TURNTABLE}",
-            match turntable.step_rad {
-                Some(step) => format!("a turn of {:.1} degrees", step.to_degrees()),
-                None => "no turn about the plate's axis alone".to_owned(),
+    let begun = turntable::begin(&mut views, given.step_rad, options).map_err(|why| {
+        fault(match (why, given.step_rad) {
+            (NotFound::Plate, _) => {
+                "and in none of them the plate is seen for sure; go nearer, let the camera see the cloth's top, \
+                 or give poses"
+                    .to_owned()
             }
-        ))
+            (NotFound::Step, Some(step)) => format!(
+                "and a turn of {:.1} degrees does not make neighbours lie on one another; {TURNTABLE}",
+                step.to_degrees()
+            ),
+            (NotFound::Step, None) => format!(
+                "and not exactly one turn about the plate's axis makes neighbours lie on one another; {TURNTABLE}"
+            ),
+        })
     })?;
     for (view, pose) in views.iter_mut().zip(&begun.poses) {
         view.pose = *pose;
     }
     let count = views.len();
     let (cloud, mut notes) =
-        together(path, views, register.settled(&begun.poses), Given::Turntable)?;
+        together(path, views, begun.register.settled(&begun.poses), Given::Turntable)?;
     notes.taken.push(format!(
         "the views have no poses: they are taken for a turntable's, {count} of them, turned by {:.1} degrees \
          from one to the next",

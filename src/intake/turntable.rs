@@ -11,9 +11,10 @@
 //!
 //! Where it fails: steps that differ by more than some 5 degrees, and drapes that look alike from several sides.
 
-use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
+use nalgebra::{Complex, Translation3, UnitQuaternion, UnitVector3};
 use rayon::prelude::*;
 
+use super::frames::{BETTER, SAME_RAD, level};
 use super::register::{LEAST_SHARED, Placed, Register};
 use crate::base::{Isometry3, Point3, Vector3};
 use crate::io::SeenView;
@@ -26,10 +27,6 @@ const GRID_RAD: f64 = 5.0_f64.to_radians();
 const FOLLOWED: usize = 8;
 /// with so many pairs of neighbours, spread over the views.
 const PAIRS: usize = 4;
-/// Steps are one if they differ by less than this \[rad\].
-const SAME_RAD: f64 = 0.05;
-/// The best step's misfit is less than this share of any other's \[-\].
-const BETTER: f64 = 0.8;
 /// What lies so many sides of the specimen from the axis does not turn \[-\]: its corners lie at 0.71.
 const REACH_SIDES: f64 = 0.8;
 /// So many views at a time are asked for their plate, until so many show one.
@@ -43,13 +40,17 @@ const BESIDE_M: f64 = 60e-3;
 const OFF_AXIS_M: f64 = 20e-3;
 const CENTRE_SIGMA_M: f64 = 2e-3;
 
-/// No step, or several, make neighbouring views agree.
+/// Why the views cannot be put together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NoStep;
+pub enum NotFound {
+    /// In no view the plate is seen, or in most of those that show one it is another thing.
+    Plate,
+    /// No step, or several, make neighbouring views agree.
+    Step,
+}
 
 /// The plates as the camera sees them.
-#[derive(Clone, Debug)]
-pub struct Plates {
+struct Plates {
     up: UnitVector3<f64>,
     /// The middle of the centres \[m\].
     middle: Point3,
@@ -58,8 +59,9 @@ pub struct Plates {
 }
 
 /// Where the views begin.
-#[derive(Clone, Debug)]
 pub struct Begun {
+    /// The views, to be placed from their poses on.
+    pub register: Register,
     /// The first view's frame from each view's.
     pub poses: Vec<Isometry3>,
     /// By how much the drape turns from one view to the next, in the middle; positive counter-clockwise from
@@ -67,10 +69,39 @@ pub struct Begun {
     pub step_rad: f64,
 }
 
+/// Where the views begin, with the step that is said (either way round) or found. Leaves of each what may turn with
+/// the drape.
+///
+/// # Errors
+/// See [`NotFound`].
+pub fn begin(
+    views: &mut [SeenView],
+    said_rad: Option<f64>,
+    options: &ScanOptions,
+) -> Result<Begun, NotFound> {
+    let plates = Plates::of(views, options).ok_or(NotFound::Plate)?;
+    views.iter_mut().for_each(|view| plates.crop(view, options));
+    let register = Register::of(views);
+    let count = views.len();
+    if count < 2 {
+        return Ok(Begun { register, poses: vec![Isometry3::identity(); count], step_rad: 0.0 });
+    }
+    let step_rad = plates.step(&register, count, said_rad).ok_or(NotFound::Step)?;
+    let turn = plates.turn(step_rad);
+    let followed = |k: usize| register.some(&[k - 1, k]).second(&turn).0;
+    let each: Vec<Isometry3> = (1..count).into_par_iter().map(followed).collect();
+    let turns = each.iter().map(|turn| plates.angle(turn)).collect();
+    let mut poses = vec![Isometry3::identity()];
+    poses.extend(each.iter().scan(Isometry3::identity(), |pose, turn| {
+        *pose *= turn;
+        Some(*pose)
+    }));
+    Ok(Begun { register, poses, step_rad: median(turns).unwrap_or(step_rad) })
+}
+
 impl Plates {
     /// The plates of the views, of which one is enough; `None` if none is seen, or most are elsewhere.
-    #[must_use]
-    pub fn of(views: &[SeenView], options: &ScanOptions) -> Option<Self> {
+    fn of(views: &[SeenView], options: &ScanOptions) -> Option<Self> {
         let found = Self::found(views, options);
         let middle_of = |of: fn(&FoundPlate) -> Vector3| -> Option<Vector3> {
             let along = |axis: usize| median(found.iter().map(|(_, p)| of(p)[axis]).collect());
@@ -102,48 +133,29 @@ impl Plates {
     }
 
     /// Leaves those points of a view that may turn with the drape: near the axis.
-    pub fn crop(&self, view: &mut SeenView, options: &ScanOptions) {
+    fn crop(&self, view: &mut SeenView, options: &ScanOptions) {
         let reach_m = REACH_SIDES * options.specimen_side_m;
         let turns = |p: &Point3| (p - self.middle).cross(&self.up).norm() < reach_m;
         view.cloud = view.cloud.part(turns);
     }
 
-    /// Where the views begin, with the step that is said (either way round) or found.
-    ///
-    /// # Errors
-    /// When no step, or several, make neighbouring views agree.
-    pub fn begin(&self, register: &Register, said_rad: Option<f64>) -> Result<Begun, NoStep> {
-        let count = register.count();
-        if count < 2 {
-            return Ok(Begun { poses: vec![Isometry3::identity(); count], step_rad: 0.0 });
-        }
-        let step_rad = self.step(register, said_rad).ok_or(NoStep)?;
-        let turn = self.turn(step_rad);
-        let each: Vec<Isometry3> =
-            (1..count).into_par_iter().map(|k| followed(register, k, &turn).0).collect();
-        let turns = each.iter().map(|turn| self.angle(turn)).collect();
-        let mut poses = vec![Isometry3::identity()];
-        poses.extend(each.iter().scan(Isometry3::identity(), |pose, turn| {
-            *pose *= turn;
-            Some(*pose)
-        }));
-        Ok(Begun { poses, step_rad: median(turns).unwrap_or(step_rad) })
-    }
-
     /// The step with which neighbouring views lie best on one another.
-    fn step(&self, register: &Register, said_rad: Option<f64>) -> Option<f64> {
-        let count = register.count();
+    fn step(&self, register: &Register, count: usize, said_rad: Option<f64>) -> Option<f64> {
         let pairs = PAIRS.min(count - 1);
         let second = |k: usize| 1 + k * (count - 1) / pairs;
         let tried: Vec<f64> = match said_rad {
             Some(step_rad) => vec![step_rad, -step_rad],
-            None => (-35..=36).filter(|k| *k != 0).map(|k| f64::from(k) * GRID_RAD).collect(),
+            None => {
+                let half = (std::f64::consts::PI / GRID_RAD).round() as i32;
+                let steps = (1 - half..=half).filter(|k| *k != 0);
+                steps.map(|k| f64::from(k) * GRID_RAD).collect()
+            }
         };
+        let pairs: Vec<Register> =
+            (0..pairs).map(|k| register.some(&[second(k) - 1, second(k)])).collect();
         let shared = |step_rad: &f64| -> f64 {
-            let still = Isometry3::identity();
-            let turn = self.turn(*step_rad);
-            let of = |k: usize| register.some(&[k - 1, k]).shared(&[still, turn]);
-            (0..pairs).map(|k| of(second(k))).sum()
+            let poses = [Isometry3::identity(), self.turn(*step_rad)];
+            pairs.iter().map(|pair| pair.shared(&poses)).sum()
         };
         let mut tried: Vec<(f64, f64)> =
             tried.into_par_iter().map(|step| (shared(&step), step)).collect();
@@ -151,7 +163,7 @@ impl Plates {
         let ended = |&(_, step_rad): &(f64, f64)| -> Option<(f64, f64)> {
             let turn = self.turn(step_rad);
             let ends: Vec<(Isometry3, Placed)> =
-                (0..pairs).map(|k| followed(register, second(k), &turn)).collect();
+                pairs.iter().map(|pair| pair.second(&turn)).collect();
             let share = median(ends.iter().map(|(_, end)| end.after.shared).collect())?;
             let misfit_m = median(ends.iter().map(|(_, end)| end.after.misfit_m).collect())?;
             let step_rad = median(ends.iter().map(|(turn, _)| self.angle(turn)).collect())?;
@@ -174,41 +186,27 @@ impl Plates {
     /// A point of the axis, if the plates' centres go round it by this step: least squares, with the plate
     /// near the axis where the centres do not say.
     fn on_axis(&self, step_rad: f64) -> Point3 {
-        // In the plane of the circle, as complex numbers: centre = c + e exp(i k step).
-        let level = super::frames::level(&self.up);
-        let beside = self.up.cross(&level);
-        let (mut s_z, mut s_u, mut s_zu) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+        // In the plane of the circle: centre = c + e exp(i k step).
+        let across = level(&self.up);
+        let beside = self.up.cross(&across);
+        let [mut s_z, mut s_u, mut s_zu] = [Complex::<f64>::ZERO; 3];
         for (k, centre) in &self.centres {
             let off = centre - self.middle;
-            let z = [off.dot(&level), off.dot(&beside)];
-            let (sin, cos) = (*k as f64 * step_rad).sin_cos();
-            s_z = [s_z[0] + z[0], s_z[1] + z[1]];
-            s_u = [s_u[0] + cos, s_u[1] + sin];
-            // The conjugate of the turn times the centre.
-            s_zu = [s_zu[0] + cos * z[0] + sin * z[1], s_zu[1] + cos * z[1] - sin * z[0]];
+            let z = Complex::new(off.dot(&across), off.dot(&beside));
+            let u = Complex::cis(*k as f64 * step_rad);
+            (s_z, s_u, s_zu) = (s_z + z, s_u + u, s_zu + u.conj() * z);
         }
         let count = self.centres.len() as f64;
         let held = count + (CENTRE_SIGMA_M / OFF_AXIS_M).powi(2);
         // count c + s_u e = s_z, conj(s_u) c + held e = s_zu.
-        let times =
-            |a: [f64; 2], b: [f64; 2]| [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];
-        let s_u_zu = times(s_u, s_zu);
-        let below = count * held - (s_u[0] * s_u[0] + s_u[1] * s_u[1]);
-        let c = [0, 1].map(|k| (held * s_z[k] - s_u_zu[k]) / below);
-        self.middle + level.into_inner() * c[0] + beside * c[1]
+        let c = (s_z * held - s_u * s_zu) / (count * held - s_u.norm_sqr());
+        self.middle + across.into_inner() * c.re + beside * c.im
     }
 
     /// The angle about the axis by which the drape turned \[rad\].
     fn angle(&self, turn: &Isometry3) -> f64 {
         -turn.rotation.scaled_axis().dot(&self.up)
     }
-}
-
-/// View `k` in the frame of the one before, from a turn on; and how it then lies.
-fn followed(register: &Register, k: usize, turn: &Isometry3) -> (Isometry3, Placed) {
-    let placed = register.some(&[k - 1, k]).placed(&[Isometry3::identity(), *turn]);
-    let [before, own] = placed[..] else { unreachable!("two views were placed") };
-    (before.pose.inverse() * own.pose, own)
 }
 
 /// An angle between minus and plus half a turn \[rad\].

@@ -332,8 +332,8 @@ pub(super) fn rim(
         });
     }
     // A mesh that was cut where its membrane and not the cloth ends has such sides too.
-    let most_m = if is_cut { options.tuning.limits.uneven_cut_m } else { options.max_uneven_m };
-    sides(rim, most_m + options.max_uneven_per_noise * noise_m, options)
+    let share = if is_cut { options.tuning.limits.uneven_of_cut } else { 1.0 };
+    sides(rim, share * options.max_uneven_m + options.max_uneven_per_noise * noise_m, options)
 }
 
 /// Refuses a rim of which too little is observed.

@@ -54,6 +54,13 @@ pub(super) struct Bench {
     pub local_from_scan: Isometry3,
 }
 
+impl Bench {
+    /// Whether the scan is a mesh that was cut where it closes from below.
+    fn is_cut(&self) -> bool {
+        self.mesh.and_then(|mesh| mesh.cut).is_some()
+    }
+}
+
 /// How likely what was found is a drape.
 #[derive(Clone, Copy)]
 pub(super) struct Likely {
@@ -444,7 +451,7 @@ impl<'a> Edged<'a> {
     /// is larger than the specimen out to its rim.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
         let Oriented { bench, outline_side_m, .. } = &self.registered.cloth;
-        if bench.mesh.and_then(|mesh| mesh.cut).is_some() {
+        if bench.is_cut() {
             limits::edge_of_cut(self.own_edge_share, options)?;
         }
         let Some(side_m) = *outline_side_m else { return Ok(()) };
@@ -476,8 +483,7 @@ impl<'a> Assessed<'a> {
     /// Refuses a rim whose uncertainty is not known.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
         let noise_m = self.edged.registered.cloth.noise_m();
-        let mesh = self.edged.registered.cloth.bench.mesh;
-        let is_cut = mesh.and_then(|mesh| mesh.cut).is_some();
+        let is_cut = self.edged.registered.cloth.bench.is_cut();
         limits::rim(&self.edged.rim, &self.unexplained, noise_m, is_cut, options)
     }
 }

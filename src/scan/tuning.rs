@@ -711,8 +711,8 @@ pub struct LimitTuning {
     pub needed_m: f64,
     /// Fewer surface points than this near a place of the rim that lie off the sheet are strays.
     pub unexplained_points: f64,
-    /// Most that a side of a mesh that was cut may differ from the four sides' median \[m\].
-    pub uneven_cut_m: f64,
+    /// Sides of a mesh that was cut may differ by this share of what others may \[-\].
+    pub uneven_of_cut: f64,
     /// A sheet whose typical point lies off by more than this share of the misfit's limit is off
     /// everywhere, and not where the cloth is creased.
     pub everywhere: f64,
@@ -1010,7 +1010,7 @@ const SHIPPED: Tuning = Tuning {
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
         unexplained_points: 6.0,           // c
-        uneven_cut_m: 2.5e-3,              // m
+        uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c
         sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c

@@ -10,8 +10,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 use super::record::{Brought, Drawn, Record, Truth};
 use crate::base::{Isometry3, Point3, Vector3, seed};
 use crate::geom::Cloud;
-use crate::intake::register::Register;
-use crate::intake::turntable::Plates;
+use crate::intake::turntable;
 use crate::io::{Format, ReadNotes, SeenView};
 use crate::scan::ScanOptions;
 use crate::sensor::{CameraPose, DepthImage, SceneError, scan};
@@ -70,13 +69,9 @@ pub(super) fn one(index: u64, drawn: Drawn<'_>, rng: &mut seed::Rng) -> Result<R
     let frames = scanned.views.iter().map(frame).collect();
     let truth = Truth { sensor: &sensor, drape, frames, points };
     Ok(truth.record(index, || {
-        let options = ScanOptions::default();
-        let plates = Plates::of(&views, &options)?;
-        views.iter_mut().for_each(|view| plates.crop(view, &options));
-        let register = Register::of(&views);
-        let begun = plates.begin(&register, said_rad).ok()?.poses;
-        let settled = register.settled(&begun);
-        Some(Brought { begun, settled, noise_m: register.noise_m() })
+        let begun = turntable::begin(&mut views, said_rad, &ScanOptions::default()).ok()?;
+        let settled = begun.register.settled(&begun.poses);
+        Some(Brought { begun: begun.poses, settled, noise_m: begun.register.noise_m() })
     }))
 }
 
