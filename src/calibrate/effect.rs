@@ -443,6 +443,12 @@ impl Effect {
         EFFECTS.iter().find(|effect| effect.name == name)
     }
 
+    /// Whether it changes its sign where the specimen is turned over.
+    #[must_use]
+    pub fn turns_over(&self) -> bool {
+        self.numbers.iter().all(|number| matches!(number.acts, Acts::Face(_)))
+    }
+
     /// Whether specimens of this cut can have it.
     #[must_use]
     pub fn is_of(&self, cut: Cut) -> bool {

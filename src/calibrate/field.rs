@@ -105,12 +105,8 @@ fn field(
     let own = positions(&all, effect);
     let base = linear.precision(&all);
     let unit = unit_of(layers[0].0);
-    let tried = STEPS.iter().filter_map(|step| {
+    let tried = STEPS.iter().zip(smoothness_of(layers)).filter_map(|(step, smooth)| {
         let mut precision = base.clone();
-        let mut smooth = smoothness(layers.len(), step * unit, SIGMA * unit);
-        if matches!(layers[0].0, FieldOf::Weight | FieldOf::Bending) {
-            smooth.add_scalar_mut((MEAN * LAYER_NODES as f64).powi(-2));
-        }
         for (a, &row) in own.iter().enumerate() {
             for (b, &column) in own.iter().enumerate() {
                 precision[(row, column)] = smooth[(a, b)];
@@ -132,6 +128,18 @@ fn field(
         gain,
         least_gain: if linear.is_scan { LEAST_GAIN_SCANNED } else { LEAST_GAIN },
         of_scans: linear.is_scan,
+    })
+}
+
+/// The precisions of a field's numbers for each of the steps between neighbours that are tried.
+pub(super) fn smoothness_of(layers: Layers) -> impl Iterator<Item = DMatrix<f64>> {
+    let unit = unit_of(layers[0].0);
+    STEPS.into_iter().map(move |step| {
+        let mut smooth = smoothness(layers.len(), step * unit, SIGMA * unit);
+        if matches!(layers[0].0, FieldOf::Weight | FieldOf::Bending) {
+            smooth.add_scalar_mut((MEAN * LAYER_NODES as f64).powi(-2));
+        }
+        smooth
     })
 }
 

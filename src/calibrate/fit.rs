@@ -20,7 +20,8 @@ use rayon::prelude::*;
 
 use super::believed::Believed;
 use super::beside::Beside;
-use super::effect::{Cloth, Number};
+use super::effect::{Cloth, EFFECTS, Number, SENSOR_EDGE};
+use super::evidence::{Around, Discrepancy, DrapeAround};
 use super::first_fabric::first_fabric;
 use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
@@ -31,6 +32,7 @@ use super::squares::{Squares, State, parameters, rms_m, shared_of};
 use super::target::{Finer, Target};
 use super::trial::{Compared, Trial, steadied_trial_of};
 use crate::fabric::STIFFNESSES;
+use crate::numeric::moments::mean;
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::SensitivityError;
@@ -80,6 +82,8 @@ pub struct Fitted {
     pub ended: Ended,
     /// Drapes that were simulated.
     pub simulated: usize,
+    /// The least squares around it with every effect, where an effect was added.
+    pub(super) around: Option<Around>,
 }
 
 /// Outlines with their sheets, and the plain fit to them.
@@ -217,7 +221,6 @@ impl Fit<'_> {
         }
         self.restore();
         self.look_finer();
-        self.start_otherwise();
     }
 
     /// Lays the held sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
@@ -257,6 +260,13 @@ impl Fit<'_> {
         self.targets.iter().map(is_scanned).collect()
     }
 
+    /// What is believed of the discrepancy of the scans from drapes of the model.
+    pub(super) fn usual(&self) -> Discrepancy {
+        let rims = self.targets.iter().filter_map(|target| target.rim.as_ref());
+        let noise_m: Vec<f64> = rims.map(|rim| rim.boundary.mean_sigma_m()).collect();
+        Discrepancy::usual(mean(&noise_m), self.options.scan_model_m)
+    }
+
     /// The numbers of effects that are declared to be known no better: a part of every fit, and no effects.
     #[must_use]
     pub fn declared(&self) -> &[&'static Number] {
@@ -279,11 +289,23 @@ impl Fit<'_> {
     /// them.
     pub(super) fn state_with(&mut self, numbers: &[&'static Number]) -> Option<State> {
         self.restore();
+        let (plain, declared) = (self.plain.clone(), self.declared.clone());
+        self.with_more(&plain, &declared, numbers)
+    }
+
+    /// The least squares around a state, to whose numbers the sheets are led, with more unknowns; `None` where a sheet has no
+    /// sensitivities to them.
+    fn with_more(
+        &mut self,
+        state: &State,
+        own: &[&'static Number],
+        numbers: &[&'static Number],
+    ) -> Option<State> {
         let asked = parameters(numbers);
-        let cloth = self.squares(&self.declared).cloth(&self.plain.shared);
+        let cloth = self.squares(own).cloth(&state.shared);
         let lead = Lead { cloth: &cloth, options: self.options, asked: &asked };
         let sheets = self.followers.par_iter_mut().zip(&self.targets);
-        let both = sheets.zip(&self.plain.poses).zip(&self.stays);
+        let both = sheets.zip(&state.poses).zip(&self.stays);
         let trials: Option<Vec<Trial>> = both
             .map(|(((sheet, target), pose), stays)| match stays {
                 true => steadied_trial_of(sheet, &asked, target.compared()).ok(),
@@ -292,8 +314,41 @@ impl Fit<'_> {
             .collect();
         let trials = trials?;
         self.stays = trials.iter().map(|trial| trial.is_steadied).collect();
-        let shared = extended(&self.plain.shared, &self.declared, numbers);
-        Some(self.squares(numbers).around(&shared, trials, self.plain.poses.clone()))
+        let shared = extended(&state.shared, own, numbers);
+        Some(self.squares(numbers).around(&shared, trials, state.poses.clone()))
+    }
+
+    /// The least squares around the plain fit with every number of some effects.
+    pub(super) fn around_plain(&mut self, numbers: Vec<&'static Number>) -> Option<Around> {
+        let state = self.state_with(&numbers)?;
+        Some(self.around_state(numbers, &state))
+    }
+
+    /// The least squares around a state, to which the sheets are led, with every effect's numbers; `None` where a sheet has no
+    /// sensitivities to them.
+    fn around_found(&mut self, state: &State, own: &[&'static Number]) -> Option<Around> {
+        let stays = std::mem::replace(&mut self.stays, vec![false; self.followers.len()]);
+        let numbers: Vec<_> =
+            EFFECTS.iter().chain([&SENSOR_EDGE]).flat_map(|e| e.numbers).collect();
+        let state = self.with_more(state, own, &numbers);
+        self.stays = stays;
+        Some(self.around_state(numbers, &state?))
+    }
+
+    fn around_state(&self, numbers: Vec<&'static Number>, state: &State) -> Around {
+        let squares = self.squares(&numbers);
+        let (precision, _, _) = squares.prior(&state.shared);
+        let off = squares.off(&state.shared);
+        let drapes = self.targets.iter().zip(&state.seen).zip(&state.poses);
+        let drapes = drapes.map(|((target, seen), pose)| DrapeAround {
+            sums: squares.sums_of(seen),
+            pose: squares.pose_prior(target, pose),
+        });
+        let drapes = drapes.collect();
+        let ends = squares.limits();
+        let room = ends.iter().zip(&state.shared).map(|(ends, at)| ends.map(|end| end - at));
+        let room = room.collect();
+        Around { drapes, precision, off, room, numbers }
     }
 
     /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.
@@ -301,13 +356,22 @@ impl Fit<'_> {
         let state = self.state_with(numbers)?;
         let most = self.simulated + self.options.evaluations * self.targets.len();
         let (state, ended) = self.descend(numbers, state, most);
-        Some(self.fitted(numbers, state, ended))
+        let around = self.around_found(&state, numbers);
+        Some(Fitted { around, ..self.fitted(numbers, state, ended) })
+    }
+
+    /// The plain fit with the least squares around it, of every effect's numbers.
+    fn plain_around(&mut self) -> Fitted {
+        self.restore();
+        let (state, own) = (self.plain.clone(), self.declared.clone());
+        let around = self.around_found(&state, &own);
+        Fitted { around, ..self.plain() }
     }
 
     /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on, and with what finer
     /// cells do to that cloth; `None` where one does not come to rest.
     pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
-        self.around(numbers, from, |fit| fit.plain())
+        self.around(numbers, from, Self::plain_around)
     }
 
     /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain
@@ -316,7 +380,7 @@ impl Fit<'_> {
     pub fn softened(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
         let state = self.state_with(numbers)?;
         let shared = softened(&state, numbers, &self.squares(numbers).limits())?;
-        self.around_shared(numbers, &shared, |fit| fit.plain())
+        self.around_shared(numbers, &shared, Self::plain_around)
     }
 
     /// Does something with the fit around the cloth of another one, whose effects' numbers are unknowns of the model there as those
@@ -442,8 +506,12 @@ impl Fit<'_> {
                     kept = self.followers.iter().map(Follower::keep).collect();
                     damping.lower();
                 }
-                None if !damping.raise() => return (best, Ended::NoBetter),
-                None => self.return_to(&kept),
+                None => {
+                    self.return_to(&kept);
+                    if !damping.raise() {
+                        return (best, Ended::NoBetter);
+                    }
+                }
             }
         }
     }
@@ -562,7 +630,19 @@ impl Fit<'_> {
             None => drapes.next().map(Ok),
         });
         let drapes = drapes.collect();
-        Fitted { cloth, stiffnesses, intervals90, at_limit, drapes, cost, misfit, ended, simulated }
+        let around = None;
+        Fitted {
+            cloth,
+            stiffnesses,
+            intervals90,
+            at_limit,
+            drapes,
+            cost,
+            misfit,
+            ended,
+            simulated,
+            around,
+        }
     }
 }
 

@@ -13,6 +13,8 @@ pub mod believed;
 pub mod beside;
 pub mod cloth_file;
 pub mod effect;
+mod evidence;
+pub mod explain;
 pub mod field;
 mod first_fabric;
 pub mod fit;

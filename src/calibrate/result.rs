@@ -3,10 +3,11 @@
 //! In: a plain fit and one with the effects that were chosen, each drape beside what was measured of it. The verdict compares the drapes held
 //! out before and after as pairs.
 
-use super::add::{CONFIRMED, FoundEffect, is_left};
+use super::add::{CONFIRMED, FoundEffect};
 use super::believed::Believed;
 use super::beside::Beside;
 use super::effect::Acts;
+use super::explain::Explanations;
 use super::fit::{FitError, Fitted};
 use super::floor::Spread;
 use super::left::{Left, left};
@@ -43,6 +44,8 @@ pub struct FabricResult {
     pub drapes: Vec<DrapeBeside>,
     /// What the residual of the plain fit asks for; `None` where too few specimens are marked `fit`.
     pub trace: Option<Trace>,
+    /// What explains scans, with probabilities; `None` of pictures, and where a sheet does not say how it moves.
+    pub explanations: Option<Explanations>,
     /// The fit with the effects that were chosen, if any were.
     pub after: Option<After>,
     /// What all this amounts to.
@@ -188,15 +191,6 @@ impl FabricResult {
             .collect()
     }
 
-    /// Whether sheets that were all scanned leave what neither scans nor cells explain, with the effects that were added or without any,
-    /// and these, if there are any, take away less than half of it.
-    #[must_use]
-    pub fn leaves(&self) -> bool {
-        let before = self.fitted.as_ref().map_or(0.0, |fitted| fitted.misfit);
-        let after = self.after.as_ref().map_or(before, |after| after.fitted.misfit);
-        scanned(&self.measured) && is_left([before, after], self.after.is_some())
-    }
-
     /// Whether the plain fit has the scans' edges as far beside the cloth's as a sensor is held to shift them at most.
     #[must_use]
     pub fn edge_at_limit(&self) -> bool {
@@ -207,23 +201,63 @@ impl FabricResult {
 
     /// The verdict, told whether the effects that were asked for are nothing in their own fits.
     pub(super) fn judge(&self, are_nothing: bool) -> Verdict {
-        let (Some(trace), Ok(_)) = (&self.trace, &self.fitted) else { return Verdict::Undecided };
-        if self.leaves() {
-            return Verdict::Unexplained;
+        let verdict = match (&self.explanations, &self.trace, &self.fitted) {
+            (Some(explanations), _, Ok(_)) => self.judge_scans(explanations),
+            (None, Some(trace), Ok(_)) => self.judge_outlines(trace, are_nothing),
+            _ => Verdict::Undecided,
+        };
+        match verdict {
+            Verdict::None if self.edge_at_limit() || self.other_face_is_off().is_some() => {
+                Verdict::Undecided
+            }
+            verdict => verdict,
         }
-        if self.after.is_none() {
-            let more = trace.unexplained.is_some() || trace.field_of_scans().is_some();
-            return match (more, trace.chosen.is_empty() || are_nothing) {
-                (true, _) => Verdict::Unexplained,
-                (false, true) if !self.edge_at_limit() => Verdict::None,
+    }
+
+    /// The verdict on scans, by what explains them. Drapes held out have to confirm an effect where there are any.
+    fn judge_scans(&self, explanations: &Explanations) -> Verdict {
+        let is_held_out = !self.pairs().is_empty();
+        if explanations.show_an_effect() && self.after.is_some() {
+            match (self.is_confirmed() || !is_held_out, self.falls_away()) {
+                (true, false) => Verdict::Found,
+                (true, true) => Verdict::Unexplained,
                 (false, _) => Verdict::Undecided,
+            }
+        } else if explanations.show_something_else() {
+            Verdict::Unexplained
+        } else if explanations.show_nothing() {
+            Verdict::None
+        } else {
+            Verdict::Undecided
+        }
+    }
+
+    /// The verdict on pictures, by what comes back from specimen to specimen.
+    fn judge_outlines(&self, trace: &Trace, are_nothing: bool) -> Verdict {
+        if self.after.is_none() {
+            return match (trace.unexplained.is_some(), trace.chosen.is_empty() || are_nothing) {
+                (true, _) => Verdict::Unexplained,
+                (false, true) => Verdict::None,
+                (false, false) => Verdict::Undecided,
             };
         }
-        match (self.is_confirmed(), self.falls_away()) {
-            (true, false) => Verdict::Found,
-            (true, true) if self.plain_leaves() => Verdict::Unexplained,
-            _ => Verdict::Undecided,
-        }
+        if self.is_confirmed() { Verdict::Found } else { Verdict::Undecided }
+    }
+
+    /// A face of which no drape was fitted, and whose drapes held out have another drape coefficient than is simulated, beyond two standard
+    /// errors of the mean and a point: measured and simulated \[%\].
+    #[must_use]
+    pub fn other_face_is_off(&self) -> Option<(Face, [f64; 2])> {
+        let groups = self.groups();
+        let is_fitted = |face| groups.iter().any(|g| g.role == Role::Fit && g.face == Some(face));
+        let is_off = |group: &Group| {
+            let [measured, simulated] = group.drape_coefficient;
+            let face = group.face.filter(|face| !is_fitted(*face))?;
+            let off = (measured - simulated).abs();
+            let sure = off > OFF_BY.0 * group.difference_se && off > OFF_BY.1;
+            sure.then_some((face, group.drape_coefficient))
+        };
+        groups.iter().filter(|group| group.role == Role::Holdout).find_map(is_off)
     }
 
     /// Whether drapes held out lie nearer with the effects that were added than without, beyond two standard errors of the squares.
@@ -239,12 +273,6 @@ impl FabricResult {
     pub fn falls_away(&self) -> bool {
         let free: Vec<[f64; 2]> = self.pairs().iter().filter_map(|p| p.let_go_rms_m).collect();
         fall_away(&free)
-    }
-
-    /// Whether sheets that were all scanned leave what neither scans nor cells explain without effects.
-    fn plain_leaves(&self) -> bool {
-        let misfit = self.fitted.as_ref().map_or(0.0, |fitted| fitted.misfit);
-        scanned(&self.measured) && is_left([misfit; 2], false)
     }
 
     /// The drapes by role and face: fitted first, face up first.
@@ -309,6 +337,8 @@ pub(super) fn scanned(measured: &[Measured]) -> bool {
     fitted.all(|m| m.rim.as_ref().is_some_and(|rim| rim.sheet.is_some()))
 }
 
+/// Standard errors and points of the drape coefficient beyond which a face is off that was not fitted.
+const OFF_BY: (f64, f64) = (2.0, 1.0);
 /// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the arcs of their outlines does, each
 /// longer than what is alike along them.
 const FEWEST_DRAPES: usize = 3;

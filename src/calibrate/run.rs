@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::add::{Asked, add};
 use super::believed::Believed;
 use super::effect::{EFFECTS, Effect};
+use super::explain::explain;
 use super::fit::{Fitted, Progress, fit};
 use super::floor::{Observed, spreads};
 use super::independent::Units;
@@ -359,28 +360,36 @@ pub fn fabric(
     let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
     let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
     let own = targets(&to_fit);
-    let (mut fitted, trace, asked) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
-        Ok(mut fit) => {
-            let fitted = to_fit.iter().zip(fit.lost()).filter(|(_, lost)| !lost);
-            let specimens: Vec<Option<&str>> =
-                fitted.map(|(&k, _)| measured[k].entry.specimen.as_deref()).collect();
-            let units = Units::of(&specimens);
-            let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
-            let perspective = Effect::named("perspective").filter(|_| known);
-            let is_cut = |effect: &&Effect| {
-                to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
-            };
-            let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
-            let without = options.without.iter().copied().chain(perspective).chain(of_other_cuts);
-            let without: Vec<_> = without.collect();
-            let trace = trace(&mut fit, &units, &without);
-            let asked = trace
-                .as_ref()
-                .map_or(Asked::NotSure, |t| add(&mut fit, t, &units, &without, scanned(&measured)));
-            (Ok(fit.plain()), trace, asked)
-        }
-        Err(error) => (Err(error), None, Asked::NotSure),
-    };
+    let (mut fitted, trace, asked, explanations) =
+        match fit(&own, &believed, mean, fit_options, rule, &fitting) {
+            Ok(mut fit) => {
+                let fitted = to_fit.iter().zip(fit.lost()).filter(|(_, lost)| !lost);
+                let specimens: Vec<Option<&str>> =
+                    fitted.map(|(&k, _)| measured[k].entry.specimen.as_deref()).collect();
+                let units = Units::of(&specimens);
+                let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
+                let perspective = Effect::named("perspective").filter(|_| known);
+                let is_cut = |effect: &&Effect| {
+                    to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
+                };
+                let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
+                let without =
+                    options.without.iter().copied().chain(perspective).chain(of_other_cuts);
+                let without: Vec<_> = without.collect();
+                let explained = match scanned(&measured) {
+                    true => explain(&mut fit, &without),
+                    false => None,
+                };
+                let trace = trace(&mut fit, &units, &without);
+                let asked = match (&explained, &trace) {
+                    (Some(explained), _) => explained.added().map_or(Asked::NotSure, Asked::Added),
+                    (None, Some(trace)) => add(&mut fit, trace, &units),
+                    (None, None) => Asked::NotSure,
+                };
+                (Ok(fit.plain()), trace, asked, explained.map(|explained| explained.explanations))
+            }
+            Err(error) => (Err(error), None, Asked::NotSure, None),
+        };
     let predicting = |progress| tell(Told::Predicting(&name, progress));
     let held = targets(&held_out);
     let beside = |fitted: &mut Fitted| {
@@ -402,9 +411,18 @@ pub fn fabric(
         }
         Asked::Nothing | Asked::NotSure => None,
     };
-    let verdict = Verdict::None;
-    let mut result =
-        FabricResult { name, believed, measured, floor, fitted, drapes, trace, after, verdict };
+    let mut result = FabricResult {
+        name,
+        believed,
+        measured,
+        floor,
+        fitted,
+        drapes,
+        trace,
+        explanations,
+        after,
+        verdict: Verdict::Undecided,
+    };
     result.verdict = result.judge(are_nothing);
     Ok(result)
 }
@@ -417,7 +435,8 @@ fn sensor_edge_m(measured: &[Measured], known: [f64; 2]) -> [f64; 2] {
     if sensor_m > 0.0 && known[1] > 0.0 { known } else { [0.0, sensor_m] }
 }
 
-/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen show one each.
+/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen show one each. Scans of one capture
+/// show one drape; of scans without a capture the distance of their rims decides.
 fn drapes_of(measured: &[Measured]) -> Vec<usize> {
     let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
     let mut drapes: Vec<usize> = Vec::new();
@@ -425,7 +444,11 @@ fn drapes_of(measured: &[Measured]) -> Vec<usize> {
         let shows = |&before: &usize| {
             let other = &measured[before];
             let same_unit = own.entry.specimen.is_some() && unit(own) == unit(other);
-            same_unit && own.rim.as_ref().zip(other.rim.as_ref()).is_none_or(is_one_drape)
+            let captures = own.entry.capture.as_ref().zip(other.entry.capture.as_ref());
+            let both = own.rim.as_ref().zip(other.rim.as_ref());
+            // of scans the user's word comes first, since stiff cloth falls alike
+            let is_one = |rims| captures.map_or_else(|| is_one_drape(rims), |(a, b)| a == b);
+            same_unit && both.is_none_or(is_one)
         };
         let first = (0..k).filter(|&before| drapes[before] == before).find(shows);
         drapes.push(first.unwrap_or(k));

@@ -180,20 +180,25 @@ impl Squares<'_> {
             let at = STIFFNESSES + k;
             precision[(at, at)] = (number.sigma / self.options.expected_of(number)).powi(2);
         }
+        let off = self.off(shared);
+        let pull = &precision * &off;
+        let squared = off.dot(&pull);
+        (precision, pull, squared)
+    }
+
+    /// How far each shared unknown is below what is expected.
+    pub fn off(&self, shared: &[f64]) -> DVector<f64> {
         let of_number = |k: usize| {
             let number = self.numbers[k - STIFFNESSES];
             self.options.mean_of(number) / number.sigma
         };
         let expected =
             |k: usize| if k < STIFFNESSES { self.believed.ln_mean[k] } else { of_number(k) };
-        let off = DVector::from_fn(common, |k, _| expected(k) - shared[k]);
-        let pull = &precision * &off;
-        let squared = off.dot(&pull);
-        (precision, pull, squared)
+        DVector::from_fn(self.shared(), |k, _| expected(k) - shared[k])
     }
 
     /// Precision of each number of a pose, and how far it is from what is expected.
-    fn pose_prior(&self, target: &Target, pose: &Pose) -> [(f64, f64); POSE] {
+    pub fn pose_prior(&self, target: &Target, pose: &Pose) -> [(f64, f64); POSE] {
         let (sigma, first) = (target.pose_sigma(self.options), target.first_pose());
         std::array::from_fn(|m| {
             let precision = if sigma[m] > 0.0 { sigma[m].powi(-2) } else { FIXED };
@@ -224,7 +229,8 @@ impl Squares<'_> {
         pose
     }
 
-    fn sums_of(&self, seen: &Seen) -> Sums {
+    /// The sums of a drape, its pose's priors not in them.
+    pub fn sums_of(&self, seen: &Seen) -> Sums {
         let options = self.options;
         let mut cost = 0.0;
         let mut weighted = seen.columns.clone();

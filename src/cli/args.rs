@@ -1239,6 +1239,9 @@ pub(crate) struct SealedCases {
     /// Squares that are scanned, by this sensor profile, and read by the whole scan path, in place of discs seen from above
     #[arg(long, value_name = "PROFILE")]
     pub(crate) scans: Option<String>,
+    /// One specimen that is dropped N times, its face up, in place of several with both faces; of `--scans`
+    #[arg(long, value_name = "N", requires = "scans", value_parser = clap::value_parser!(u64).range(1..=12))]
+    pub(crate) drops: Option<u64>,
     /// Vertices a side of the true drapes, finer than any that the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,

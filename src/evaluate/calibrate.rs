@@ -67,6 +67,8 @@ pub struct Series {
     pub seed: u64,
     /// Discs seen from above, or squares that are scanned.
     pub bench: Bench,
+    /// One specimen, dropped so often with its face up, in place of several with both faces.
+    pub drops: Option<usize>,
     /// Which of them.
     pub cases: std::ops::Range<u64>,
     /// How they are made.
@@ -96,7 +98,7 @@ impl Series {
     }
 
     fn scored(&self, index: u64, keeper: Option<&Keeper>) -> Result<Scored, SeriesError> {
-        let case = Case::drawn(self.seed, index, self.bench)?;
+        let case = Case::drawn(self.seed, index, self.bench, self.drops)?;
         let folder = self.folder.join(format!("{}-{index}", self.seed));
         let sealed = make(&case, &folder, &self.make)?;
         let kept = match keeper.and_then(|keeper| keeper.read(&folder)) {

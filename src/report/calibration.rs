@@ -12,13 +12,14 @@ use crate::calibrate::add::FoundEffect;
 use crate::calibrate::beside::Beside;
 use crate::calibrate::cloth_file;
 use crate::calibrate::effect::{Effect, Number};
+use crate::calibrate::explain::{Cause, Explanation, Explanations, next_measurement};
 use crate::calibrate::field::{Field, FieldLayer, Strongest};
 use crate::calibrate::fit::Fitted;
 use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;
 use crate::calibrate::pose::POSE_KEYS;
-use crate::calibrate::result::{DrapeBeside, FabricResult, Group, Pair};
+use crate::calibrate::result::{DrapeBeside, FabricResult, Group, Pair, Verdict};
 use crate::calibrate::run::{Calibration, Refused};
 use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
@@ -178,6 +179,7 @@ fn of_fabric(fabric: &FabricResult) -> Value {
     let found = fabric.after.iter().flat_map(|after| &after.effects);
     text["effects"] = found.flat_map(of_effect).collect();
     text["trace"] = fabric.trace.as_ref().map_or(Value::Null, |trace| of_trace(fabric, trace));
+    text["explanations"] = fabric.explanations.as_ref().map_or(Value::Null, of_explanations);
     text["left"] = fabric.left().map_or(
         Value::Null,
         |left| json!({"rms_mm": left.rms_m / M_PER_MM, "along_mm": left.along_m / M_PER_MM}),
@@ -207,6 +209,21 @@ fn of_effect(found: &FoundEffect) -> Vec<Value> {
         })
     };
     found.numbers.iter().map(of).collect()
+}
+
+/// The explanations, the most probable first; a cause is the names of its effects, `nothing`, or `else`.
+fn of_explanations(explanations: &Explanations) -> Value {
+    let of =
+        |e: &Explanation| json!({"cause": cause_names(&e.cause), "probability": e.probability});
+    explanations.0.iter().map(of).collect()
+}
+
+fn cause_names(cause: &Cause) -> Vec<&'static str> {
+    match cause {
+        Cause::Nothing => vec!["nothing"],
+        Cause::Effects(effects) => effects.iter().map(|effect| effect.name).collect(),
+        Cause::Else => vec!["else"],
+    }
 }
 
 fn of_trace(fabric: &FabricResult, trace: &Trace) -> Value {
@@ -576,8 +593,22 @@ fn effects_table(fabric: &FabricResult) -> String {
         text += "  with that\n";
         text += &groups_table(&fabric.groups_of(&after.drapes));
     }
-    text + &format!("  verdict: {}\n", fabric.verdict.name())
+    for explanation in fabric.explanations.iter().flat_map(|all| &all.0) {
+        if explanation.probability >= SHOWN_PROBABILITY {
+            let cause = cause_names(&explanation.cause).join(" and ");
+            text += &format!("  {:5.1} % {cause}\n", 100.0 * explanation.probability);
+        }
+    }
+    text += &format!("  verdict: {}\n", fabric.verdict.name());
+    let next = fabric.explanations.as_ref().and_then(next_measurement);
+    if let Some(next) = next.filter(|_| fabric.verdict == Verdict::Undecided) {
+        text += &format!("  next: {next}\n");
+    }
+    text
 }
+
+/// Least probability of an explanation that is printed.
+const SHOWN_PROBABILITY: f64 = 0.01;
 
 /// What fields foretell of what is left, and where the one that foretells most is strongest.
 fn field_lines(fabric: &FabricResult, trace: &Trace) -> String {

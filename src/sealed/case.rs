@@ -63,7 +63,16 @@ const SCANNED: usize = 3;
 /// Fabrics of a prior that are tried for such bending lengths.
 const FABRICS: u64 = 20_000;
 
-/// One fabric in one experiment, several specimens, both faces.
+/// Which drapes a case has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plan {
+    /// So many specimens, each draped with its face up and with its face down; the last ones are held out.
+    Specimens(usize),
+    /// One specimen, dropped so often with its face up; nothing is held out.
+    Drops(usize),
+}
+
+/// One fabric in one experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// Seed of the run.
@@ -78,8 +87,8 @@ pub struct Case {
     pub fabric: Fabric,
     /// Its effects.
     pub effects: Vec<Effect>,
-    /// Number of specimens, each draped with its face up and with its face down.
-    pub specimens: usize,
+    /// The drapes of the case.
+    pub plan: Plan,
     /// Specimen and plate: discs are seen as silhouettes, squares are scanned.
     pub bench: Bench,
 }
@@ -102,23 +111,29 @@ pub enum CaseError {
 }
 
 impl Case {
-    /// Case `index` of a run on a bench.
+    /// Case `index` of a run on a bench: several specimens, or one that is dropped so often.
     ///
     /// # Errors
     /// [`CaseError`], which the shipped priors do not give.
-    pub fn drawn(seed: u64, index: u64, bench: Bench) -> Result<Self, CaseError> {
+    pub fn drawn(
+        seed: u64,
+        index: u64,
+        bench: Bench,
+        drops: Option<usize>,
+    ) -> Result<Self, CaseError> {
         let mut draw = rng(seed, "sealed case", index);
         let prior = if draw.random_bool(0.5) { Mixture::measured() } else { Mixture::knit_2020() };
         let fabric = foldable(&prior, &mut draw)?;
         let kind = KINDS[(index % KINDS.len() as u64) as usize];
         let cloth = Cloth { density_kg_m2: fabric.density_kg_m2 };
         let effects = effects(kind, bench, turn_of(seed, index), &cloth, &mut draw);
-        let specimens = match bench {
-            Bench::Cusick => draw.random_range(5..=6),
-            Bench::Square => SCANNED,
+        let plan = match (drops, bench) {
+            (Some(drops), _) => Plan::Drops(drops),
+            (None, Bench::Cusick) => Plan::Specimens(draw.random_range(5..=6)),
+            (None, Bench::Square) => Plan::Specimens(SCANNED),
         };
         let prior = prior.name().to_owned();
-        Ok(Self { seed, index, kind, prior, fabric, effects, specimens, bench })
+        Ok(Self { seed, index, kind, prior, fabric, effects, plan, bench })
     }
 
     /// Even cloth on the bench, level and in still air.
@@ -209,12 +224,12 @@ mod tests {
     #[test]
     fn a_case_is_drawn_by_its_seed_and_number_alone() {
         assert_eq!(
-            Case::drawn(5, 3, Bench::Cusick).unwrap(),
-            Case::drawn(5, 3, Bench::Cusick).unwrap()
+            Case::drawn(5, 3, Bench::Cusick, None).unwrap(),
+            Case::drawn(5, 3, Bench::Cusick, None).unwrap()
         );
         assert_ne!(
-            Case::drawn(5, 3, Bench::Cusick).unwrap().fabric,
-            Case::drawn(6, 3, Bench::Cusick).unwrap().fabric
+            Case::drawn(5, 3, Bench::Cusick, None).unwrap().fabric,
+            Case::drawn(6, 3, Bench::Cusick, None).unwrap().fabric
         );
     }
 
@@ -226,7 +241,7 @@ mod tests {
     }
 
     fn sixty_cases(bench: Bench) {
-        let drawn = |index| Case::drawn(2, index, bench).unwrap();
+        let drawn = |index| Case::drawn(2, index, bench, None).unwrap();
         let cases: Vec<Case> = (0..60).map(drawn).collect();
         let count = |kind: Kind| cases.iter().filter(|case| case.kind == kind).count();
         let kinds = [Kind::One, Kind::None, Kind::Unlisted, Kind::Two].map(count);
@@ -241,7 +256,8 @@ mod tests {
         let priors: BTreeSet<&str> = cases.iter().map(|case| case.prior.as_str()).collect();
         assert_eq!(priors.len(), 2);
         for case in &cases {
-            assert!((if bench == Bench::Cusick { 5..=6 } else { 3..=3 }).contains(&case.specimens));
+            let specimens = if bench == Bench::Cusick { 5..=6 } else { 3..=3 };
+            assert!(matches!(case.plan, Plan::Specimens(n) if specimens.contains(&n)));
             let counts = match case.kind {
                 Kind::None => 0,
                 Kind::One | Kind::Unlisted => 1,
@@ -259,7 +275,7 @@ mod tests {
     fn an_odd_effect_changes_its_sign_with_the_face_and_the_room_stays() {
         let case = |effects: &[Effect]| Case {
             effects: effects.to_vec(),
-            ..Case::drawn(1, 1, Bench::Cusick).unwrap()
+            ..Case::drawn(1, 1, Bench::Cusick, None).unwrap()
         };
         let both = |effects: &[Effect]| {
             let case = case(effects);

@@ -14,7 +14,7 @@ use rand::RngExt as _;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::case::{Case, Kind};
+use super::case::{Case, Kind, Plan};
 use super::effect::Effect;
 use super::left::{Moved, at_rest, left_m, of_outline, of_scan};
 use crate::base::boundary::POINTS;
@@ -156,6 +156,8 @@ pub enum MakeError {
 
 /// Colour of the mark on a specimen that is scanned.
 const MARK: [u8; 3] = [255, 0, 0];
+/// Seeds between two drops of a specimen: more than its captures and tries need.
+const DROPPED_ANEW: u64 = 1_000_000;
 /// Drops that are tried for a drape.
 const DROPS: u64 = 4;
 /// Parts of the effects that are taken away to see how far they move an outline: the first that keeps to the branch counts.
@@ -179,9 +181,7 @@ pub fn make(case: &Case, folder: &Path, options: &MakeOptions) -> Result<Sealed,
     }
     std::fs::create_dir_all(folder)
         .map_err(|source| MakeError::Io { path: shown(folder), source })?;
-    let units: Vec<Unit> = (1..=case.specimens)
-        .flat_map(|specimen| [Face::Up, Face::Down].map(|face| Unit { specimen, face }))
-        .collect();
+    let units = units(case.plan);
     let drapes = units.par_iter().map(|unit| unit.made(case, folder, options));
     let drapes = with_left(drapes.collect::<Result<_, _>>()?);
     let text = manifest(case, &units, options);
@@ -254,7 +254,7 @@ impl Sealed {
     fn is_of(&self, case: &Case) -> bool {
         let own = (self.seed, self.index, self.fabric_si, &self.effects);
         own == (case.seed, case.index, case.fabric.in_si(), &case.effects)
-            && self.drapes.len() == 2 * case.specimens
+            && self.drapes.len() == units(case.plan).len()
     }
 }
 
@@ -277,10 +277,22 @@ fn with_left(made: Vec<(SealedDrape, Option<Moved>)>) -> Vec<SealedDrape> {
 /// Discs and squares that are marked to be fitted.
 const FITTED: [usize; 2] = [4, 2];
 
-/// A specimen with one side up.
+/// A drape of a specimen with one side up.
 struct Unit {
     specimen: usize,
     face: Face,
+    /// Which of its drops, from 1, where it is dropped several times.
+    drop: Option<usize>,
+}
+
+/// The drapes of a plan.
+fn units(plan: Plan) -> Vec<Unit> {
+    let both = |specimen| [Face::Up, Face::Down].map(|face| Unit { specimen, face, drop: None });
+    let dropped = |drop| Unit { specimen: 1, face: Face::Up, drop: Some(drop) };
+    match plan {
+        Plan::Specimens(count) => (1..=count).flat_map(both).collect(),
+        Plan::Drops(count) => (1..=count).map(dropped).collect(),
+    }
 }
 
 impl Unit {
@@ -292,19 +304,20 @@ impl Unit {
         if self.specimen <= fitted { Role::Fit } else { Role::Holdout }
     }
 
-    /// How often it is seen: of squares those held out are scanned twice, which gives the floor.
+    /// How often it is seen: of squares those held out are scanned twice, or the first drop, which gives the floor.
     fn captures(&self, bench: Bench, options: &MakeOptions) -> usize {
-        match (bench, self.role(bench)) {
-            (Bench::Square, Role::Fit) => 1,
+        match (bench, self.role(bench), self.drop) {
+            (Bench::Square, Role::Fit, None | Some(2..)) => 1,
             _ => options.captures,
         }
     }
 
     fn file(&self, bench: Bench, capture: usize) -> String {
         let (specimen, face) = (self.specimen, self.face.name());
-        match bench {
-            Bench::Cusick => format!("S{specimen}_{face}_{capture}.png"),
-            Bench::Square => format!("S{specimen}_{face}_{capture}.ply"),
+        match (bench, self.drop) {
+            (Bench::Cusick, _) => format!("S{specimen}_{face}_{capture}.png"),
+            (Bench::Square, None) => format!("S{specimen}_{face}_{capture}.ply"),
+            (Bench::Square, Some(drop)) => format!("S{specimen}_{face}_drop{drop}_{capture}.ply"),
         }
     }
 
@@ -312,7 +325,8 @@ impl Unit {
     fn seed(&self, case: &Case, purpose: &str, number: u64) -> u64 {
         let of_run: u64 = rng(case.seed, purpose, case.index).random();
         let own = 2 * self.specimen as u64 + u64::from(self.face == Face::Down);
-        rng(of_run, purpose, 1000 * own + number).random()
+        let drop = self.drop.map_or(0, |drop| DROPPED_ANEW * drop as u64);
+        rng(of_run, purpose, drop + 1000 * own + number).random()
     }
 
     /// Drapes it and writes its pictures or its scan.
@@ -494,6 +508,11 @@ fn manifest(case: &Case, units: &[Unit], options: &MakeOptions) -> String {
             let file = unit.file(case.bench, capture);
             let (specimen, face, role) =
                 (unit.specimen, unit.face.name(), unit.role(case.bench).name());
+            // scans of one capture are scans of one drape; pictures of a unit are all of one
+            let capture = match case.bench {
+                Bench::Cusick => capture,
+                Bench::Square => unit.drop.unwrap_or(1),
+            };
             let [kind, bench, pixel, warp] = match case.bench {
                 Bench::Cusick => ["silhouette", "cusick", &format!("{pixel_mm:.4}"), "0"],
                 Bench::Square => ["scan", "square", "", "mark:red"],
@@ -530,7 +549,7 @@ mod tests {
             prior,
             fabric,
             effects,
-            specimens: 1,
+            plan: Plan::Specimens(1),
             bench: Bench::Cusick,
         }
     }
@@ -569,7 +588,7 @@ mod tests {
         });
         for (entry, k) in entries.iter().zip([0, 0, 1, 1]) {
             let drape = &sealed.drapes[k];
-            let unit = Unit { specimen: 1, face: entry.face.unwrap() };
+            let unit = Unit { specimen: 1, face: entry.face.unwrap(), drop: None };
             assert_eq!((entry.role.name(), unit.face.name()), ("fit", drape.face.as_str()));
             let larger = truths[k].mapped(|p| p.map(|v| 1.02 * v));
             let picture = grey(&entry.path).unwrap();

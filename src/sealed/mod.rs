@@ -15,6 +15,6 @@ mod left;
 mod make;
 mod region;
 
-pub use case::{Case, CaseError, Kind};
+pub use case::{Case, CaseError, Kind, Plan};
 pub use effect::{Cloth, Effect, LISTED, UNLISTED};
 pub use make::{MakeError, MakeOptions, Sealed, SealedDrape, make, read};

@@ -18,10 +18,22 @@ impl Fit<'_> {
     /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
     /// the first step. Then, where stretch or shear has run off, once more at what is believed of them; where one sheet lies worse than the
     /// others, at the cloth of these; last at the cloth found, with sheets that come straight to it.
-    pub(super) fn start_otherwise(&mut self) {
-        if !self.targets.iter().all(|target| target.is_held(self.options)) {
-            return;
+    /// Whether that brought it nearer.
+    pub(in crate::calibrate) fn start_otherwise(&mut self) -> bool {
+        let before = self.plain.cost;
+        if self.targets.iter().all(|target| target.is_held(self.options)) {
+            self.try_starts();
         }
+        self.plain.cost < before - LED_GAIN
+    }
+
+    /// Begins again at the cloth found, with sheets that come straight to it: sheets that were led from cloth to cloth bring along what friction
+    /// remembers of the way.
+    pub(in crate::calibrate) fn begin_again_here(&mut self) {
+        self.begin_again(&self.plain.shared.clone());
+    }
+
+    fn try_starts(&mut self) {
         for _ in 0..STARTS {
             if self.plain.misfit() < AGAIN {
                 break;

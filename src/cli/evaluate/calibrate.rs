@@ -31,6 +31,7 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
     let series = Series {
         seed: given.seed,
         bench: if given.scans.is_some() { Bench::Square } else { Bench::Cusick },
+        drops: given.drops.map(|drops| drops as usize),
         cases: given.first..given.first.saturating_add(given.count),
         make,
         calibrate,

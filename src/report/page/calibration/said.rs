@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use crate::base::units::mm;
 use crate::calibrate::effect::Acts;
+use crate::calibrate::explain::{Cause, Explanations, next_measurement};
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::independent::{FEWEST_UNITS, Independent};
 use crate::calibrate::manifest::{Face, Role};
@@ -56,20 +57,30 @@ pub(super) fn verdict(fabric: &FabricResult) -> Markup {
 /// The grounds of the verdict.
 fn sentences(fabric: &FabricResult) -> Vec<String> {
     let mut out = Vec::new();
+    if let Some(explanations) = &fabric.explanations {
+        out.push(explained(explanations));
+    }
     let Some(trace) = &fabric.trace else {
-        out.push(format!(
-            "Too few specimens are marked \u{201c}fit\u{201d} to look for effects, or drapes of fewer: {FEWEST_UNITS} at least, so that each can be foretold from the others; or a sheet rests where it is not known how it would move."
-        ));
+        if fabric.explanations.is_none() {
+            out.push(format!(
+                "Too few specimens are marked \u{201c}fit\u{201d} to look for effects, or drapes of fewer: {FEWEST_UNITS} at least, so that each can be foretold from the others; or a sheet rests where it is not known how it would move."
+            ));
+        }
         return out;
     };
     if trace.independent == Independent::Drapes {
         out.push(format!(
-            "Of fewer than {FEWEST_UNITS} specimens the {} drapes themselves were foretold from each other: what is below may be a specimen\u{2019}s own and not the cloth\u{2019}s.",
+            "Of fewer than {FEWEST_UNITS} specimens the {} drapes themselves were compared: what is found may be a specimen\u{2019}s own and not the cloth\u{2019}s.",
             trace.units
         ));
     }
-    if fabric.leaves() {
-        out.push("The scanned sheets leave more than scans and cells explain, and no effect that was looked for takes half of it away: something else is there.".to_owned());
+    if let Some((face, [measured, simulated])) = fabric.other_face_is_off() {
+        out.push(format!(
+            "Drapes with the face {} were held out. Their drape coefficient is {} % and the simulated one {} %: what was fitted does not hold for that face.",
+            face.name(),
+            fixed(measured, 1),
+            fixed(simulated, 1)
+        ));
     }
     let names = |all: &[&'static str]| {
         all.iter().map(|name| effect(name)).collect::<Vec<_>>().join(" and ")
@@ -110,6 +121,7 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                 }
             }
         }
+    } else if fabric.explanations.is_some() {
     } else if !trace.chosen.is_empty() {
         let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
         let fitted = match fabric.verdict {
@@ -127,6 +139,24 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
         ));
     }
     out
+}
+
+/// What the scans are explained by, with probabilities from one in a hundred on.
+fn explained(explanations: &Explanations) -> String {
+    let shown = explanations.0.iter().filter(|e| e.probability >= 0.01);
+    let all = shown.map(|e| format!("{} {}", cause(&e.cause), percent(e.probability, 0)));
+    format!("Probable explanations of the scans: {}.", all.collect::<Vec<_>>().join(", "))
+}
+
+/// A cause in words.
+fn cause(cause: &Cause) -> String {
+    match cause {
+        Cause::Nothing => "nothing beyond the plain model".to_owned(),
+        Cause::Effects(effects) => {
+            effects.iter().map(|e| effect(e.name)).collect::<Vec<_>>().join(" and ")
+        }
+        Cause::Else => "something that is not on the list".to_owned(),
+    }
 }
 
 /// What is to be done about the effects that were found: those of the cloth belong to it, those of the bench are mended there.
@@ -164,6 +194,12 @@ pub(super) fn next(fabric: &FabricResult) -> Markup {
         Verdict::Found => {}
         Verdict::None => steps.push("Use the parameters of the plain model."),
         Verdict::Undecided if fabric.edge_at_limit() => steps.push("Measure a specimen\u{2019}s side, and scan something flat of known size: the scans\u{2019} edges lie farther beside the cloth\u{2019}s than a sensor is held to shift them, by the specimens\u{2019} size, the scans\u{2019} scale or the sensor. What the sensor does, specimens of measured size tell (sensor_edge): give that with --sensor-edge-mm."),
+        Verdict::Undecided if fabric.explanations.is_some() => {
+            steps.extend(fabric.explanations.as_ref().and_then(next_measurement));
+        }
+        Verdict::Undecided if fabric.other_face_is_off().is_some() => {
+            steps.push("Mark drapes of both faces fit: what the faces differ by can be found from both alone.");
+        }
         Verdict::Undecided => steps.push("Use the parameters of the plain model, and measure more specimens, on both faces, some held out: the effect shows or goes."),
         Verdict::Unexplained => steps.push("Look at the residuals drape by drape: what stays with the cloth, with the face or with the bench tells what to look for on cloth and bench."),
     }

@@ -1,0 +1,435 @@
+//! How probable what was measured is, given which effects the cloth and the bench have.
+//!
+//! In: the least squares of each drape around a fit ([`Around`]), with the moves of every effect. Out: [`Evidence`], the logarithm of the
+//! marginal likelihood over sizes of the discrepancy. Integrated out are the stiffnesses and the effects' sizes, each drape's pose, and a small
+//! part of every effect that each scan has of its own (Laplace's method: the least squares are quadratic around the fit).
+//!
+//! The discrepancy is what no parameter makes: cells, minima beside the scan's, noise that is alike over a stretch. Its standard deviation is
+//! a share of the one that the fit takes for the distances, the same for all drapes, and unknown. Of drapes of the model it follows from the
+//! scans' noise ([`Discrepancy::usual`]); where something else is there, it is larger.
+//!
+//! Where it fails: an effect that is so large that its moves are not linear has to be fitted first.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::effect::{Acts, FIELDS, Number};
+use super::field::smoothness_of;
+use super::pose::POSE;
+use super::squares::Sums;
+use crate::fabric::STIFFNESSES;
+use crate::sim::sensitivity::Parameter;
+
+/// A drape's part of the least squares around a fit.
+#[derive(Clone, Debug)]
+pub(super) struct DrapeAround {
+    /// Its sums over stiffnesses, numbers and pose, without priors.
+    pub sums: Sums,
+    /// Precision of each number of its pose, and how far it is from what is expected.
+    pub pose: [(f64, f64); POSE],
+}
+
+/// The least squares around a fit.
+#[derive(Clone, Debug)]
+pub(super) struct Around {
+    /// The numbers whose moves are known; they come after the stiffnesses.
+    pub numbers: Vec<&'static Number>,
+    /// The drapes.
+    pub drapes: Vec<DrapeAround>,
+    /// Precision of stiffnesses and numbers before anything is measured.
+    pub precision: DMatrix<f64>,
+    /// How far each is below what is expected.
+    pub off: DVector<f64>,
+    /// How far each may still change.
+    pub room: Vec<[f64; 2]>,
+}
+
+/// Sizes of the discrepancy that are looked at, as shares of the distances' standard deviations.
+const SHARES: [f64; 16] =
+    [0.06, 0.08, 0.1, 0.125, 0.16, 0.2, 0.25, 0.32, 0.4, 0.5, 0.65, 0.8, 1.0, 1.3, 1.8, 2.5];
+
+/// What is believed of the discrepancy's share: median, and standard deviation of its logarithm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Discrepancy {
+    median: f64,
+    ln_sigma: f64,
+}
+
+impl Discrepancy {
+    /// Of drapes of the model: what the scans' noise and a part of what the fit allows a drape to lie off make \[m\].
+    pub fn usual(noise_m: f64, model_m: f64) -> Self {
+        let expected_m = (NOISE * noise_m).hypot(MINIMA * model_m);
+        Self { median: expected_m / noise_m.hypot(model_m), ln_sigma: 0.4 }
+    }
+
+    /// Where something is there that the model does not have.
+    pub fn with_more(self) -> Self {
+        Self { median: MORE * self.median, ln_sigma: 0.5 }
+    }
+}
+
+/// Parts of a scan's stated noise, and of what the fit allows a drape to lie off, that drapes of the model leave; and how many times as much is
+/// left where something else is there.
+const NOISE: f64 = 0.7;
+const MINIMA: f64 = 0.15;
+const MORE: f64 = 3.0;
+
+/// Logarithms of the probability of what was measured, for each of [`SHARES`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Evidence([f64; SHARES.len()]);
+
+impl Evidence {
+    /// The logarithm with the discrepancy's size integrated out.
+    pub fn ln(&self, believed: Discrepancy) -> f64 {
+        let Discrepancy { median, ln_sigma } = believed;
+        let ln_prior = SHARES.map(|share| -0.5 * ((share / median).ln() / ln_sigma).powi(2));
+        let both: Vec<f64> = self.0.iter().zip(ln_prior).map(|(ln, prior)| ln + prior).collect();
+        ln_sum(&both) - ln_sum(&ln_prior)
+    }
+
+    /// The mean of several alternatives.
+    pub fn mean(all: &[Self]) -> Self {
+        let at = |k: usize| {
+            let own: Vec<f64> = all.iter().map(|evidence| evidence.0[k]).collect();
+            ln_sum(&own) - (all.len() as f64).ln()
+        };
+        Self(std::array::from_fn(at))
+    }
+}
+
+/// The logarithm of a sum of exponentials.
+pub(super) fn ln_sum(all: &[f64]) -> f64 {
+    let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if most.is_finite() {
+        most + all.iter().map(|ln| (ln - most).exp()).sum::<f64>().ln()
+    } else {
+        most
+    }
+}
+
+/// `exp(ln - (c - 2 b x + x A x) / 2)` over changes of stiffnesses and numbers, one for each of [`SHARES`].
+pub(super) struct Forms(Vec<Form>);
+
+impl Around {
+    /// The drapes' forms, poses and what each scan has of its own integrated out; `None` where they have no solution.
+    pub fn forms(&self) -> Option<Forms> {
+        let own = self.own();
+        let of = |share: f64| -> Option<Form> {
+            let weight = INDEPENDENT / share.powi(2);
+            let drapes = self.drapes.iter().map(|DrapeAround { sums, pose }| {
+                let form = Form {
+                    a: &sums.normal * weight,
+                    b: &sums.right * weight,
+                    c: sums.cost * weight,
+                    ln: -INDEPENDENT * sums.independent * share.ln(),
+                };
+                form.without_pose(pose)?.with_own(&own)
+            });
+            let drapes: Vec<Form> = drapes.collect::<Option<_>>()?;
+            drapes.into_iter().reduce(Form::plus)
+        };
+        SHARES.into_iter().map(of).collect::<Option<_>>().map(Forms)
+    }
+
+    /// The evidence where the stiffnesses and some numbers are unknown, and all others are nothing.
+    pub fn evidence(&self, forms: &Forms, unknown: &[&'static Number]) -> Option<Evidence> {
+        self.with_precision(forms, &self.indices(unknown), &self.precision)
+    }
+
+    /// The evidence of smooth fields on the cloth beside some numbers, as [`FIELDS`] has them: whatever is there acts at some places of the
+    /// cloth.
+    pub fn of_fields(&self, forms: &Forms, unknown: &[&'static Number]) -> Option<Evidence> {
+        let mut all = Vec::new();
+        for (field, layers) in &FIELDS {
+            let numbers: Vec<&'static Number> =
+                unknown.iter().copied().chain(field.numbers).collect();
+            let of = self.indices(&numbers);
+            let nodes = self.indices(&field.numbers.iter().collect::<Vec<_>>());
+            for smooth in smoothness_of(layers) {
+                let mut precision = self.precision.clone();
+                for (a, &row) in nodes[STIFFNESSES..].iter().enumerate() {
+                    for (b, &column) in nodes[STIFFNESSES..].iter().enumerate() {
+                        precision[(row, column)] = smooth[(a, b)];
+                    }
+                }
+                all.extend(self.with_precision(forms, &of, &precision));
+            }
+        }
+        (!all.is_empty()).then(|| Evidence::mean(&all))
+    }
+
+    /// Whether a number moves any drape.
+    pub fn moves(&self, number: &'static Number) -> bool {
+        let at = self.numbers.iter().position(|own| *own == number);
+        at.is_some_and(|at| {
+            let at = STIFFNESSES + at;
+            self.drapes.iter().any(|drape| drape.sums.normal[(at, at)] > 0.0)
+        })
+    }
+
+    fn with_precision(
+        &self,
+        Forms(forms): &Forms,
+        of: &[usize],
+        precision: &DMatrix<f64>,
+    ) -> Option<Evidence> {
+        let mut ln = [0.0; SHARES.len()];
+        for (ln, form) in ln.iter_mut().zip(forms) {
+            *ln = self.ln_of(form, of, precision)?;
+        }
+        Some(Evidence(ln))
+    }
+
+    /// The logarithm of a form's integral over some unknowns; a number that would leave what is tried of it stays at the end.
+    fn ln_of(&self, form: &Form, of: &[usize], precision: &DMatrix<f64>) -> Option<f64> {
+        let mut of = of.to_vec();
+        loop {
+            let prior = precision.select_rows(&of).select_columns(&of);
+            let off = self.off.select_rows(&of);
+            let pull = &prior * &off;
+            let factor = (form.a.select_rows(&of).select_columns(&of) + &prior).cholesky()?;
+            let b = form.b.select_rows(&of) + &pull;
+            let change = factor.solve(&b);
+            let leaves =
+                |(&at, &by): (&usize, &f64)| by < self.room[at][0] || by > self.room[at][1];
+            let inside: Vec<usize> = of
+                .iter()
+                .zip(&change)
+                .filter(|both| !leaves((both.0, both.1)))
+                .map(|(at, _)| *at)
+                .collect();
+            if inside.len() == of.len() {
+                let volume = half_ln_det(&prior.cholesky()?) - half_ln_det(&factor);
+                return Some(form.ln - 0.5 * (form.c + off.dot(&pull) - b.dot(&change)) + volume);
+            }
+            of = inside;
+        }
+    }
+
+    /// The stiffnesses and some numbers among all unknowns.
+    fn indices(&self, unknown: &[&'static Number]) -> Vec<usize> {
+        let is_asked = |k: &usize| unknown.contains(&self.numbers[*k]);
+        let numbers = (0..self.numbers.len()).filter(is_asked).map(|k| STIFFNESSES + k);
+        (0..STIFFNESSES).chain(numbers).collect()
+    }
+
+    /// The changes that every scan has of its own, and their standard deviations: by so much a bench is not what it is said to be, a scan not what was
+    /// there, cells not the cloth.
+    fn own(&self) -> Vec<(usize, f64)> {
+        let number = |(k, number): (usize, &&'static Number)| {
+            let sigma = match number.acts {
+                Acts::Sheet(&[Parameter::Warp, Parameter::Weft]) => SIZE_OF_EACH_SCAN,
+                Acts::Node(_) | Acts::Outline(_) | Acts::Edge => return None,
+                _ => OF_EACH_SCAN,
+            };
+            Some((STIFFNESSES + k, sigma))
+        };
+        let stiffnesses = (0..STIFFNESSES).map(|k| (k, STIFFNESS_OF_EACH_SCAN));
+        stiffnesses.chain(self.numbers.iter().enumerate().filter_map(number)).collect()
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Form {
+    a: DMatrix<f64>,
+    b: DVector<f64>,
+    c: f64,
+    ln: f64,
+}
+
+impl Form {
+    /// The same with the pose, the last unknowns, integrated out over its prior.
+    fn without_pose(self, pose: &[(f64, f64); POSE]) -> Option<Self> {
+        let common = self.b.len() - POSE;
+        let kept: Vec<usize> = (0..common).collect();
+        let free: Vec<usize> = (0..POSE).filter(|&m| pose[m].0 < FIXED).collect();
+        let at: Vec<usize> = free.iter().map(|m| common + m).collect();
+        let mut inner = self.a.select_rows(&at).select_columns(&at);
+        let mut pulled = self.b.select_rows(&at);
+        let coupled = self.a.select_rows(&at).select_columns(&kept);
+        let (a, b) = (self.a.select_rows(&kept).select_columns(&kept), self.b.select_rows(&kept));
+        let mut own = Self { a, b, ..self };
+        for (k, &m) in free.iter().enumerate() {
+            let (precision, off) = pose[m];
+            inner[(k, k)] += precision;
+            pulled[k] -= precision * off;
+            own.c += precision * off * off;
+            own.ln += 0.5 * precision.ln();
+        }
+        own.without(inner, &coupled, &pulled)
+    }
+
+    /// The same with further changes of some unknowns, of such standard deviations, integrated out.
+    fn with_own(mut self, own: &[(usize, f64)]) -> Option<Self> {
+        let at: Vec<usize> = own.iter().map(|(at, _)| *at).collect();
+        let coupled = self.a.select_rows(&at);
+        let mut inner = coupled.select_columns(&at);
+        for (k, (_, sigma)) in own.iter().enumerate() {
+            inner[(k, k)] += sigma.powi(-2);
+            self.ln -= sigma.ln();
+        }
+        let pulled = self.b.select_rows(&at);
+        self.without(inner, &coupled, &pulled)
+    }
+
+    /// The integral over unknowns of such a matrix, coupled to the others and pulled so.
+    fn without(
+        mut self,
+        inner: DMatrix<f64>,
+        coupled: &DMatrix<f64>,
+        pulled: &DVector<f64>,
+    ) -> Option<Self> {
+        let factor = inner.cholesky()?;
+        let along = factor.solve(pulled);
+        self.a -= coupled.tr_mul(&factor.solve(coupled));
+        self.b -= coupled.tr_mul(&along);
+        self.c -= pulled.dot(&along);
+        self.ln -= half_ln_det(&factor);
+        Some(self)
+    }
+
+    fn plus(mut self, other: Self) -> Self {
+        self.a += &other.a;
+        self.b += &other.b;
+        self.c += other.c;
+        self.ln += other.ln;
+        self
+    }
+}
+
+fn half_ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
+    factor.l_dirty().diagonal().iter().map(|along| along.ln()).sum()
+}
+
+/// Precision from which on a number of a pose stays what it is.
+const FIXED: f64 = 1e17;
+/// Part of the points that the fit takes as independent which are so of the discrepancy.
+const INDEPENDENT: f64 = 0.1;
+/// Part of what may be expected of each effect that every scan has of its own.
+const OF_EACH_SCAN: f64 = 0.03;
+/// The same of the specimen's size, and of the logarithm of a stiffness.
+const SIZE_OF_EACH_SCAN: f64 = 0.1;
+const STIFFNESS_OF_EACH_SCAN: f64 = 0.01;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::effect::Effect;
+
+    const ROWS: usize = 60;
+    const USUAL: Discrepancy = Discrepancy { median: 0.2, ln_sigma: 0.4 };
+
+    fn numbers(name: &str) -> Vec<&'static Number> {
+        Effect::named(name).unwrap().numbers.iter().collect()
+    }
+
+    /// Something between -1 and 1 that looks drawn.
+    fn drawn(row: usize, column: usize) -> f64 {
+        (12.9898 * row as f64 + 78.233 * column as f64 + 0.3 * (row * column) as f64).sin()
+    }
+
+    /// Distances of one drape and their moves, and the least squares around them.
+    fn made(off_m: impl Fn(&DMatrix<f64>) -> DVector<f64>) -> (DMatrix<f64>, DVector<f64>, Around) {
+        let numbers: Vec<_> = [numbers("tilt"), numbers("friction")].concat();
+        let shared = STIFFNESSES + numbers.len();
+        let columns = DMatrix::from_fn(ROWS, shared + POSE, drawn);
+        let off_m = off_m(&columns);
+        let sums = Sums {
+            normal: columns.tr_mul(&columns),
+            right: columns.tr_mul(&off_m),
+            cost: off_m.norm_squared(),
+            independent: ROWS as f64,
+        };
+        let pose = std::array::from_fn(|m| if m < 3 { (4.0 + m as f64, 0.1) } else { (1e18, 0.0) });
+        let around =
+            Around {
+                numbers,
+                drapes: vec![DrapeAround { sums, pose }],
+                precision: DMatrix::from_fn(shared, shared, |a, b| {
+                    if a == b { 1.0 + a as f64 } else { 0.0 }
+                }),
+                off: DVector::from_fn(shared, |k, _| 0.05 * k as f64),
+                room: vec![[f64::NEG_INFINITY, f64::INFINITY]; shared],
+            };
+        (columns, off_m, around)
+    }
+
+    /// The logarithm of the normal density of all distances, with everything that is unknown in their covariance.
+    fn density(
+        columns: &DMatrix<f64>,
+        off_m: &DVector<f64>,
+        around: &Around,
+        share: f64,
+        of: &[usize],
+    ) -> f64 {
+        let shared = around.off.len();
+        let mut covariance = DMatrix::identity(ROWS, ROWS) * (share.powi(2) / INDEPENDENT);
+        let mut mean = DVector::zeros(ROWS);
+        let mut add = |column: usize, variance: f64, at: f64| {
+            let own = columns.column(column);
+            covariance += own * own.transpose() * variance;
+            mean += own * at;
+        };
+        around.own().into_iter().for_each(|(k, sigma)| add(k, sigma.powi(2), 0.0));
+        of.iter().for_each(|&k| add(k, 1.0 / around.precision[(k, k)], around.off[k]));
+        (0..3).for_each(|m| {
+            let (precision, off) = around.drapes[0].pose[m];
+            add(shared + m, 1.0 / precision, -off);
+        });
+        let factor = covariance.cholesky().unwrap();
+        let off = off_m - mean;
+        -0.5 * off.dot(&factor.solve(&off)) - half_ln_det(&factor)
+    }
+
+    #[test]
+    fn evidence_is_the_density_of_the_distances_with_all_that_is_unknown_in_their_covariance() {
+        let (columns, off_m, around) =
+            made(|columns| 0.7 * columns.column(8) + 0.02 * columns.column(20));
+        let forms = around.forms().unwrap();
+        let asked = ["tilt", "friction"].map(numbers);
+        for share in [2, 7, 12] {
+            let nothing = around.evidence(&forms, &[]).unwrap().0[share];
+            let of = density(&columns, &off_m, &around, SHARES[share], &around.indices(&[]));
+            for numbers in &asked {
+                let gain = around.evidence(&forms, numbers).unwrap().0[share] - nothing;
+                let with = around.indices(numbers);
+                let expected = density(&columns, &off_m, &around, SHARES[share], &with) - of;
+                assert!(
+                    (gain - expected).abs() < 1e-6 * (1.0 + expected.abs()),
+                    "{gain} {expected}"
+                );
+            }
+        }
+        // what was put in is what gains
+        let [tilt, friction] =
+            asked.map(|numbers| around.evidence(&forms, &numbers).unwrap().ln(USUAL));
+        assert!(friction > tilt + 3.0, "{friction} {tilt}");
+    }
+
+    #[test]
+    fn a_number_that_would_leave_its_room_gains_nothing() {
+        let (_, _, mut around) = made(|columns| 0.7 * columns.column(8));
+        let forms = around.forms().unwrap();
+        let friction = numbers("friction");
+        let gain = |around: &Around| {
+            let of =
+                |numbers: &[&'static Number]| around.evidence(&forms, numbers).unwrap().ln(USUAL);
+            of(&friction) - of(&[])
+        };
+        assert!(gain(&around) > 3.0);
+        around.room[STIFFNESSES + 2] = [-1.0, 0.0];
+        assert_eq!(gain(&around), 0.0);
+    }
+
+    #[test]
+    fn a_discrepancy_that_the_model_does_not_have_speaks_for_something_else() {
+        // the likeliest share of these
+        let at = |likely: f64| Evidence(SHARES.map(|share| -40.0 * (share / likely).ln().powi(2)));
+        assert!(at(0.18).ln(USUAL) > at(0.18).ln(USUAL.with_more()) + 1.0);
+        assert!(at(0.8).ln(USUAL.with_more()) > at(0.8).ln(USUAL) + 4.0);
+        // a phone's noise is usual for a phone
+        let phone = Discrepancy::usual(0.34e-3, 0.5e-3);
+        assert!(at(0.5).ln(phone) > at(0.5).ln(phone.with_more()) + 1.0);
+        let mean = Evidence::mean(&[at(0.2), at(0.2)]);
+        assert!((mean.ln(USUAL) - at(0.2).ln(USUAL)).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,407 @@
+//! What explains the scans of a fabric, and how probable each explanation is.
+//!
+//! In: a plain fit. Out: [`Explained`], the explanations with their probabilities, and the fit with the most probable effects. An
+//! explanation is nothing beyond the plain model, one effect of the list, two, or something else. All are compared by their evidence
+//! ([`super::evidence`]) in one sum, so that one scan is enough to ask.
+//!
+//! Around the plain fit the evidence of every effect is known without simulating a drape. Then the most probable explanation that has not been
+//! fitted is fitted, and so on, until none that counts is left: an effect's moves are not linear, and its own fit says what it
+//! is worth. Pairs are asked for around the fits of their first effects. Where something else is most probable, the plain fit begins
+//! again from other starts, since it may have ended beside the scans for no reason but its start.
+//!
+//! Something else is what smooth fields on the cloth explain better than the list, or what leaves every fit with a discrepancy that the
+//! model's own drapes do not have.
+
+use super::add::{Added, FoundEffect, values_of};
+use super::effect::{EFFECTS, Effect, Number, known};
+use super::evidence::{Around, Discrepancy, Evidence, Forms, ln_sum};
+use super::fit::{Fit, Fitted};
+
+/// What may be the cause of what the plain model leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cause {
+    /// Nothing: cells, scans and minima alone.
+    Nothing,
+    /// One effect of the list, or two.
+    Effects(Vec<&'static Effect>),
+    /// Something that is not on the list.
+    Else,
+}
+
+/// A cause with its probability.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explanation {
+    /// The cause.
+    pub cause: Cause,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// The probability that something is on which a verdict rests.
+const SURE: f64 = 0.95;
+/// Explanations with effects that count as one, since the scans do not tell them apart.
+const MOST_ALIKE: usize = 4;
+
+/// The explanations of the scans of a fabric, the most probable first; the sum of their probabilities is 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Explanations(pub Vec<Explanation>);
+
+impl Explanations {
+    /// The probability of a cause.
+    #[must_use]
+    pub fn probability_of(&self, cause: &Cause) -> f64 {
+        let own = self.0.iter().find(|explanation| explanation.cause == *cause);
+        own.map_or(0.0, |explanation| explanation.probability)
+    }
+
+    /// The most probable effects, and those that the scans do not tell from them: all that are at least a twentieth as probable. An
+    /// explanation with an effect more counts for the one without it: that is there either way.
+    #[must_use]
+    pub fn alike(&self) -> Vec<(&[&'static Effect], f64)> {
+        let mut all: Vec<(&[&'static Effect], f64)> = Vec::new();
+        for Explanation { cause, probability } in &self.0 {
+            let Cause::Effects(effects) = cause else { continue };
+            let has = |own: &[&'static Effect]| own.iter().all(|effect| effects.contains(effect));
+            match all.iter_mut().find(|(own, _)| has(own)) {
+                Some((_, sum)) => *sum += probability,
+                None => all.push((effects, *probability)),
+            }
+        }
+        let most = all.first().map_or(0.0, |(_, probability)| *probability);
+        all.retain(|(_, probability)| *probability >= TOLD_APART * most);
+        all
+    }
+
+    /// Whether the scans show one effect, or one of a few that they do not tell apart.
+    #[must_use]
+    pub fn show_an_effect(&self) -> bool {
+        let alike = self.alike();
+        alike.len() <= MOST_ALIKE && alike.iter().map(|(_, p)| p).sum::<f64>() >= SURE
+    }
+
+    /// Whether they show something that is not on the list.
+    #[must_use]
+    pub fn show_something_else(&self) -> bool {
+        self.probability_of(&Cause::Else) >= SURE
+    }
+
+    /// Whether nothing beyond the plain model is most probable, more than all else together.
+    #[must_use]
+    pub fn show_nothing(&self) -> bool {
+        self.probability_of(&Cause::Nothing) > 0.5
+    }
+}
+
+/// The measurement that would tell the two most probable explanations apart.
+#[must_use]
+pub fn next_measurement(explanations: &Explanations) -> Option<&'static str> {
+    let [first, second, ..] = &explanations.0[..] else { return None };
+    let effects: Vec<&'static Effect> = [first, second]
+        .into_iter()
+        .flat_map(|explanation| match &explanation.cause {
+            Cause::Effects(effects) => effects.clone(),
+            Cause::Nothing | Cause::Else => Vec::new(),
+        })
+        .collect();
+    let has = |names: &[&str]| effects.iter().any(|effect| names.contains(&effect.name));
+    let turn = effects.iter().filter(|effect| effect.turns_over()).count();
+    Some(if has(&["scale", "specimen_size"]) {
+        "Measure the sides of a specimen, and scan something flat of known size."
+    } else if has(&["plate_radius", "plate_edge"]) {
+        "Measure the plate\u{2019}s diameter and the radius of its edge."
+    } else if has(&["skew"]) {
+        "Measure the specimen\u{2019}s two diagonals."
+    } else if has(&["tilt"]) {
+        "Level the plate, or turn the specimen by 90 degrees and scan it again: a tilt stays with the plate."
+    } else if turn == 1 {
+        "Turn the specimen over and scan it again: what belongs to a face changes its sign."
+    } else if turn > 1 {
+        "Lay the specimen on a table: a natural curvature lifts its edges, and a crease stands up as a line."
+    } else {
+        "Scan more drops of the specimen, and other specimens, or use a scanner with less noise."
+    })
+}
+
+/// The explanations with the fit of the most probable effects, where these are more probable than nothing.
+pub(super) struct Explained {
+    pub explanations: Explanations,
+    added: Option<(Vec<&'static Effect>, Fitted)>,
+}
+
+impl Explained {
+    /// The most probable effects with their fit, each with those that the scans do not tell from them.
+    pub fn added(&self) -> Option<Box<Added>> {
+        let (effects, fitted) = self.added.clone()?;
+        let alike = self.explanations.alike();
+        let mut group: Vec<&'static str> = Vec::new();
+        let others = alike.iter().flat_map(|(other, _)| *other);
+        for effect in others.filter(|effect| !effects.contains(effect)) {
+            if !group.contains(&effect.name) {
+                group.push(effect.name);
+            }
+        }
+        let found = effects.into_iter().map(|effect| FoundEffect {
+            effect,
+            numbers: values_of(effect, &fitted),
+            group: group.clone(),
+        });
+        Some(Box::new((found.collect(), fitted)))
+    }
+}
+
+/// Explains the scans of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
+pub(super) fn explain(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Explained> {
+    fit.begin_again_here();
+    let mut hunt = Hunt::around(fit, without)?;
+    hunt.fit_probable(fit);
+    if hunt.leads() == Cause::Else && fit.start_otherwise() {
+        hunt = Hunt::around(fit, without)?;
+        hunt.fit_probable(fit);
+    }
+    Some(hunt.explained())
+}
+
+/// An explanation on trial.
+struct Trial {
+    effects: Vec<&'static Effect>,
+    evidence: Evidence,
+    /// Its own fit; without one the evidence is linear, around another fit.
+    fitted: Option<Fitted>,
+    /// Whether it was fitted or could not be.
+    is_tried: bool,
+}
+
+/// The explanations that are compared.
+struct Hunt {
+    declared: Vec<&'static Number>,
+    asked: Vec<&'static Effect>,
+    trials: Vec<Trial>,
+    /// What is believed of the discrepancy of the model's own drapes.
+    usual: Discrepancy,
+    /// Evidence of smooth fields on the cloth.
+    fields: Option<Evidence>,
+    fits: usize,
+}
+
+impl Hunt {
+    fn around(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Self> {
+        let declared = fit.declared().to_vec();
+        let around = fit.around_plain(known().flat_map(|effect| effect.numbers).collect())?;
+        let forms = around.forms()?;
+        let is_asked = |effect: &&'static Effect| {
+            !without.contains(effect)
+                && effect.numbers.iter().any(|n| around.moves(n) && !declared.contains(&n))
+        };
+        let asked: Vec<&'static Effect> = EFFECTS.iter().filter(is_asked).collect();
+        let fields = around.of_fields(&forms, &declared);
+        let nothing = around.evidence(&forms, &declared)?;
+        let plain = Trial { effects: Vec::new(), evidence: nothing, fitted: None, is_tried: true };
+        let mut hunt =
+            Self { declared, asked, trials: vec![plain], usual: fit.usual(), fields, fits: 0 };
+        hunt.add_beside(&[], &around, &forms);
+        Some(hunt)
+    }
+
+    /// The explanations with one effect more than some have, by their linear evidence around the fit of those.
+    fn add_beside(&mut self, first: &[&'static Effect], around: &Around, forms: &Forms) {
+        for &effect in &self.asked {
+            let effects = sorted(&[first, &[effect]].concat());
+            let is_known = self.trials.iter().any(|trial| trial.effects == effects);
+            if first.contains(&effect) || is_known {
+                continue;
+            }
+            if let Some(evidence) = around.evidence(forms, &self.numbers(&effects)) {
+                self.trials.push(Trial { effects, evidence, fitted: None, is_tried: false });
+            }
+        }
+    }
+
+    fn numbers(&self, effects: &[&'static Effect]) -> Vec<&'static Number> {
+        let own = effects.iter().flat_map(|effect| effect.numbers);
+        self.declared.iter().copied().chain(own).collect()
+    }
+
+    /// Fits the most probable explanation that was not fitted, as long as one counts.
+    fn fit_probable(&mut self, fit: &mut Fit<'_>) {
+        while self.fits < MOST_FITS {
+            let probabilities = self.probabilities();
+            let untried = (0..self.trials.len()).filter(|&k| !self.trials[k].is_tried);
+            let next = untried.max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
+            let Some(next) = next.filter(|&k| probabilities[k] > COUNTS) else { return };
+            self.fit_one(fit, next);
+        }
+    }
+
+    fn fit_one(&mut self, fit: &mut Fit<'_>, at: usize) {
+        self.fits += 1;
+        let effects = self.trials[at].effects.clone();
+        let numbers = self.numbers(&effects);
+        let fitted = self.best_fit(fit, &effects);
+        self.trials[at].is_tried = true;
+        let around = fitted.as_ref().and_then(|fitted| fitted.around.clone());
+        let of = around.as_ref().and_then(|around| {
+            let forms = around.forms()?;
+            Some((around, around.evidence(&forms, &numbers)?, forms))
+        });
+        match of {
+            Some((around, evidence, forms)) => {
+                (self.trials[at].evidence, self.trials[at].fitted) = (evidence, fitted);
+                if effects.len() == 1 {
+                    self.add_beside(&effects, around, &forms);
+                }
+            }
+            // without a fit it explains nothing
+            None => self.trials[at].evidence = self.trials[0].evidence,
+        }
+    }
+
+    /// The fit with some numbers: from the plain one on, and from sheets that are led anew by the cloth that has them.
+    /// A cloth that softens much is far from the plain one: its fit begins from the balance of forces as well.
+    fn best_fit(&self, fit: &mut Fit<'_>, effects: &[&'static Effect]) -> Option<Fitted> {
+        let numbers = self.numbers(effects);
+        let first = fit.with(&numbers)?;
+        let again = fit.led_again(&numbers, &first);
+        let softens = effects.iter().any(|effect| effect.name == SOFTENING);
+        let softened = softens.then(|| fit.softened(&numbers)).flatten();
+        let all = [Some(first), again, softened].into_iter().flatten();
+        all.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// Logarithm of the probability before anything is measured.
+    fn ln_prior(&self, trial: &Trial) -> f64 {
+        let asked = self.asked.len().max(2) as f64;
+        match trial.effects.len() {
+            0 => PRIOR_NOTHING.ln(),
+            1 => (PRIOR_ONE / asked).ln(),
+            _ => (PRIOR_TWO / (0.5 * asked * (asked - 1.0))).ln(),
+        }
+    }
+
+    /// Logarithms of what is compared: each trial's, then that of something else.
+    fn ln_all(&self) -> Vec<f64> {
+        let own = self.trials.iter().map(|t| self.ln_prior(t) + t.evidence.ln(self.usual));
+        let mut all: Vec<f64> = own.collect();
+        let beside =
+            self.trials.iter().map(|t| self.ln_prior(t) + t.evidence.ln(self.usual.with_more()));
+        let mut other: Vec<f64> = beside.map(|ln| ln + PRIOR_ELSE.ln()).collect();
+        let fields =
+            self.fields.map(|fields| [fields.ln(self.usual), fields.ln(self.usual.with_more())]);
+        other.extend(fields.into_iter().flatten().map(|ln| ln + PRIOR_ELSE.ln()));
+        all.push(ln_sum(&other));
+        all
+    }
+
+    /// Their probabilities.
+    fn probabilities(&self) -> Vec<f64> {
+        let all = self.ln_all();
+        let sum = ln_sum(&all);
+        all.iter().map(|ln| (ln - sum).exp()).collect()
+    }
+
+    fn explained(mut self) -> Explained {
+        let probabilities = self.probabilities();
+        let causes = self.trials.iter().map(Trial::cause).chain([Cause::Else]);
+        let both = causes.zip(&probabilities);
+        let mut explanations: Vec<Explanation> =
+            both.map(|(cause, &probability)| Explanation { cause, probability }).collect();
+        explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let of_fitted = (1..self.trials.len()).filter(|&k| self.trials[k].fitted.is_some());
+        let best = of_fitted.max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
+        let best = best.filter(|&k| probabilities[k] > probabilities[0]);
+        let added = best.and_then(|k| {
+            let Trial { effects, fitted, .. } = self.trials.swap_remove(k);
+            Some((effects, fitted?))
+        });
+        Explained { explanations: Explanations(explanations), added }
+    }
+
+    /// The most probable cause.
+    fn leads(&self) -> Cause {
+        let probabilities = self.probabilities();
+        let best =
+            (0..probabilities.len()).max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
+        best.and_then(|k| self.trials.get(k)).map_or(Cause::Else, Trial::cause)
+    }
+}
+
+impl Trial {
+    fn cause(&self) -> Cause {
+        match self.effects.is_empty() {
+            true => Cause::Nothing,
+            false => Cause::Effects(self.effects.clone()),
+        }
+    }
+}
+
+/// Effects in the order of the list, so that a pair is one whichever comes first.
+fn sorted(effects: &[&'static Effect]) -> Vec<&'static Effect> {
+    EFFECTS.iter().filter(|effect| effects.contains(effect)).collect()
+}
+
+/// The effect whose fit may begin from the balance of forces.
+const SOFTENING: &str = "softening";
+/// Probabilities before anything is measured: of nothing, of any one effect, of any two. And of something else beside each of them.
+const PRIOR_NOTHING: f64 = 0.5;
+const PRIOR_ONE: f64 = 0.35;
+const PRIOR_TWO: f64 = 0.15;
+const PRIOR_ELSE: f64 = 0.02;
+/// Probability from which on an explanation is fitted.
+const COUNTS: f64 = 0.05;
+/// Explanations that are fitted at most.
+const MOST_FITS: usize = 8;
+/// Part of the most probable effects' probability from which on others are not told from them.
+const TOLD_APART: f64 = 0.05;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn explanations(all: &[(&[&str], f64)]) -> Explanations {
+        let of = |(names, probability): &(&[&str], f64)| {
+            let effect = |name: &&str| Effect::named(name).unwrap();
+            let cause = match names {
+                [] => Cause::Nothing,
+                ["else"] => Cause::Else,
+                names => Cause::Effects(names.iter().map(effect).collect()),
+            };
+            Explanation { cause, probability: *probability }
+        };
+        Explanations(all.iter().map(of).collect())
+    }
+
+    #[test]
+    fn an_effect_is_there_whether_or_not_another_one_is_beside_it() {
+        let crease = explanations(&[
+            (&["crease"], 0.8),
+            (&["crease", "friction"], 0.16),
+            (&["tilt"], 0.02),
+            (&[], 0.02),
+        ]);
+        assert!(crease.show_an_effect() && !crease.show_nothing());
+        assert_eq!(crease.alike().len(), 1);
+        // two that are not told apart are one answer, many are none
+        let both = [(&["tilt"][..], 0.6), (&["scale"][..], 0.36), (&[][..], 0.04)];
+        assert!(explanations(&both).show_an_effect());
+        let names = ["tilt", "scale", "crease", "skew", "friction"];
+        let many: Vec<(&[&str], f64)> =
+            names.iter().map(|name| (std::slice::from_ref(name), 0.2)).collect();
+        assert!(!explanations(&many).show_an_effect());
+        let open = explanations(&[(&["tilt"], 0.6), (&[], 0.4)]);
+        assert!(!open.show_an_effect() && !open.show_nothing() && !open.show_something_else());
+        assert!(explanations(&[(&["else"], 0.97), (&[], 0.03)]).show_something_else());
+        assert!(explanations(&[(&[], 0.7), (&["friction"], 0.3)]).show_nothing());
+    }
+
+    #[test]
+    fn the_next_measurement_tells_the_two_most_probable_apart() {
+        let next = |one: &str, other: &str| {
+            next_measurement(&explanations(&[(&[one], 0.6), (&[other], 0.4)])).unwrap()
+        };
+        assert!(next("scale", "plate_radius").starts_with("Measure the sides"));
+        assert!(next("tilt", "softening").starts_with("Level the plate"));
+        assert!(next("natural_curvature", "softening").starts_with("Turn the specimen over"));
+        assert!(next("natural_curvature", "crease").starts_with("Lay the specimen"));
+        assert!(next("hysteresis", "softening").starts_with("Scan more drops"));
+        assert_eq!(next_measurement(&explanations(&[(&[], 1.0)])), None);
+    }
+}
