@@ -61,6 +61,11 @@ impl Discrepancy {
         Self { median: expected_m / noise_m.hypot(model_m), ln_sigma: 0.4 }
     }
 
+    /// The median.
+    pub fn median(self) -> f64 {
+        self.median
+    }
+
     /// Where something is there that the model does not have.
     pub fn with_more(self) -> Self {
         Self { median: MORE * self.median, ln_sigma: 0.5 }
@@ -315,7 +320,7 @@ mod tests {
     use super::*;
     use crate::calibrate::effect::Effect;
 
-    const ROWS: usize = 60;
+    const ROWS: usize = 600;
     const USUAL: Discrepancy = Discrepancy { median: 0.2, ln_sigma: 0.4 };
 
     fn numbers(name: &str) -> Vec<&'static Number> {
@@ -383,7 +388,7 @@ mod tests {
     #[test]
     fn evidence_is_the_density_of_the_distances_with_all_that_is_unknown_in_their_covariance() {
         let (columns, off_m, around) =
-            made(|columns| 0.7 * columns.column(8) + 0.02 * columns.column(20));
+            made(|columns| 0.7 * columns.column(8) + 0.02 * columns.column(15));
         let forms = around.forms().unwrap();
         let asked = ["tilt", "friction"].map(numbers);
         for share in [2, 7, 12] {

@@ -154,7 +154,7 @@ pub(super) fn explain(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<
     fit.begin_again_here();
     let mut hunt = Hunt::around(fit, without)?;
     hunt.fit_probable(fit);
-    if hunt.leads() == Cause::Else && fit.start_otherwise() {
+    if hunt.may_end_elsewhere(fit.misfit()) && fit.start_otherwise() {
         hunt = Hunt::around(fit, without)?;
         hunt.fit_probable(fit);
     }
@@ -315,6 +315,15 @@ impl Hunt {
         Explained { explanations: Explanations(explanations), added }
     }
 
+    /// Whether a plain fit that leaves so much may have ended beside the scans for no reason but its start.
+    fn may_end_elsewhere(&self, misfit: f64) -> bool {
+        match self.leads() {
+            Cause::Else => true,
+            Cause::Nothing => misfit > LEFT_BEHIND * self.usual.median(),
+            Cause::Effects(_) => false,
+        }
+    }
+
     /// The most probable cause.
     fn leads(&self) -> Cause {
         let probabilities = self.probabilities();
@@ -347,6 +356,8 @@ const PRIOR_TWO: f64 = 0.15;
 const PRIOR_ELSE: f64 = 0.02;
 /// Probability from which on an explanation is fitted.
 const COUNTS: f64 = 0.05;
+/// How many times the usual discrepancy a plain fit leaves that may have ended beside the scans.
+const LEFT_BEHIND: f64 = 1.5;
 /// Explanations that are fitted at most.
 const MOST_FITS: usize = 8;
 /// Part of the most probable effects' probability from which on others are not told from them.

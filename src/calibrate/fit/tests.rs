@@ -446,7 +446,8 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
     let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let fitted = |options: &FitOptions| {
-        let fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
+        let mut fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
+        fit.start_otherwise();
         fit.plain()
     };
     let (with, without) =
