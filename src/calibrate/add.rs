@@ -205,7 +205,6 @@ mod tests {
             misfit: 1.0,
             ended: Ended::Converged,
             simulated: 1,
-            around: None,
         }
     }
 

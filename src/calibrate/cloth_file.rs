@@ -173,7 +173,6 @@ mod tests {
             misfit: 1.0,
             ended: Ended::Converged,
             simulated: 1,
-            around: None,
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("f.params.json");

@@ -15,7 +15,7 @@
 use super::add::{Added, FoundEffect, values_of};
 use super::effect::{EFFECTS, Effect, Number, known};
 use super::evidence::{Around, Discrepancy, Evidence, Forms, ln_sum};
-use super::fit::{Fit, Fitted};
+use super::fit::{Fit, Fitted, Found};
 
 /// What may be the cause of what the plain model leaves.
 #[derive(Clone, Debug, PartialEq)]
@@ -236,18 +236,17 @@ impl Hunt {
         self.fits += 1;
         let effects = self.trials[at].effects.clone();
         let numbers = self.numbers(&effects);
-        let fitted = self.best_fit(fit, &effects);
         self.trials[at].is_tried = true;
-        let around = fitted.as_ref().and_then(|fitted| fitted.around.clone());
-        let of = around.as_ref().and_then(|around| {
+        let of = self.best_fit(fit, &effects).and_then(|(fitted, around)| {
             let forms = around.forms()?;
-            Some((around, around.evidence(&forms, &numbers)?, forms))
+            let evidence = around.evidence(&forms, &numbers)?;
+            Some((fitted, around, forms, evidence))
         });
         match of {
-            Some((around, evidence, forms)) => {
-                (self.trials[at].evidence, self.trials[at].fitted) = (evidence, fitted);
+            Some((fitted, around, forms, evidence)) => {
+                (self.trials[at].evidence, self.trials[at].fitted) = (evidence, Some(fitted));
                 if effects.len() == 1 {
-                    self.add_beside(&effects, around, &forms);
+                    self.add_beside(&effects, &around, &forms);
                 }
             }
             // without a fit it explains nothing
@@ -257,14 +256,14 @@ impl Hunt {
 
     /// The fit with some numbers: from the plain one on, and from sheets that are led anew by the cloth that has them.
     /// A cloth that softens much is far from the plain one: its fit begins from the balance of forces as well.
-    fn best_fit(&self, fit: &mut Fit<'_>, effects: &[&'static Effect]) -> Option<Fitted> {
+    fn best_fit(&self, fit: &mut Fit<'_>, effects: &[&'static Effect]) -> Option<Found> {
         let numbers = self.numbers(effects);
-        let first = fit.with(&numbers)?;
-        let again = fit.led_again(&numbers, &first);
+        let first = fit.found(&numbers)?;
+        let again = fit.around(&numbers, &first.0, Fit::plain_found).flatten();
         let softens = effects.iter().any(|effect| effect.name == SOFTENING);
         let softened = softens.then(|| fit.softened(&numbers)).flatten();
         let all = [Some(first), again, softened].into_iter().flatten();
-        all.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        all.min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost))
     }
 
     /// Logarithm of the probability before anything is measured.
@@ -353,7 +352,7 @@ const SOFTENING: &str = "softening";
 const PRIOR_NOTHING: f64 = 0.5;
 const PRIOR_ONE: f64 = 0.35;
 const PRIOR_TWO: f64 = 0.15;
-const PRIOR_ELSE: f64 = 0.02;
+const PRIOR_ELSE: f64 = 0.05;
 /// Probability from which on an explanation is fitted.
 const COUNTS: f64 = 0.05;
 /// How many times the usual discrepancy a plain fit leaves that may have ended beside the scans.

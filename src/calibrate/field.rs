@@ -10,10 +10,9 @@
 //! drawn as one. The three are told beside each other, the one that foretells most first. Where drapes are seen from above alone, much of
 //! the plate's cloth moves nothing, and the field there is that of its neighbours.
 
-use nalgebra::DMatrix;
-
 use super::effect::{Effect, FIELDS, FieldOf, LAYER_NODES, Layer, Layers};
 use super::linear::{LEAST_GAIN, Linear, falls, positions};
+use super::smooth::{STEPS, smoothness_of, unit_of};
 use crate::numeric::moments::mean_and_error;
 use crate::sim::experiment::{CURL_NODES, NodeField, Outline, Specimen};
 
@@ -62,26 +61,11 @@ pub struct Strongest {
     pub error: f64,
 }
 
-/// Standard deviations between neighbouring nodes that are tried, in units of [`unit_of`].
-const STEPS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// Standard deviation of a number whatever its neighbours are, in the same units.
-const SIGMA: f64 = 1.2;
-/// The same of the mean over the cloth of weight and of bending, which are the cloth's own.
-const MEAN: f64 = 0.01;
 /// Least fall of the logarithm of the held-out cost with a field of scanned sheets that is more than chance: its nodes bend to what cells and
 /// scans leave of cloth without effects (0.05 at most in four cases; 0.19 with a hem of one of twenty parts of the cloth).
 const LEAST_GAIN_SCANNED: f64 = 0.1;
 /// Parts of a specimen's side between the places at which a field is looked at.
 const LOOKS: usize = 40;
-
-/// A large number of a field: curvature \[1/m\], share of the weight, logarithm of a factor on bending.
-fn unit_of(of: FieldOf) -> f64 {
-    match of {
-        FieldOf::CurvatureWeft | FieldOf::CurvatureWarp => 50.0,
-        FieldOf::Weight => 0.5,
-        FieldOf::Bending => 1.0,
-    }
-}
 
 /// The fields that foretell most of what some effects leave, whose held-out costs are `best`, best first: one of each of [`FIELDS`], of
 /// outlines and rims of curvature alone. These have been seen to ask for cloth of negative weight.
@@ -129,39 +113,6 @@ fn field(
         least_gain: if linear.is_scan { LEAST_GAIN_SCANNED } else { LEAST_GAIN },
         of_scans: linear.is_scan,
     })
-}
-
-/// The precisions of a field's numbers for each of the steps between neighbours that are tried.
-pub(super) fn smoothness_of(layers: Layers) -> impl Iterator<Item = DMatrix<f64>> {
-    let unit = unit_of(layers[0].0);
-    STEPS.into_iter().map(move |step| {
-        let mut smooth = smoothness(layers.len(), step * unit, SIGMA * unit);
-        if matches!(layers[0].0, FieldOf::Weight | FieldOf::Bending) {
-            smooth.add_scalar_mut((MEAN * LAYER_NODES as f64).powi(-2));
-        }
-        smooth
-    })
-}
-
-/// The precision of a field's numbers: each from nothing, and neighbours from each other.
-fn smoothness(layers: usize, step: f64, sigma: f64) -> DMatrix<f64> {
-    let numbers = layers * LAYER_NODES;
-    let mut precision = DMatrix::from_diagonal_element(numbers, numbers, sigma.powi(-2));
-    let stiff = step.powi(-2);
-    let mut spring = |a: usize, b: usize| {
-        for (row, column, sign) in [(a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)] {
-            precision[(row, column)] += sign * stiff;
-        }
-    };
-    for k in 0..numbers {
-        if k % CURL_NODES + 1 < CURL_NODES {
-            spring(k, k + 1);
-        }
-        if k / CURL_NODES % CURL_NODES + 1 < CURL_NODES {
-            spring(k, k + CURL_NODES);
-        }
-    }
-    precision
 }
 
 /// Numbers in the order of a field's layers.
@@ -239,18 +190,6 @@ pub fn is_on(specimen: &Specimen, [warp, weft]: [f64; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_even_field_costs_nothing_but_its_size() {
-        let even = nalgebra::DVector::from_element(2 * LAYER_NODES, 3.0);
-        let cost = even.dot(&(smoothness(2, 0.5, 60.0) * &even));
-        assert!((cost - 2.0 * LAYER_NODES as f64 * 9.0 / 60_f64.powi(2)).abs() < 1e-9);
-        // one node that stands out pulls at its four neighbours
-        let mut node = nalgebra::DVector::zeros(2 * LAYER_NODES);
-        node[12] = 2.0;
-        let cost = node.dot(&(smoothness(2, 0.5, 60.0) * &node));
-        assert!((cost - (4.0 * 4.0 / 0.25 + 4.0 / 60_f64.powi(2))).abs() < 1e-9);
-    }
 
     #[test]
     fn a_field_is_strongest_where_its_node_is_unless_there_is_no_cloth() {

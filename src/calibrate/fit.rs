@@ -82,9 +82,10 @@ pub struct Fitted {
     pub ended: Ended,
     /// Drapes that were simulated.
     pub simulated: usize,
-    /// The least squares around it with every effect, where an effect was added.
-    pub(super) around: Option<Around>,
 }
+
+/// A fit with the least squares around it, of every effect's numbers.
+pub(super) type Found = (Fitted, Around);
 
 /// Outlines with their sheets, and the plain fit to them.
 pub struct Fit<'a> {
@@ -353,34 +354,44 @@ impl Fit<'_> {
 
     /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.
     pub fn with(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
+        let (state, ended) = self.descended(numbers)?;
+        Some(self.fitted(numbers, state, ended))
+    }
+
+    /// The same with the least squares around it.
+    pub(super) fn found(&mut self, numbers: &[&'static Number]) -> Option<Found> {
+        let (state, ended) = self.descended(numbers)?;
+        let around = self.around_found(&state, numbers)?;
+        Some((self.fitted(numbers, state, ended), around))
+    }
+
+    fn descended(&mut self, numbers: &[&'static Number]) -> Option<(State, Ended)> {
         let state = self.state_with(numbers)?;
         let most = self.simulated + self.options.evaluations * self.targets.len();
-        let (state, ended) = self.descend(numbers, state, most);
-        let around = self.around_found(&state, numbers);
-        Some(Fitted { around, ..self.fitted(numbers, state, ended) })
+        Some(self.descend(numbers, state, most))
     }
 
     /// The plain fit with the least squares around it, of every effect's numbers.
-    fn plain_around(&mut self) -> Fitted {
+    pub(super) fn plain_found(&mut self) -> Option<Found> {
         self.restore();
         let (state, own) = (self.plain.clone(), self.declared.clone());
-        let around = self.around_found(&state, &own);
-        Fitted { around, ..self.plain() }
+        let around = self.around_found(&state, &own)?;
+        Some((self.plain(), around))
     }
 
     /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on, and with what finer
     /// cells do to that cloth; `None` where one does not come to rest.
     pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
-        self.around(numbers, from, Self::plain_around)
+        self.around(numbers, from, |fit| fit.plain())
     }
 
     /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain
     /// fit's sheets (`softened.rs`), and with what finer cells do to that cloth; `None` where nothing softens, or a sheet does not
     /// come to rest.
-    pub fn softened(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
+    pub(super) fn softened(&mut self, numbers: &[&'static Number]) -> Option<Found> {
         let state = self.state_with(numbers)?;
         let shared = softened(&state, numbers, &self.squares(numbers).limits())?;
-        self.around_shared(numbers, &shared, Self::plain_around)
+        self.around_shared(numbers, &shared, Self::plain_found)?
     }
 
     /// Does something with the fit around the cloth of another one, whose effects' numbers are unknowns of the model there as those
@@ -630,19 +641,7 @@ impl Fit<'_> {
             None => drapes.next().map(Ok),
         });
         let drapes = drapes.collect();
-        let around = None;
-        Fitted {
-            cloth,
-            stiffnesses,
-            intervals90,
-            at_limit,
-            drapes,
-            cost,
-            misfit,
-            ended,
-            simulated,
-            around,
-        }
+        Fitted { cloth, stiffnesses, intervals90, at_limit, drapes, cost, misfit, ended, simulated }
     }
 }
 

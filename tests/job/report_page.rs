@@ -12,6 +12,7 @@ use scan2params::calibrate::add::FoundEffect;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::beside::Beside;
 use scan2params::calibrate::effect::{Cloth, EFFECTS, FIELDS, FieldOf, Layer};
+use scan2params::calibrate::explain::{Cause, Explanation, Explanations};
 use scan2params::calibrate::field::{Field, FieldLayer};
 use scan2params::calibrate::fit::Fitted;
 use scan2params::calibrate::floor::{Pairing, Spread};
@@ -347,6 +348,11 @@ fn calibrated() -> Calibration {
             unexplained: None,
             fields: vec![field(), weight()],
         }),
+        explanations: Some(Explanations(vec![
+            Explanation { cause: Cause::Effects(vec![&EFFECTS[0]]), probability: 0.96 },
+            Explanation { cause: Cause::Nothing, probability: 0.03 },
+            Explanation { cause: Cause::Else, probability: 0.01 },
+        ])),
         after: Some(After { effects, fitted: fitted(), drapes: drapes(1e-3) }),
         verdict: Verdict::Found,
     };
@@ -416,6 +422,9 @@ fn a_calibration_has_its_page_with_before_and_after() {
     let whole = of(&calibration);
     println!("{} bytes", whole.len());
     check(&whole);
+    for said in ["natural curvature 96", "nothing beyond the plain model 3"] {
+        assert!(whole.contains(said), "{said}");
+    }
     let order = [
         "m &amp; n.csv",
         "Fabric f &lt;1&gt;",

@@ -6,7 +6,7 @@
 
 use super::{Fit, LED_GAIN};
 use crate::calibrate::lead::STRETCH_AND_SHEAR;
-use crate::calibrate::options::{LEAVES, MUCH};
+use crate::calibrate::options::LEAVES;
 use crate::calibrate::squares::State;
 use crate::numeric::moments::mean;
 use crate::sim::Follower;
@@ -41,7 +41,7 @@ impl Fit<'_> {
             let before = self.plain.cost;
             let again = self.begin_again(&self.with_stretch(|_, ln| ln + STIFFER));
             let is_same = again.is_some_and(|end| is_same_end(before, end.cost));
-            if is_same && self.plain.misfit() >= MUCH {
+            if is_same && self.plain.misfit() >= LEAVES {
                 return;
             }
             if self.plain.cost >= before {
