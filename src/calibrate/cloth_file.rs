@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use super::effect::{Acts, Cloth, EFFECTS, Effect, Number};
 use super::fit::Fitted;
 use super::manifest::Face;
+use super::result::Doubt;
 use crate::base::text;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2};
 use crate::fabric::params::{self, ParamsError};
@@ -37,9 +38,13 @@ pub enum ClothFileError {
     Experiment(#[from] ExperimentError),
 }
 
-/// The text of a fit's fabric; without a known density its stiffnesses are those for the one that is assumed.
+fn ground(doubt: &Doubt) -> Value {
+    json!({ "level": "doubtful", "code": doubt.code, "text": doubt.text })
+}
+
+/// The text of a fit's fabric, with what makes it doubtful; without a known density its stiffnesses are those for the one that is assumed.
 #[must_use]
-pub fn text(fitted: &Fitted, density_known: bool) -> Value {
+pub fn text(fitted: &Fitted, density_known: bool, doubts: &[Doubt]) -> Value {
     let values = fitted.cloth.fabric.to_paper_units();
     let si = fitted.cloth.fabric.in_si();
     let parameters: Map<String, Value> = (0..STIFFNESSES)
@@ -75,6 +80,10 @@ pub fn text(fitted: &Fitted, density_known: bool) -> Value {
             "known": density_known,
         },
         "effects": effects.collect::<Vec<_>>(),
+        "verdict": {
+            "level": if doubts.is_empty() { "reliable" } else { "doubtful" },
+            "grounds": doubts.iter().map(ground).collect::<Vec<_>>(),
+        },
         "version": env!("CARGO_PKG_VERSION"),
         "note": "simulation parameters, not measured mechanical properties",
     })
@@ -176,7 +185,7 @@ mod tests {
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("f.params.json");
-        std::fs::write(&path, text(&fitted, true).to_string()).unwrap();
+        std::fs::write(&path, text(&fitted, true, &[]).to_string()).unwrap();
         let cloth = read(&path, [None; STIFFNESSES + 1]).unwrap();
         let [(number, value)] = cloth.effects[..] else { panic!("{:?}", cloth.effects) };
         assert_eq!(number, softening);

@@ -15,7 +15,9 @@ use super::manifest::{Face, Role};
 use super::measured::Measured;
 use super::measures::Measures;
 use super::trace::Trace;
+use crate::base::units::M_PER_MM;
 use crate::numeric::moments::{mean, mean_and_error};
+use crate::sim::experiment::{CELLS_PER_BENDING_LENGTH, bending_length_m};
 use crate::sim::sensitivity::SensitivityError;
 
 /// A measured drape beside its simulated one.
@@ -91,6 +93,15 @@ impl Verdict {
     }
 }
 
+/// Why a fabric is not to be relied on as it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Doubt {
+    /// The word in files.
+    pub code: &'static str,
+    /// A sentence.
+    pub text: String,
+}
+
 /// A drape held out, before and after effects were added.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
@@ -158,6 +169,44 @@ impl FabricResult {
             held.then_some(Pair { measured: before.measured, rms_m, let_go_rms_m, dc_off })
         };
         both.filter_map(pair).collect()
+    }
+
+    /// Why the fabric is not to be relied on as it stands: the verdict, and cells that are too coarse for the cloth.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let of_verdict = match self.verdict {
+            Verdict::Found | Verdict::None => None,
+            Verdict::Undecided => Some((
+                "calibration_undecided",
+                "the drapes do not decide whether something is there that the parameters lack",
+            )),
+            Verdict::Unexplained => Some((
+                "calibration_unexplained",
+                "the drapes show something that the parameters lack",
+            )),
+        };
+        let of_verdict = of_verdict.map(|(code, text)| Doubt { code, text: text.to_owned() });
+        of_verdict.into_iter().chain(self.coarse_cells()).collect()
+    }
+
+    /// Cells that are too coarse for the cloth, where the fit does not know what finer ones do: drapes then ask for a stiffness that is the
+    /// cells' own.
+    fn coarse_cells(&self) -> Option<Doubt> {
+        let fitted =
+            self.after.as_ref().map(|after| &after.fitted).or(self.fitted.as_ref().ok())?;
+        let rims = self.measured.iter().filter_map(|measured| measured.rim.as_ref());
+        let knows_finer = rims.clone().count() > 0 && rims.clone().all(|rim| rim.sheet.is_some());
+        let drape = &fitted.drapes.iter().flatten().next()?.drape;
+        let cell_m = drape.grid.spacing_m;
+        let shortest_m = bending_length_m(&fitted.cloth.fabric);
+        (!knows_finer && cell_m * CELLS_PER_BENDING_LENGTH > shortest_m).then(|| Doubt {
+            code: "cells_too_coarse",
+            text: format!(
+                "cells of {:.1} mm are coarse beside a bending length of {:.1} mm: the stiffnesses are partly the cells' own; use more --vertices",
+                cell_m / M_PER_MM,
+                shortest_m / M_PER_MM
+            ),
+        })
     }
 
     /// What stays of the drapes, fitted and held out, with the effects that were added or without any.

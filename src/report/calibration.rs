@@ -92,7 +92,7 @@ fn write_files(fabric: &FabricResult, folder: &Path) -> Result<Vec<String>, Writ
     let found = fabric.after.as_ref().map(|after| &after.fitted);
     if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
         let name = format!("{}.params.json", plain(&fabric.name));
-        let text = cloth_file::text(fitted, fabric.believed.density_known);
+        let text = cloth_file::text(fitted, fabric.believed.density_known, &fabric.doubts());
         io::atomically(folder.join(&name), |out| {
             serde_json::to_writer_pretty(&mut *out, &text)?;
             writeln!(out)

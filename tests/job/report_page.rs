@@ -409,7 +409,8 @@ fn a_calibration_has_its_page_with_before_and_after() {
         &scan2params::report::calibration::json_of(&calibration),
     );
     let fitted = calibration.fabrics[0].fitted.as_ref().unwrap();
-    let fabric = scan2params::calibrate::cloth_file::text(fitted, false);
+    let doubts = calibration.fabrics[0].doubts();
+    let fabric = scan2params::calibrate::cloth_file::text(fitted, false, &doubts);
     schema_support::must_fit("calibrated-fabric", &fabric);
     let manifest =
         vec![InputFile { name: "my/m & n.csv".into(), sha256: "00ff".into(), bytes: 12 }];
