@@ -152,11 +152,9 @@ impl Explained {
 /// Explains the scans of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
 pub(super) fn explain(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Explained> {
     fit.begin_again_here();
-    let mut hunt = Hunt::around(fit, without)?;
-    hunt.fit_probable(fit);
+    let mut hunt = Hunt::over(fit, without)?;
     if hunt.may_end_elsewhere(fit.misfit()) && fit.start_otherwise() {
-        hunt = Hunt::around(fit, without)?;
-        hunt.fit_probable(fit);
+        hunt = Hunt::over(fit, without)?;
     }
     Some(hunt.explained())
 }
@@ -184,6 +182,17 @@ struct Hunt {
 }
 
 impl Hunt {
+    /// The explanations of what a plain fit leaves, those fitted that count.
+    fn over(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Self> {
+        let mut hunt = Self::around(fit, without)?;
+        hunt.fit_probable(fit);
+        if hunt.leads() == Cause::Else {
+            hunt.fit_in_doubt(fit);
+            hunt.fit_probable(fit);
+        }
+        Some(hunt)
+    }
+
     fn around(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Self> {
         let declared = fit.declared().to_vec();
         let around = fit.around_plain(known().flat_map(|effect| effect.numbers).collect())?;
@@ -230,6 +239,20 @@ impl Hunt {
             let Some(next) = next.filter(|&k| probabilities[k] > COUNTS) else { return };
             self.fit_one(fit, next);
         }
+    }
+
+    /// Fits the likeliest single effects that were not fitted, and softening: of a large effect the linear evidence says little.
+    fn fit_in_doubt(&mut self, fit: &mut Fit<'_>) {
+        let mut untried: Vec<usize> = (0..self.trials.len())
+            .filter(|&k| !self.trials[k].is_tried && self.trials[k].effects.len() == 1)
+            .collect();
+        let ln = |k: &usize| self.trials[*k].evidence.ln(self.usual);
+        untried.sort_by(|a, b| ln(b).total_cmp(&ln(a)));
+        let softens = |k: &usize| self.trials[*k].effects[0].name == SOFTENING;
+        let softening = untried.iter().copied().skip(IN_DOUBT).find(softens);
+        untried.truncate(IN_DOUBT);
+        untried.extend(softening);
+        untried.into_iter().for_each(|k| self.fit_one(fit, k));
     }
 
     fn fit_one(&mut self, fit: &mut Fit<'_>, at: usize) {
@@ -355,6 +378,8 @@ const PRIOR_TWO: f64 = 0.15;
 const PRIOR_ELSE: f64 = 0.05;
 /// Probability from which on an explanation is fitted.
 const COUNTS: f64 = 0.05;
+/// Single effects that are fitted before something else is believed.
+const IN_DOUBT: usize = 2;
 /// How many times the usual discrepancy a plain fit leaves that may have ended beside the scans.
 const LEFT_BEHIND: f64 = 1.5;
 /// Explanations that are fitted at most.
