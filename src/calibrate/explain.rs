@@ -1,8 +1,8 @@
 //! What explains the scans of a fabric, and how probable each explanation is.
 //!
-//! In: a plain fit. Out: [`Explained`], the explanations with their probabilities, and the fit with the most probable effects. An
+//! In: a plain fit. Out: the explanations with their probabilities, and the fit with the most probable effects. An
 //! explanation is nothing beyond the plain model, one effect of the list, two, or something else. All are compared by their evidence
-//! ([`super::evidence`]) in one sum, so that one scan is enough to ask.
+//! (`evidence.rs`) in one sum, so that one scan is enough to ask.
 //!
 //! Around the plain fit the evidence of every effect is known without simulating a drape. Then the most probable explanation that has not been
 //! fitted is fitted, and so on, until none that counts is left: an effect's moves are not linear, and its own fit says what it
