@@ -55,20 +55,28 @@ impl Explanations {
     }
 
     /// The most probable effects, and those that the scans do not tell from them: all that are at least a twentieth as probable. An
-    /// explanation with an effect more counts for the one without it: that is there either way.
+    /// explanation with an effect more counts for the one without it: that is there either way, and the other one is not sure.
     #[must_use]
     pub fn alike(&self) -> Vec<(&[&'static Effect], f64)> {
-        let mut all: Vec<(&[&'static Effect], f64)> = Vec::new();
+        let of_effects = |e: &Explanation| matches!(e.cause, Cause::Effects(_));
+        let most = self.0.iter().find(|e| of_effects(e)).map_or(0.0, |e| e.probability);
+        let mut by_size: Vec<(&[&'static Effect], f64)> = Vec::new();
         for Explanation { cause, probability } in &self.0 {
-            let Cause::Effects(effects) = cause else { continue };
+            if let Cause::Effects(effects) = cause {
+                by_size.push((effects, *probability));
+            }
+        }
+        by_size.sort_by_key(|(effects, _)| effects.len());
+        let mut all: Vec<(&[&'static Effect], f64)> = Vec::new();
+        for (effects, probability) in by_size {
             let has = |own: &[&'static Effect]| own.iter().all(|effect| effects.contains(effect));
             match all.iter_mut().find(|(own, _)| has(own)) {
                 Some((_, sum)) => *sum += probability,
-                None => all.push((effects, *probability)),
+                None if probability >= TOLD_APART * most => all.push((effects, probability)),
+                None => {}
             }
         }
-        let most = all.first().map_or(0.0, |(_, probability)| *probability);
-        all.retain(|(_, probability)| *probability >= TOLD_APART * most);
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
         all
     }
 
@@ -327,14 +335,14 @@ impl Hunt {
         let mut explanations: Vec<Explanation> =
             both.map(|(cause, &probability)| Explanation { cause, probability }).collect();
         explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        let of_fitted = (1..self.trials.len()).filter(|&k| self.trials[k].fitted.is_some());
-        let best = of_fitted.max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
-        let best = best.filter(|&k| probabilities[k] > probabilities[0]);
-        let added = best.and_then(|k| {
-            let Trial { effects, fitted, .. } = self.trials.swap_remove(k);
-            Some((effects, fitted?))
+        let explanations = Explanations(explanations);
+        let first = explanations.alike().first().map(|(own, sum)| (own.to_vec(), *sum));
+        let first = first.filter(|(_, sum)| *sum > probabilities[0]);
+        let added = first.and_then(|(effects, _)| {
+            let own = self.trials.iter_mut().find(|trial| trial.effects == effects)?;
+            Some((effects, own.fitted.take()?))
         });
-        Explained { explanations: Explanations(explanations), added }
+        Explained { explanations, added }
     }
 
     /// Whether a plain fit that leaves so much may have ended beside the scans for no reason but its start.
@@ -414,6 +422,13 @@ mod tests {
         ]);
         assert!(crease.show_an_effect() && !crease.show_nothing());
         assert_eq!(crease.alike().len(), 1);
+        // nor is a second one named that is not sure
+        let pair =
+            explanations(&[(&["softening", "friction"], 0.7), (&["softening"], 0.28), (&[], 0.02)]);
+        let alike = pair.alike();
+        let [(effects, _)] = alike[..] else { panic!("{alike:?}") };
+        assert_eq!(effects, [Effect::named("softening").unwrap()]);
+        assert!(pair.show_an_effect());
         // two that are not told apart are one answer, many are none
         let both = [(&["tilt"][..], 0.6), (&["scale"][..], 0.36), (&[][..], 0.04)];
         assert!(explanations(&both).show_an_effect());
