@@ -74,7 +74,7 @@ impl Discrepancy {
 }
 
 /// What a scan's stated noise has at least, of which drapes leave nothing \[m\]; the part of the rest that they leave, and what cells and minima
-/// leave \[m\]. Set on the drapes without effects of seeds 50 (handheld: 0.05 to 0.11 mm) and 51 (phone: 0.3 mm) of sealed cases.
+/// leave \[m\]. Set on the drapes without effects of seeds 50 (handheld, misfits of 0.10 to 0.20) and 51 (phone, 0.53) of sealed cases.
 const NOISE_FLOOR_M: f64 = 0.147e-3;
 const NOISE: f64 = 1.08;
 const MINIMA_M: f64 = 0.05e-3;

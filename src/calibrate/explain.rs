@@ -6,8 +6,9 @@
 //!
 //! Around the plain fit the evidence of every effect is known without simulating a drape. Then the most probable explanation that has not been
 //! fitted is fitted, and so on, until none that counts is left: an effect's moves are not linear, and its own fit says what it
-//! is worth. Pairs are asked for around the fits of their first effects. Where something else is most probable, the plain fit begins
-//! again from other starts, since it may have ended beside the scans for no reason but its start.
+//! is worth. Pairs are asked for around the fits of their first effects. Where something else is most probable, the
+//! likeliest effects and softening are fitted too. Then the plain fit begins again from other starts: it may have ended beside the scans for no
+//! reason but its start.
 //!
 //! Something else is what smooth fields on the cloth explain better than the list, or what leaves every fit with a discrepancy that the
 //! model's own drapes do not have.
@@ -39,6 +40,8 @@ pub struct Explanation {
 
 /// The probability that something is on which a verdict rests.
 const SURE: f64 = 0.95;
+/// The probability beyond which something is more probable than all else together.
+const MOSTLY: f64 = 0.5;
 /// Explanations with effects that count as one, since the scans do not tell them apart.
 const MOST_ALIKE: usize = 4;
 
@@ -96,7 +99,7 @@ impl Explanations {
     /// Whether nothing beyond the plain model is most probable, more than all else together.
     #[must_use]
     pub fn show_nothing(&self) -> bool {
-        self.probability_of(&Cause::Nothing) > 0.5
+        self.probability_of(&Cause::Nothing) > MOSTLY
     }
 }
 

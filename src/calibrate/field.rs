@@ -44,8 +44,6 @@ pub struct Field {
     pub gain: [f64; 2],
     /// The least such fall that is more than chance.
     pub least_gain: f64,
-    /// Whether it is of scanned sheets.
-    pub of_scans: bool,
 }
 
 /// Where a field is strongest.
@@ -111,7 +109,6 @@ fn field(
         is_even: step <= STEPS[0],
         gain,
         least_gain: if linear.is_scan { LEAST_GAIN_SCANNED } else { LEAST_GAIN },
-        of_scans: linear.is_scan,
     })
 }
 
@@ -209,7 +206,6 @@ mod tests {
             is_even: false,
             gain: [0.5, 0.2],
             least_gain: 0.05,
-            of_scans: false,
         };
         let disc = Specimen { outline: Outline::Disc, ..Specimen::default() };
         let found = field.strongest(&disc).unwrap();

@@ -13,8 +13,9 @@
 //! ([`Independent::Drapes`]).
 //!
 //! Patterns of the outline without any physics ([`PATTERNS`]) are asked the same, after the effects: where they foretell
-//! what no effect does, something is unexplained. Last the [`Field`]s on the cloth, which show where it may be; one that foretells
-//! scanned sheets is something unexplained as well.
+//! what no effect does, something is unexplained. Last the [`Field`]s on the cloth, which show where it may be.
+//!
+//! Of scans all this is shown beside what explains them ([`super::explain`]), which decides.
 //!
 //! Where it fails: an effect so large that its moves are not linear may be ranked wrongly; the refit that follows is not
 //! linear.
@@ -63,14 +64,6 @@ pub struct Trace {
     pub unexplained: Option<Ranked>,
     /// The fields on the cloth that explain most of what the chosen effects leave, the one that foretells most first.
     pub fields: Vec<Field>,
-}
-
-impl Trace {
-    /// The field that foretells the scanned sheets held out, if one does. Outlines alone say too little.
-    #[must_use]
-    pub fn field_of_scans(&self) -> Option<&Field> {
-        self.fields.iter().find(|field| field.of_scans && field.is_something())
-    }
 }
 
 /// Standard errors beyond which a mean over so many units is sure.

@@ -374,22 +374,13 @@ fn field() -> Field {
         is_even: false,
         gain: [0.4, 0.1],
         least_gain: 0.05,
-        of_scans: true,
     }
 }
 
 /// One of weight that foretells nothing.
 fn weight() -> Field {
     let layers = FIELDS[1].1.iter().map(layer(0.1)).collect();
-    Field {
-        name: "weight",
-        layers,
-        step: 0.3,
-        is_even: false,
-        gain: [0.02, 0.1],
-        least_gain: 0.05,
-        of_scans: true,
-    }
+    Field { name: "weight", layers, step: 0.3, is_even: false, gain: [0.02, 0.1], least_gain: 0.05 }
 }
 
 fn layer(error: f64) -> impl Fn(&(FieldOf, Layer)) -> FieldLayer {

@@ -378,7 +378,6 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
     let said = format!("{strongest:?}, {:?}, step {}", field.gain, field.step);
     println!("{said}");
     assert_eq!(field.name, "curvature", "{said}");
-    assert!(trace.field_of_scans().is_none(), "of outlines no verdict is made: {said}");
     // observed: 22.1 +- 0.9 /m at the node itself, gain 0.10 +- 0.02
     assert!(field.is_something(), "{said}");
     let own = &field.layers[strongest.layer];

@@ -121,18 +121,17 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                 }
             }
         }
-    } else if fabric.explanations.is_some() {
-    } else if !trace.chosen.is_empty() {
+    } else if fabric.explanations.is_none() && !trace.chosen.is_empty() {
         let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
         let fitted = match fabric.verdict {
             Verdict::None => "fitted, it is nothing",
             _ => "no fit with it is sure of it within what is tried",
         };
         out.push(format!("{} was chosen by what it foretells, but {fitted}.", names(&chosen)));
-    } else {
+    } else if fabric.explanations.is_none() {
         out.push(format!("Of the effects looked for, none foretells the drapes of one of {} {} from the others better than the plain model.", trace.units, trace.independent.name()));
     }
-    if let Some(left) = &trace.unexplained {
+    if let Some(left) = trace.unexplained.as_ref().filter(|_| fabric.explanations.is_none()) {
         out.push(format!(
             "A {} comes back from specimen to specimen that no effect of the list explains.",
             effect(left.effect.name)
