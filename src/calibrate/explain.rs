@@ -161,11 +161,15 @@ impl Explained {
 }
 
 /// Explains the scans of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
-pub(super) fn explain(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Explained> {
+pub(super) fn explain(
+    fit: &mut Fit<'_>,
+    without: &[&'static Effect],
+    usual: Discrepancy,
+) -> Option<Explained> {
     fit.begin_again_here();
-    let mut hunt = Hunt::over(fit, without)?;
+    let mut hunt = Hunt::over(fit, without, usual)?;
     if hunt.may_end_elsewhere(fit.misfit()) && fit.start_otherwise() {
-        hunt = Hunt::over(fit, without)?;
+        hunt = Hunt::over(fit, without, usual)?;
     }
     Some(hunt.explained())
 }
@@ -175,9 +179,20 @@ struct Trial {
     effects: Vec<&'static Effect>,
     evidence: Evidence,
     /// Its own fit; without one the evidence is linear, around another fit.
-    fitted: Option<Fitted>,
-    /// Whether it was fitted or could not be.
-    is_tried: bool,
+    found: Option<Found>,
+    /// How far it was tried.
+    tried: Tried,
+}
+
+/// How far an explanation was tried.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Tried {
+    /// Around another fit alone.
+    No,
+    /// By a fit from the plain one on.
+    Fitted,
+    /// By a fit whose sheets were led anew as well, or it has no fit.
+    LedAnew,
 }
 
 /// The explanations that are compared.
@@ -194,8 +209,12 @@ struct Hunt {
 
 impl Hunt {
     /// The explanations of what a plain fit leaves, those fitted that count.
-    fn over(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Self> {
-        let mut hunt = Self::around(fit, without)?;
+    fn over(
+        fit: &mut Fit<'_>,
+        without: &[&'static Effect],
+        usual: Discrepancy,
+    ) -> Option<Self> {
+        let mut hunt = Self::around(fit, without, usual)?;
         hunt.fit_probable(fit);
         if hunt.leads() == Cause::Else {
             hunt.fit_in_doubt(fit);
@@ -204,7 +223,11 @@ impl Hunt {
         Some(hunt)
     }
 
-    fn around(fit: &mut Fit<'_>, without: &[&'static Effect]) -> Option<Self> {
+    fn around(
+        fit: &mut Fit<'_>,
+        without: &[&'static Effect],
+        usual: Discrepancy,
+    ) -> Option<Self> {
         let declared = fit.declared().to_vec();
         let around = fit.around_plain(known().flat_map(|effect| effect.numbers).collect())?;
         let forms = around.forms()?;
@@ -213,11 +236,10 @@ impl Hunt {
                 && effect.numbers.iter().any(|n| around.moves(n) && !declared.contains(&n))
         };
         let asked: Vec<&'static Effect> = EFFECTS.iter().filter(is_asked).collect();
-        let fields = around.of_fields(&forms, &declared);
+        let fields = around.of_something_else(&forms, &declared);
         let nothing = around.evidence(&forms, &declared)?;
-        let plain = Trial { effects: Vec::new(), evidence: nothing, fitted: None, is_tried: true };
-        let mut hunt =
-            Self { declared, asked, trials: vec![plain], usual: fit.usual(), fields, fits: 0 };
+        let plain = Trial { effects: Vec::new(), evidence: nothing, found: None, tried: Tried::LedAnew };
+        let mut hunt = Self { declared, asked, trials: vec![plain], usual, fields, fits: 0 };
         hunt.add_beside(&[], &around, &forms);
         Some(hunt)
     }
@@ -231,7 +253,7 @@ impl Hunt {
                 continue;
             }
             if let Some(evidence) = around.evidence(forms, &self.numbers(&effects)) {
-                self.trials.push(Trial { effects, evidence, fitted: None, is_tried: false });
+                self.trials.push(Trial { effects, evidence, found: None, tried: Tried::No });
             }
         }
     }
@@ -241,21 +263,32 @@ impl Hunt {
         self.declared.iter().copied().chain(own).collect()
     }
 
-    /// Fits the most probable explanation that was not fitted, as long as one counts.
+    /// Fits the most probable explanation that was not fitted, as long as one counts. Then leads the sheets of those anew that count still.
     fn fit_probable(&mut self, fit: &mut Fit<'_>) {
-        while self.fits < MOST_FITS {
-            let probabilities = self.probabilities();
-            let untried = (0..self.trials.len()).filter(|&k| !self.trials[k].is_tried);
-            let next = untried.max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
-            let Some(next) = next.filter(|&k| probabilities[k] > COUNTS) else { return };
-            self.fit_one(fit, next);
+        while let Some((at, tried)) = self.next() {
+            match tried {
+                Tried::No => self.fit_one(fit, at),
+                Tried::Fitted | Tried::LedAnew => self.lead_anew(fit, at),
+            }
         }
+    }
+
+    /// What is tried next, and how far it was.
+    fn next(&self) -> Option<(usize, Tried)> {
+        let probabilities = self.probabilities();
+        let most = |tried: Tried, least: f64| {
+            let own = (0..self.trials.len()).filter(|&k| self.trials[k].tried == tried);
+            let first = own.max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]))?;
+            (probabilities[first] > least).then_some((first, tried))
+        };
+        let untried = most(Tried::No, COUNTS).filter(|_| self.fits < MOST_FITS);
+        untried.or_else(|| most(Tried::Fitted, MAY_COUNT))
     }
 
     /// Fits the likeliest single effects that were not fitted, and softening: of a large effect the linear evidence says little.
     fn fit_in_doubt(&mut self, fit: &mut Fit<'_>) {
         let mut untried: Vec<usize> = (0..self.trials.len())
-            .filter(|&k| !self.trials[k].is_tried && self.trials[k].effects.len() == 1)
+            .filter(|&k| self.trials[k].tried == Tried::No && self.trials[k].effects.len() == 1)
             .collect();
         let ln = |k: &usize| self.trials[*k].evidence.ln(self.usual);
         untried.sort_by(|a, b| ln(b).total_cmp(&ln(a)));
@@ -263,41 +296,47 @@ impl Hunt {
         let softening = untried.iter().copied().skip(IN_DOUBT).find(softens);
         untried.truncate(IN_DOUBT);
         untried.extend(softening);
-        untried.into_iter().for_each(|k| self.fit_one(fit, k));
-    }
-
-    fn fit_one(&mut self, fit: &mut Fit<'_>, at: usize) {
-        self.fits += 1;
-        let effects = self.trials[at].effects.clone();
-        let numbers = self.numbers(&effects);
-        self.trials[at].is_tried = true;
-        let of = self.best_fit(fit, &effects).and_then(|(fitted, around)| {
-            let forms = around.forms()?;
-            let evidence = around.evidence(&forms, &numbers)?;
-            Some((fitted, around, forms, evidence))
-        });
-        match of {
-            Some((fitted, around, forms, evidence)) => {
-                (self.trials[at].evidence, self.trials[at].fitted) = (evidence, Some(fitted));
-                if effects.len() == 1 {
-                    self.add_beside(&effects, &around, &forms);
-                }
+        for k in untried {
+            self.fit_one(fit, k);
+            if self.trials[k].tried == Tried::Fitted {
+                self.lead_anew(fit, k);
             }
-            // without a fit it explains nothing
-            None => self.trials[at].evidence = self.trials[0].evidence,
         }
     }
 
-    /// The fit with some numbers: from the plain one on, and from sheets that are led anew by the cloth that has them.
-    /// A cloth that softens much is far from the plain one: its fit begins from the balance of forces as well.
-    fn best_fit(&self, fit: &mut Fit<'_>, effects: &[&'static Effect]) -> Option<Found> {
-        let numbers = self.numbers(effects);
-        let first = fit.found(&numbers)?;
+    /// Fits an explanation from the plain fit on.
+    fn fit_one(&mut self, fit: &mut Fit<'_>, at: usize) {
+        self.fits += 1;
+        let numbers = self.numbers(&self.trials[at].effects);
+        let found = fit.found(&numbers);
+        match found.and_then(|found| with_evidence(found, &numbers)) {
+            Some((found, evidence)) => self.trials[at].take(found, evidence),
+            // without a fit it explains nothing
+            None => self.trials[at].evidence = self.trials[0].evidence,
+        }
+        self.trials[at].tried = Tried::Fitted;
+    }
+
+    /// Fits an explanation from sheets that are led anew by the cloth of its fit: sheets bring along what friction remembers of their way. A
+    /// cloth that softens much is far from the plain one: its fit begins from the balance of forces as well. The nearest is kept, and what
+    /// a second effect would be worth is asked around it.
+    fn lead_anew(&mut self, fit: &mut Fit<'_>, at: usize) {
+        self.trials[at].tried = Tried::LedAnew;
+        let Some(first) = self.trials[at].found.clone() else { return };
+        let effects = self.trials[at].effects.clone();
+        let numbers = self.numbers(&effects);
         let again = fit.around(&numbers, &first.0, Fit::plain_found).flatten();
         let softens = effects.iter().any(|effect| effect.name == SOFTENING);
         let softened = softens.then(|| fit.softened(&numbers)).flatten();
         let all = [Some(first), again, softened].into_iter().flatten();
-        all.min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost))
+        let best = all.min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+        let Some((found, evidence)) = best.and_then(|best| with_evidence(best, &numbers)) else {
+            return;
+        };
+        if let (1, Some(forms)) = (effects.len(), found.1.forms()) {
+            self.add_beside(&effects, &found.1, &forms);
+        }
+        self.trials[at].take(found, evidence);
     }
 
     /// Logarithm of the probability before anything is measured.
@@ -332,6 +371,14 @@ impl Hunt {
     }
 
     fn explained(mut self) -> Explained {
+        if std::env::var_os("DBG").is_some() {
+            let share = |e: &Evidence| e.likeliest();
+            eprintln!("DBG usual {:?} fields {:?}", self.usual, self.fields.map(|f| (f.ln(self.usual), f.ln(self.usual.with_more()), share(&f))));
+            for t in &self.trials {
+                let names: Vec<_> = t.effects.iter().map(|e| e.name).collect();
+                eprintln!("DBG {:?} usual {:.1} more {:.1} share {} found {} prior {:.1}", names, t.evidence.ln(self.usual), t.evidence.ln(self.usual.with_more()), share(&t.evidence), t.found.is_some(), self.ln_prior(t));
+            }
+        }
         let probabilities = self.probabilities();
         let causes = self.trials.iter().map(Trial::cause).chain([Cause::Else]);
         let both = causes.zip(&probabilities);
@@ -343,7 +390,7 @@ impl Hunt {
         let first = first.filter(|(_, sum)| *sum > probabilities[0]);
         let added = first.and_then(|(effects, _)| {
             let own = self.trials.iter_mut().find(|trial| trial.effects == effects)?;
-            Some((effects, own.fitted.take()?))
+            Some((effects, own.found.take()?.0))
         });
         Explained { explanations, added }
     }
@@ -366,7 +413,17 @@ impl Hunt {
     }
 }
 
+/// A fit with some numbers and its evidence.
+fn with_evidence(found: Found, numbers: &[&'static Number]) -> Option<(Found, Evidence)> {
+    let evidence = found.1.evidence(&found.1.forms()?, numbers)?;
+    Some((found, evidence))
+}
+
 impl Trial {
+    fn take(&mut self, found: Found, evidence: Evidence) {
+        (self.found, self.evidence) = (Some(found), evidence);
+    }
+
     fn cause(&self) -> Cause {
         match self.effects.is_empty() {
             true => Cause::Nothing,
@@ -389,6 +446,8 @@ const PRIOR_TWO: f64 = 0.15;
 const PRIOR_ELSE: f64 = 0.05;
 /// Probability from which on an explanation is fitted.
 const COUNTS: f64 = 0.05;
+/// Probability of a fitted explanation from which on its sheets are led anew.
+const MAY_COUNT: f64 = 0.01;
 /// Single effects that are fitted before something else is believed.
 const IN_DOUBT: usize = 2;
 /// How many times the usual discrepancy a plain fit leaves that may have ended beside the scans.

@@ -23,6 +23,7 @@ use super::beside::Beside;
 use super::effect::{Cloth, EFFECTS, Number, SENSOR_EDGE};
 use super::evidence::{Around, Discrepancy, DrapeAround};
 use super::first_fabric::first_fabric;
+use super::independent::units_of;
 use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
 use super::options::{FitOptions, MUCH};
@@ -261,11 +262,18 @@ impl Fit<'_> {
         self.targets.iter().map(is_scanned).collect()
     }
 
-    /// What is believed of the discrepancy of the scans from drapes of the model.
-    pub(super) fn usual(&self) -> Discrepancy {
+    /// What is believed of the discrepancy of what was measured from drapes of the model; of pictures it follows from the distance of two
+    /// captures of one drape \[m\].
+    pub(super) fn usual(&self, captures_m: Option<f64>) -> Discrepancy {
         let rims = self.targets.iter().filter_map(|target| target.rim.as_ref());
         let noise_m: Vec<f64> = rims.map(|rim| rim.boundary.mean_sigma_m()).collect();
-        Discrepancy::usual(mean(&noise_m), self.options.scan_model_m)
+        match noise_m.is_empty() {
+            true => {
+                let sigma_m = self.options.outline_m.hypot(self.options.model_m);
+                Discrepancy::of_pictures(captures_m, sigma_m)
+            }
+            false => Discrepancy::usual(mean(&noise_m), self.options.scan_model_m),
+        }
     }
 
     /// The numbers of effects that are declared to be known no better: a part of every fit, and no effects.
@@ -344,12 +352,15 @@ impl Fit<'_> {
         let drapes = drapes.map(|((target, seen), pose)| DrapeAround {
             sums: squares.sums_of(seen),
             pose: squares.pose_prior(target, pose),
+            is_picture: target.rim.is_none(),
         });
         let drapes = drapes.collect();
         let ends = squares.limits();
         let room = ends.iter().zip(&state.shared).map(|(ends, at)| ends.map(|end| end - at));
         let room = room.collect();
-        Around { drapes, precision, off, room, numbers }
+        let specimens: Vec<Option<&str>> =
+            self.targets.iter().map(|target| target.specimen.as_deref()).collect();
+        Around { drapes, specimens: units_of(&specimens), precision, off, room, numbers }
     }
 
     /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.

@@ -63,6 +63,20 @@ impl Units {
     }
 }
 
+/// The unit of each of some drapes, from 0 on: its specimen, or itself where that is unknown.
+pub(super) fn units_of(specimens: &[Option<&str>]) -> Vec<usize> {
+    let mut names: Vec<Option<&str>> = Vec::new();
+    let mut of = Vec::new();
+    for &own in specimens {
+        let known = names.iter().position(|name| name.is_some() && *name == own);
+        of.push(known.unwrap_or(names.len()));
+        if known.is_none() {
+            names.push(own);
+        }
+    }
+    of
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

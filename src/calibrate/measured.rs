@@ -33,6 +33,7 @@ impl Measured {
         let turned_over = self.entry.face == Some(Face::Down);
         let settled = self.entry.observation.map_or(0.0, settled);
         let per_height = self.entry.camera_height_m.map_or(0.0, |m| 1.0 / m);
-        Target { turned_over, settled, per_height, ..of_rim.unwrap_or_else(plain) }
+        let specimen = self.entry.specimen.clone();
+        Target { turned_over, settled, per_height, specimen, ..of_rim.unwrap_or_else(plain) }
     }
 }

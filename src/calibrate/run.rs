@@ -16,14 +16,14 @@ use super::believed::Believed;
 use super::effect::{EFFECTS, Effect};
 use super::explain::explain;
 use super::fit::{Fitted, Progress, fit};
-use super::floor::{Observed, spreads};
+use super::floor::{Observed, Pairing, spreads};
 use super::independent::Units;
 use super::manifest::{Bench, Entry, Kind, Role};
 use super::measured::Measured;
 use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
 use super::predict::predict;
-use super::result::{After, DrapeBeside, FabricResult, Verdict, scanned};
+use super::result::{After, DrapeBeside, FabricResult, Verdict};
 use super::silhouette::{self, SilhouetteLimits};
 use super::target::{Rim, Target};
 use super::trace::trace;
@@ -376,10 +376,9 @@ pub fn fabric(
                 let without =
                     options.without.iter().copied().chain(perspective).chain(of_other_cuts);
                 let without: Vec<_> = without.collect();
-                let explained = match scanned(&measured) {
-                    true => explain(&mut fit, &without),
-                    false => None,
-                };
+                let captures_m = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
+                let usual = fit.usual(captures_m.map(|spread| spread.median_m));
+                let explained = explain(&mut fit, &without, usual);
                 let trace = trace(&mut fit, &units, &without);
                 let asked = match (&explained, &trace) {
                     (Some(explained), _) => explained.added().map_or(Asked::NotSure, Asked::Added),

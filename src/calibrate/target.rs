@@ -31,6 +31,8 @@ pub struct Target {
     pub bench: Experiment,
     /// What finer cells move its drape by, once that is known.
     pub finer: Option<Box<Finer>>,
+    /// Which specimen it is, if that is known.
+    pub specimen: Option<String>,
 }
 
 /// How a held sheet moves from the fit's cells to finer ones.
@@ -76,6 +78,7 @@ impl Target {
             per_height,
             bench: *bench,
             finer: None,
+            specimen: None,
         }
     }
 
