@@ -443,6 +443,12 @@ impl Effect {
         EFFECTS.iter().find(|effect| effect.name == name)
     }
 
+    /// Whether it is of the bench: of plate, camera or how specimens are cut, which can be measured.
+    pub(super) fn is_of_bench(&self) -> bool {
+        let is_seen = |n: &Number| matches!(n.acts, Acts::Scale | Acts::Perspective);
+        self.numbers.iter().all(|number| number.bench_sigma().is_some() || is_seen(number))
+    }
+
     /// Whether it changes its sign where the specimen is turned over.
     #[must_use]
     pub fn turns_over(&self) -> bool {
@@ -464,6 +470,18 @@ impl Effect {
 }
 
 impl Number {
+    /// How well a bench is known that was measured, standard deviation, SI; `None` of what is no part of a bench.
+    pub(super) fn bench_sigma(&self) -> Option<f64> {
+        match self.acts {
+            Acts::Sheet(&[Parameter::PlateRadius | Parameter::EdgeRadius]) => Some(0.3e-3),
+            Acts::Sheet(&[Parameter::Warp, Parameter::Weft]) => Some(0.5e-3),
+            Acts::Sheet(&[Parameter::Friction]) => Some(0.05),
+            Acts::Face(Parameter::Skew) => Some(2e-3),
+            Acts::Tilt(_) => Some(5e-3),
+            _ => None,
+        }
+    }
+
     /// The simulator's parameters that it needs the moves of.
     #[must_use]
     pub fn parameters(&'static self) -> &'static [Parameter] {

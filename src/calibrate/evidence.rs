@@ -12,7 +12,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::effect::{Acts, FIELDS, Number, PATTERNS};
+use super::effect::{Acts, Effect, FIELDS, Layers, Number, PATTERNS};
 use super::pose::POSE;
 use super::smooth::smoothness_of;
 use super::squares::Sums;
@@ -78,6 +78,11 @@ impl Discrepancy {
         self.median
     }
 
+    /// Whatever its size.
+    pub fn of_any_size(self) -> Self {
+        Self { ln_sigma: 1.0, ..self }
+    }
+
     /// Where something is there that the model does not have.
     pub fn with_more(self) -> Self {
         Self { median: MORE * self.median, ln_sigma: 0.5 }
@@ -101,10 +106,9 @@ const MORE: f64 = 3.0;
 pub(super) struct Evidence([f64; SHARES.len()]);
 
 impl Evidence {
-    /// The likeliest share.
-    pub fn likeliest(&self) -> f64 {
-        let best = (0..SHARES.len()).max_by(|&a, &b| self.0[a].total_cmp(&self.0[b]));
-        best.map_or(f64::NAN, |k| SHARES[k])
+    /// Which of [`SHARES`] is likeliest.
+    pub fn likeliest(&self) -> usize {
+        (0..SHARES.len()).max_by(|&a, &b| self.0[a].total_cmp(&self.0[b])).unwrap_or(0)
     }
 
     /// The logarithm with the discrepancy's size integrated out.
@@ -170,40 +174,83 @@ impl Around {
         SHARES.into_iter().map(of).collect::<Option<_>>().map(Forms)
     }
 
-    /// The evidence where the stiffnesses and some numbers are unknown, and all others are nothing.
+    /// The evidence where the stiffnesses and some numbers are unknown, those of the bench are nearly what they are said to be, and all others
+    /// are nothing.
     pub fn evidence(&self, forms: &Forms, unknown: &[&'static Number]) -> Option<Evidence> {
-        self.with_precision(forms, &self.indices(unknown), &self.precision)
+        let (of, precision) = self.unknowns(unknown);
+        self.with_precision(&forms.0, &of, &precision)
     }
 
-    /// The evidence of smooth fields on the cloth beside some numbers, as [`FIELDS`] has them: whatever is there acts at some places of the
-    /// cloth.
-    pub fn of_something_else(&self, forms: &Forms, unknown: &[&'static Number]) -> Option<Evidence> {
-        let mut all = Vec::new();
-        let is_picture = self.drapes.iter().any(|drape| drape.is_picture);
-        if is_picture {
-            for pattern in &PATTERNS {
-                let numbers: Vec<&'static Number> =
-                    unknown.iter().copied().chain(pattern.numbers).collect();
-                all.extend(self.evidence(forms, &numbers));
+    /// The unknowns where some numbers are, and the precision of all.
+    fn unknowns(&self, unknown: &[&'static Number]) -> (Vec<usize>, DMatrix<f64>) {
+        let mut precision = self.precision.clone();
+        let mut all = unknown.to_vec();
+        for (k, &number) in self.numbers.iter().enumerate() {
+            if let (Some(sigma), false) = (number.bench_sigma(), unknown.contains(&number)) {
+                let at = STIFFNESSES + k;
+                precision[(at, at)] = (number.sigma / sigma).powi(2);
+                all.push(number);
             }
         }
-        let of = if is_picture { 1 } else { FIELDS.len() };
-        for (field, layers) in &FIELDS[..of] {
+        (self.indices(&all), precision)
+    }
+
+    /// The evidence of something that is not on the list, beside some numbers: of smooth fields on the cloth, as [`Self::fields`] has them,
+    /// since whatever is there acts at some places of the cloth; of pictures of patterns of the outline too.
+    pub fn of_something_else(
+        &self,
+        forms: &Forms,
+        beside: &[&'static Number],
+    ) -> Option<Evidence> {
+        let patterns = if self.has_pictures() { &PATTERNS[..] } else { &[] };
+        let of_pattern = |pattern: &'static Effect| {
             let numbers: Vec<&'static Number> =
-                unknown.iter().copied().chain(field.numbers).collect();
-            let of = self.indices(&numbers);
-            let nodes = self.indices(&field.numbers.iter().collect::<Vec<_>>());
-            for smooth in smoothness_of(layers) {
-                let mut precision = self.precision.clone();
-                for (a, &row) in nodes[STIFFNESSES..].iter().enumerate() {
-                    for (b, &column) in nodes[STIFFNESSES..].iter().enumerate() {
-                        precision[(row, column)] = smooth[(a, b)];
-                    }
-                }
-                all.extend(self.with_precision(forms, &of, &precision));
-            }
+                beside.iter().copied().chain(pattern.numbers).collect();
+            self.evidence(forms, &numbers)
+        };
+        let mut all: Vec<Evidence> = patterns.iter().filter_map(of_pattern).collect();
+        for (field, layers) in self.fields() {
+            let smooth = smoothness_of(layers);
+            all.extend(smooth.filter_map(|s| Some(self.of_field(forms, beside, field, &s)?.0)));
         }
         (!all.is_empty()).then(|| Evidence::mean(&all))
+    }
+
+    /// The evidence of a field so smooth beside some numbers, the most probable numbers at its nodes, and their standard errors.
+    pub fn of_field(
+        &self,
+        Forms(forms): &Forms,
+        beside: &[&'static Number],
+        field: &'static Effect,
+        smooth: &DMatrix<f64>,
+    ) -> Option<(Evidence, [Vec<f64>; 2])> {
+        let with = beside.iter().copied().chain(field.numbers);
+        let (of, mut precision) = self.unknowns(&with.collect::<Vec<_>>());
+        let nodes = self.indices(&field.numbers.iter().collect::<Vec<_>>());
+        for (a, &row) in nodes[STIFFNESSES..].iter().enumerate() {
+            for (b, &column) in nodes[STIFFNESSES..].iter().enumerate() {
+                precision[(row, column)] = smooth[(a, b)];
+            }
+        }
+        let evidence = self.with_precision(forms, &of, &precision)?;
+        let form = &forms[evidence.likeliest()];
+        let whole = form.a.select_rows(&of).select_columns(&of)
+            + precision.select_rows(&of).select_columns(&of);
+        let pull = precision.select_rows(&of).select_columns(&of) * self.off.select_rows(&of);
+        let covariance = whole.cholesky()?.inverse();
+        let change = &covariance * (form.b.select_rows(&of) + pull);
+        let own = (0..of.len()).filter(|&k| nodes[STIFFNESSES..].contains(&of[k]));
+        let (values, errors) = own.map(|k| (change[k], covariance[(k, k)].sqrt())).unzip();
+        Some((evidence, [values, errors]))
+    }
+
+    /// The fields that are asked for: of pictures of curvature alone. Outlines have been seen to ask for cloth of negative weight.
+    pub fn fields(&self) -> &'static [(Effect, Layers)] {
+        if self.has_pictures() { &FIELDS[..1] } else { &FIELDS }
+    }
+
+    fn has_pictures(&self) -> bool {
+        self.drapes.iter().any(|drape| drape.is_picture)
     }
 
     /// Whether a number moves any drape.
@@ -217,7 +264,7 @@ impl Around {
 
     fn with_precision(
         &self,
-        Forms(forms): &Forms,
+        forms: &[Form],
         of: &[usize],
         precision: &DMatrix<f64>,
     ) -> Option<Evidence> {
@@ -427,18 +474,21 @@ mod tests {
         off_m: &DVector<f64>,
         around: &Around,
         share: f64,
-        of: &[usize],
+        unknown: &[&'static Number],
     ) -> f64 {
         let shared = around.off.len();
         let mut covariance = DMatrix::identity(ROWS, ROWS) * (share.powi(2) / INDEPENDENT);
         let mut mean = DVector::zeros(ROWS);
+        let stiffer = columns.columns(3, STIFFNESSES - 3).column_sum() * SPECIMENS_DIFFER;
+        covariance += &stiffer * stiffer.transpose();
         let mut add = |column: usize, variance: f64, at: f64| {
             let own = columns.column(column);
             covariance += own * own.transpose() * variance;
             mean += own * at;
         };
         around.own().into_iter().for_each(|(k, sigma)| add(k, sigma.powi(2), 0.0));
-        of.iter().for_each(|&k| add(k, 1.0 / around.precision[(k, k)], around.off[k]));
+        let (of, precision) = around.unknowns(unknown);
+        of.iter().for_each(|&k| add(k, 1.0 / precision[(k, k)], around.off[k]));
         (0..3).for_each(|m| {
             let (precision, off) = around.drapes[0].pose[m];
             add(shared + m, 1.0 / precision, -off);
@@ -451,16 +501,15 @@ mod tests {
     #[test]
     fn evidence_is_the_density_of_the_distances_with_all_that_is_unknown_in_their_covariance() {
         let (columns, off_m, around) =
-            made(|columns| 0.7 * columns.column(8) + 0.02 * columns.column(15));
+            made(|columns| 1.5 * columns.column(8) + 0.02 * columns.column(15));
         let forms = around.forms().unwrap();
         let asked = ["tilt", "friction"].map(numbers);
         for share in [2, 7, 12] {
             let nothing = around.evidence(&forms, &[]).unwrap().0[share];
-            let of = density(&columns, &off_m, &around, SHARES[share], &around.indices(&[]));
+            let of = density(&columns, &off_m, &around, SHARES[share], &[]);
             for numbers in &asked {
                 let gain = around.evidence(&forms, numbers).unwrap().0[share] - nothing;
-                let with = around.indices(numbers);
-                let expected = density(&columns, &off_m, &around, SHARES[share], &with) - of;
+                let expected = density(&columns, &off_m, &around, SHARES[share], numbers) - of;
                 assert!(
                     (gain - expected).abs() < 1e-6 * (1.0 + expected.abs()),
                     "{gain} {expected}"
@@ -475,7 +524,7 @@ mod tests {
 
     #[test]
     fn a_number_that_would_leave_its_room_gains_nothing() {
-        let (_, _, mut around) = made(|columns| 0.7 * columns.column(8));
+        let (_, _, mut around) = made(|columns| 1.5 * columns.column(8));
         let forms = around.forms().unwrap();
         let friction = numbers("friction");
         let gain = |around: &Around| {

@@ -13,10 +13,11 @@
 //! Something else is what smooth fields on the cloth explain better than the list, or what leaves every fit with a discrepancy that the
 //! model's own drapes do not have.
 
-use super::add::{Added, FoundEffect, values_of};
 use super::effect::{EFFECTS, Effect, Number, known};
 use super::evidence::{Around, Discrepancy, Evidence, Forms, ln_sum};
+use super::field::{Field, fields};
 use super::fit::{Fit, Fitted, Found};
+use super::found::FoundEffect;
 
 /// What may be the cause of what the plain model leaves.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,15 +134,17 @@ pub fn next_measurement(explanations: &Explanations) -> Option<&'static str> {
     })
 }
 
-/// The explanations with the fit of the most probable effects, where these are more probable than nothing.
+/// The explanations, with the fit of the most probable effects where these are more probable than nothing.
 pub(super) struct Explained {
     pub explanations: Explanations,
+    /// What smooth fields on the cloth would explain beside these effects.
+    pub fields: Vec<Field>,
     added: Option<(Vec<&'static Effect>, Fitted)>,
 }
 
 impl Explained {
-    /// The most probable effects with their fit, each with those that the scans do not tell from them.
-    pub fn added(&self) -> Option<Box<Added>> {
+    /// The most probable effects with their fit, each with those that the drapes do not tell from them.
+    pub fn added(&self) -> Option<(Vec<FoundEffect>, Fitted)> {
         let (effects, fitted) = self.added.clone()?;
         let alike = self.explanations.alike();
         let mut group: Vec<&'static str> = Vec::new();
@@ -151,16 +154,12 @@ impl Explained {
                 group.push(effect.name);
             }
         }
-        let found = effects.into_iter().map(|effect| FoundEffect {
-            effect,
-            numbers: values_of(effect, &fitted),
-            group: group.clone(),
-        });
-        Some(Box::new((found.collect(), fitted)))
+        let found = effects.into_iter().map(|e| FoundEffect::of(e, &fitted, group.clone()));
+        Some((found.collect(), fitted))
     }
 }
 
-/// Explains the scans of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
+/// Explains the drapes of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
 pub(super) fn explain(
     fit: &mut Fit<'_>,
     without: &[&'static Effect],
@@ -202,9 +201,11 @@ struct Hunt {
     trials: Vec<Trial>,
     /// What is believed of the discrepancy of the model's own drapes.
     usual: Discrepancy,
-    /// Evidence of smooth fields on the cloth.
-    fields: Option<Evidence>,
+    /// Evidence of what is on no list: of smooth fields on the cloth, and of patterns.
+    other: Option<Evidence>,
     fits: usize,
+    /// The least squares around the plain fit.
+    plain: (Around, Forms),
 }
 
 impl Hunt {
@@ -236,26 +237,29 @@ impl Hunt {
                 && effect.numbers.iter().any(|n| around.moves(n) && !declared.contains(&n))
         };
         let asked: Vec<&'static Effect> = EFFECTS.iter().filter(is_asked).collect();
-        let fields = around.of_something_else(&forms, &declared);
+        let other = around.of_something_else(&forms, &declared);
         let nothing = around.evidence(&forms, &declared)?;
         let plain = Trial { effects: Vec::new(), evidence: nothing, found: None, tried: Tried::LedAnew };
-        let mut hunt = Self { declared, asked, trials: vec![plain], usual, fields, fits: 0 };
-        hunt.add_beside(&[], &around, &forms);
+        let trials = vec![plain];
+        let plain = (around, forms);
+        let mut hunt = Self { declared, asked, trials, usual, other, fits: 0, plain };
+        let beside = hunt.beside(&[], &hunt.plain.0, &hunt.plain.1);
+        hunt.trials.extend(beside);
         Some(hunt)
     }
 
     /// The explanations with one effect more than some have, by their linear evidence around the fit of those.
-    fn add_beside(&mut self, first: &[&'static Effect], around: &Around, forms: &Forms) {
-        for &effect in &self.asked {
+    fn beside(&self, first: &[&'static Effect], around: &Around, forms: &Forms) -> Vec<Trial> {
+        let with = |&effect: &&'static Effect| {
             let effects = sorted(&[first, &[effect]].concat());
             let is_known = self.trials.iter().any(|trial| trial.effects == effects);
             if first.contains(&effect) || is_known {
-                continue;
+                return None;
             }
-            if let Some(evidence) = around.evidence(forms, &self.numbers(&effects)) {
-                self.trials.push(Trial { effects, evidence, found: None, tried: Tried::No });
-            }
-        }
+            let evidence = around.evidence(forms, &self.numbers(&effects))?;
+            Some(Trial { effects, evidence, found: None, tried: Tried::No })
+        };
+        self.asked.iter().filter_map(with).collect()
     }
 
     fn numbers(&self, effects: &[&'static Effect]) -> Vec<&'static Number> {
@@ -334,18 +338,23 @@ impl Hunt {
             return;
         };
         if let (1, Some(forms)) = (effects.len(), found.1.forms()) {
-            self.add_beside(&effects, &found.1, &forms);
+            let beside = self.beside(&effects, &found.1, &forms);
+            self.trials.extend(beside);
         }
         self.trials[at].take(found, evidence);
     }
 
     /// Logarithm of the probability before anything is measured.
     fn ln_prior(&self, trial: &Trial) -> f64 {
-        let asked = self.asked.len().max(2) as f64;
+        let of = |effect: &&'static Effect| if effect.is_of_bench() { BENCH } else { 1.0 };
+        let each: Vec<f64> = self.asked.iter().map(of).collect();
+        let (sum, squares): (f64, f64) =
+            (each.iter().sum(), each.iter().map(|own| own * own).sum());
+        let own: f64 = trial.effects.iter().map(of).product();
         match trial.effects.len() {
             0 => PRIOR_NOTHING.ln(),
-            1 => (PRIOR_ONE / asked).ln(),
-            _ => (PRIOR_TWO / (0.5 * asked * (asked - 1.0))).ln(),
+            1 => (PRIOR_ONE * own / sum).ln(),
+            _ => (PRIOR_TWO * own / (0.5 * (sum * sum - squares))).ln(),
         }
     }
 
@@ -356,9 +365,9 @@ impl Hunt {
         let beside =
             self.trials.iter().map(|t| self.ln_prior(t) + t.evidence.ln(self.usual.with_more()));
         let mut other: Vec<f64> = beside.map(|ln| ln + PRIOR_ELSE.ln()).collect();
-        let fields =
-            self.fields.map(|fields| [fields.ln(self.usual), fields.ln(self.usual.with_more())]);
-        other.extend(fields.into_iter().flatten().map(|ln| ln + PRIOR_ELSE.ln()));
+        let of_no_effect =
+            self.other.map(|own| [own.ln(self.usual), own.ln(self.usual.with_more())]);
+        other.extend(of_no_effect.into_iter().flatten().map(|ln| ln + PRIOR_ELSE.ln()));
         all.push(ln_sum(&other));
         all
     }
@@ -371,14 +380,6 @@ impl Hunt {
     }
 
     fn explained(mut self) -> Explained {
-        if std::env::var_os("DBG").is_some() {
-            let share = |e: &Evidence| e.likeliest();
-            eprintln!("DBG usual {:?} fields {:?}", self.usual, self.fields.map(|f| (f.ln(self.usual), f.ln(self.usual.with_more()), share(&f))));
-            for t in &self.trials {
-                let names: Vec<_> = t.effects.iter().map(|e| e.name).collect();
-                eprintln!("DBG {:?} usual {:.1} more {:.1} share {} found {} prior {:.1}", names, t.evidence.ln(self.usual), t.evidence.ln(self.usual.with_more()), share(&t.evidence), t.found.is_some(), self.ln_prior(t));
-            }
-        }
         let probabilities = self.probabilities();
         let causes = self.trials.iter().map(Trial::cause).chain([Cause::Else]);
         let both = causes.zip(&probabilities);
@@ -392,7 +393,10 @@ impl Hunt {
             let own = self.trials.iter_mut().find(|trial| trial.effects == effects)?;
             Some((effects, own.found.take()?.0))
         });
-        Explained { explanations, added }
+        let beside: Vec<&'static Effect> = added.iter().flat_map(|(own, _)| own.clone()).collect();
+        let (around, forms) = &self.plain;
+        let fields = fields(around, forms, &self.numbers(&beside), self.usual);
+        Explained { explanations, fields, added }
     }
 
     /// Whether a plain fit that leaves so much may have ended beside the scans for no reason but its start.
@@ -444,6 +448,8 @@ const PRIOR_NOTHING: f64 = 0.5;
 const PRIOR_ONE: f64 = 0.35;
 const PRIOR_TWO: f64 = 0.15;
 const PRIOR_ELSE: f64 = 0.05;
+/// How many times as probable as an effect of the cloth one of the bench is: benches are measured.
+const BENCH: f64 = 0.2;
 /// Probability from which on an explanation is fitted.
 const COUNTS: f64 = 0.05;
 /// Probability of a fitted explanation from which on its sheets are led anew.

@@ -1,19 +1,18 @@
-//! The smoothest field on the cloth that would explain what a fit leaves, of natural curvature, of weight or of bending: a tracer of effects
+//! Smooth fields on the cloth that would explain what a fit leaves, of natural curvature, of weight or of bending: a tracer of effects
 //! that are on no list.
 //!
-//! In: the least squares around a plain fit by specimens, the effects chosen. Out: [`Field`]s, numbers at 5 x 5 nodes over the specimen.
+//! In: the least squares around a plain fit, the numbers of the effects found. Out: [`Field`]s, numbers at 5 x 5 nodes over the specimen.
 //! Curvatures along weft and warp come in two layers: what turns over with the specimen, as the cloth's own curl does, and what bends it
 //! upwards whichever face is up. Weight and bending are what they are with either face up. How far neighbouring nodes may
-//! differ is what foretells the drapes of specimens held out best; the least of what is tried leaves a field that is even.
+//! differ is what is most probable of what is tried; the least of that leaves a field that is even.
 //!
 //! It shows where on the cloth something is, and hardly what: whatever moves the sheet as a curvature at that place would is
-//! drawn as one. The three are told beside each other, the one that foretells most first. Where drapes are seen from above alone, much of
+//! drawn as one. The three are told beside each other, the most probable first. Where drapes are seen from above alone, much of
 //! the plate's cloth moves nothing, and the field there is that of its neighbours.
 
-use super::effect::{Effect, FIELDS, FieldOf, LAYER_NODES, Layer, Layers};
-use super::linear::{LEAST_GAIN, Linear, falls, positions};
+use super::effect::{Effect, FieldOf, LAYER_NODES, Layer, Layers, Number};
+use super::evidence::{Around, Discrepancy, Forms};
 use super::smooth::{STEPS, smoothness_of, unit_of};
-use crate::numeric::moments::mean_and_error;
 use crate::sim::experiment::{CURL_NODES, NodeField, Outline, Specimen};
 
 /// One layer of a field.
@@ -25,7 +24,7 @@ pub struct FieldLayer {
     pub layer: Layer,
     /// Its numbers \[1/m of curvatures, else 1\]; curvatures are positive towards the face of a specimen that lies with it up.
     pub values: NodeField,
-    /// Standard errors of these, over the specimens (the jackknife).
+    /// Standard errors of these.
     pub errors: NodeField,
 }
 
@@ -40,10 +39,8 @@ pub struct Field {
     pub step: f64,
     /// Whether that is the least of what is tried, so that the field is the same all over the cloth.
     pub is_even: bool,
-    /// Fall of the logarithm of the held-out cost with it, mean over the specimens and standard error.
-    pub gain: [f64; 2],
-    /// The least such fall that is more than chance.
-    pub least_gain: f64,
+    /// Logarithm of how many times as probable what was measured is with it as without.
+    pub ln_gain: f64,
 }
 
 /// Where a field is strongest.
@@ -59,57 +56,37 @@ pub struct Strongest {
     pub error: f64,
 }
 
-/// Least fall of the logarithm of the held-out cost with a field of scanned sheets that is more than chance: its nodes bend to what cells and
-/// scans leave of cloth without effects (0.05 at most in four cases; 0.19 with a hem of one of twenty parts of the cloth).
-const LEAST_GAIN_SCANNED: f64 = 0.1;
+/// Logarithm of the odds from which on a field is something.
+const SURE_LN: f64 = 3.0;
 /// Parts of a specimen's side between the places at which a field is looked at.
 const LOOKS: usize = 40;
 
-/// The fields that foretell most of what some effects leave, whose held-out costs are `best`, best first: one of each of [`FIELDS`], of
-/// outlines and rims of curvature alone. These have been seen to ask for cloth of negative weight.
-pub(super) fn fields(linear: &Linear, with: &[&'static Effect], best: &[f64]) -> Vec<Field> {
-    let asked = if linear.is_scan { FIELDS.len() } else { 1 };
-    let of =
-        |(effect, layers): &'static (Effect, Layers)| field(linear, with, best, effect, layers);
-    let mut fields: Vec<Field> = FIELDS.iter().take(asked).filter_map(of).collect();
-    fields.sort_by(|a, b| b.gain[0].total_cmp(&a.gain[0]));
+/// The fields of what is left beside some numbers, the most probable first.
+pub(super) fn fields(
+    around: &Around,
+    forms: &Forms,
+    beside: &[&'static Number],
+    usual: Discrepancy,
+) -> Vec<Field> {
+    let Some(without) = around.evidence(forms, beside) else { return Vec::new() };
+    let without = without.ln(usual.of_any_size());
+    let of = |(effect, layers): &'static (Effect, Layers)| {
+        let tried = STEPS.iter().zip(smoothness_of(layers)).filter_map(|(step, smooth)| {
+            let (evidence, node_values) = around.of_field(forms, beside, effect, &smooth)?;
+            Some((*step, evidence.ln(usual.of_any_size()), node_values))
+        });
+        let (step, ln, [values, errors]) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Field {
+            name: effect.name,
+            layers: layers_of(layers, &values, &errors),
+            step: step * unit_of(layers[0].0),
+            is_even: step <= STEPS[0],
+            ln_gain: ln - without,
+        })
+    };
+    let mut fields: Vec<Field> = around.fields().iter().filter_map(of).collect();
+    fields.sort_by(|a, b| b.ln_gain.total_cmp(&a.ln_gain));
     fields
-}
-
-fn field(
-    linear: &Linear,
-    with: &[&'static Effect],
-    best: &[f64],
-    effect: &'static Effect,
-    layers: Layers,
-) -> Option<Field> {
-    let all = [with, &[effect]].concat();
-    let own = positions(&all, effect);
-    let base = linear.precision(&all);
-    let unit = unit_of(layers[0].0);
-    let tried = STEPS.iter().zip(smoothness_of(layers)).filter_map(|(step, smooth)| {
-        let mut precision = base.clone();
-        for (a, &row) in own.iter().enumerate() {
-            for (b, &column) in own.iter().enumerate() {
-                precision[(row, column)] = smooth[(a, b)];
-            }
-        }
-        let foretold = linear.held_out_with(&all, &precision)?;
-        let gain = mean_and_error(&falls(best, &foretold.costs));
-        Some((*step, precision, foretold, gain))
-    });
-    let (step, precision, foretold, gain) = tried.max_by(|a, b| a.3[0].total_cmp(&b.3[0]))?;
-    let change = linear.fitted(&all, &precision, None)?;
-    let values: Vec<f64> = own.iter().map(|&at| change[at]).collect();
-    let errors = foretold.errors(&own);
-    Some(Field {
-        name: effect.name,
-        layers: layers_of(layers, &values, &errors),
-        step: step * unit,
-        is_even: step <= STEPS[0],
-        gain,
-        least_gain: if linear.is_scan { LEAST_GAIN_SCANNED } else { LEAST_GAIN },
-    })
 }
 
 /// Numbers in the order of a field's layers.
@@ -149,12 +126,10 @@ impl FieldLayer {
 }
 
 impl Field {
-    /// Whether the drapes held out are foretold better with it, by as much as is asked of an effect and by twice the
-    /// standard error. The smoothness is the best of those tried, so that the gain is a little too good.
+    /// Whether it is twenty times as probable as nothing. The smoothness is the best of those tried, so that the odds are a little too good.
     #[must_use]
     pub fn is_something(&self) -> bool {
-        let [gain, error] = self.gain;
-        gain > self.least_gain && gain > 2.0 * error
+        self.ln_gain > SURE_LN
     }
 
     /// Where it is strongest on a specimen, less two standard errors.
@@ -187,6 +162,7 @@ pub fn is_on(specimen: &Specimen, [warp, weft]: [f64; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibrate::effect::FIELDS;
 
     #[test]
     fn a_field_is_strongest_where_its_node_is_unless_there_is_no_cloth() {
@@ -204,8 +180,7 @@ mod tests {
             layers: layers_of(layers, &values, &errors),
             step: 5.0,
             is_even: false,
-            gain: [0.5, 0.2],
-            least_gain: 0.05,
+            ln_gain: 5.0,
         };
         let disc = Specimen { outline: Outline::Disc, ..Specimen::default() };
         let found = field.strongest(&disc).unwrap();
@@ -214,7 +189,6 @@ mod tests {
         assert_eq!((found.place, found.value, found.error), ([0.75, 0.25], -7.0, 1.0));
         assert_eq!(field.strongest(&Specimen::default()).unwrap().place, [0.0, 0.0]);
         assert!(field.is_something());
-        assert!(!Field { gain: [0.5, 0.3], ..field.clone() }.is_something());
-        assert!(!Field { gain: [0.01, 0.001], ..field }.is_something());
+        assert!(!Field { ln_gain: 1.0, ..field }.is_something());
     }
 }

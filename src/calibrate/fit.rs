@@ -31,7 +31,7 @@ use super::pose::Pose;
 use super::softened::softened;
 use super::squares::{Squares, State, parameters, rms_m, shared_of};
 use super::target::{Finer, Target};
-use super::trial::{Compared, Trial, steadied_trial_of};
+use super::trial::{Trial, steadied_trial_of};
 use crate::fabric::STIFFNESSES;
 use crate::numeric::moments::mean;
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
@@ -256,12 +256,6 @@ impl Fit<'_> {
         self.lost.iter().map(Option::is_some).collect()
     }
 
-    /// For each sheet of the fit, whether it was scanned.
-    pub(super) fn scanned(&self) -> Vec<bool> {
-        let is_scanned = |target: &Target| target.compared() == Compared::Sheet;
-        self.targets.iter().map(is_scanned).collect()
-    }
-
     /// What is believed of the discrepancy of what was measured from drapes of the model; of pictures it follows from the distance of two
     /// captures of one drape \[m\].
     pub(super) fn usual(&self, captures_m: Option<f64>) -> Discrepancy {
@@ -388,12 +382,6 @@ impl Fit<'_> {
         let (state, own) = (self.plain.clone(), self.declared.clone());
         let around = self.around_found(&state, &own)?;
         Some((self.plain(), around))
-    }
-
-    /// The fit with some effects' numbers, from sheets that the outlines lead with the cloth of another fit on, and with what finer
-    /// cells do to that cloth; `None` where one does not come to rest.
-    pub fn led_again(&mut self, numbers: &[&'static Number], from: &Fitted) -> Option<Fitted> {
-        self.around(numbers, from, |fit| fit.plain())
     }
 
     /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain

@@ -3,18 +3,19 @@
 //! In: a plain fit and one with the effects that were chosen, each drape beside what was measured of it. The verdict compares the drapes held
 //! out before and after as pairs.
 
-use super::add::{CONFIRMED, FoundEffect};
 use super::believed::Believed;
 use super::beside::Beside;
 use super::effect::Acts;
 use super::explain::Explanations;
+use super::field::Field;
 use super::fit::{FitError, Fitted};
 use super::floor::Spread;
+use super::found::FoundEffect;
+use super::independent::units_of;
 use super::left::{Left, left};
 use super::manifest::{Face, Role};
 use super::measured::Measured;
 use super::measures::Measures;
-use super::trace::Trace;
 use crate::base::units::M_PER_MM;
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::sim::experiment::{CELLS_PER_BENDING_LENGTH, bending_length_m};
@@ -44,10 +45,10 @@ pub struct FabricResult {
     pub fitted: Result<Fitted, FitError>,
     /// The drapes that were fitted, then those that were predicted.
     pub drapes: Vec<DrapeBeside>,
-    /// What the residual of the plain fit asks for; `None` where too few specimens are marked `fit`.
-    pub trace: Option<Trace>,
-    /// What explains scans, with probabilities; `None` of pictures, and where a sheet does not say how it moves.
+    /// What explains the drapes, with probabilities; `None` where a sheet does not say how it moves.
     pub explanations: Option<Explanations>,
+    /// What smooth fields on the cloth would explain beside the effects that were found, the most probable first.
+    pub fields: Vec<Field>,
     /// The fit with the effects that were chosen, if any were.
     pub after: Option<After>,
     /// What all this amounts to.
@@ -144,6 +145,16 @@ pub struct Group {
 type Together = (Role, Option<Face>, Option<u32>);
 
 impl FabricResult {
+    /// Number of specimens of which a drape was fitted; a drape of an unknown specimen is of one of its own.
+    #[must_use]
+    pub fn specimens_fitted(&self) -> usize {
+        let is_fitted = |d: &&DrapeBeside| self.measured[d.measured].entry.role == Role::Fit;
+        let own = self.drapes.iter().filter(is_fitted);
+        let specimens: Vec<Option<&str>> =
+            own.map(|d| self.measured[d.measured].entry.specimen.as_deref()).collect();
+        units_of(&specimens).into_iter().max().map_or(0, |most| most + 1)
+    }
+
     /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
     #[must_use]
     pub fn held_out_rms_m(&self) -> Vec<f64> {
@@ -248,25 +259,12 @@ impl FabricResult {
         all.any(|((number, _), at_limit)| number.acts == Acts::Edge && *at_limit)
     }
 
-    /// The verdict, told whether the effects that were asked for are nothing in their own fits.
-    pub(super) fn judge(&self, are_nothing: bool) -> Verdict {
-        let verdict = match (&self.explanations, &self.trace, &self.fitted) {
-            (Some(explanations), _, Ok(_)) => self.judge_scans(explanations),
-            (None, Some(trace), Ok(_)) => self.judge_outlines(trace, are_nothing),
-            _ => Verdict::Undecided,
-        };
-        match verdict {
-            Verdict::None if self.edge_at_limit() || self.other_face_is_off().is_some() => {
-                Verdict::Undecided
-            }
-            verdict => verdict,
-        }
-    }
-
-    /// The verdict on scans, by what explains them. Drapes held out have to confirm an effect where there are any.
-    fn judge_scans(&self, explanations: &Explanations) -> Verdict {
+    /// The verdict, by what explains the drapes. Drapes held out have to confirm an effect where there are any, and what is fitted to one
+    /// face has to hold for the other.
+    pub(super) fn judge(&self) -> Verdict {
+        let Some(explanations) = &self.explanations else { return Verdict::Undecided };
         let is_held_out = !self.pairs().is_empty();
-        if explanations.show_an_effect() && self.after.is_some() {
+        let verdict = if explanations.show_an_effect() && self.after.is_some() {
             match (self.is_confirmed() || !is_held_out, self.falls_away()) {
                 (true, false) => Verdict::Found,
                 (true, true) => Verdict::Unexplained,
@@ -278,26 +276,20 @@ impl FabricResult {
             Verdict::None
         } else {
             Verdict::Undecided
+        };
+        let is_off = self.other_face_is_off().is_some();
+        match verdict {
+            Verdict::None if self.edge_at_limit() => Verdict::Undecided,
+            Verdict::None | Verdict::Found if is_off => Verdict::Undecided,
+            verdict => verdict,
         }
-    }
-
-    /// The verdict on pictures, by what comes back from specimen to specimen.
-    fn judge_outlines(&self, trace: &Trace, are_nothing: bool) -> Verdict {
-        if self.after.is_none() {
-            return match (trace.unexplained.is_some(), trace.chosen.is_empty() || are_nothing) {
-                (true, _) => Verdict::Unexplained,
-                (false, true) => Verdict::None,
-                (false, false) => Verdict::Undecided,
-            };
-        }
-        if self.is_confirmed() { Verdict::Found } else { Verdict::Undecided }
     }
 
     /// A face of which no drape was fitted, and whose drapes held out have another drape coefficient than is simulated, beyond two standard
     /// errors of the mean and a point: measured and simulated \[%\].
     #[must_use]
     pub fn other_face_is_off(&self) -> Option<(Face, [f64; 2])> {
-        let groups = self.groups();
+        let groups = self.groups_of(self.after.as_ref().map_or(&self.drapes, |a| &a.drapes));
         let is_fitted = |face| groups.iter().any(|g| g.role == Role::Fit && g.face == Some(face));
         let is_off = |group: &Group| {
             let [measured, simulated] = group.drape_coefficient;
@@ -380,14 +372,10 @@ fn fall_away(free: &[[f64; 2]]) -> bool {
     !free.is_empty() && 2 * free.iter().filter(far).count() >= free.len()
 }
 
-/// Whether all drapes that are fitted are scanned sheets.
-pub(super) fn scanned(measured: &[Measured]) -> bool {
-    let mut fitted = measured.iter().filter(|m| m.entry.role == Role::Fit);
-    fitted.all(|m| m.rim.as_ref().is_some_and(|rim| rim.sheet.is_some()))
-}
-
 /// Standard errors and points of the drape coefficient beyond which a face is off that was not fitted.
 const OFF_BY: (f64, f64) = (2.0, 1.0);
+/// Standard errors by which drapes held out must be nearer with an effect than without.
+const CONFIRMED: f64 = 2.0;
 /// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the arcs of their outlines does, each
 /// longer than what is alike along them.
 const FEWEST_DRAPES: usize = 3;

@@ -11,13 +11,11 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::add::{Asked, add};
 use super::believed::Believed;
 use super::effect::{EFFECTS, Effect};
-use super::explain::explain;
+use super::explain::{Explained, explain};
 use super::fit::{Fitted, Progress, fit};
 use super::floor::{Observed, Pairing, spreads};
-use super::independent::Units;
 use super::manifest::{Bench, Entry, Kind, Role};
 use super::measured::Measured;
 use super::measures::{FoldRule, Measures};
@@ -26,7 +24,6 @@ use super::predict::predict;
 use super::result::{After, DrapeBeside, FabricResult, Verdict};
 use super::silhouette::{self, SilhouetteLimits};
 use super::target::{Rim, Target};
-use super::trace::trace;
 use crate::base::boundary::Orientation;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::{Mixture, MixtureError};
@@ -360,13 +357,9 @@ pub fn fabric(
     let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
     let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
     let own = targets(&to_fit);
-    let (mut fitted, trace, asked, explanations) =
+    let (mut fitted, explained) =
         match fit(&own, &believed, mean, fit_options, rule, &fitting) {
             Ok(mut fit) => {
-                let fitted = to_fit.iter().zip(fit.lost()).filter(|(_, lost)| !lost);
-                let specimens: Vec<Option<&str>> =
-                    fitted.map(|(&k, _)| measured[k].entry.specimen.as_deref()).collect();
-                let units = Units::of(&specimens);
                 let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
                 let perspective = Effect::named("perspective").filter(|_| known);
                 let is_cut = |effect: &&Effect| {
@@ -375,19 +368,12 @@ pub fn fabric(
                 let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
                 let without =
                     options.without.iter().copied().chain(perspective).chain(of_other_cuts);
-                let without: Vec<_> = without.collect();
-                let captures_m = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
-                let usual = fit.usual(captures_m.map(|spread| spread.median_m));
-                let explained = explain(&mut fit, &without, usual);
-                let trace = trace(&mut fit, &units, &without);
-                let asked = match (&explained, &trace) {
-                    (Some(explained), _) => explained.added().map_or(Asked::NotSure, Asked::Added),
-                    (None, Some(trace)) => add(&mut fit, trace, &units),
-                    (None, None) => Asked::NotSure,
-                };
-                (Ok(fit.plain()), trace, asked, explained.map(|explained| explained.explanations))
+                let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
+                let usual = fit.usual(captures.map(|spread| spread.median_m));
+                let explained = explain(&mut fit, &without.collect::<Vec<_>>(), usual);
+                (Ok(fit.plain()), explained)
             }
-            Err(error) => (Err(error), None, Asked::NotSure, None),
+            Err(error) => (Err(error), None),
         };
     let predicting = |progress| tell(Told::Predicting(&name, progress));
     let held = targets(&held_out);
@@ -401,14 +387,14 @@ pub fn fabric(
         drapes
     };
     let drapes = fitted.as_mut().map(&beside).unwrap_or_default();
-    let are_nothing = matches!(asked, Asked::Nothing);
-    let after = match asked {
-        Asked::Added(added) => {
-            let (effects, mut fitted) = *added;
-            let drapes = beside(&mut fitted);
-            Some(After { effects, fitted, drapes })
-        }
-        Asked::Nothing | Asked::NotSure => None,
+    let added = explained.as_ref().and_then(Explained::added);
+    let after = added.map(|(effects, mut fitted)| {
+        let drapes = beside(&mut fitted);
+        After { effects, fitted, drapes }
+    });
+    let (explanations, fields) = match explained {
+        Some(explained) => (Some(explained.explanations), explained.fields),
+        None => (None, Vec::new()),
     };
     let mut result = FabricResult {
         name,
@@ -417,12 +403,12 @@ pub fn fabric(
         floor,
         fitted,
         drapes,
-        trace,
         explanations,
+        fields,
         after,
         verdict: Verdict::Undecided,
     };
-    result.verdict = result.judge(are_nothing);
+    result.verdict = result.judge();
     Ok(result)
 }
 

@@ -16,7 +16,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::believed::Believed;
-use super::effect::{Acts, Cloth, Number};
+use super::effect::{Cloth, Number};
 use super::options::FitOptions;
 use super::pose::{POSE, Pose};
 use super::seen::{Row, Seen, Unknowns, seen};
@@ -256,17 +256,6 @@ impl Squares<'_> {
         let whole = &at.normal + &at.priors;
         let longest = self.options.longest_step;
         damped_step((&whole, &at.right), &at.shared, &self.limits(), damping, longest)
-    }
-
-    /// How far a sensor's edge may still change from some shared unknowns; `None` for all others. (Of held outlines' scale, which is
-    /// declared too and runs to its end whatever the cloth, the linear choice is free: bound, it had a plate's radius stand in for it.)
-    pub fn room(&self, shared: &[f64]) -> Vec<Option<[f64; 2]>> {
-        let of_number = |(number, at): (&&Number, &f64)| {
-            let ends = self.options.limits_of(number).map(|end| end - at);
-            (number.acts == Acts::Edge).then_some(ends)
-        };
-        let numbers = self.numbers.iter().zip(&shared[STIFFNESSES..]).map(of_number);
-        std::iter::repeat_n(None, STIFFNESSES).chain(numbers).collect()
     }
 
     /// Least and largest value of each shared unknown that is tried.

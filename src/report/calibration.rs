@@ -8,7 +8,6 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::calibrate::add::FoundEffect;
 use crate::calibrate::beside::Beside;
 use crate::calibrate::cloth_file;
 use crate::calibrate::effect::{Effect, Number};
@@ -16,12 +15,12 @@ use crate::calibrate::explain::{Cause, Explanation, Explanations, next_measureme
 use crate::calibrate::field::{Field, FieldLayer, Strongest};
 use crate::calibrate::fit::Fitted;
 use crate::calibrate::floor::{Pairing, Spread};
+use crate::calibrate::found::FoundEffect;
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;
 use crate::calibrate::pose::POSE_KEYS;
 use crate::calibrate::result::{DrapeBeside, FabricResult, Group, Pair, Verdict};
 use crate::calibrate::run::{Calibration, Refused};
-use crate::calibrate::trace::{Choice, Ranked, Trace};
 use crate::fabric::TABLE_2;
 use crate::io::{self, OutputError, WriteError, output};
 use crate::numeric::moments::{mean, mean_and_error};
@@ -178,8 +177,10 @@ fn of_fabric(fabric: &FabricResult) -> Value {
     text["verdict"] = json!(fabric.verdict.name());
     let found = fabric.after.iter().flat_map(|after| &after.effects);
     text["effects"] = found.flat_map(of_effect).collect();
-    text["trace"] = fabric.trace.as_ref().map_or(Value::Null, |trace| of_trace(fabric, trace));
     text["explanations"] = fabric.explanations.as_ref().map_or(Value::Null, of_explanations);
+    let specimen = fabric.measured.first().map(|measured| measured.bench.specimen);
+    let fields = specimen.iter().flat_map(|s| fabric.fields.iter().map(move |f| of_field(f, s)));
+    text["fields"] = fields.collect();
     text["left"] = fabric.left().map_or(
         Value::Null,
         |left| json!({"rms_mm": left.rms_m / M_PER_MM, "along_mm": left.along_m / M_PER_MM}),
@@ -226,24 +227,6 @@ fn cause_names(cause: &Cause) -> Vec<&'static str> {
     }
 }
 
-fn of_trace(fabric: &FabricResult, trace: &Trace) -> Value {
-    let of = |ranked: &Ranked| json!({"name": ranked.effect.name, "gain": ranked.gain[0], "se": ranked.gain[1], "sure": ranked.sure});
-    let chosen = |choice: &Choice| {
-        let mut text = of(&choice.ranked);
-        text["group"] = choice.group.iter().map(of).collect();
-        text
-    };
-    json!({
-        "specimens": trace.units,
-        "held_out_in_turn": trace.independent.name(),
-        "held_out_cost": trace.plain,
-        "alone": trace.alone.iter().map(of).collect::<Vec<_>>(),
-        "chosen": trace.chosen.iter().map(chosen).collect::<Vec<_>>(),
-        "unexplained": trace.unexplained.as_ref().map(of),
-        "fields": trace.fields.iter().map(|field| of_field(field, &fabric.measured[0].bench.specimen)).collect::<Vec<_>>(),
-    })
-}
-
 /// A field's numbers at its nodes, along the warp and then along the weft, and where it is strongest.
 fn of_field(field: &Field, specimen: &Specimen) -> Value {
     let layer = |own: &FieldLayer| json!({"of": own.of.name(), "layer": own.layer.name(), "nodes": own.values.nodes, "se": own.errors.nodes});
@@ -262,9 +245,8 @@ fn of_field(field: &Field, specimen: &Specimen) -> Value {
     json!({
         "of": field.name,
         "unit": field.layers[0].of.unit(),
-        "foretells": field.is_something(),
-        "gain": field.gain[0],
-        "se": field.gain[1],
+        "is_something": field.is_something(),
+        "ln_gain": field.ln_gain,
         "neighbours": field.step,
         "is_even": field.is_even,
         "layers": field.layers.iter().map(layer).collect::<Vec<_>>(),
@@ -551,31 +533,9 @@ fn groups_table(groups: &[Group]) -> String {
     text
 }
 
-/// What the residual asks for, what was added, and what that gained.
+/// What was added, what that gained, and what explains the drapes.
 fn effects_table(fabric: &FabricResult) -> String {
     let mut text = String::new();
-    if let Some(trace) = &fabric.trace {
-        text += &format!(
-            "  held out in turn, {} {}, cost {:.0} each; its logarithm falls with\n",
-            trace.units,
-            trace.independent.name(),
-            trace.plain
-        );
-        for ranked in &trace.alone {
-            let [gain, error] = ranked.gain;
-            let name = ranked.effect.name;
-            text += &format!(
-                "    {name:18} {gain:7.3} +- {error:.3}, size {:.1} errors\n",
-                ranked.sure
-            );
-        }
-        if let Some(ranked) = &trace.unexplained {
-            let [gain, error] = ranked.gain;
-            let name = ranked.effect.name;
-            text += &format!("  {name} foretells what is left: {gain:.3} +- {error:.3}\n");
-        }
-        text += &field_lines(fabric, trace);
-    }
     if let Some(after) = &fabric.after {
         for found in &after.effects {
             for (number, value, ends) in &found.numbers {
@@ -599,6 +559,7 @@ fn effects_table(fabric: &FabricResult) -> String {
             text += &format!("  {:5.1} % {cause}\n", 100.0 * explanation.probability);
         }
     }
+    text += &field_lines(fabric);
     text += &format!("  verdict: {}\n", fabric.verdict.name());
     let next = fabric.explanations.as_ref().and_then(next_measurement);
     if let Some(next) = next.filter(|_| fabric.verdict == Verdict::Undecided) {
@@ -610,23 +571,16 @@ fn effects_table(fabric: &FabricResult) -> String {
 /// Least probability of an explanation that is printed.
 const SHOWN_PROBABILITY: f64 = 0.01;
 
-/// What fields foretell of what is left, and where the one that foretells most is strongest.
-fn field_lines(fabric: &FabricResult, trace: &Trace) -> String {
-    let specimen = &fabric.measured[0].bench.specimen;
+/// Where on the cloth what is left would come from.
+fn field_lines(fabric: &FabricResult) -> String {
+    let Some(measured) = fabric.measured.first() else { return String::new() };
+    let specimen = &measured.bench.specimen;
     let said = |field: &Field| {
-        let ([gain, error], name) = (field.gain, field.name);
-        let strongest = field.strongest(specimen).filter(|_| field.is_something());
-        match strongest {
-            Some(strongest) => format!(
-                "  a field of {name} foretells what is left: {gain:.3} +- {error:.3}; {}\n",
-                strongest_of(field, &strongest, specimen)
-            ),
-            None => {
-                format!("  no field of {name} foretells what is left: {gain:.3} +- {error:.3}\n")
-            }
-        }
+        let strongest = field.strongest(specimen).filter(|_| field.is_something())?;
+        let (odds, at) = (field.ln_gain, strongest_of(field, &strongest, specimen));
+        Some(format!("  a field of {} explains more: ln odds {odds:.1}; {at}\n", field.name))
     };
-    trace.fields.iter().map(said).collect()
+    fabric.fields.iter().filter_map(said).collect()
 }
 
 fn strongest_of(field: &Field, strongest: &Strongest, specimen: &Specimen) -> String {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use scan2params::Fabric;
-use scan2params::calibrate::add::FoundEffect;
+use scan2params::calibrate::found::FoundEffect;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::beside::Beside;
 use scan2params::calibrate::effect::{Cloth, EFFECTS, FIELDS, FieldOf, Layer};
@@ -23,7 +23,6 @@ use scan2params::calibrate::pose::POSE;
 use scan2params::calibrate::result::{After, DrapeBeside, FabricResult, Verdict};
 use scan2params::calibrate::run::{Calibration, Refused};
 use scan2params::calibrate::seen::Row;
-use scan2params::calibrate::trace::{Choice, Ranked, Trace};
 use scan2params::calibrate::trial::outline_of;
 use scan2params::fabric::{Mixture, STIFFNESSES, TABLE_2, sha256_hex};
 use scan2params::refine::{Ended, RefinedStiffness};
@@ -319,11 +318,6 @@ fn calibrated() -> Calibration {
         measures: measures.clone(),
         warp_rad: None,
     });
-    let ranked = |k: usize| Ranked {
-        effect: &EFFECTS[k],
-        gain: [0.3 - 0.1 * k as f64, 0.05],
-        sure: 6.0 - k as f64,
-    };
     let numbers = EFFECTS[0].numbers.iter().map(|number| (number, 8.0, [5.0, 11.0])).collect();
     let effects = vec![FoundEffect { effect: &EFFECTS[0], numbers, group: vec!["edge_curl"] }];
     let fabric = FabricResult {
@@ -339,20 +333,12 @@ fn calibrated() -> Calibration {
         }],
         fitted: Ok(fitted()),
         drapes: drapes(3e-3),
-        trace: Some(Trace {
-            units: 4,
-            independent: scan2params::calibrate::independent::Independent::Specimens,
-            plain: 100.0,
-            alone: (0..EFFECTS.len()).map(ranked).collect(),
-            chosen: vec![Choice { ranked: ranked(0), group: vec![ranked(1)] }],
-            unexplained: None,
-            fields: vec![field(), weight()],
-        }),
         explanations: Some(Explanations(vec![
             Explanation { cause: Cause::Effects(vec![&EFFECTS[0]]), probability: 0.96 },
             Explanation { cause: Cause::Nothing, probability: 0.03 },
             Explanation { cause: Cause::Else, probability: 0.01 },
         ])),
+        fields: vec![field(), weight()],
         after: Some(After { effects, fitted: fitted(), drapes: drapes(1e-3) }),
         verdict: Verdict::Found,
     };
@@ -372,15 +358,14 @@ fn field() -> Field {
         layers,
         step: 15.0,
         is_even: false,
-        gain: [0.4, 0.1],
-        least_gain: 0.05,
+        ln_gain: 8.0,
     }
 }
 
-/// One of weight that foretells nothing.
+/// One of weight that explains nothing.
 fn weight() -> Field {
     let layers = FIELDS[1].1.iter().map(layer(0.1)).collect();
-    Field { name: "weight", layers, step: 0.3, is_even: false, gain: [0.02, 0.1], least_gain: 0.05 }
+    Field { name: "weight", layers, step: 0.3, is_even: false, ln_gain: 0.3 }
 }
 
 fn layer(error: f64) -> impl Fn(&(FieldOf, Layer)) -> FieldLayer {
@@ -427,10 +412,10 @@ fn a_calibration_has_its_page_with_before_and_after() {
         "Parameters with the effects",
         "Not told apart from",
         "edge curl",
-        "What the residual asks for",
+        "What explains the drapes",
         "Where on the cloth the rest would come from",
         "strongest along the warp, turns over, \u{2212}20.00 \u{b1} 1.00 1/m, at 75 mm along the warp and \u{2212}75 mm along the weft",
-        "No field of weight foretells what is left",
+        "No field of weight is asked for",
         "Drapes held out",
         "Drape coefficient, measured against simulated",
         "By role and face",
@@ -454,12 +439,12 @@ fn a_calibration_has_its_page_with_before_and_after() {
     assert!(!whole.contains("f <1>") && !whole.contains("<2> &"));
     assert!(!whole.contains("<script"));
     assert!(whole.matches("class=\"square down\"").count() > 100);
-    // a field that foretells nothing is said to, and not drawn
+    // a field that explains nothing is said to, and not drawn
     let mut chance = calibration.clone();
-    chance.fabrics[0].trace.as_mut().unwrap().fields = vec![Field { gain: [0.1, 0.1], ..field() }];
+    chance.fabrics[0].fields = vec![Field { ln_gain: 0.5, ..field() }];
     let page_of_chance = of(&chance);
     check(&page_of_chance);
-    assert!(page_of_chance.contains("No field of natural curvature foretells what is left"));
+    assert!(page_of_chance.contains("No field of natural curvature is asked for"));
     assert!(!page_of_chance.contains("class=\"square"));
     // a fabric that was not fitted, and one without effects
     let mut failed = calibration.clone();
@@ -469,7 +454,7 @@ fn a_calibration_has_its_page_with_before_and_after() {
     failed.fabrics[0].fitted = Err(scan2params::calibrate::fit::FitError::Nothing);
     schema_support::must_fit("calibration", &scan2params::report::calibration::json_of(&failed));
     failed.fabrics[0].drapes.clear();
-    failed.fabrics[0].trace = None;
+    failed.fabrics[0].explanations = None;
     schema_support::must_fit("calibration", &scan2params::report::calibration::json_of(&failed));
     let none = of(&failed);
     check(&none);

@@ -3,8 +3,7 @@
 use super::*;
 use crate::base::{Outline, Surface};
 use crate::calibrate::effect::{Effect, FieldOf, Layer};
-use crate::calibrate::field::Field;
-use crate::calibrate::independent::{Independent, Units};
+use crate::calibrate::explain::{Explained, explain};
 use crate::calibrate::measures::Measures;
 use crate::calibrate::pose::{POSE, picture_of};
 use crate::calibrate::predict::predict;
@@ -48,10 +47,18 @@ fn truth() -> Fabric {
     Fabric::from_paper_units([3e5, 4e5, 1.5e5, 2.2e4, 3.4e4, 2.6e4, 190.0])
 }
 
-/// So many drapes, two of each specimen.
-fn pairs(drapes: usize) -> Units {
-    let of = (0..drapes).map(|k| k / 2).collect();
-    Units { of, independent: Independent::Specimens }
+/// The name of the specimen of a drape, two of each.
+fn specimen(drape: u64) -> Option<String> {
+    Some((drape / 2).to_string())
+}
+
+/// What explains the drapes of a fit, and the names of the effects that are not told apart, the most probable first.
+fn explained(fit: &mut Fit<'_>, without: &[&'static Effect]) -> (Explained, Vec<&'static str>) {
+    let usual = fit.usual(None);
+    let explained = explain(fit, without, usual).unwrap();
+    let alike = explained.explanations.alike();
+    let names = alike.iter().flat_map(|(own, _)| own.iter().map(|effect| effect.name)).collect();
+    (explained, names)
 }
 
 #[test]
@@ -179,9 +186,8 @@ fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     assert!(off.abs() < 0.1 * moved.abs(), "{said}");
 }
 
-/// A fit's trace over specimens of one cloth, each seen with either face up: the effect chosen and its rivals, what asymmetric
-/// bending alone foretells, what a field does beside those chosen.
-fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2], Field) {
+/// What explains drapes of specimens of one cloth, each seen with either face up.
+fn with_faces(asymmetry: f64) -> (Explained, Vec<&'static str>) {
     let mut options = options();
     (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
     let rule = FoldRule::default();
@@ -195,28 +201,24 @@ fn traced(asymmetry: f64) -> (Vec<&'static str>, [f64; 2], Field) {
         let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
         targets.push(Target {
             turned_over,
+            specimen: specimen(seed),
             ..Target::of(&outline, Some(0.0), &options.sim.experiment)
         });
     }
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let units = pairs(6);
-    let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
-    let of = |name: &str| trace.alone.iter().find(|r| r.effect.name == name).unwrap().gain;
-    let group = trace.chosen.iter().take(1).flat_map(|c| {
-        std::iter::once(c.ranked.effect.name).chain(c.group.iter().map(|r| r.effect.name))
-    });
-    (group.collect(), of("asymmetric_bending"), trace.fields[0].clone())
+    explained(&mut fit, &[])
 }
 
 #[test]
 fn a_cloth_stiffer_towards_one_face_is_told_from_one_that_is_not() {
-    let (chosen, gain, _) = traced(0.4);
-    assert!(chosen.contains(&"asymmetric_bending"), "{chosen:?} {gain:?}");
-    let (chosen, gain, field) = traced(0.0);
-    println!("nothing: {:?}, step {}", field.gain, field.step);
-    assert!(chosen.is_empty(), "{chosen:?} {gain:?}");
-    assert!(!field.is_something(), "{:?}", field.gain);
+    let (stiffer, alike) = with_faces(0.4);
+    let all = &stiffer.explanations;
+    assert!(all.show_an_effect() && alike.contains(&"asymmetric_bending"), "{all:?}");
+    let (even, _) = with_faces(0.0);
+    println!("nothing: {:?}, {:?}", even.explanations, even.fields);
+    assert!(even.explanations.show_nothing(), "{:?}", even.explanations);
+    assert!(even.added().is_none() && even.fields.iter().all(|field| !field.is_something()));
 }
 
 /// The rim and the sheet of a drape of the square specimen.
@@ -336,19 +338,16 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let units = pairs(6);
-    let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
-    let first = trace.chosen.first().map(|choice| choice.ranked.effect.name);
-    let alone: Vec<_> = trace.alone.iter().map(|r| (r.effect.name, r.gain, r.sure)).collect();
+    let (creeps, alike) = explained(&mut fit, &[]);
     let with = fit.with(&numbers).unwrap();
     let found = with.cloth.effects[0].1;
-    println!("{first:?} {found:.3}, {alone:.2?}");
-    assert_eq!(first, Some("creep"), "{alone:?}");
+    println!("{found:.3}, {:?}", creeps.explanations);
+    assert_eq!(alike.first(), Some(&"creep"), "{:?}", creeps.explanations);
     assert!((found / lost - 1.0).abs() < 0.2, "{found}");
     // with that effect left out of the list no other stands in for it
     let without = [Effect::named("creep").unwrap()];
-    let trace = crate::calibrate::trace::trace(&mut fit, &units, &without).unwrap();
-    assert!(trace.alone.iter().all(|ranked| ranked.effect.name != "creep"));
+    let (other, alike) = explained(&mut fit, &without);
+    assert!(!alike.contains(&"creep"), "{:?}", other.explanations);
 }
 
 #[test]
@@ -365,20 +364,18 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
         let drop = Drop { start: DropStart::Perturbed(seed) };
         let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
         let target = Target::of(&outline, Some(0.0), &options.sim.experiment);
-        targets.push(Target { turned_over, ..target });
+        targets.push(Target { turned_over, specimen: specimen(seed), ..target });
     }
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let units = pairs(6);
-    let trace = crate::calibrate::trace::trace(&mut fit, &units, &[]).unwrap();
+    let (curls, _) = explained(&mut fit, &[]);
     // outlines say nothing of weight and bending
-    let [field] = &trace.fields[..] else { panic!("{:?}", trace.fields) };
+    let [field] = &curls.fields[..] else { panic!("{:?}", curls.fields) };
     let strongest = field.strongest(&options.sim.experiment.specimen).unwrap();
-    let said = format!("{strongest:?}, {:?}, step {}", field.gain, field.step);
+    let said = format!("{strongest:?}, {:?}, step {}", field.ln_gain, field.step);
     println!("{said}");
     assert_eq!(field.name, "curvature", "{said}");
-    // observed: 22.1 +- 0.9 /m at the node itself, gain 0.10 +- 0.02
     assert!(field.is_something(), "{said}");
     let own = &field.layers[strongest.layer];
     assert_eq!((own.of, own.layer), (FieldOf::CurvatureWarp, Layer::Turns), "{said}");

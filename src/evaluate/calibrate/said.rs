@@ -69,9 +69,9 @@ pub fn said_of(result: &FabricResult) -> Said {
     }
 }
 
-/// Where the field of a trace is strongest, if it is anything.
+/// Where the most probable field is strongest, if it is anything.
 fn strongest(result: &FabricResult) -> Option<[f64; 2]> {
-    let field = result.trace.as_ref()?.fields.iter().find(|field| field.is_something())?;
+    let field = result.fields.iter().find(|field| field.is_something())?;
     Some(field.strongest(&result.measured.first()?.bench.specimen)?.place)
 }
 

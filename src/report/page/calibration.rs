@@ -110,7 +110,7 @@ pub(in crate::report) fn section(fabric: &FabricResult) -> Markup {
             (said::next(fabric))
             (fits(fabric))
             @if let Some(after) = &fabric.after { (effects::found(&after.effects)) }
-            @if let Some(trace) = &fabric.trace { (effects::ranking(trace, fabric.after.as_ref().map_or(&[], |after| &after.effects))) }
+            @if let Some(explanations) = &fabric.explanations { (effects::explanations(explanations)) }
             (field::maps(fabric))
             (held_out(fabric))
             (coefficients(fabric))

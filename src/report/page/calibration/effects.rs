@@ -1,12 +1,12 @@
-//! The effects of a calibration: those added, with values and intervals, and the ranking of all that were looked for.
+//! The effects of a calibration: those added, with values and intervals, and what explains the drapes, with probabilities.
 
 use maud::{Markup, html};
 
-use super::said::effect;
-use crate::calibrate::add::FoundEffect;
-use crate::calibrate::trace::Trace;
-use crate::report::page::number::{fixed, significant};
-use crate::report::page::svg::{Scale, c, ticks};
+use super::said::{cause, effect};
+use crate::calibrate::explain::Explanations;
+use crate::calibrate::found::FoundEffect;
+use crate::report::page::number::{percent, significant};
+use crate::report::page::svg::{Scale, c};
 
 /// The effects that were added.
 pub(super) fn found(effects: &[FoundEffect]) -> Markup {
@@ -59,53 +59,29 @@ fn bar(value: f64, [low, high]: [f64; 2], limits: [f64; 2]) -> Markup {
     }
 }
 
-/// How well each effect alone foretells a specimen from the others.
-pub(super) fn ranking(trace: &Trace, added: &[FoundEffect]) -> Markup {
+/// What explains the drapes, each explanation with its probability.
+pub(super) fn explanations(explanations: &Explanations) -> Markup {
     const ROW: f64 = 22.0;
-    let ends = trace.alone.iter().flat_map(|r| [r.gain[0] - r.gain[1], r.gain[0] + r.gain[1]]);
-    let [low, high] =
-        ends.fold(
-            [0.0_f64, 0.02],
-            |[a, b], v| if v.is_finite() { [a.min(v), b.max(v)] } else { [a, b] },
-        );
-    // what makes matters much worse need not be drawn to scale
-    let low = low.max(-1.5 * high).min(-0.1 * high);
-    let x = Scale { values: [low, 1.08 * high], pixels: [150.0, 500.0] };
-    let foot = 10.0 + ROW * trace.alone.len() as f64;
-    let note = |name: &str| {
-        if added.iter().any(|found| found.effect.name == name) {
-            ", added"
-        } else if trace.chosen.iter().any(|choice| choice.ranked.effect.name == name) {
-            ", chosen"
-        } else {
-            ""
-        }
-    };
+    let all: Vec<_> = explanations.0.iter().filter(|e| e.probability >= SHOWN).collect();
+    let x = Scale { values: [0.0, 1.0], pixels: [270.0, 490.0] };
     html! {
-        h3 { "What the residual asks for" }
+        h3 { "What explains the drapes" }
         figure {
-            svg .plot viewBox={ "0 0 560 " (c(foot + 40.0)) } role="img" aria-label="How much each effect alone lowers the cost of specimens that it was not fitted to" {
-                @for tick in ticks(x.values, 5) {
-                    line .grid x1=(c(x.at(tick))) x2=(c(x.at(tick))) y1="4" y2=(c(foot)) {}
-                    text x=(c(x.at(tick))) y=(c(foot + 14.0)) text-anchor="middle" { (fixed(tick, 2)) }
-                }
-                line .zero .identity x1=(c(x.at(0.0))) x2=(c(x.at(0.0))) y1="4" y2=(c(foot)) {}
-                @for (k, ranked) in trace.alone.iter().enumerate() {
+            svg .plot viewBox={ "0 0 560 " (c(8.0 + ROW * all.len() as f64)) } role="img" aria-label="Probabilities of the explanations" {
+                @for (k, explanation) in all.iter().enumerate() {
                     @let y = 16.0 + ROW * k as f64;
-                    @let [gain, error] = ranked.gain;
-                    @let at = |v: f64| x.at(v.clamp(low, x.values[1]));
-                    text x="140" y=(c(y + 4.0)) text-anchor="end" { (effect(ranked.effect.name)) (note(ranked.effect.name)) }
-                    line .whisker x1=(c(at(gain - error))) x2=(c(at(gain + error))) y1=(c(y)) y2=(c(y)) {}
-                    circle .point cx=(c(at(gain))) cy=(c(y)) r="4" {}
-                    text x="556" y=(c(y + 4.0)) text-anchor="end" { (fixed(ranked.sure, 1)) " se" }
+                    text x="260" y=(c(y + 4.0)) text-anchor="end" { (cause(&explanation.cause)) }
+                    rect .interval x=(c(x.at(0.0))) y=(c(y - 6.0)) width=(c(x.at(explanation.probability) - x.at(0.0))) height="12" {}
+                    text x="496" y=(c(y + 4.0)) { (percent(explanation.probability, 0)) }
                 }
-                text .title x="500" y=(c(foot + 34.0)) text-anchor="end" { "fall of the logarithm of the held-out cost" }
             }
             figcaption {
-                "Each of " (trace.units) " " (trace.independent.name()) " was foretold from the others. Dot and bar: mean and standard error of the fall; at the right: the effect\u{2019}s size \
-                 in its own standard errors. An effect must foretell, and be sure, to be chosen; of a chosen one and those that cannot be \
-                 told from it, the one whose fit is best is added."
+                "Probabilities from one in a hundred on. All explanations are compared in one sum: how probable the drapes are with each, whatever its \
+                 size, and how probable it was before."
             }
         }
     }
 }
+
+/// Least probability that is drawn.
+const SHOWN: f64 = 0.01;

@@ -15,9 +15,9 @@ const SIDE: f64 = 210.0;
 /// Distance of the maps' left ends \[CSS pixels\].
 const PITCH: f64 = 240.0;
 
-/// What each field foretells, and the maps of the one that foretells most; nothing where none was looked for.
+/// What each field explains, and the maps of the most probable one; nothing where none was looked for.
 pub(super) fn maps(fabric: &FabricResult) -> Markup {
-    let fields = fabric.trace.iter().flat_map(|trace| &trace.fields);
+    let fields = fabric.fields.iter();
     let bench = fabric.measured.first().map(|measured| measured.bench);
     let drawn = fields.clone().find(|field| field.is_something());
     html! {
@@ -30,14 +30,13 @@ pub(super) fn maps(fabric: &FabricResult) -> Markup {
 }
 
 fn said(field: &Field, bench: &Experiment) -> Markup {
-    let [gain, error] = field.gain;
     let strongest = field.strongest(&bench.specimen).filter(|_| field.is_something());
     html! {
         @if let Some(strongest) = strongest {
             @let [warp, weft] = strongest.place.map(|t| t - 0.5);
             @let own = &field.layers[strongest.layer];
             p {
-                "A field of " (name(field)) " foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) "). It is strongest "
+                "With a field of " (name(field)) " the drapes are " (odds(field.ln_gain)) " as probable. It is strongest "
                 @if field.layers.len() > 1 { (own.title()) ", " }
                 (fixed(strongest.value, 2)) " \u{b1} " (fixed(strongest.error, 2)) " " (own.of.unit()) ", "
                 @if field.is_even { "and even over the cloth." } @else {
@@ -46,8 +45,17 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
                 }
             }
         } @else {
-            p { "No field of " (name(field)) " foretells what is left (fall " (fixed(gain, 2)) " \u{b1} " (fixed(error, 2)) ")." }
+            p { "No field of " (name(field)) " is asked for: with one the drapes are " (odds(field.ln_gain)) " as probable." }
         }
+    }
+}
+
+/// How many times as probable, in words.
+fn odds(ln: f64) -> String {
+    match ln {
+        7.0.. => "more than 1000 times".to_owned(),
+        1.0.. => format!("{} times", fixed(ln.exp(), 0)),
+        _ => "no more than 3 times".to_owned(),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::base::units::mm;
 use crate::calibrate::effect::Acts;
 use crate::calibrate::explain::{Cause, Explanations, next_measurement};
 use crate::calibrate::floor::Pairing;
-use crate::calibrate::independent::{FEWEST_UNITS, Independent};
+use crate::calibrate::found::FoundEffect;
 use crate::calibrate::manifest::{Face, Role};
 use crate::calibrate::result::{FabricResult, Verdict};
 use crate::numeric::moments::{mean, mean_and_error};
@@ -60,19 +60,13 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
     if let Some(explanations) = &fabric.explanations {
         out.push(explained(explanations));
     }
-    let Some(trace) = &fabric.trace else {
-        if fabric.explanations.is_none() {
-            out.push(format!(
-                "Too few specimens are marked \u{201c}fit\u{201d} to look for effects, or drapes of fewer: {FEWEST_UNITS} at least, so that each can be foretold from the others; or a sheet rests where it is not known how it would move."
-            ));
-        }
+    if fabric.explanations.is_none() {
+        out.push("A sheet rests where it is not known how it would move, so that no effect was looked for.".to_owned());
         return out;
-    };
-    if trace.independent == Independent::Drapes {
-        out.push(format!(
-            "Of fewer than {FEWEST_UNITS} specimens the {} drapes themselves were compared: what is found may be a specimen\u{2019}s own and not the cloth\u{2019}s.",
-            trace.units
-        ));
+    }
+    let specimens = fabric.specimens_fitted();
+    if specimens < FEWEST_SPECIMENS {
+        out.push(format!("Of the drapes of {specimens} specimens it is not known what is the cloth\u{2019}s and what a specimen\u{2019}s own."));
     }
     if let Some((face, [measured, simulated])) = fabric.other_face_is_off() {
         out.push(format!(
@@ -121,34 +115,22 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                 }
             }
         }
-    } else if fabric.explanations.is_none() && !trace.chosen.is_empty() {
-        let chosen: Vec<&'static str> = trace.chosen.iter().map(|c| c.ranked.effect.name).collect();
-        let fitted = match fabric.verdict {
-            Verdict::None => "fitted, it is nothing",
-            _ => "no fit with it is sure of it within what is tried",
-        };
-        out.push(format!("{} was chosen by what it foretells, but {fitted}.", names(&chosen)));
-    } else if fabric.explanations.is_none() {
-        out.push(format!("Of the effects looked for, none foretells the drapes of one of {} {} from the others better than the plain model.", trace.units, trace.independent.name()));
-    }
-    if let Some(left) = trace.unexplained.as_ref().filter(|_| fabric.explanations.is_none()) {
-        out.push(format!(
-            "A {} comes back from specimen to specimen that no effect of the list explains.",
-            effect(left.effect.name)
-        ));
     }
     out
 }
 
-/// What the scans are explained by, with probabilities from one in a hundred on.
+/// Specimens from which on what they have in common is taken for the cloth's.
+const FEWEST_SPECIMENS: usize = 3;
+
+/// What the drapes are explained by, with probabilities from one in a hundred on.
 fn explained(explanations: &Explanations) -> String {
     let shown = explanations.0.iter().filter(|e| e.probability >= 0.01);
     let all = shown.map(|e| format!("{} {}", cause(&e.cause), percent(e.probability, 0)));
-    format!("Probable explanations of the scans: {}.", all.collect::<Vec<_>>().join(", "))
+    format!("Probable explanations of the drapes: {}.", all.collect::<Vec<_>>().join(", "))
 }
 
 /// A cause in words.
-fn cause(cause: &Cause) -> String {
+pub(super) fn cause(cause: &Cause) -> String {
     match cause {
         Cause::Nothing => "nothing beyond the plain model".to_owned(),
         Cause::Effects(effects) => {
@@ -243,21 +225,8 @@ pub(super) fn undecided(fabric: &FabricResult) -> Markup {
             others.join(", ")
         ));
     }
-    for choice in fabric
-        .trace
-        .iter()
-        .flat_map(|trace| &trace.chosen)
-        .filter(|choice| !choice.group.is_empty())
-    {
-        let others: Vec<String> = choice.group.iter().map(|r| effect(r.effect.name)).collect();
-        points.push(format!(
-            "Before the fit, {} foretold as well as {}.",
-            others.join(", "),
-            effect(choice.ranked.effect.name)
-        ));
-    }
     let one_face = fabric.measured.iter().all(|m| m.entry.face != Some(Face::Down));
-    let sided = |found: &&crate::calibrate::add::FoundEffect| {
+    let sided = |found: &&FoundEffect| {
         found.numbers.iter().any(|(n, ..)| matches!(n.acts, Acts::Face(_)))
     };
     if one_face {
