@@ -197,11 +197,7 @@ impl Around {
 
     /// The evidence of something that is not on the list, beside some numbers: of smooth fields on the cloth, as [`Self::fields`] has them,
     /// since whatever is there acts at some places of the cloth; of pictures of patterns of the outline too.
-    pub fn of_something_else(
-        &self,
-        forms: &Forms,
-        beside: &[&'static Number],
-    ) -> Option<Evidence> {
+    pub fn of_something_else(&self, forms: &Forms, beside: &[&'static Number]) -> Option<Evidence> {
         let patterns = if self.has_pictures() { &PATTERNS[..] } else { &[] };
         let of_pattern = |pattern: &'static Effect| {
             let numbers: Vec<&'static Number> =

@@ -210,11 +210,7 @@ struct Hunt {
 
 impl Hunt {
     /// The explanations of what a plain fit leaves, those fitted that count.
-    fn over(
-        fit: &mut Fit<'_>,
-        without: &[&'static Effect],
-        usual: Discrepancy,
-    ) -> Option<Self> {
+    fn over(fit: &mut Fit<'_>, without: &[&'static Effect], usual: Discrepancy) -> Option<Self> {
         let mut hunt = Self::around(fit, without, usual)?;
         hunt.fit_probable(fit);
         if hunt.leads() == Cause::Else {
@@ -224,11 +220,7 @@ impl Hunt {
         Some(hunt)
     }
 
-    fn around(
-        fit: &mut Fit<'_>,
-        without: &[&'static Effect],
-        usual: Discrepancy,
-    ) -> Option<Self> {
+    fn around(fit: &mut Fit<'_>, without: &[&'static Effect], usual: Discrepancy) -> Option<Self> {
         let declared = fit.declared().to_vec();
         let around = fit.around_plain(known().flat_map(|effect| effect.numbers).collect())?;
         let forms = around.forms()?;
@@ -239,7 +231,8 @@ impl Hunt {
         let asked: Vec<&'static Effect> = EFFECTS.iter().filter(is_asked).collect();
         let other = around.of_something_else(&forms, &declared);
         let nothing = around.evidence(&forms, &declared)?;
-        let plain = Trial { effects: Vec::new(), evidence: nothing, found: None, tried: Tried::LedAnew };
+        let plain =
+            Trial { effects: Vec::new(), evidence: nothing, found: None, tried: Tried::LedAnew };
         let trials = vec![plain];
         let plain = (around, forms);
         let mut hunt = Self { declared, asked, trials, usual, other, fits: 0, plain };

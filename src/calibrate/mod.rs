@@ -4,9 +4,9 @@
 //! (drape coefficient, folds, amplitudes; the same for simulated drapes) -> `floor` (captures against captures, faces,
 //! specimens) -> `fit` (the fabric shared by all drapes, each held on its own branch; `believed` before it, `first_fabric` where it begins, `lead` how
 //! sheets are led, `trial` a drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
-//! the least squares, `beside` a drape beside what was measured, `options` how well all this is known) -> `explain` (what explains scans, by `evidence`; `smooth` says how even a field on the cloth is) or, of pictures, `trace` (which effects of `effect` the residual asks for, by the
-//! sums over specimens of `linear`, held out in turn as `independent` says; `field` where on the cloth what they leave would come from; the
-//! effects are added by fits again, in `add`; that of softening begins where `softened` says) -> `predict` (drapes held out) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
+//! the least squares, `beside` a drape beside what was measured, `options` how well all this is known) -> `explain` (which effects of `effect` explain the drapes, by
+//! `evidence`, specimens told apart by `independent`, what is `found`; `field` where on the cloth the rest would come from, as even as `smooth`
+//! says; the fit of softening begins where `softened` says) -> `predict` (drapes held out) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
 
 pub mod believed;
 pub mod beside;

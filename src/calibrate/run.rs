@@ -357,24 +357,22 @@ pub fn fabric(
     let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
     let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
     let own = targets(&to_fit);
-    let (mut fitted, explained) =
-        match fit(&own, &believed, mean, fit_options, rule, &fitting) {
-            Ok(mut fit) => {
-                let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
-                let perspective = Effect::named("perspective").filter(|_| known);
-                let is_cut = |effect: &&Effect| {
-                    to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
-                };
-                let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
-                let without =
-                    options.without.iter().copied().chain(perspective).chain(of_other_cuts);
-                let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
-                let usual = fit.usual(captures.map(|spread| spread.median_m));
-                let explained = explain(&mut fit, &without.collect::<Vec<_>>(), usual);
-                (Ok(fit.plain()), explained)
-            }
-            Err(error) => (Err(error), None),
-        };
+    let (mut fitted, explained) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
+        Ok(mut fit) => {
+            let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
+            let perspective = Effect::named("perspective").filter(|_| known);
+            let is_cut = |effect: &&Effect| {
+                to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
+            };
+            let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
+            let without = options.without.iter().copied().chain(perspective).chain(of_other_cuts);
+            let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
+            let usual = fit.usual(captures.map(|spread| spread.median_m));
+            let explained = explain(&mut fit, &without.collect::<Vec<_>>(), usual);
+            (Ok(fit.plain()), explained)
+        }
+        Err(error) => (Err(error), None),
+    };
     let predicting = |progress| tell(Told::Predicting(&name, progress));
     let held = targets(&held_out);
     let beside = |fitted: &mut Fitted| {

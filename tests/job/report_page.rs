@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use scan2params::Fabric;
-use scan2params::calibrate::found::FoundEffect;
 use scan2params::calibrate::believed::Believed;
 use scan2params::calibrate::beside::Beside;
 use scan2params::calibrate::effect::{Cloth, EFFECTS, FIELDS, FieldOf, Layer};
@@ -16,6 +15,7 @@ use scan2params::calibrate::explain::{Cause, Explanation, Explanations};
 use scan2params::calibrate::field::{Field, FieldLayer};
 use scan2params::calibrate::fit::Fitted;
 use scan2params::calibrate::floor::{Pairing, Spread};
+use scan2params::calibrate::found::FoundEffect;
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
 use scan2params::calibrate::measured::Measured;
 use scan2params::calibrate::measures::{FoldRule, Measures};
@@ -353,13 +353,7 @@ fn calibrated() -> Calibration {
 fn field() -> Field {
     let mut layers: Vec<FieldLayer> = FIELDS[0].1.iter().map(layer(1.0)).collect();
     layers[1].values.nodes[3][1] = -20.0;
-    Field {
-        name: "curvature",
-        layers,
-        step: 15.0,
-        is_even: false,
-        ln_gain: 8.0,
-    }
+    Field { name: "curvature", layers, step: 15.0, is_even: false, ln_gain: 8.0 }
 }
 
 /// One of weight that explains nothing.

@@ -226,9 +226,8 @@ pub(super) fn undecided(fabric: &FabricResult) -> Markup {
         ));
     }
     let one_face = fabric.measured.iter().all(|m| m.entry.face != Some(Face::Down));
-    let sided = |found: &&FoundEffect| {
-        found.numbers.iter().any(|(n, ..)| matches!(n.acts, Acts::Face(_)))
-    };
+    let sided =
+        |found: &&FoundEffect| found.numbers.iter().any(|(n, ..)| matches!(n.acts, Acts::Face(_)));
     if one_face {
         points.push("One face alone was measured: what changes its sign with the face cannot be told from what does not.".to_owned());
     } else if let Some(found) = fabric.after.iter().flat_map(|after| &after.effects).find(sided) {
