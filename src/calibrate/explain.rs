@@ -104,9 +104,9 @@ impl Explanations {
     }
 }
 
-/// The measurement that would tell the two most probable explanations apart.
+/// The measurement that would tell the two most probable explanations apart, told whether drapes of both faces were measured.
 #[must_use]
-pub fn next_measurement(explanations: &Explanations) -> Option<&'static str> {
+pub fn next_measurement(explanations: &Explanations, both_faces: bool) -> Option<&'static str> {
     let [first, second, ..] = &explanations.0[..] else { return None };
     let effects: Vec<&'static Effect> = [first, second]
         .into_iter()
@@ -118,19 +118,19 @@ pub fn next_measurement(explanations: &Explanations) -> Option<&'static str> {
     let has = |names: &[&str]| effects.iter().any(|effect| names.contains(&effect.name));
     let turn = effects.iter().filter(|effect| effect.turns_over()).count();
     Some(if has(&["scale", "specimen_size"]) {
-        "Measure the sides of a specimen, and scan something flat of known size."
+        "Measure the sides of a specimen, and something flat of known size in the same way as the drapes."
     } else if has(&["plate_radius", "plate_edge"]) {
         "Measure the plate\u{2019}s diameter and the radius of its edge."
     } else if has(&["skew"]) {
         "Measure the specimen\u{2019}s two diagonals."
     } else if has(&["tilt"]) {
-        "Level the plate, or turn the specimen by 90 degrees and scan it again: a tilt stays with the plate."
-    } else if turn == 1 {
-        "Turn the specimen over and scan it again: what belongs to a face changes its sign."
-    } else if turn > 1 {
+        "Level the plate, or turn the specimen by 90 degrees and lay it again: a tilt stays with the plate."
+    } else if turn == 1 && !both_faces {
+        "Turn the specimen over and lay it again: what belongs to a face changes its sign."
+    } else if turn > 0 {
         "Lay the specimen on a table: a natural curvature lifts its edges, and a crease stands up as a line."
     } else {
-        "Scan more drops of the specimen, and other specimens, or use a scanner with less noise."
+        "Measure more drops of the specimen, and other specimens, or use a sensor with less noise."
     })
 }
 
@@ -506,13 +506,16 @@ mod tests {
     #[test]
     fn the_next_measurement_tells_the_two_most_probable_apart() {
         let next = |one: &str, other: &str| {
-            next_measurement(&explanations(&[(&[one], 0.6), (&[other], 0.4)])).unwrap()
+            next_measurement(&explanations(&[(&[one], 0.6), (&[other], 0.4)]), false).unwrap()
         };
         assert!(next("scale", "plate_radius").starts_with("Measure the sides"));
         assert!(next("tilt", "softening").starts_with("Level the plate"));
         assert!(next("natural_curvature", "softening").starts_with("Turn the specimen over"));
         assert!(next("natural_curvature", "crease").starts_with("Lay the specimen"));
-        assert!(next("hysteresis", "softening").starts_with("Scan more drops"));
-        assert_eq!(next_measurement(&explanations(&[(&[], 1.0)])), None);
+        assert!(next("hysteresis", "softening").starts_with("Measure more drops"));
+        assert_eq!(next_measurement(&explanations(&[(&[], 1.0)]), false), None);
+        // whose faces were both measured is not turned over again
+        let faces = explanations(&[(&["natural_curvature"], 0.6), (&["softening"], 0.4)]);
+        assert!(next_measurement(&faces, true).unwrap().starts_with("Lay the specimen on a table"));
     }
 }

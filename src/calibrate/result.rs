@@ -6,7 +6,7 @@
 use super::believed::Believed;
 use super::beside::Beside;
 use super::effect::Acts;
-use super::explain::Explanations;
+use super::explain::{Explanations, next_measurement};
 use super::field::Field;
 use super::fit::{FitError, Fitted};
 use super::floor::Spread;
@@ -145,6 +145,19 @@ pub struct Group {
 type Together = (Role, Option<Face>, Option<u32>);
 
 impl FabricResult {
+    /// The measurement that would tell the two most probable explanations apart; where what was fitted does not hold for the other face, the
+    /// rows that have to be fitted too.
+    #[must_use]
+    pub fn next_measurement(&self) -> Option<&'static str> {
+        if self.other_face_is_off().is_some() {
+            return Some(
+                "Mark drapes of both faces fit: what the faces differ by can be found from both alone.",
+            );
+        }
+        let has = |face: Face| self.measured.iter().any(|m| m.entry.face == Some(face));
+        next_measurement(self.explanations.as_ref()?, has(Face::Up) && has(Face::Down))
+    }
+
     /// Number of specimens of which a drape was fitted; a drape of an unknown specimen is of one of its own.
     #[must_use]
     pub fn specimens_fitted(&self) -> usize {

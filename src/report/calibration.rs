@@ -11,7 +11,7 @@ use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::beside::Beside;
 use crate::calibrate::cloth_file;
 use crate::calibrate::effect::{Effect, Number};
-use crate::calibrate::explain::{Cause, Explanation, Explanations, next_measurement};
+use crate::calibrate::explain::{Cause, Explanation, Explanations};
 use crate::calibrate::field::{Field, FieldLayer, Strongest};
 use crate::calibrate::fit::Fitted;
 use crate::calibrate::floor::{Pairing, Spread};
@@ -561,7 +561,7 @@ fn effects_table(fabric: &FabricResult) -> String {
     }
     text += &field_lines(fabric);
     text += &format!("  verdict: {}\n", fabric.verdict.name());
-    let next = fabric.explanations.as_ref().and_then(next_measurement);
+    let next = fabric.next_measurement();
     if let Some(next) = next.filter(|_| fabric.verdict == Verdict::Undecided) {
         text += &format!("  next: {next}\n");
     }

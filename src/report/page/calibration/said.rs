@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::base::units::mm;
 use crate::calibrate::effect::Acts;
-use crate::calibrate::explain::{Cause, Explanations, next_measurement};
+use crate::calibrate::explain::{Cause, Explanations};
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::found::FoundEffect;
 use crate::calibrate::manifest::{Face, Role};
@@ -176,10 +176,7 @@ pub(super) fn next(fabric: &FabricResult) -> Markup {
         Verdict::None => steps.push("Use the parameters of the plain model."),
         Verdict::Undecided if fabric.edge_at_limit() => steps.push("Measure a specimen\u{2019}s side, and scan something flat of known size: the scans\u{2019} edges lie farther beside the cloth\u{2019}s than a sensor is held to shift them, by the specimens\u{2019} size, the scans\u{2019} scale or the sensor. What the sensor does, specimens of measured size tell (sensor_edge): give that with --sensor-edge-mm."),
         Verdict::Undecided if fabric.explanations.is_some() => {
-            steps.extend(fabric.explanations.as_ref().and_then(next_measurement));
-        }
-        Verdict::Undecided if fabric.other_face_is_off().is_some() => {
-            steps.push("Mark drapes of both faces fit: what the faces differ by can be found from both alone.");
+            steps.extend(fabric.next_measurement());
         }
         Verdict::Undecided => steps.push("Use the parameters of the plain model, and measure more specimens, on both faces, some held out: the effect shows or goes."),
         Verdict::Unexplained => steps.push("Look at the residuals drape by drape: what stays with the cloth, with the face or with the bench tells what to look for on cloth and bench."),
