@@ -69,15 +69,14 @@ pub struct After {
 /// What was found of a fabric beyond the plain model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// An effect foretells the drapes held out better than the plain model does.
+    /// One effect, or one of a few that the drapes do not tell apart, is as good as sure, and drapes held out confirm it where there are any.
     Found,
-    /// An effect was chosen, but its fit is not sure of it or runs to an end of what is tried, or the drapes held out do not
-    /// confirm it, or there are none, or lie far off with it once they are let go; or too few specimens are marked `fit` to choose any; or nothing is found while the edges of the
-    /// scans are where a sensor alone is not held to have them.
+    /// Several explanations are probable, or the drapes held out do not confirm the one that is; or a face that was not fitted is off; or
+    /// nothing is found while the edges of the scans are where a sensor alone is not held to have them.
     Undecided,
-    /// Something comes back from specimen to specimen that no effect of the list explains, or one does that lets go of the drapes held out.
+    /// Something is there that is not on the list, or an effect is found that lets go of the drapes held out.
     Unexplained,
-    /// Nothing comes back from specimen to specimen, or what seemed to is nothing where its effect is fitted.
+    /// Nothing beyond the plain model is more probable than all else together.
     None,
 }
 
