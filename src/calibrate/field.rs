@@ -33,7 +33,7 @@ pub struct FieldLayer {
 pub struct Field {
     /// What it is of, as files have it: `curvature`, `weight` or `bending`.
     pub name: &'static str,
-    /// Its layers, in the order of [`FIELDS`].
+    /// Its layers, in the order of [`super::effect::FIELDS`].
     pub layers: Vec<FieldLayer>,
     /// How far neighbouring nodes may differ: standard deviation, in the layers' unit.
     pub step: f64,
