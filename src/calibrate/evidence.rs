@@ -6,7 +6,7 @@
 //!
 //! The discrepancy is what no parameter makes: cells, minima beside the scan's, noise that is alike over a stretch. Its standard deviation is
 //! a share of the one that the fit takes for the distances, the same for all drapes, and unknown. Of drapes of the model it follows from the
-//! scans' noise ([`Discrepancy::usual`]); where something else is there, it is larger.
+//! scans' noise ([`Discrepancy::usual`]), or from how far two pictures of one drape differ ([`Discrepancy::of_pictures`]); where something else is there, it is larger.
 //!
 //! Where it fails: an effect that is so large that its moves are not linear has to be fitted first.
 
@@ -107,7 +107,7 @@ pub(super) struct Evidence([f64; SHARES.len()]);
 
 impl Evidence {
     /// Which of [`SHARES`] is likeliest.
-    pub fn likeliest(&self) -> usize {
+    fn likeliest(&self) -> usize {
         (0..SHARES.len()).max_by(|&a, &b| self.0[a].total_cmp(&self.0[b])).unwrap_or(0)
     }
 
@@ -207,19 +207,51 @@ impl Around {
         let mut all: Vec<Evidence> = patterns.iter().filter_map(of_pattern).collect();
         for (field, layers) in self.fields() {
             let smooth = smoothness_of(layers);
-            all.extend(smooth.filter_map(|s| Some(self.of_field(forms, beside, field, &s)?.0)));
+            all.extend(smooth.filter_map(|s| self.of_field(forms, beside, field, &s)));
         }
         (!all.is_empty()).then(|| Evidence::mean(&all))
     }
 
-    /// The evidence of a field so smooth beside some numbers, the most probable numbers at its nodes, and their standard errors.
+    /// The evidence of a field so smooth beside some numbers.
     pub fn of_field(
         &self,
         Forms(forms): &Forms,
         beside: &[&'static Number],
         field: &'static Effect,
         smooth: &DMatrix<f64>,
-    ) -> Option<(Evidence, [Vec<f64>; 2])> {
+    ) -> Option<Evidence> {
+        let (of, precision) = self.with_field(beside, field, smooth);
+        self.with_precision(forms, &of, &precision)
+    }
+
+    /// The most probable numbers at the nodes of such a field, and their standard errors.
+    pub fn at_nodes(
+        &self,
+        forms: &Forms,
+        beside: &[&'static Number],
+        field: &'static Effect,
+        smooth: &DMatrix<f64>,
+    ) -> Option<[Vec<f64>; 2]> {
+        let form = &forms.0[self.of_field(forms, beside, field, smooth)?.likeliest()];
+        let (of, precision) = self.with_field(beside, field, smooth);
+        let prior = precision.select_rows(&of).select_columns(&of);
+        let pull = &prior * self.off.select_rows(&of);
+        let whole = form.a.select_rows(&of).select_columns(&of) + prior;
+        let covariance = whole.cholesky()?.inverse();
+        let change = &covariance * (form.b.select_rows(&of) + pull);
+        let nodes = self.indices(&field.numbers.iter().collect::<Vec<_>>());
+        let own = (0..of.len()).filter(|&k| nodes[STIFFNESSES..].contains(&of[k]));
+        let (values, errors) = own.map(|k| (change[k], covariance[(k, k)].sqrt())).unzip();
+        Some([values, errors])
+    }
+
+    /// The unknowns where a field and some numbers are, and the precision of all with the field so smooth.
+    fn with_field(
+        &self,
+        beside: &[&'static Number],
+        field: &'static Effect,
+        smooth: &DMatrix<f64>,
+    ) -> (Vec<usize>, DMatrix<f64>) {
         let with = beside.iter().copied().chain(field.numbers);
         let (of, mut precision) = self.unknowns(&with.collect::<Vec<_>>());
         let nodes = self.indices(&field.numbers.iter().collect::<Vec<_>>());
@@ -228,16 +260,7 @@ impl Around {
                 precision[(row, column)] = smooth[(a, b)];
             }
         }
-        let evidence = self.with_precision(forms, &of, &precision)?;
-        let form = &forms[evidence.likeliest()];
-        let whole = form.a.select_rows(&of).select_columns(&of)
-            + precision.select_rows(&of).select_columns(&of);
-        let pull = precision.select_rows(&of).select_columns(&of) * self.off.select_rows(&of);
-        let covariance = whole.cholesky()?.inverse();
-        let change = &covariance * (form.b.select_rows(&of) + pull);
-        let own = (0..of.len()).filter(|&k| nodes[STIFFNESSES..].contains(&of[k]));
-        let (values, errors) = own.map(|k| (change[k], covariance[(k, k)].sqrt())).unzip();
-        Some((evidence, [values, errors]))
+        (of, precision)
     }
 
     /// The fields that are asked for: of pictures of curvature alone. Outlines have been seen to ask for cloth of negative weight.

@@ -1,12 +1,12 @@
-//! What explains the scans of a fabric, and how probable each explanation is.
+//! What explains the drapes of a fabric, and how probable each explanation is.
 //!
 //! In: a plain fit. Out: the explanations with their probabilities, and the fit with the most probable effects. An
 //! explanation is nothing beyond the plain model, one effect of the list, two, or something else. All are compared by their evidence
-//! (`evidence.rs`) in one sum, so that one scan is enough to ask.
+//! (`evidence.rs`) in one sum, so that one drape is enough to ask.
 //!
 //! Around the plain fit the evidence of every effect is known without simulating a drape. Then the most probable explanation that has not been
 //! fitted is fitted, and so on, until none that counts is left: an effect's moves are not linear, and its own fit says what it
-//! is worth. Pairs are asked for around the fits of their first effects. Where something else is most probable, the
+//! is worth. What then has some probability is fitted again from sheets that are led anew. Pairs are asked for around these fits. Where something else is most probable, the
 //! likeliest effects and softening are fitted too. Then the plain fit begins again from other starts: it may have ended beside the scans for no
 //! reason but its start.
 //!
@@ -139,24 +139,8 @@ pub(super) struct Explained {
     pub explanations: Explanations,
     /// What smooth fields on the cloth would explain beside these effects.
     pub fields: Vec<Field>,
-    added: Option<(Vec<&'static Effect>, Fitted)>,
-}
-
-impl Explained {
     /// The most probable effects with their fit, each with those that the drapes do not tell from them.
-    pub fn added(&self) -> Option<(Vec<FoundEffect>, Fitted)> {
-        let (effects, fitted) = self.added.clone()?;
-        let alike = self.explanations.alike();
-        let mut group: Vec<&'static str> = Vec::new();
-        let others = alike.iter().flat_map(|(other, _)| *other);
-        for effect in others.filter(|effect| !effects.contains(effect)) {
-            if !group.contains(&effect.name) {
-                group.push(effect.name);
-            }
-        }
-        let found = effects.into_iter().map(|e| FoundEffect::of(e, &fitted, group.clone()));
-        Some((found.collect(), fitted))
-    }
+    pub added: Option<(Vec<FoundEffect>, Fitted)>,
 }
 
 /// Explains the drapes of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
@@ -188,9 +172,9 @@ struct Trial {
 enum Tried {
     /// Around another fit alone.
     No,
-    /// By a fit from the plain one on.
+    /// By a fit from the plain one on, if there is one.
     Fitted,
-    /// By a fit whose sheets were led anew as well, or it has no fit.
+    /// By a fit whose sheets were led anew as well.
     LedAnew,
 }
 
@@ -295,9 +279,7 @@ impl Hunt {
         untried.extend(softening);
         for k in untried {
             self.fit_one(fit, k);
-            if self.trials[k].tried == Tried::Fitted {
-                self.lead_anew(fit, k);
-            }
+            self.lead_anew(fit, k);
         }
     }
 
@@ -380,13 +362,22 @@ impl Hunt {
             both.map(|(cause, &probability)| Explanation { cause, probability }).collect();
         explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         let explanations = Explanations(explanations);
-        let first = explanations.alike().first().map(|(own, sum)| (own.to_vec(), *sum));
-        let first = first.filter(|(_, sum)| *sum > probabilities[0]);
+        let alike = explanations.alike();
+        let first = alike.first().filter(|(_, sum)| *sum > probabilities[0]);
         let added = first.and_then(|(effects, _)| {
-            let own = self.trials.iter_mut().find(|trial| trial.effects == effects)?;
-            Some((effects, own.found.take()?.0))
+            let own = self.trials.iter_mut().find(|trial| trial.effects == *effects)?;
+            let fitted = own.found.take()?.0;
+            let mut group: Vec<&'static str> = Vec::new();
+            for effect in alike.iter().flat_map(|(other, _)| *other) {
+                if !effects.contains(effect) && !group.contains(&effect.name) {
+                    group.push(effect.name);
+                }
+            }
+            let found = effects.iter().map(|e| FoundEffect::of(e, &fitted, group.clone()));
+            Some((found.collect::<Vec<_>>(), fitted))
         });
-        let beside: Vec<&'static Effect> = added.iter().flat_map(|(own, _)| own.clone()).collect();
+        let found = added.iter().flat_map(|(found, _)| found);
+        let beside: Vec<&'static Effect> = found.map(|found| found.effect).collect();
         let (around, forms) = &self.plain;
         let fields = fields(around, forms, &self.numbers(&beside), self.usual);
         Explained { explanations, fields, added }

@@ -72,10 +72,11 @@ pub(super) fn fields(
     let without = without.ln(usual.of_any_size());
     let of = |(effect, layers): &'static (Effect, Layers)| {
         let tried = STEPS.iter().zip(smoothness_of(layers)).filter_map(|(step, smooth)| {
-            let (evidence, node_values) = around.of_field(forms, beside, effect, &smooth)?;
-            Some((*step, evidence.ln(usual.of_any_size()), node_values))
+            let evidence = around.of_field(forms, beside, effect, &smooth)?;
+            Some((*step, evidence.ln(usual.of_any_size()), smooth))
         });
-        let (step, ln, [values, errors]) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (step, ln, smooth) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let [values, errors] = around.at_nodes(forms, beside, effect, &smooth)?;
         Some(Field {
             name: effect.name,
             layers: layers_of(layers, &values, &errors),

@@ -23,12 +23,12 @@ use super::beside::Beside;
 use super::effect::{Cloth, EFFECTS, Number, SENSOR_EDGE};
 use super::evidence::{Around, Discrepancy, DrapeAround};
 use super::first_fabric::first_fabric;
-use super::independent::units_of;
 use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
 use super::options::{FitOptions, MUCH};
 use super::pose::Pose;
 use super::softened::softened;
+use super::specimens::specimens_of;
 use super::squares::{Squares, State, parameters, rms_m, shared_of};
 use super::target::{Finer, Target};
 use super::trial::{Trial, steadied_trial_of};
@@ -354,7 +354,7 @@ impl Fit<'_> {
         let room = room.collect();
         let specimens: Vec<Option<&str>> =
             self.targets.iter().map(|target| target.specimen.as_deref()).collect();
-        Around { drapes, specimens: units_of(&specimens), precision, off, room, numbers }
+        Around { drapes, specimens: specimens_of(&specimens), precision, off, room, numbers }
     }
 
     /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.

@@ -5,7 +5,7 @@
 //! specimens) -> `fit` (the fabric shared by all drapes, each held on its own branch; `believed` before it, `first_fabric` where it begins, `lead` how
 //! sheets are led, `trial` a drape as it is seen, `target` and `pose` what was measured and how it lies there, `seen` the one beside the other, `squares`
 //! the least squares, `beside` a drape beside what was measured, `options` how well all this is known) -> `explain` (which effects of `effect` explain the drapes, by
-//! `evidence`, specimens told apart by `independent`, what is `found`; `field` where on the cloth the rest would come from, as even as `smooth`
+//! `evidence`, specimens told apart by `specimens`, what is `found`; `field` where on the cloth the rest would come from, as even as `smooth`
 //! says; the fit of softening begins where `softened` says) -> `predict` (drapes held out) -> `left` (what stays, and over which length of rim it is alike) -> `run` (all of it for a manifest); `cloth_file` the fabric found, for other verbs.
 
 pub mod believed;
@@ -19,7 +19,6 @@ mod first_fabric;
 pub mod fit;
 pub mod floor;
 pub mod found;
-mod independent;
 mod lead;
 pub mod left;
 pub mod manifest;
@@ -34,6 +33,7 @@ pub mod seen;
 pub mod silhouette;
 mod smooth;
 mod softened;
+mod specimens;
 mod squares;
 pub mod target;
 pub mod trial;

@@ -11,11 +11,11 @@ use super::field::Field;
 use super::fit::{FitError, Fitted};
 use super::floor::Spread;
 use super::found::FoundEffect;
-use super::independent::units_of;
 use super::left::{Left, left};
 use super::manifest::{Face, Role};
 use super::measured::Measured;
 use super::measures::Measures;
+use super::specimens::specimens_of;
 use crate::base::units::M_PER_MM;
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::sim::experiment::{CELLS_PER_BENDING_LENGTH, bending_length_m};
@@ -164,7 +164,7 @@ impl FabricResult {
         let own = self.drapes.iter().filter(is_fitted);
         let specimens: Vec<Option<&str>> =
             own.map(|d| self.measured[d.measured].entry.specimen.as_deref()).collect();
-        units_of(&specimens).into_iter().max().map_or(0, |most| most + 1)
+        specimens_of(&specimens).into_iter().max().map_or(0, |most| most + 1)
     }
 
     /// Root mean square distances of the drapes that were predicted and came to rest \[m\].

@@ -385,15 +385,14 @@ pub fn fabric(
         drapes
     };
     let drapes = fitted.as_mut().map(&beside).unwrap_or_default();
-    let added = explained.as_ref().and_then(Explained::added);
+    let (explanations, fields, added) = match explained {
+        Some(Explained { explanations, fields, added }) => (Some(explanations), fields, added),
+        None => (None, Vec::new(), None),
+    };
     let after = added.map(|(effects, mut fitted)| {
         let drapes = beside(&mut fitted);
         After { effects, fitted, drapes }
     });
-    let (explanations, fields) = match explained {
-        Some(explained) => (Some(explained.explanations), explained.fields),
-        None => (None, Vec::new()),
-    };
     let mut result = FabricResult {
         name,
         believed,

@@ -64,9 +64,8 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
         out.push("A sheet rests where it is not known how it would move, so that no effect was looked for.".to_owned());
         return out;
     }
-    let specimens = fabric.specimens_fitted();
-    if specimens < FEWEST_SPECIMENS {
-        out.push(format!("Of the drapes of {specimens} specimens it is not known what is the cloth\u{2019}s and what a specimen\u{2019}s own."));
+    if fabric.specimens_fitted() < FEWEST_SPECIMENS {
+        out.push(format!("Drapes of fewer than {FEWEST_SPECIMENS} specimens were fitted: what is found may be a specimen\u{2019}s own and not the cloth\u{2019}s."));
     }
     if let Some((face, [measured, simulated])) = fabric.other_face_is_off() {
         out.push(format!(
