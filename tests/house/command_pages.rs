@@ -3,15 +3,16 @@
 //! `UPDATE=1 cargo test --release --test house command_pages` writes the help.
 
 use crate::program;
+use crate::promises::root;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const MARK: &str = "<!-- help -->\n```text\n";
 const END: &str = "```\n";
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/commands")
+    root().join("docs/commands")
 }
 
 fn help(path: &[&str]) -> String {

@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
+use crate::promises::root;
 
 /// The documents: those of the root, and all below docs, fixtures and scripts.
 fn documents() -> Vec<PathBuf> {

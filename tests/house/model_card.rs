@@ -1,8 +1,8 @@
 //! The numbers of docs/model_card.md: they are those of the model's own file, `src/estimate/model/shipped.json`.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
+use crate::promises::root;
 use serde_json::Value;
 
 const BEGIN: &str = "<!-- model -->";
@@ -11,7 +11,7 @@ const END: &str = "<!-- /model -->";
 const WRITE: &str = "SCAN2PARAMS_WRITE_MODEL_CARD";
 
 fn path(name: &str) -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+    root().join(name)
 }
 
 fn record() -> Value {

@@ -1,13 +1,13 @@
 //! What is said of the package: the oldest Rust is the same everywhere and is enough for every crate of the lock file; the changelog has
 //! what a release needs.
 
-use std::path::Path;
 use std::process::Command;
 
+use crate::promises::root;
 use serde_json::Value;
 
 fn text(path: &str) -> Option<String> {
-    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).ok()
+    std::fs::read_to_string(root().join(path)).ok()
 }
 
 /// `1.92` and `1.92.0` as numbers.
@@ -30,7 +30,7 @@ fn packages() -> Vec<(String, Option<String>)> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     // Those of other platforms need not be on this machine.
     cargo.args(["metadata", "--locked", "--format-version=1", "--filter-platform", &host]);
-    let run = cargo.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    let run = cargo.current_dir(root()).output().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let found: Value = serde_json::from_slice(&run.stdout).unwrap();
     let packages = found["packages"].as_array().unwrap().iter();

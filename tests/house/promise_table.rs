@@ -1,6 +1,6 @@
-//! The table of promises itself: it is what docs/validation.md shows, every row names a test
+//! The table of promises itself: the pages of docs/validation show it, every row names a test
 //! that asks for it or a command, limits stand near what was observed, and no number of
-//! README.md or docs/validation.md is without its command.
+//! README.md or docs/validation is without its command.
 
 use crate::promises;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,19 +10,42 @@ use crate::promises::{MARGIN, Promise, promise, root, shown, table};
 
 const BEGIN: &str = "<!-- promises -->";
 const END: &str = "<!-- /promises -->";
-/// Set to write the table into docs/validation.md instead of comparing it.
+/// Set to write the tables into docs/validation instead of comparing them.
 const WRITE: &str = "SCAN2PARAMS_WRITE_PROMISES";
+/// The pages of docs/validation that show promises: those whose names begin so.
+const AREAS: &[(&str, &[&str])] = &[
+    ("refine", &["main", "refine"]),
+    ("scan", &["mesh", "rim", "rims", "scan", "sigma", "size"]),
+    ("network", &["estimate", "model", "repeats"]),
+    ("simulator", &["elastica", "follow", "friction", "sim", "start", "strips"]),
+];
 
 fn text(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
-/// The table as markdown.
-fn rendered() -> String {
+/// The pages of docs/validation, by path from the root.
+fn pages() -> Vec<String> {
+    let folder = std::fs::read_dir(root().join("docs/validation")).unwrap();
+    let names = folder.map(|page| page.unwrap().file_name().into_string().unwrap());
+    let mut pages: Vec<String> = names.map(|name| format!("docs/validation/{name}")).collect();
+    pages.retain(|page| page.ends_with(".md"));
+    pages.sort();
+    pages
+}
+
+/// The page that shows a promise, without its ending.
+fn area(p: &Promise) -> Option<&'static str> {
+    let kind = p.id.split('.').next()?;
+    AREAS.iter().find(|(_, kinds)| kinds.contains(&kind)).map(|(page, _)| *page)
+}
+
+/// A page's table as markdown.
+fn rendered(page: &str) -> String {
     let mut out = String::from(
         "| what | limit | observed | a planted fault scores | measured with |\n|---|---|---|---|---|\n",
     );
-    for p in &table().promise {
+    for p in table().promise.iter().filter(|p| area(p) == Some(page)) {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
         let limit = p.limit();
         let Promise { claim, planted, .. } = p;
@@ -33,7 +56,7 @@ fn rendered() -> String {
     out
 }
 
-/// What to run to measure a promise.
+/// What to run to measure a promise: a command, or what stands after `cargo test --release`.
 fn command_of(p: &Promise) -> String {
     match (&p.command, &p.test) {
         (Some(command), _) => format!("`{command}`"),
@@ -44,27 +67,32 @@ fn command_of(p: &Promise) -> String {
                 Some((program, module)) => format!("--test {program} {module}::{name}"),
                 None => format!("--test {file} {name}"),
             };
-            format!("`cargo test --release {command}`")
+            format!("`{command}`")
         }
         (None, None) => String::new(),
     }
 }
 
 #[test]
-fn validation_shows_the_table_as_it_is() {
-    let before = text("docs/validation.md");
-    let (head, rest) = before.split_once(BEGIN).expect("docs/validation.md has no marker");
-    let (_, tail) = rest.split_once(END).expect("docs/validation.md has no end marker");
-    let now = format!("{head}{BEGIN}\n\n{}\n{END}{tail}", rendered());
+fn the_pages_show_the_table_as_it_is() {
     let write = std::env::var_os(WRITE).is_some();
-    if write {
-        std::fs::write(root().join("docs/validation.md"), &now).unwrap();
+    for (page, _) in AREAS {
+        let path = format!("docs/validation/{page}.md");
+        let before = text(&path);
+        let (head, rest) = before.split_once(BEGIN).unwrap_or_else(|| panic!("{path}: no {BEGIN}"));
+        let (_, tail) = rest.split_once(END).unwrap_or_else(|| panic!("{path}: no {END}"));
+        let now = format!("{head}{BEGIN}\n\n{}\n{END}{tail}", rendered(page));
+        if write {
+            std::fs::write(root().join(&path), &now).unwrap();
+        }
+        assert!(
+            write || now == before,
+            "{path} does not show docs/promises.toml as it is: run \
+             `{WRITE}=1 cargo test --release --test house promise_table`"
+        );
     }
-    assert!(
-        write || now == before,
-        "docs/validation.md does not show docs/promises.toml as it is: run \
-         `{WRITE}=1 cargo test --release --test house promise_table`"
-    );
+    let homeless = table().promise.iter().find(|p| area(p).is_none());
+    assert!(homeless.is_none(), "no page shows {}", homeless.unwrap().id);
 }
 
 #[test]
@@ -311,14 +339,16 @@ fn is_command(code: &str) -> bool {
 
 #[test]
 fn every_section_of_validation_with_a_number_names_its_command() {
-    let validation = text("docs/validation.md");
-    let mut sections: Vec<(String, String)> = vec![("the beginning".to_owned(), String::new())];
-    for line in validation.lines() {
-        if line.starts_with('#') {
-            sections.push((line.to_owned(), String::new()));
-        } else if let Some(last) = sections.last_mut() {
-            last.1 += line;
-            last.1.push('\n');
+    let mut sections: Vec<(String, String)> = Vec::new();
+    for page in pages() {
+        sections.push((page.clone(), String::new()));
+        for line in text(&page).lines() {
+            if line.starts_with('#') {
+                sections.push((format!("{page}: {line}"), String::new()));
+            } else if let Some(last) = sections.last_mut() {
+                last.1 += line;
+                last.1.push('\n');
+            }
         }
     }
     assert!(sections.len() > 10, "only {} sections", sections.len());
@@ -327,6 +357,8 @@ fn every_section_of_validation_with_a_number_names_its_command() {
         let indented = body.lines().filter(|line| line.starts_with("    "));
         let spans = body.split('`').skip(1).step_by(2);
         let commands = indented.chain(spans).filter(|code| is_command(code)).count();
+        // A table of promises says what stands before its commands.
+        let commands = commands + usize::from(body.contains(BEGIN));
         assert!(!numbers || commands > 0, "{heading}: has numbers and no command");
     }
 }
@@ -335,16 +367,16 @@ fn every_section_of_validation_with_a_number_names_its_command() {
 fn every_test_that_the_documents_name_is_there() {
     let sources = all_sources();
     let mut named = 0;
-    for file in [
+    let others = [
         "README.md",
-        "docs/validation.md",
         "docs/design/scan.md",
         "docs/design/simulator.md",
         "docs/design/estimation.md",
         "ARCHITECTURE.md",
         "fixtures/README.md",
-    ] {
-        let text = text(file);
+    ];
+    for file in pages().into_iter().chain(others.map(str::to_owned)) {
+        let text = text(&file);
         for (k, code) in text.split('`').enumerate() {
             let is_name = code.matches('_').count() >= 2
                 && code.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
