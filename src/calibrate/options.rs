@@ -142,7 +142,7 @@ impl FitOptions {
 }
 
 /// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself leave 0.16 to 0.25 with
-/// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/closing_the_loop.md`, "Sealed cases").
+/// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/design/calibration.md`).
 pub(super) const LEAVES: f64 = 0.6;
 /// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it goes on.
 pub(super) const MUCH: f64 = 0.9;
