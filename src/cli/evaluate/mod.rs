@@ -1,4 +1,4 @@
-//! `evaluate`: the tables of docs/validation.md.
+//! `evaluate`: the tables of docs/validation.
 
 mod calibrate;
 mod estimate;

@@ -1,5 +1,5 @@
 //! The simulator against known answers and measured drapes, for `evaluate physics` and
-//! docs/validation.md: strips ([`strips`]), drapes on several meshes and of measured fabrics
+//! docs/validation/simulator.md: strips ([`strips`]), drapes on several meshes and of measured fabrics
 //! ([`drapes`]), with effects beyond the seven parameters ([`effects`]), what linear bending is off by ([`linear_bending`]), schemes of discretisation from the same rest ([`schemes`]), the spread of drops and
 //! of fabrics ([`branches`]).
 //!
