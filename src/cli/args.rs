@@ -849,16 +849,6 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
         repeat: u64,
     },
-    /// How far the rims of `generate` are from those of full rest on the default grid,
-    /// and how far two drops of one fabric are from each other.
-    Dataset {
-        /// Fabrics
-        #[arg(long, default_value_t = 8)]
-        count: u64,
-        /// Seed of fabrics and drops
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
-    },
     /// The simulator against known answers: strips, friction, meshes, Cusick drapes.
     Physics(Physics),
     /// Drapes of many fabrics, the corners of Table 2's box among them: how they end.
@@ -881,16 +871,6 @@ pub(crate) enum Evaluate {
     },
     /// Drapes that are followed to a neighbouring fabric and back, beside fresh ones.
     Follow(Follow),
-    /// Branches of drapes that were walked to beside those of drapes that fell: folds, harmonics and
-    /// radius of the rims of two folders, and how far those of one fabric are apart.
-    Walks {
-        /// A folder of `generate --walk`
-        #[arg(value_name = "WALKED")]
-        walked: PathBuf,
-        /// A folder of `generate` of the same prior and seed, so that fabrics are the same
-        #[arg(value_name = "FALLEN")]
-        fallen: PathBuf,
-    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics
@@ -1279,34 +1259,15 @@ pub(crate) struct Physics {
     /// Folder of measured data; what needs it is left out without it
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Fabrics of `meshes` and `schemes`, 1 to 3
+    /// Fabrics of `meshes`, 1 to 3
     #[arg(long, default_value_t = 3)]
     pub(crate) mesh_fabrics: usize,
-    /// Cells of the reference of `schemes` [mm], 1.25 for tens of minutes; found again in --out
-    #[arg(long, default_value = "2.5", value_parser = ["5", "2.5", "1.25"])]
-    pub(crate) reference: String,
-    /// Scheme of `schemes` in place of the usual ones: lines a length near the plate's edge over those
-    /// elsewhere, from how far inwards to how far outwards [mm], the twist's hold; may be repeated
-    #[arg(long, value_name = "DENSITY,IN,OUT,HOLD", value_parser = super::experiment::numbers::<4>)]
-    pub(crate) scheme: Vec<[f64; 4]>,
-    /// Softest fabrics of the prior that `schemes` lets fall
-    #[arg(long, default_value_t = 4)]
-    pub(crate) soft_fabrics: usize,
     /// Measured fabrics of `cusick`, each also with its softening
     #[arg(long, default_value_t = 12)]
     pub(crate) cusick_fabrics: usize,
-    /// Measured fabrics of `linear-bending`
-    #[arg(long, default_value_t = 60)]
-    pub(crate) linear_fabrics: usize,
-    /// Drops of each fabric of `branches`
-    #[arg(long, default_value_t = 50)]
-    pub(crate) drops: u64,
     /// Drops of each fabric of `effects`
     #[arg(long, default_value_t = 4)]
     pub(crate) effect_drops: u64,
-    /// Fabrics of `variance`
-    #[arg(long, default_value_t = 40)]
-    pub(crate) variance_fabrics: u64,
 }
 
 /// Parts of `evaluate physics`.
@@ -1324,14 +1285,6 @@ pub(crate) enum PhysicsPart {
     Cusick,
     /// Standard Cusick drapes with asymmetric bending and, with --data, hysteresis (minutes).
     Effects,
-    /// What linear bending is off by on fabrics whose softening was measured (minutes; needs --data).
-    LinearBending,
-    /// Schemes of discretisation on cells of 5 mm against a finer mesh, from one rest (minutes).
-    Schemes,
-    /// Perturbed drops of one fabric, beside repeated drops of real ones with --data (minutes).
-    Branches,
-    /// How much the rim tells fabrics apart in this experiment and the standard one (minutes).
-    Variance,
 }
 
 #[derive(Debug, Args)]

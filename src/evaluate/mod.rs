@@ -22,4 +22,3 @@ pub mod table3;
 pub mod timed;
 pub mod verdict;
 pub mod views;
-pub mod walks;
