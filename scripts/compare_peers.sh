@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Processor time, stage by stage, of PCL, Open3D and scan2params on the same million
 # noisy points of a drape, in one run on one thread. Prints a table for
-# docs/validation.md. Needs Debian (libpcl-dev, pkg-config, g++; installs what is missing
+# docs/validation/peers.md. Needs Debian (libpcl-dev, pkg-config, g++; installs what is missing
 # when run as root) and Python 3.11 or later for Open3D.
 #
 #     scripts/compare_peers.sh [DRAPE.obj]

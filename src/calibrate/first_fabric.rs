@@ -56,7 +56,7 @@ fn bending(believed: &Believed, length_m: f64) -> Fabric {
     Fabric::from_ln_stiffnesses(&ln, believed.density_kg_m2)
 }
 
-/// Bending length over drape coefficient of standard Cusick drapes: roughly a line, `docs/validation.md`.
+/// Bending length over drape coefficient of standard Cusick drapes: roughly a line, `docs/validation/simulator.md`.
 const LENGTH_AT_50_M: f64 = 18.6e-3;
 const LENGTH_PER_PERCENT_M: f64 = 0.36e-3;
 const LENGTHS_M: [f64; 2] = [9e-3, 35e-3];

@@ -60,7 +60,7 @@ impl Default for FitOptions {
         Self {
             // captures of one drape differ by 1 to 2.4 mm, each by that over the root of two
             outline_m: 1.2e-3,
-            // rims of neighbouring minima: `docs/validation.md`
+            // rims of neighbouring minima: `docs/validation/simulator.md`
             model_m: 1.0e-3,
             scan_model_m: refined.data.model_m,
             // a quarter of a fold of seven

@@ -448,7 +448,7 @@ fn is_one_drape((a, b): (&Rim, &Rim)) -> bool {
 }
 
 /// Root mean square distance of two rims of a specimen from which on it was dropped anew between them \[m\]: scans of one drape
-/// differ by up to two, drapes of two drops mostly by more than ten (`docs/validation.md`).
+/// differ by up to two, drapes of two drops mostly by more than ten (`docs/validation/network.md`).
 const ANEW_M: f64 = 4e-3;
 
 #[cfg(test)]

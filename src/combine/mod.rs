@@ -27,7 +27,7 @@ use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::numeric::moments::{mean, mean_and_error};
 
 /// Share of what an answer states as its variance that all drapes of a fabric err by alike, for each stiffness: what the network does not
-/// know of a fabric. Set on sixty-eight fabrics of four simulated drops (`docs/validation.md`, "Several drops of one fabric").
+/// know of a fabric. Set on sixty-eight fabrics of four simulated drops (`docs/validation/network.md`, "Several drops of one fabric").
 pub const COMMON: [f64; STIFFNESSES] = [0.65, 0.65, 0.75, 0.4, 0.4, 0.4];
 
 /// A drape that is in the mean.

@@ -7,7 +7,7 @@ use crate::sim::{Drape, Drop, SimOptions, Stop, drape};
 
 /// The options under which drapes are made that all fall: the default's, but the descent ends
 /// when a cycle lowers the energy by less than 1e-4 of itself. How far such rims
-/// are from full rest is in `docs/validation.md`.
+/// are from full rest is in `docs/validation/network.md`.
 #[must_use]
 pub fn dataset_options() -> SimOptions {
     SimOptions { energy_drop: 1e-4, ..SimOptions::default() }

@@ -10,7 +10,7 @@
 //! Where it fails: outside the trained range the network extrapolates, and says
 //! so (`in_range`, `novelty`); the coverage of the intervals holds on average over
 //! the prior's fabrics, not for each, and for drapes made like the training data:
-//! on those of a finer grid it is less (docs/validation.md).
+//! on those of a finer grid it is less (docs/validation/network.md).
 
 mod model;
 mod runtime;

@@ -21,7 +21,7 @@ use crate::sim::experiment::bending_length_m;
 
 /// Distances of which the shares below are counted \[mm\]: the paper's 5 and 10.
 pub const WITHIN_MM: [f64; 2] = [5.0, 10.0];
-/// Bending length from which on cloth falls where its like fell (docs/validation.md, "Rims alone") \[mm\].
+/// Bending length from which on cloth falls where its like fell (docs/validation/refine.md, "Rims alone") \[mm\].
 pub const STIFFER_MM: f64 = 6.0;
 /// Bars of the histogram, and the end of its axis \[mm\]; what lies beyond is in the last bar.
 const BAR_MM: f64 = 2.5;

@@ -5,7 +5,7 @@
 //! rims, the fabrics lie at full rest on the network's cells, and all errors are over the prior's box.
 //!
 //! Where it fails: scans of the simulator's own drapes; finer cells and real cloth are elsewhere (`evaluate refine`,
-//! docs/validation.md).
+//! docs/validation/refine.md).
 
 use std::ops::Range;
 

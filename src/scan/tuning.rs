@@ -98,7 +98,7 @@ pub struct SceneTuning {
 
 /// The search for the plate (`plate`). Names that end in `radii` count plate radii. What tells
 /// the cloth on the plate from its underside is swept with
-/// `--profiles structured-light@post@below,truedepth@post@below` (docs/validation.md, "Stands
+/// `--profiles structured-light@post@below,truedepth@post@below` (docs/validation/scan.md, "Stands
 /// and views").
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlateTuning {

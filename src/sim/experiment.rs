@@ -52,7 +52,7 @@ pub struct Experiment {
     /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
     /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
     /// differences make tight folds too soft. With 0.04 cantilever strips keep to 2 % from two
-    /// cells a bending length on (`docs/validation.md`); with 0 nothing is corrected.
+    /// cells a bending length on (`docs/validation/simulator.md`); with 0 nothing is corrected.
     pub fold_correction: f64,
 }
 
@@ -546,7 +546,7 @@ pub enum MeshWarning {
 }
 
 /// Number of cells that a bending length must span: from there on a cantilever's droop is within 4 %
-/// of the elastica's, within 2 % with the fold correction (`docs/validation.md`, "Physics").
+/// of the elastica's, within 2 % with the fold correction (`docs/validation/simulator.md`, "Physics").
 pub const CELLS_PER_BENDING_LENGTH: f64 = 2.0;
 
 /// The shortest of a fabric's three bending lengths (B / (D g))^(1/3) \[m\].

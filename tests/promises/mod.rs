@@ -1,6 +1,6 @@
-//! The promises of README.md and docs/validation.md, as docs/promises.toml holds them: tests
+//! The promises of README.md and docs/validation, as docs/promises.toml holds them: tests
 //! take their limits from there by [`hold`], and `tests/house/promise_table.rs` renders them into
-//! docs/validation.md.
+//! docs/validation.
 
 #![allow(dead_code)]
 
