@@ -27,6 +27,14 @@ pub enum BatchError {
         /// What is wrong and what to do.
         fault: String,
     },
+    /// One scan, or nothing at all, in place of a folder.
+    #[error("{}: {fault}", path.display())]
+    NotAFolder {
+        /// The path.
+        path: PathBuf,
+        /// What it is and what to do.
+        fault: &'static str,
+    },
     /// The folder cannot be listed.
     #[error("{}: cannot be listed ({source}); give a folder of scans", path.display())]
     Folder {
@@ -76,7 +84,10 @@ impl BatchError {
     #[must_use]
     pub fn kind(&self) -> FailureKind {
         match self {
-            Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
+            Self::Density(_)
+            | Self::Table { .. }
+            | Self::NoScans { .. }
+            | Self::NotAFolder { .. } => FailureKind::Usage,
             Self::Read(error) if error.is_content() => FailureKind::Usage,
             Self::Output(error) if error.is_usage() => FailureKind::Usage,
             _ => FailureKind::Failed,

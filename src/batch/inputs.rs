@@ -37,12 +37,29 @@ pub struct Inputs {
     pub passed_over: Vec<String>,
 }
 
-/// The scans of `options.folder` or of its shard, and what it has beside them.
+/// Whether there is a folder.
+///
+/// # Errors
+/// A file, or nothing.
+pub fn check_folder(path: &Path) -> Result<(), BatchError> {
+    let fault = match fs::metadata(path) {
+        Ok(meta) if meta.is_dir() => return Ok(()),
+        Ok(_) => "is a file; give the folder that it is in, or `estimate` the one scan",
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            "no such folder; check the path"
+        }
+        Err(source) => return Err(BatchError::Folder { path: path.to_owned(), source }),
+    };
+    Err(BatchError::NotAFolder { path: path.to_owned(), fault })
+}
+
+/// The scans of `options.folder` or of its shard, and its other files.
 ///
 /// # Errors
 /// When the folder cannot be listed, the density table is damaged, or nothing is
 /// to be done.
 pub fn inputs(options: &BatchOptions) -> Result<Inputs, BatchError> {
+    check_folder(&options.folder)?;
     if let Some(density_kg_m2) = options.density_kg_m2 {
         check_density(density_kg_m2)?;
     }

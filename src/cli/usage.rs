@@ -1,7 +1,8 @@
-//! A command line parsed, and what is said of one that cannot be.
+//! A command line parsed, and the error of one that cannot be.
 //!
-//! Two things beyond clap's own: a negative number is a number wherever a flag takes a value, so that it is refused as what it is
-//! and not as an unknown flag; and a flag that another verb has is answered with where it belongs.
+//! Three things beyond clap's own: a negative number is a value for every flag that takes one, so
+//! that it is not refused as an unknown flag; a flag of another verb is answered with that verb; a
+//! missing density with how to weigh.
 
 use std::ffi::OsString;
 
@@ -35,8 +36,16 @@ fn with_negative_numbers(program: Command) -> Command {
     verbs.iter().fold(program, |program, verb| program.mut_subcommand(verb, with_negative_numbers))
 }
 
-/// An unknown word with where it belongs, in place of a flag that is spelled a little like it.
+/// How a density is measured.
+const WEIGH: &str = "cut a square of 100 x 100 mm and weigh it in g; times 100 is g/m^2";
+
+/// An error with a tip: where an unknown flag belongs, how a missing density is measured.
 fn with_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
+    if is_without_density(&error) {
+        let tip = StyledStr::from(WEIGH);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
+        return error;
+    }
     let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) => unknown.clone(),
         _ => return error,
@@ -48,6 +57,15 @@ fn with_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     error.remove(ContextKind::Usage);
     error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![StyledStr::from(tip)]));
     error
+}
+
+/// Whether a density is what is missing.
+fn is_without_density(error: &clap::Error) -> bool {
+    error.kind() == ErrorKind::MissingRequiredArgument
+        && matches!(
+            error.get(ContextKind::InvalidArg),
+            Some(ContextValue::Strings(missing)) if missing.iter().any(|arg| arg.contains("--density"))
+        )
 }
 
 fn tip(unknown: &str, verb: &str) -> Option<String> {
@@ -96,6 +114,43 @@ mod tests {
         assert!(!said.contains("--unit"), "{said}");
         assert!(fault("s estimate a.ply --densty 214").contains("'--density'"));
         assert!(!fault("s combine --frobnicate").contains("is a flag of"));
+    }
+
+    #[test]
+    fn a_missing_density_is_told_how_to_be_weighed() {
+        for line in ["s estimate a.ply", "s batch a"] {
+            let said = fault(line);
+            assert!(said.contains("100 x 100 mm") && said.contains("--density <G_PER_M2>"), "{said}");
+        }
+        // one of two is enough, and the error names both
+        assert!(fault("s batch a").contains("--density-csv <FILE.csv>"));
+        for line in ["s batch a --density 200", "s batch a --density-csv b.csv"] {
+            let words: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
+            parse(&words).unwrap();
+        }
+        assert!(!fault("s merge a.ply").contains("weigh"));
+    }
+
+    /// In the order of the help: positions first, then required flags, then the others.
+    #[test]
+    fn required_flags_stand_first_in_help() {
+        let mut program = Arguments::command();
+        program.build();
+        for verb in program.get_subcommands() {
+            let help = verb.clone().render_long_help().to_string();
+            let lines: Vec<&str> =
+                help.lines().map(str::trim_start).filter(|line| line.starts_with('-')).collect();
+            let place = |arg: &clap::Arg| {
+                let flag = format!("--{}", arg.get_long()?);
+                lines.iter().position(|line| line.split([' ', ',']).any(|word| word == flag))
+            };
+            let flags = || verb.get_arguments().filter(|arg| arg.get_long().is_some());
+            let required = flags().filter(|arg| arg.is_required_set()).filter_map(place).max();
+            let others = flags().filter(|arg| !arg.is_required_set()).filter_map(place).min();
+            if let (Some(required), Some(others)) = (required, others) {
+                assert!(required < others, "{}: {help}", verb.get_name());
+            }
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 18] = [
+const VERBS: [&str; 19] = [
     "estimate",
     "inspect",
     "boundary",
@@ -28,11 +28,17 @@ const VERBS: [&str; 18] = [
     "export",
     "convert",
     "config",
+    "version",
     "help",
 ];
 
 /// Flags that may stand before a verb.
 const BEFORE: [&str; 4] = ["-q", "--quiet", "-v", "--verbose"];
+
+/// Verbs, `help` among them.
+pub(super) fn all() -> impl Iterator<Item = &'static str> {
+    VERBS.into_iter()
+}
 
 /// Puts the verb `estimate` in front of an input file given without a verb.
 ///

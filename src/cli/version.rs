@@ -1,4 +1,4 @@
-//! What `--version` says: the program, the model that it ships, the simulator's numerics, and the commit.
+//! The version: the program, the model that it ships, the simulator's numerics, and the commit.
 
 use std::sync::LazyLock;
 
@@ -13,6 +13,12 @@ pub(super) const COMMIT: &str = git_version!(
     args = ["--always", "--exclude=*", "--abbrev=12", "--dirty=-modified"],
     fallback = ""
 );
+
+/// `version`: what `--version` prints.
+pub(super) fn print() -> super::Outcome {
+    println!("scan2params {}", long());
+    Ok(())
+}
 
 /// Version, model, numerics and commit, a line each.
 pub(super) fn long() -> &'static str {

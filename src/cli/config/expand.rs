@@ -61,7 +61,7 @@ pub(crate) fn with_defaults(mut words: Vec<OsString>) -> Result<Expanded, Failur
     let Some(verbs) = path_of(&program, &words) else { return without(words) };
     let verbs: Vec<&Command> = verbs.into_iter().map(|(verb, _)| verb).collect();
     let off = take_switched_off(&mut words, &verbs);
-    // Help and versions are asked for, whatever the file says.
+    // Help and versions need no file.
     let given = Arguments::command().ignore_errors(true).try_get_matches_from(&words);
     let (Some(path), Ok(given)) = (find(&words), given) else { return without(words) };
     let mut settings = file::read(&path, &program, &verbs)?;

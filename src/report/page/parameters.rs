@@ -27,7 +27,7 @@ pub(super) struct Stiffness {
 }
 
 const WIDTH: f64 = 260.0;
-const HEIGHT: f64 = 34.0;
+const HEIGHT: f64 = 38.0;
 /// The axis' ends and the bar's middle in it.
 const SPAN: [f64; 2] = [8.0, 252.0];
 const MIDDLE: f64 = 11.0;
@@ -56,7 +56,7 @@ pub(super) fn bar(own: &Stiffness) -> Markup {
             @for power in decades {
                 @let at = x(10f64.powi(power));
                 line .tick x1=(c(at)) x2=(c(at)) y1="6" y2="16" {}
-                text .label x=(c(at)) y="29" text-anchor=(anchor(at)) { "10" (raised(power)) }
+                text .label x=(c(at)) y="32" text-anchor=(anchor(at)) { "10" (raised(power)) }
             }
             rect .interval x=(c(a)) y="7.5" width=(c((b - a).max(2.0))) height="7" rx="3.5" {}
             circle .value .outside[!own.in_range] cx=(c(x(own.value))) cy=(c(MIDDLE)) r="4.5" {}
