@@ -15,7 +15,7 @@ use scan2params::scan::{Orientation, ScanOptions};
 use scan2params::sim::rim_nodes;
 
 use crate::errors::{internal, invalid, of_intake, of_write};
-use crate::{arrays, words};
+use crate::{arrays, pickled, words};
 
 /// The rim of a specimen: 244 points in the simulation frame.
 ///
@@ -204,7 +204,9 @@ impl Boundary {
     #[getter]
     fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let verdict = verdict::of_rim(&self.rim, &self.options);
-        dict(py, &serde_json::to_value(verdict).map_err(internal)?)
+        let mut verdict = serde_json::to_value(verdict).map_err(internal)?;
+        words::texts_in_python(&mut verdict, "text");
+        dict(py, &verdict)
     }
 
     /// Writes the rim as a table, in millimetres, which `boundary`, `estimate` and the program read.
@@ -217,6 +219,12 @@ impl Boundary {
         let rim = Arc::clone(&self.rim);
         let write = || boundary_csv::write_oriented(path, rim.boundary(), rim.orientation());
         py.detach(write).map_err(|error| of_write(&error))
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let instead =
+            "write() it and read it with boundary(), or send points_m, sigma_m and observed";
+        Err(pickled::refused("Boundary", instead))
     }
 
     fn __repr__(&self) -> String {

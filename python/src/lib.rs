@@ -5,10 +5,10 @@
 //! and shows the result. All of it is SI, as inside the library; `paper_units` and the dictionaries of `params.json` and
 //! `calibration.json` are in the units that those files name.
 //!
-//! Each long function works on a thread of its own (`work`), while the caller's waits without Python's lock, hands on
-//! what is said and listens for control-C.
+//! Each long function works on its own thread (`work`). The caller's thread waits without Python's
+//! lock, reports the steps and listens for control-C.
 //!
-//! What Python sees is said in `scan2params/_scan2params.pyi`; tests hold that the two agree.
+//! The types for Python are in `scan2params/_scan2params.pyi`; tests check that the two agree.
 
 #![warn(missing_docs)]
 
@@ -21,6 +21,7 @@ mod errors;
 mod estimate;
 mod fabric;
 mod given;
+mod pickled;
 mod rim;
 mod words;
 mod work;

@@ -197,7 +197,7 @@ def test_an_estimate_finds_the_fabric_while_another_thread_runs():
     assert refined.params["refinement"]["taken"] is True
     # a static drape tells bending; 0.17 at most was observed, and the network alone is sure of it to about 0.4
     truth = s2p.Fabric.read(FIXTURES / "drapes" / "stiff.params.json")
-    for name in ("bending_weft_nm", "bending_warp_nm", "bending_bias_nm"):
+    for name in ("bending_weft_n_m", "bending_warp_n_m", "bending_bias_n_m"):
         assert abs(np.log(getattr(refined.fabric, name) / getattr(truth, name))) < 0.25, name
     with pytest.raises(s2p.InvalidInput, match="led to a scan"):
         s2p.sensitivities(refined.tied_drape)
@@ -257,7 +257,7 @@ def test_sensitivities_are_what_a_change_of_the_fabric_does(stiff, stiff_drape):
         fabric = s2p.Fabric(**{**stiff.si_units(), **changed})
         return s2p.simulate(fabric, vertices=31, start=sheet, experiment=gives)
 
-    asked = {"bending_weft": "bending_weft_nm", "bending_bias": "bending_bias_nm", "density": "density_kg_m2"}
+    asked = {"bending_weft": "bending_weft_n_m", "bending_bias": "bending_bias_n_m", "density": "density_kg_m2"}
     found = s2p.sensitivities(laid(), [*asked, "plate_radius"])
     assert found.rim.shape == (244, 3, 4) and found.units == ("m", "m", "m", "m / (m)")
     assert found.names == (*asked, "plate_radius")
@@ -505,7 +505,7 @@ def test_two_threads_get_the_same_drape_at_once(stiff, stiff_drape):
 def test_a_fabric_is_the_same_in_both_units(stiff):
     paper = stiff.paper_units()
     assert paper["bending_weft"] == pytest.approx(5200) and paper["density"] == pytest.approx(260)
-    assert stiff.bending_weft_nm == pytest.approx(5200e-9) and stiff.stretch_weft_n_m == pytest.approx(240)
+    assert stiff.bending_weft_n_m == pytest.approx(5200e-9) and stiff.stretch_weft_n_m == pytest.approx(240)
     assert stiff.density_kg_m2 == pytest.approx(0.26)
     assert s2p.Fabric.from_paper_units(**paper).si_units() == pytest.approx(stiff.si_units())
     again = s2p.Fabric(**stiff.si_units())
@@ -549,7 +549,7 @@ def test_a_users_types_are_checked(tmp_path):
         "rim: s2p.Boundary = s2p.boundary(np.zeros((5, 3)), unit='mm')\n"
         "found = s2p.estimate(rim, 0.2, progress=print)\n"
         "low, high = found.interval90\n"
-        "length: float = low.bending_weft_nm\n"
+        "length: float = low.bending_weft_n_m\n"
         "moves = s2p.sensitivities(s2p.simulate(found.fabric, seed=1)).rim\n"
         "reveal_type(moves)\n"
     )

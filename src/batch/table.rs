@@ -33,7 +33,8 @@ pub fn overview(rows: &[Row]) -> String {
         for (column, cell) in line.iter().enumerate() {
             let width = widths[column];
             // texts to the left, numbers to the right
-            text += &if column < 3 { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
+            text +=
+                &if column < 3 { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
         }
         out += text.trim_end();
         out.push('\n');
@@ -43,7 +44,8 @@ pub fn overview(rows: &[Row]) -> String {
 
 fn overview_cells(row: &Row) -> [String; 6] {
     let bending = |key: &str| {
-        let value = row.result.as_ref().and_then(|r| r.pointer(&format!("/parameters/{key}/value")));
+        let value =
+            row.result.as_ref().and_then(|r| r.pointer(&format!("/parameters/{key}/value")));
         value.and_then(Value::as_f64).map(|value| format!("{value:.0}")).unwrap_or_default()
     };
     let warp = match &row.result {
@@ -151,12 +153,16 @@ mod tests {
             });
             Row { result: Some(result), ..Row::new(file, Status::Ok) }
         };
-        let rows = [row("a.ply", "ambiguous"), row("b.ply", "given"), Row::new("c.ply", Status::Refused)];
+        let rows =
+            [row("a.ply", "ambiguous"), row("b.ply", "given"), Row::new("c.ply", Status::Refused)];
         let text = overview(&rows);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 5);
         assert!(lines.iter().all(|line| line.len() < 100 && !line.ends_with(' ')), "{text}");
-        assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>()[..5], ["a.ply", "do", "not", "use", "unknown"]);
+        assert_eq!(
+            lines[1].split_whitespace().collect::<Vec<_>>()[..5],
+            ["a.ply", "do", "not", "use", "unknown"]
+        );
         assert!(lines[1].contains("1234") && lines[2].contains("  known  "), "{text}");
         assert_eq!(lines[3], "c.ply  refused");
         assert_eq!(rows.iter().filter(|row| row.is_warp_unknown()).count(), 1);

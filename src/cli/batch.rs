@@ -95,13 +95,15 @@ fn conclude(summary: &Summary) -> Outcome {
     let unknown = summary.rows.iter().filter(|row| row.is_warp_unknown()).count();
     if unknown > 0 {
         warning!(
-            "warning: weft and warp unknown in {unknown} of {} scans, whose intervals cover both readings; give \
-             --warp-toward, --mark, or the column warp_toward of --density-csv",
-            summary.rows.len()
+            "warning: weft and warp unknown in {unknown} of {} estimated scans, whose intervals cover both readings; \
+             give --warp-toward, --mark, or the column warp_toward of --density-csv",
+            summary.rows.iter().filter(|row| row.result.is_some()).count()
         );
     }
     for file in &summary.lost {
-        warning!("warning: {file}: its results were removed from the folder; the same command makes them again");
+        warning!(
+            "warning: {file}: its results were removed from the folder; the same command makes them again"
+        );
     }
     let failed: Vec<&Row> = summary.rows.iter().filter(|row| row.exit_code != 0).collect();
     if failed.is_empty() && summary.lost.is_empty() {

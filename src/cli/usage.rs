@@ -1,14 +1,15 @@
 //! A command line parsed, and the error of one that cannot be.
 //!
-//! Three things beyond clap's own: a negative number is a value for every flag that takes one, so
-//! that it is not refused as an unknown flag; a flag of another verb is answered with that verb; a
-//! missing density with how to weigh.
+//! Beyond clap's own: a negative number is a value for every flag that takes one, so that it is not
+//! refused as an unknown flag; a flag of another verb is answered with that verb; a missing density
+//! with how to weigh; and paths are checked that the system cannot have, or that are `-`.
 
 use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Command, CommandFactory as _, FromArgMatches as _};
+use clap::{ArgMatches, Command, CommandFactory as _, FromArgMatches as _};
 
 use super::args::Arguments;
 use super::verb;
@@ -21,8 +22,48 @@ pub(crate) fn parse(words: &[OsString]) -> Result<Arguments, clap::Error> {
     let mut program = with_negative_numbers(Arguments::command());
     let parsed = program.try_get_matches_from_mut(words);
     parsed
-        .and_then(|matches| Arguments::from_arg_matches(&matches))
+        .and_then(|matches| {
+            check_paths(&program, &matches)?;
+            Arguments::from_arg_matches(&matches)
+        })
         .map_err(|error| with_tip(error, words))
+}
+
+/// Refuses paths that are too long for the system, and `-` where the standard input is not read.
+fn check_paths(command: &Command, matches: &ArgMatches) -> Result<(), clap::Error> {
+    // Only a scan has a format, which the standard input needs.
+    let reads_scan = command.get_arguments().any(|arg| arg.get_id() == "format");
+    for arg in command.get_arguments() {
+        let Ok(Some(paths)) = matches.try_get_many::<PathBuf>(arg.get_id().as_str()) else {
+            continue;
+        };
+        for path in paths {
+            let takes_stdin = reads_scan && arg.get_id() == "input";
+            if let Some(fault) = path_fault(path, takes_stdin) {
+                // without a usage line, which would be that of the whole program
+                let fault = format!("{arg}: {fault}\n");
+                return Err(clap::Error::raw(ErrorKind::ValueValidation, fault));
+            }
+        }
+    }
+    let Some((name, below)) = matches.subcommand() else { return Ok(()) };
+    command.find_subcommand(name).map_or(Ok(()), |command| check_paths(command, below))
+}
+
+/// What is wrong with a path before anything is done with it.
+fn path_fault(path: &Path, takes_stdin: bool) -> Option<String> {
+    const SHOWN: usize = 60;
+    if path.as_os_str() == "-" && !takes_stdin {
+        let why = "`-` is the standard input, which only INPUT of estimate, inspect and boundary can be; \
+                   give the path of a file (./- for one of that name)";
+        return Some(why.to_owned());
+    }
+    let error = path.symlink_metadata().err()?;
+    (error.kind() == std::io::ErrorKind::InvalidFilename).then(|| {
+        let head: String = path.to_string_lossy().chars().take(SHOWN).collect();
+        let bytes = path.as_os_str().len();
+        format!("the path or a name in it is too long for this system ({bytes} bytes: {head}...); give a shorter one")
+    })
 }
 
 /// The program, with negative numbers taken for values by every flag of its verbs.
@@ -117,10 +158,38 @@ mod tests {
     }
 
     #[test]
+    fn paths_that_cannot_be_are_told() {
+        let long = "a".repeat(5000);
+        for line in [
+            format!("s inspect {long}.ply"),
+            format!("s estimate a.ply --density 1 --out {long}"),
+            format!("s combine a.json {}", "b/".repeat(4000)),
+            format!("s evaluate stages {long}"),
+        ] {
+            let said = fault(&line);
+            assert!(said.contains("too long for this system") && said.len() < 1000, "{said}");
+        }
+        for line in [
+            "s estimate a.ply - --density 1",
+            "s estimate a.ply --density 1 --with -",
+            "s estimate a.ply --density 1 -o -",
+            "s batch - --density 1",
+            "s augment - -o b.ply",
+        ] {
+            assert!(fault(line).contains("`-` is the standard input, which only INPUT"), "{line}");
+        }
+        let words = ["s", "estimate", "-", "--format", "ply", "--density", "1"];
+        parse(&words.map(OsString::from)).unwrap();
+    }
+
+    #[test]
     fn a_missing_density_is_told_how_to_be_weighed() {
         for line in ["s estimate a.ply", "s batch a"] {
             let said = fault(line);
-            assert!(said.contains("100 x 100 mm") && said.contains("--density <G_PER_M2>"), "{said}");
+            assert!(
+                said.contains("100 x 100 mm") && said.contains("--density <G_PER_M2>"),
+                "{said}"
+            );
         }
         // one of two is enough, and the error names both
         assert!(fault("s batch a").contains("--density-csv <FILE.csv>"));
