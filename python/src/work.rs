@@ -1,4 +1,4 @@
-//! Long work: on a thread of its own, without Python's lock.
+//! Long work: on its own thread, without Python's lock.
 //!
 //! The caller's thread waits without the lock, hands what the work says to the caller's function, and looks for
 //! control-C ten times a second. Where either raises, the call ends at once with that exception, and the work at the
@@ -103,7 +103,7 @@ fn start<T: Send + 'static>(
     work: impl FnOnce(&Teller) -> T + Send + 'static,
 ) -> std::io::Result<()> {
     let said = sender.clone();
-    // nobody listens to what is said once the caller has gone
+    // nobody listens once the caller has gone
     let say = Box::new(move |step| drop(said.send(Event::Said(step))));
     let teller = Teller { say, gone };
     let all = move || {

@@ -235,7 +235,7 @@ impl ScanFlags {
     /// What the flags say of the file.
     pub(crate) fn read_options(&self) -> Result<ReadOptions, Failure> {
         if self.input.as_os_str() == "-" && self.format.is_none() {
-            let why = "`-` is the standard input, which does not say its format: give it, as in `- --format ply`";
+            let why = "`-` is the standard input, which needs a format, as in `- --format ply`";
             return Err(Failure::usage(anyhow!(why)));
         }
         if self.input.is_dir() && !is_views_folder(&self.input) {

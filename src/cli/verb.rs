@@ -128,7 +128,7 @@ mod tests {
         {
             assert_eq!(given(&["s", word])[1], "estimate", "{word}");
         }
-        // A folder that is there is an input, whatever it is called.
+        // A folder that is there is an input, with any name.
         assert_eq!(given(&["s", "src"])[1], "estimate");
     }
 

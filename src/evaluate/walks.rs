@@ -1,4 +1,4 @@
-//! Branches of sheets that were led from fabric to fabric beside those of sheets that fell, for
+//! Branches of sheets that were continued from fabric to fabric, compared with those of dropped sheets, for
 //! `evaluate walks`: whether data made by walking show other drapes than data made by falls.
 //!
 //! In: the rows of two folders of `generate`. Out: one [`Band`] for each range of bending length, with the

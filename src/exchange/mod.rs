@@ -7,7 +7,7 @@
 //! too stiff or dependent on the mesh, is [`hinge`]'s. `docs/export.md` has the strips with which the
 //! numbers were tried in the programs themselves.
 //!
-//! Fails for a result that is not to be used, unless told to go on, for a fabric that cannot be
+//! Fails for a result that is not to be used, unless forced, for a fabric that cannot be
 //! simulated, and where the target needs a number that no params.json has.
 
 mod arcsim;
@@ -44,7 +44,7 @@ pub enum Target {
     Mujoco,
     /// ARCSim's material JSON.
     Arcsim,
-    /// U3M 1.1, with a physics file for Browzwear beside it.
+    /// U3M 1.1, with a physics file for Browzwear next to it.
     U3m,
     /// OpenUSD, text.
     Usd,

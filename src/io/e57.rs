@@ -7,7 +7,7 @@
 //! standard's unit is the metre; found from the scene all the same, as of every file.
 //!
 //! Fails on checksums, on scans without coordinates, on poses that are no rotation, and on
-//! counts beyond the file: the crate believes them, and would fill the memory with points all of whose
+//! counts beyond the file: the crate trusts them, and would fill the memory with points all of whose
 //! values are constants.
 
 use std::io::Cursor;

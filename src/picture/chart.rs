@@ -120,7 +120,7 @@ impl Chart {
     /// left out.
     ///
     /// # Panics
-    /// Never: an image in memory takes whatever is drawn on it.
+    /// Never: drawing on an image in memory cannot fail.
     #[must_use]
     pub fn draw(&self) -> RgbImage {
         let mut image = RgbImage::from_pixel(SIZE[0], SIZE[1], PAPER);
@@ -133,7 +133,7 @@ impl Chart {
             (true, true) => self.plot(&area, x.log_scale(), y.log_scale()),
         };
         drop(area);
-        drawn.expect("an image in memory takes whatever is drawn on it");
+        drawn.expect("drawing on an image in memory cannot fail");
         let [width, height] = SIZE.map(|v| v as i32);
         text(&mut image, NUMBERS[0], 8, &self.title, INK);
         text(&mut image, 10, 8 + TEXT_HEIGHT as i32 + 4, &self.y.label, INK);

@@ -6,8 +6,8 @@
 //! so that the branch is the scan's and no fall decides on it.
 //!
 //! Flow: `data` (what a scan says of the sheet, and how surely) -> `trial` (one fabric's drape from the
-//! sheet, with its sensitivities) -> `squares` (the least squares around them, and what is believed: `prior`) ->
-//! `fit` (steps of these, led from fabric to fabric) -> `refined` (values, intervals, what the drape shows and what
+//! sheet, with its sensitivities) -> `squares` (the least squares around them, and the prior: `prior`) ->
+//! `fit` (steps of these, continued from fabric to fabric) -> `refined` (values, intervals, what the drape shows and what
 //! the model leaves).
 
 pub(crate) mod damping;

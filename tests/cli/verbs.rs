@@ -136,7 +136,7 @@ fn long_work_shows_that_it_goes_on_and_only_to_people() {
     for (line, doing) in [
         (&drape, "simulating the drape"),
         (&scans, "scan 1 of 1: drape-0"),
-        (&estimate, "draping the fabric with nothing to hold it"),
+        (&estimate, "simulating the released drape"),
     ] {
         let run = scan2params(line);
         assert_eq!(run.status.code(), Some(0), "{line}: {}", said(&run));

@@ -156,7 +156,7 @@ impl Reading<'_> {
     }
 
     /// Checks a setting, and takes it where it is of the verb that is run: what stands in the table of a verb before
-    /// what is said for all, and the verb below before the one above.
+    /// what stands above all tables, and the verb below before the one above.
     fn set(
         &mut self,
         key: &Spanned<impl AsRef<str>>,

@@ -103,7 +103,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     Ok(())
 }
 
-/// The shipped network, or another one whose record lies beside it.
+/// The shipped network, or another one whose record lies next to it.
 pub(super) fn estimator(model: Option<&Path>) -> Result<Estimator, EstimateError> {
     match model {
         Some(onnx) => Estimator::from_files(onnx, &onnx.with_extension("json")),

@@ -81,7 +81,7 @@ pub(super) fn chart(scanned: &Boundary, again: &Boundary, side_mm: f64) -> Marku
             line .zero x1=(c(LEFT)) x2=(c(RIGHT)) y1=(c(low.at(0.0))) y2=(c(low.at(0.0))) {}
             path .outwards d=(line(&low, 1)) {}
             path .upwards d=(line(&low, 2)) {}
-            text .title x=(c(LEFT)) y=(c(LOW[0] - 10.0)) { "Its part outwards (solid) and upwards (dashed) [mm]" }
+            text .title x=(c(LEFT)) y=(c(LOW[0] - 10.0)) { "Its component outwards (solid) and upwards (dashed) [mm]" }
             text .title x=(c(RIGHT)) y=(c(HEIGHT - 4.0)) text-anchor="end" { "place along the border [mm]" }
         }
     }

@@ -20,7 +20,7 @@ pub(super) struct Stiffness {
     pub ends: [f64; 2],
     /// Inside these, and not at an end.
     pub in_range: bool,
-    /// Share of what was uncertain that the drape took away, where it was refined.
+    /// Share of the uncertainty that the scan removed, where it was refined.
     pub shown: Option<f64>,
     /// The value if weft and warp are exchanged, where they are not known.
     pub exchanged: Option<f64>,
@@ -80,7 +80,7 @@ fn interval(ends: [f64; 2]) -> String {
     format!("{} to {}", significant(ends[0]), significant(ends[1]))
 }
 
-/// The table of values, intervals and bars; `ends` says what their axes span, `before` what was believed without the simulator.
+/// The table of values, intervals and bars; `ends` says what their axes span, `before` names the prior of the fit.
 pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &str) -> Markup {
     let refined = all.iter().any(|own| own.shown.is_some());
     let exchanged = all.iter().any(|own| own.exchanged.is_some());
@@ -94,7 +94,7 @@ pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &s
                     th scope="col" { "Unit" }
                     th scope="col" { "On a log axis" }
                     @if exchanged { th scope="col" .number { "If exchanged" } }
-                    @if refined { th scope="col" { "Drape shows" } }
+                    @if refined { th scope="col" { "Uncertainty removed" } }
                     th scope="col" { "In range" }
                 } }
                 tbody {
@@ -115,7 +115,7 @@ pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &s
         p .caption {
             "Dot: value; bar: 90 % interval; thin line: " (ends) ". A hollow dot is not in range: at or beyond an end of it, or with a density beyond it."
             @if refined {
-                " Drape shows: how much of what " (before) " left uncertain was taken away; near 0 % the interval is still that of " (before) "."
+                " Uncertainty removed: share of the uncertainty of " (before) " that this scan removed; near 0 % the interval is still that of " (before) "."
             }
         }
     }
