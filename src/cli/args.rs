@@ -840,16 +840,6 @@ pub(crate) enum Evaluate {
         #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
         repeat: u64,
     },
-    /// Distances of the rims of `generate` from those at full rest on the default grid, and between
-    /// two drops of one fabric.
-    Dataset {
-        /// Fabrics
-        #[arg(long, default_value_t = 8)]
-        count: u64,
-        /// Seed of fabrics and drops
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
-    },
     /// The simulator against known answers: strips, friction, meshes, Cusick drapes.
     Physics(Physics),
     /// Ends of the drapes of many fabrics, including the corners of Table 2's box.
@@ -872,16 +862,6 @@ pub(crate) enum Evaluate {
     },
     /// Drapes continued to a neighbouring fabric and back, compared with fresh drapes.
     Follow(Follow),
-    /// Branches of continued drapes compared with those of dropped drapes: folds, harmonics and radius of the
-    /// rims of two folders, and distances of those of one fabric.
-    Walks {
-        /// A folder of `generate --walk`
-        #[arg(value_name = "WALKED")]
-        walked: PathBuf,
-        /// A folder of `generate` of the same prior and seed, so that fabrics are the same
-        #[arg(value_name = "FALLEN")]
-        fallen: PathBuf,
-    },
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
         /// Fabrics
@@ -1272,34 +1252,15 @@ pub(crate) struct Physics {
     /// Folder of measured data. If not given, the parts that need it are left out
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Fabrics of `meshes` and `schemes`, 1 to 3
+    /// Fabrics of `meshes`, 1 to 3
     #[arg(long, default_value_t = 3)]
     pub(crate) mesh_fabrics: usize,
-    /// Cells of the reference of `schemes` [mm]; 1.25 takes tens of minutes. It is kept in --out
-    #[arg(long, default_value = "2.5", value_parser = ["5", "2.5", "1.25"])]
-    pub(crate) reference: String,
-    /// Scheme of `schemes` instead of the usual ones: density of lines near the plate's edge over that
-    /// elsewhere, its inner and outer distance from the edge [mm], stiffness against twist; may be repeated
-    #[arg(long, value_name = "DENSITY,IN,OUT,HOLD", value_parser = super::experiment::numbers::<4>)]
-    pub(crate) scheme: Vec<[f64; 4]>,
-    /// Softest fabrics of the prior that `schemes` drops
-    #[arg(long, default_value_t = 4)]
-    pub(crate) soft_fabrics: usize,
     /// Measured fabrics of `cusick`, each also with its softening
     #[arg(long, default_value_t = 12)]
     pub(crate) cusick_fabrics: usize,
-    /// Measured fabrics of `linear-bending`
-    #[arg(long, default_value_t = 60)]
-    pub(crate) linear_fabrics: usize,
-    /// Drops of each fabric of `branches`
-    #[arg(long, default_value_t = 50)]
-    pub(crate) drops: u64,
     /// Drops of each fabric of `effects`
     #[arg(long, default_value_t = 4)]
     pub(crate) effect_drops: u64,
-    /// Fabrics of `variance`
-    #[arg(long, default_value_t = 40)]
-    pub(crate) variance_fabrics: u64,
 }
 
 /// Parts of `evaluate physics`.
@@ -1317,14 +1278,6 @@ pub(crate) enum PhysicsPart {
     Cusick,
     /// Standard Cusick drapes with asymmetric bending and, with --data, hysteresis (minutes).
     Effects,
-    /// Error of linear bending on fabrics with measured softening (minutes; needs --data).
-    LinearBending,
-    /// Schemes of discretisation on cells of 5 mm against a finer mesh, from one rest (minutes).
-    Schemes,
-    /// Perturbed drops of one fabric, with --data also repeated drops of real fabrics (minutes).
-    Branches,
-    /// How well the rim distinguishes fabrics in this experiment and in the standard one (minutes).
-    Variance,
 }
 
 #[derive(Debug, Args)]

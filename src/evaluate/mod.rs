@@ -1,4 +1,4 @@
-//! The laboratory: what the program promises, measured, for `evaluate` and docs/validation.md.
+//! The laboratory: what the program promises, measured, for `evaluate` and docs/validation.
 //!
 //! In: drapes with known truth, a prior, measured data. Out: rows, tables and pictures.
 
@@ -22,4 +22,3 @@ pub mod table3;
 pub mod timed;
 pub mod verdict;
 pub mod views;
-pub mod walks;

@@ -32,16 +32,3 @@ pub fn timed_drape(
     let cpu_s = before.zip(thread_cpu_s()).map(|(before, after)| after - before);
     Ok(TimedDrape { fabric, drape, cpu_s })
 }
-
-/// The fabric of [`timed_drape`] with another drop.
-///
-/// # Errors
-/// As there.
-pub fn another_drop(
-    run_seed: u64,
-    index: u64,
-    options: &SimOptions,
-) -> Result<Drape, MixtureError> {
-    let fabric = Mixture::knit_2020().sample(run_seed, index)?;
-    Ok(drape(&fabric, &Drop { start: DropStart::Perturbed(!(run_seed ^ index)) }, options))
-}

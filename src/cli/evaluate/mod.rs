@@ -1,4 +1,4 @@
-//! `evaluate`: the tables of docs/validation.md.
+//! `evaluate`: the tables of docs/validation.
 
 mod calibrate;
 mod estimate;
@@ -13,8 +13,6 @@ mod table3;
 mod verdict;
 mod views;
 
-use std::path::Path;
-
 use anyhow::Context as _;
 use clap::ValueEnum as _;
 use rayon::prelude::*;
@@ -23,12 +21,10 @@ use super::{Failure, Outcome, args, print};
 use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::dataset_options;
-use scan2params::dataset::{Row, read_folder};
-use scan2params::evaluate::physics::linear_bending::linear_bending;
-use scan2params::evaluate::physics::{branches, drapes, effects, schemes, strips};
+use scan2params::evaluate::physics::{drapes, effects, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
-use scan2params::evaluate::timed::{another_drop, timed_drape};
-use scan2params::evaluate::{speed, stages, walks};
+use scan2params::evaluate::timed::timed_drape;
+use scan2params::evaluate::{speed, stages};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;
@@ -50,13 +46,11 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Views(given) => views::run(given),
         args::Evaluate::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
         args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
-        args::Evaluate::Dataset { count, seed } => dataset(*count, *seed),
         args::Evaluate::Physics(given) => run_physics(given),
         args::Evaluate::Soak { prior, count, first, seed, numerics } => {
             run_soak(prior, *first, *count, *seed, super::simulate::numerics(*numerics))
         }
         args::Evaluate::Follow(given) => follow::run(given),
-        args::Evaluate::Walks { walked, fallen } => compare_walks(walked, fallen),
         args::Evaluate::Speed { count, seed, dataset, vertices, numerics } => {
             let numerics = super::simulate::numerics(*numerics);
             run_speed(*count, *seed, *dataset, vertices, numerics)
@@ -67,25 +61,6 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Calibrate(given) => calibrate::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
-}
-
-fn compare_walks(walked: &Path, fallen: &Path) -> Outcome {
-    let (first, second) = (read_folder(walked)?, read_folder(fallen)?);
-    for (folder, rows) in [(walked, &first), (fallen, &second)] {
-        let count = |what: fn(&Row) -> bool| rows.iter().filter(|row| what(row)).count();
-        println!(
-            "{}: {} drapes, {} of them walked to, {} not at rest",
-            folder.display(),
-            rows.len(),
-            count(|row| row.drape.walked),
-            count(|row| !row.drape.at_rest)
-        );
-    }
-    println!("{}", walks::Band::COLUMNS);
-    for band in walks::compare(&first, &second) {
-        println!("{}", band.row());
-    }
-    Ok(())
 }
 
 fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {
@@ -106,29 +81,6 @@ fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {
         sums = [sums[0] + stage.cpu_s.unwrap_or(f64::NAN), sums[1] + stage.wall_s];
     }
     println!("total,{:.3},{:.3}", sums[0], sums[1]);
-    Ok(())
-}
-
-fn dataset(count: u64, seed: u64) -> Outcome {
-    println!("fabric, dataset_to_default_mm, drop_to_drop_mm, dataset_stop, default_stop");
-    let mut sums = [0.0; 2];
-    for index in 0..count {
-        let quick = timed_drape(seed, index, &dataset_options())?;
-        let full = timed_drape(seed, index, &SimOptions::default())?;
-        let other = another_drop(seed, index, &SimOptions::default())?;
-        let mm =
-            [&quick.drape, &other].map(|d| 1e3 * full.drape.boundary.mean_distance_m(&d.boundary));
-        println!(
-            "{index}, {:.2}, {:.2}, {}, {}",
-            mm[0],
-            mm[1],
-            quick.drape.stop.name(),
-            full.drape.stop.name()
-        );
-        sums = [sums[0] + mm[0], sums[1] + mm[1]];
-    }
-    let [quick, other] = sums.map(|sum| sum / count as f64);
-    println!("means: {quick:.2} and {other:.2} mm");
     Ok(())
 }
 
@@ -270,33 +222,6 @@ fn run_physics(given: &args::Physics) -> Outcome {
                     save(&format!("{}.png", name.replace(' ', "_")), image)?;
                 }
             }
-            Part::Schemes => {
-                let tell = |line: &str| println!("{line}");
-                let vertices = match given.reference.as_str() {
-                    "1.25" => 241,
-                    "2.5" => 121,
-                    _ => 61,
-                };
-                println!("# schemes from one rest\n{}", schemes::COLUMNS);
-                let all = match &given.scheme[..] {
-                    [] => schemes::schemes(),
-                    some => some.iter().copied().map(schemes::scheme).collect(),
-                };
-                schemes::against_reference(vertices, given.mesh_fabrics, &all, out, tell)
-                    .context("the references")?;
-                println!("# the softest fabrics of the prior\n{}", schemes::SOFT_COLUMNS);
-                schemes::softest(given.soft_fabrics, tell)?;
-            }
-            Part::Branches => {
-                if let Some(data) = data {
-                    let measured = branches::measured_branches(data);
-                    println!("{}", measured.with_context(|| data.display().to_string())?);
-                }
-                println!("{}", branches::branches(given.drops));
-            }
-            Part::Variance => {
-                println!("{}", branches::variance(given.variance_fabrics, 1)?);
-            }
             Part::Effects => {
                 let tell = |line: &str| println!("{line}");
                 println!("# standard Cusick drapes with an effect\n{}", effects::COLUMNS);
@@ -307,14 +232,6 @@ fn run_physics(given: &args::Physics) -> Outcome {
                 };
                 effects::hysteresis(data, given.effect_drops, tell)
                     .with_context(|| data.display().to_string())?;
-            }
-            Part::LinearBending => {
-                let Some(data) = data else {
-                    eprintln!("without --data there are no measured laws of bending");
-                    continue;
-                };
-                let table = linear_bending(data, given.linear_fabrics);
-                println!("{}", table.with_context(|| data.display().to_string())?);
             }
             Part::Cusick => {
                 let Some(data) = data else {

@@ -1,16 +1,12 @@
-//! The simulator against known answers and measured drapes, for `evaluate physics` and
-//! docs/validation.md: strips ([`strips`]), drapes on several meshes and of measured fabrics
-//! ([`drapes`]), with effects beyond the seven parameters ([`effects`]), what linear bending is off by ([`linear_bending`]), schemes of discretisation from the same rest ([`schemes`]), the spread of drops and
-//! of fabrics ([`branches`]).
+//! The simulator against known answers and measured drapes, for `evaluate physics` and docs/validation:
+//! strips ([`strips`]), drapes on several meshes and of measured fabrics ([`drapes`]), with effects
+//! beyond the seven parameters ([`effects`]).
 //!
 //! In: nothing, or a folder of measured data. Out: [`Table`]s of numbers with their known
 //! answers, charts, pictures.
 
-pub mod branches;
 pub mod drapes;
 pub mod effects;
-pub mod linear_bending;
-pub mod schemes;
 pub mod strips;
 
 use std::path::Path;
