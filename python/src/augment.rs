@@ -48,8 +48,8 @@ impl Scan {
         arrays::of_rows(py, self.cloud.colors.clone())
     }
 
-    /// numpy.ndarray: The true motion from the scanner's frame to the simulation frame, shape (4, 4), in metres:
-    /// ``points @ m[:3, :3].T + m[:3, 3]``.
+    /// numpy.ndarray: The true motion from the scanner's frame to the simulation frame, shape (4,
+    /// 4), in metres: ``points @ m[:3, :3].T + m[:3, 3]``.
     #[getter]
     fn sim_from_scan<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         arrays::of_motion(py, &self.truth.simulation_from_scanner)

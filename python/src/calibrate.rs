@@ -15,15 +15,18 @@ use crate::boundary::dict;
 use crate::errors::{file, invalid, of_output, of_read, of_write};
 use crate::work;
 
-/// Fits fabrics to measured drapes, looks for effects beyond the plain model, and predicts the held-out drapes.
+/// Fits fabrics to measured drapes, looks for effects beyond the plain model, and predicts the
+/// held-out drapes.
 ///
 /// Parameters
 /// ----------
 /// manifest : str or os.PathLike
-///     Table with a row for each measured drape (silhouette, scan or rim), as the program's ``calibrate`` takes it.
+///     Table with a row for each measured drape (silhouette, scan or rim), as the program's
+///     ``calibrate`` takes it.
 /// out : str or os.PathLike, optional
-///     Folder for ``calibration.json``, the fabrics' ``params.json`` with their effects, pictures and ``report.html``;
-///     without it nothing is written. The same call continues an interrupted run.
+///     Folder for ``calibration.json``, the fabrics' ``params.json`` with their effects, pictures
+///     and ``report.html``; without it nothing is written. The same call continues an interrupted
+///     run.
 /// prior : {'measured', 'knit-2020', 'union'}
 ///     Prior of the fabrics.
 /// vertices : int
@@ -31,8 +34,8 @@ use crate::work;
 /// scale_sigma : float, optional
 ///     Standard deviation of the pictures' scale as a share, 0 to 0.25; exact if not given.
 /// hold_per_m : float, optional
-///     Stiffness of the springs that tie drapes to their outlines: share of the hanging cloth's weight per metre; 150
-///     if not given, 0 releases the drapes.
+///     Stiffness of the springs that tie drapes to their outlines: share of the hanging cloth's
+///     weight per metre; 150 if not given, 0 releases the drapes.
 /// without : sequence of str, optional
 ///     Effects to leave out, by their names in ``calibration.json``.
 /// progress : callable, optional
@@ -41,7 +44,8 @@ use crate::work;
 /// Returns
 /// -------
 /// dict
-///     The content of ``calibration.json``: units are named there. Files that were not used are under ``refused``.
+///     The content of ``calibration.json``: units are named there. Files that were not used are
+///     under ``refused``.
 ///
 /// Raises
 /// ------

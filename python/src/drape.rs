@@ -34,8 +34,9 @@ struct Recipe {
 
 /// A simulated drape: the sheet with its rim, and how the search for rest ended.
 ///
-/// Made by `simulate`, and by `estimate` as a drape of what it found. All of it is in the simulation
-/// frame (origin in the middle of the plate's face, y up, warp along x, weft along z) and in SI.
+/// Made by `simulate`, and by `estimate` as a drape of what it found. All of it is in the
+/// simulation frame (origin in the middle of the plate's face, y up, warp along x, weft along z)
+/// and in SI.
 #[pyclass(frozen, module = "scan2params")]
 pub(crate) struct Drape {
     mesh: Mesh,
@@ -86,14 +87,15 @@ impl Drape {
 
 #[pymethods]
 impl Drape {
-    /// numpy.ndarray: The sheet's vertices, shape (n, 3), in metres. Of a rectangle they are a square grid, at even steps
-    /// of the flat specimen, those along the weft fastest.
+    /// numpy.ndarray: The sheet's vertices, shape (n, 3), in metres. Of a rectangle they are a
+    /// square grid, at even steps of the flat specimen, those along the weft fastest.
     #[getter]
     fn vertices_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         arrays::of_points(py, self.mesh.vertices.iter().map(|p| p.coords.into()))
     }
 
-    /// numpy.ndarray of uint32: The sheet's triangles, shape (m, 3), as indices of vertices; their front is the face.
+    /// numpy.ndarray of uint32: The sheet's triangles, shape (m, 3), as indices of vertices; their
+    /// front is the face.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         arrays::of_rows(py, self.mesh.triangles.clone())
@@ -105,7 +107,8 @@ impl Drape {
         arrays::of_points(py, self.rim.positions_m().map(|p| p.coords.into()))
     }
 
-    /// numpy.ndarray: Amplitudes of the rim's distance from the plate's axis, shape (16,), in metres: orders 1 to 16.
+    /// numpy.ndarray: Amplitudes of the rim's distance from the plate's axis, shape (16,), in
+    /// metres: orders 1 to 16.
     #[getter]
     fn rim_harmonics_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         arrays::of_numbers(py, rim_harmonics_m(&self.rim).to_vec())
@@ -123,7 +126,8 @@ impl Drape {
         self.stop == Stop::AtRest
     }
 
-    /// str: Why the search for rest ended: ``'at_rest'``, ``'unstable'``, ``'slow'`` or ``'iterations'``.
+    /// str: Why the search for rest ended: ``'at_rest'``, ``'unstable'``, ``'slow'`` or
+    /// ``'iterations'``.
     #[getter]
     fn stop(&self) -> &'static str {
         self.stop.name()
@@ -147,7 +151,8 @@ impl Drape {
         self.intersections
     }
 
-    /// float: Least distance of the sheet from the plate's surface, in metres; positive if no cloth is inside the plate.
+    /// float: Least distance of the sheet from the plate's surface, in metres; positive if no cloth
+    /// is inside the plate.
     #[getter]
     fn plate_clearance_m(&self) -> f64 {
         self.plate_clearance_m
@@ -400,31 +405,33 @@ const CYCLE: usize = 40;
 
 /// Drapes a specimen of a fabric: drops it on the plate and brings it to rest.
 ///
-/// The same arguments give the same bytes, on any number of threads, and the same drape as the program.
+/// The same arguments give the same bytes, on any number of threads, and the same drape as the
+/// program.
 ///
 /// Parameters
 /// ----------
 /// fabric : Fabric, str or os.PathLike
-///     What is draped, or the path of a ``params.json``, whose effects (of `calibrate`) are simulated too.
+///     What is draped, or the path of a ``params.json``, whose effects (of `calibrate`) are
+///     simulated too.
 /// seed : int, optional
-///     Seed of a perturbed drop; different seeds sample the stable shapes of a fabric. If not given, the canonical
-///     drop of a level specimen.
+///     Seed of a perturbed drop; different seeds sample the stable shapes of a fabric. If not
+///     given, the canonical drop of a level specimen.
 /// vertices : int
 ///     Vertices on a side of the sheet.
 /// experiment : dict, optional
-///     What differs from the standard experiment: any of the keys ``specimen``, ``plate``, ``tilt``, ``curl``,
-///     ``softening``, ``asymmetric_bending``, ``hysteresis``, each with numbers in SI, such as
-///     ``{'plate': {'friction': 0.2, 'radius_m': 0.05}}``.
+///     What differs from the standard experiment: any of the keys ``specimen``, ``plate``,
+///     ``tilt``, ``curl``, ``softening``, ``asymmetric_bending``, ``hysteresis``, each with numbers
+///     in SI, such as ``{'plate': {'friction': 0.2, 'radius_m': 0.05}}``.
 /// face : {'up', 'down'}
 ///     Which face of the specimen is up; effects of a file are of the specimen with its face up.
 /// start : array_like of shape (n, n, 3), Boundary, str or os.PathLike, optional
-///     The sheet to start from instead of a drop: vertices of the simulation frame in metres, the sheet of a scan, or a
-///     mesh's file in mm.
+///     The sheet to start from instead of a drop: vertices of the simulation frame in metres, the
+///     sheet of a scan, or a mesh's file in mm.
 /// numerics : {3, 4}
 ///     Version of the numerics.
 /// iterations : int, optional
-///     Factorisations of the search for rest at most, checked after each cycle of up to 40: 0 for no search, or at
-///     least 40. If not given, 600. Fabrics need 40 to 250.
+///     Factorisations of the search for rest at most, checked after each cycle of up to 40: 0 for
+///     no search, or at least 40. If not given, 600. Fabrics need 40 to 250.
 /// progress : callable, optional
 ///     Called with a str as each step begins.
 ///
@@ -503,15 +510,15 @@ impl Sensitivities {
         pyo3::types::PyTuple::new(py, &self.names)
     }
 
-    /// tuple of str: The unit of each last index of `rim`: ``'m'`` for a stiffness or the density, by whose logarithm the
-    /// derivative is, ``'m / rad'`` and the like for the others.
+    /// tuple of str: The unit of each last index of `rim`: ``'m'`` for a stiffness or the density,
+    /// by whose logarithm the derivative is, ``'m / rad'`` and the like for the others.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyTuple>> {
         pyo3::types::PyTuple::new(py, &self.units)
     }
 
-    /// numpy.ndarray: Derivatives of the rim's points, shape (244, 3, k), simulation frame: by the logarithm of a stiffness
-    /// or the density (metres), by any other parameter in SI.
+    /// numpy.ndarray: Derivatives of the rim's points, shape (244, 3, k), simulation frame: by the
+    /// logarithm of a stiffness or the density (metres), by any other parameter in SI.
     #[getter]
     fn rim<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray3<f64>> {
         arrays::of_moves(py, &self.moves)
@@ -543,8 +550,8 @@ impl Sensitivities {
 
 /// How the rim of a drape moves with a small change of what it depends on.
 ///
-/// The drape is simulated again, to the same bytes, with its sensitivities: implicit derivatives at the equilibrium, for
-/// changes so small that nothing slips on the plate.
+/// The drape is simulated again, to the same bytes, with its sensitivities: implicit derivatives at
+/// the equilibrium, for changes so small that nothing slips on the plate.
 ///
 /// Parameters
 /// ----------

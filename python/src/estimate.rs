@@ -23,7 +23,8 @@ use crate::fabric::Fabric;
 use crate::given::{Given, Input, Known};
 use crate::{pickled, words, work};
 
-/// What was found of a fabric: six stiffnesses with their intervals, a verdict, and the rim that they were found from.
+/// What was found of a fabric: six stiffnesses with their intervals, a verdict, and the rim that
+/// they were found from.
 ///
 /// Made by `estimate` and `refine`.
 #[pyclass(frozen, module = "scan2params")]
@@ -76,7 +77,8 @@ impl Estimate {
         self.outcome.verdict.not_the_experiment
     }
 
-    /// list of dict: The verdict's grounds, worst first: ``code``, ``level``, ``measured``, ``limit``, ``unit``, ``text``.
+    /// list of dict: The verdict's grounds, worst first: ``code``, ``level``, ``measured``,
+    /// ``limit``, ``unit``, ``text``.
     #[getter]
     fn grounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut grounds = serde_json::to_value(&self.outcome.verdict.grounds).map_err(internal)?;
@@ -99,7 +101,8 @@ impl Estimate {
         Boundary::of(job.input.clone(), file, self.outcome.rim.clone(), job.scan.clone())
     }
 
-    /// Drape or None: The fabric's sheet, tied to the scan by weak springs; None if the answer is the network's.
+    /// Drape or None: The fabric's sheet, tied to the scan by weak springs; None if the answer is
+    /// the network's.
     #[getter]
     fn tied_drape(&self) -> Option<Drape> {
         self.tied().map(|tied| Drape::found(tied.tied.clone(), self.outcome.estimate.fabric))
@@ -117,8 +120,8 @@ impl Estimate {
         self.tied().map(|tied| tied.tied_largest_m)
     }
 
-    /// float or None: Root mean square distance of the tied drape from the scanned sheet, in standard deviations of scan and
-    /// simulator.
+    /// float or None: Root mean square distance of the tied drape from the scanned sheet, in
+    /// standard deviations of scan and simulator.
     #[getter]
     fn misfit(&self) -> Option<f64> {
         self.outcome.taken().map(|taken| taken.refined().misfit)
@@ -143,7 +146,8 @@ impl Estimate {
         self.outcome.released.as_ref().map(|released| released.largest_distance_m)
     }
 
-    /// bool: Whether the fabric is a refined one. If not, and ``quick`` was not asked for, the verdict says why.
+    /// bool: Whether the fabric is a refined one. If not, and ``quick`` was not asked for, the
+    /// verdict says why.
     #[getter]
     fn is_refined(&self) -> bool {
         self.outcome.taken().is_some()
@@ -202,7 +206,8 @@ impl Estimate {
         self.outcome.taken().map(|taken| taken.first())
     }
 
-    /// Writes the files of a result; those that were read must be there still, since the page names their hashes.
+    /// Writes the files of a result; those that were read must be there still, since the page names
+    /// their hashes.
     fn written(&self, folder: &Path) -> PyResult<Vec<PathBuf>> {
         let Self { outcome, files: scans } = self;
         let scans = || scans.iter().flatten();
@@ -286,7 +291,8 @@ fn run(
     Ok(Estimate { outcome: Arc::new(outcome), files })
 }
 
-/// Finds the six stiffnesses of the fabric in a scan: the network estimates them, and the simulator fits them to the scan.
+/// Finds the six stiffnesses of the fabric in a scan: the network estimates them, and the simulator
+/// fits them to the scan.
 ///
 /// Several scans of one fabric are fitted together; weft and warp must then be known in each.
 ///
@@ -295,16 +301,19 @@ fn run(
 /// scan : array_like of shape (N, 3), str, os.PathLike, Scan or Boundary
 ///     As of `boundary`, or what that gave.
 /// density_kg_m2 : float
-///     Areal density of the fabric in kg/m^2: a square of 100 x 100 mm that weighs 2.14 g has 0.214 kg/m^2.
-/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
+///     Areal density of the fabric in kg/m^2: a square of 100 x 100 mm that weighs 2.14 g has 0.214
+///     kg/m^2.
+/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near,
+/// specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
 ///     As of `boundary`; not with a Boundary. The arrays are those of `scan` alone.
 /// with_scans : sequence of scans
-///     Other scans of the same fabric, in any of these forms. The options given here apply to all of them but a
-///     Boundary.
+///     Other scans of the same fabric, in any of these forms. The options given here apply to all
+///     of them but a Boundary.
 /// quick : bool
 ///     Only the network's answer, in two seconds: wider intervals, bending off by 5 to 8 %.
 /// release : bool
-///     Whether to simulate the released drape, which no spring ties to the scan (``released_drape``).
+///     Whether to simulate the released drape, which no spring ties to the scan
+///     (``released_drape``).
 /// effects : str or os.PathLike, optional
 ///     A ``params.json`` of `calibrate`, whose effects the simulator takes into account.
 /// face : {'up', 'down'}
@@ -322,7 +331,8 @@ fn run(
 /// ScanRefused
 ///     The scan cannot be trusted.
 /// InvalidInput
-///     Arrays or options that cannot be meant, a density that no textile has; several scans without a known warp.
+///     Arrays or options that cannot be meant, a density that no textile has; several scans without
+///     a known warp.
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]

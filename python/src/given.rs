@@ -1,7 +1,7 @@
 //! A scan and its options, resolved.
 //!
-//! In: a path, an array, a [`Scan`] or a [`Boundary`], and what is known of it. Out: an [`Input`] and the library's
-//! options.
+//! In: a path, an array, a [`Scan`] or a [`Boundary`], and what is known of it. Out: an [`Input`]
+//! and the library's options.
 
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,10 @@
 //! scan2params for Python: the functions of the library, numpy in and out.
 //!
-//! In: numpy arrays, paths, and what is known. Out: classes that hold the library's results and give them as arrays.
-//! Nothing is computed here: each function resolves its arguments, calls what the program's verb of the same name calls,
-//! and shows the result. All of it is SI, as inside the library; `paper_units` and the dictionaries of `params.json` and
-//! `calibration.json` are in the units that those files name.
+//! In: numpy arrays, paths, and what is known. Out: classes that hold the library's results and
+//! give them as arrays. Nothing is computed here: each function resolves its arguments, calls what
+//! the program's verb of the same name calls, and shows the result. All of it is SI, as inside the
+//! library; `paper_units` and the dictionaries of `params.json` and `calibration.json` are in the
+//! units that those files name.
 //!
 //! Each long function works on its own thread (`work`). The caller's thread waits without Python's
 //! lock, reports the steps and listens for control-C.

@@ -1,7 +1,7 @@
 //! Pickling: what a process sends to another, by `__reduce__` of the classes that hold plain data.
 //!
-//! A class gives `_restored`, a class method, with the arguments that make the same object again. Numbers
-//! go as arrays or as JSON, both of which keep every bit.
+//! A class gives `_restored`, a class method, with the arguments that make the same object again.
+//! Numbers go as arrays or as JSON, both of which keep every bit.
 
 use numpy::{PyReadonlyArray2, ndarray::ArrayView2};
 use pyo3::PyClass;

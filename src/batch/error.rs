@@ -27,13 +27,17 @@ pub enum BatchError {
         /// What is wrong and what to do.
         fault: String,
     },
-    /// One scan, or nothing at all, in place of a folder.
-    #[error("{}: {fault}", path.display())]
+    /// A file in place of a folder.
+    #[error("{}: is a file; give the folder that it is in, or `estimate` the one scan", path.display())]
     NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Nothing there.
+    #[error("{}: no such folder; check the path", path.display())]
+    NoFolder {
         /// The path.
         path: PathBuf,
-        /// What it is and what to do.
-        fault: &'static str,
     },
     /// The folder cannot be listed.
     #[error("{}: cannot be listed ({source}); give a folder of scans", path.display())]

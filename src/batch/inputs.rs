@@ -42,15 +42,15 @@ pub struct Inputs {
 /// # Errors
 /// A file, or nothing.
 pub fn check_folder(path: &Path) -> Result<(), BatchError> {
-    let fault = match fs::metadata(path) {
-        Ok(meta) if meta.is_dir() => return Ok(()),
-        Ok(_) => "is a file; give the folder that it is in, or `estimate` the one scan",
+    let path = path.to_owned();
+    match fs::metadata(&path) {
+        Ok(meta) if meta.is_dir() => Ok(()),
+        Ok(_) => Err(BatchError::NotAFolder { path }),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            "no such folder; check the path"
+            Err(BatchError::NoFolder { path })
         }
-        Err(source) => return Err(BatchError::Folder { path: path.to_owned(), source }),
-    };
-    Err(BatchError::NotAFolder { path: path.to_owned(), fault })
+        Err(source) => Err(BatchError::Folder { path, source }),
+    }
 }
 
 /// The scans of `options.folder` or of its shard, and its other files.

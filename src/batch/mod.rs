@@ -10,8 +10,9 @@
 //! options, the program and the model are those that the row was made with, and its
 //! files are there; scans that failed (as opposed to refused) are tried again.
 //!
-//! Several machines may share a batch ([`Share`]): each does a shard, with its own journal in the same folder of
-//! results, and the tables are made of all journals. The rows do not depend on how many shards there were.
+//! Several machines may share a batch ([`Share`]): each does a shard, with its own journal in the
+//! same folder of results, and the tables are made of all journals. The rows do not depend on how
+//! many shards there were.
 //!
 //! Scans run on threads of their own and meet on rayon's pool inside the scan
 //! path. Tried and dropped: the scans themselves as rayon tasks; a task that waits

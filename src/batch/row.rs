@@ -88,8 +88,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row with the exit code of its verdict. `strict` may differ from one run of a batch to the
-    /// next, so that the row's own code is not kept.
+    /// The row with the exit code of its verdict. `strict` may differ from one run of a batch to
+    /// the next, so that the row's own code is not kept.
     pub(super) fn judged(mut self, strict: bool) -> Self {
         let refused =
             self.not_the_experiment() || strict && self.verdict() == Some(Level::DoNotUse.name());
@@ -114,8 +114,8 @@ impl Row {
         said.and_then(serde_json::Value::as_bool) == Some(true)
     }
 
-    /// Whether weft and warp are unknown: the values are those of one reading of two, and the intervals
-    /// cover both.
+    /// Whether weft and warp are unknown: the values are those of one reading of two, and the
+    /// intervals cover both.
     #[must_use]
     pub fn is_warp_unknown(&self) -> bool {
         let orientation = self.result.as_ref().and_then(|result| result.pointer("/orientation"));

@@ -46,8 +46,9 @@ pub(crate) struct Talk {
     /// Print each step and its time on stderr, even if stderr is not a terminal
     #[arg(long, short, global = true, display_order = 102)]
     pub(crate) verbose: bool,
-    /// File with defaults of flags, or "" for none. If not given: the file that SCAN2PARAMS_CONFIG names,
-    /// else scan2params.toml in this folder, else the user's config.toml (`scan2params config` shows which)
+    /// File with defaults of flags, or "" for none. If not given: the file that SCAN2PARAMS_CONFIG
+    /// names, else scan2params.toml in this folder, else the user's config.toml (`scan2params
+    /// config` shows which)
     #[arg(long, global = true, display_order = 103, value_name = "FILE.toml", value_parser = clap::builder::OsStringValueParser::new())]
     pub(crate) config: Option<OsString>,
 }
@@ -55,7 +56,8 @@ pub(crate) struct Talk {
 /// How many threads are used.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ThreadFlags {
-    /// Number of threads at most, or 0 for one per core. No result depends on it; one drape is computed on one
+    /// Number of threads at most, or 0 for one per core. No result depends on it; one drape is
+    /// computed on one
     #[arg(long, global = true, display_order = 100, value_name = "N", default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,
 }
@@ -87,7 +89,8 @@ pub(crate) enum Command {
     Simulate(Box<Simulate>),
     /// Fill a folder with simulated drapes of fabrics drawn from a prior.
     Generate(Generate),
-    /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON, CSV.
+    /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON,
+    /// CSV.
     Export(Export),
     /// Convert a stiffness or a density to another unit, or a params.json to all of them.
     Convert(Convert),
@@ -131,7 +134,8 @@ impl Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct Combine {
-    /// Results of drapes of one fabric, as `estimate --out` and `batch` write them, or folders of them
+    /// Results of drapes of one fabric, as `estimate --out` and `batch` write them, or folders of
+    /// them
     #[arg(required = true, value_name = "PARAMS.json|FOLDER")]
     pub(crate) inputs: Vec<PathBuf>,
     /// File for the combination as JSON, which `simulate --params` reads
@@ -171,7 +175,8 @@ pub(crate) enum KitBench {
 
 #[derive(Debug, Args)]
 pub(crate) struct Config {
-    /// A command line of this program; each of its flags is printed with its value and the source of that value
+    /// A command line of this program; each of its flags is printed with its value and the source
+    /// of that value
     #[arg(value_name = "COMMAND", trailing_var_arg = true, allow_hyphen_values = true)]
     pub(crate) line: Vec<OsString>,
 }
@@ -217,8 +222,9 @@ impl From<Side> for Face {
 /// A scan, and how it is read.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ScanFlags {
-    /// The scan: PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, 16-bit depth PNG, views.json or its folder.
-    /// `estimate` also takes a rim that `boundary` wrote; `-` with --format is the standard input
+    /// The scan: PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, 16-bit depth PNG, views.json or its
+    /// folder. `estimate` also takes a rim that `boundary` wrote; `-` with --format is the standard
+    /// input
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
     /// More recordings of the same drape, unmoved, each in any frame; all are registered
@@ -285,19 +291,20 @@ pub(crate) struct ReadFlags {
     /// Unit of the file's coordinates. If not given, guessed from scene and plate
     #[arg(long, value_parser = names::unit(), value_name = "UNIT")]
     pub(crate) unit: Option<LengthUnit>,
-    /// Factor by which all lengths of the scan are divided: 1.012 for a scan that is 1.2 % too large.
-    /// Positions in other flags are in the divided lengths
+    /// Factor by which all lengths of the scan are divided: 1.012 for a scan that is 1.2 % too
+    /// large. Positions in other flags are in the divided lengths
     #[arg(long, value_name = "SCALE", value_parser = rescale)]
     pub(crate) rescale: Option<f64>,
-    /// Part of the scan that is used: a radius about the plate [mm], or two opposite corners X1,Y1,Z1,X2,Y2,Z2
-    /// of a box in the file's frame and unit
+    /// Part of the scan that is used: a radius about the plate [mm], or two opposite corners
+    /// X1,Y1,Z1,X2,Y2,Z2 of a box in the file's frame and unit
     #[arg(long, value_name = "RADIUS_MM|BOX", value_parser = parse_crop, allow_hyphen_values = true)]
     pub(crate) crop: Option<Crop>,
-    /// Up in the scan's frame, to within 20 degrees: x, -x, y, -y, z, -z, or three numbers X,Y,Z. If not given,
-    /// found from the cloth
+    /// Up in the scan's frame, to within 20 degrees: x, -x, y, -y, z, -z, or three numbers X,Y,Z.
+    /// If not given, found from the cloth
     #[arg(long, value_name = "AXIS", value_parser = parse_up, allow_hyphen_values = true)]
     pub(crate) up: Option<[f64; 3]>,
-    /// Position of the plate, to within 100 mm, in the file's frame and unit. If not given, found from the cloth
+    /// Position of the plate, to within 100 mm, in the file's frame and unit. If not given, found
+    /// from the cloth
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true)]
     pub(crate) plate_near: Option<[f64; 3]>,
     /// Side of the square specimen [mm]; `estimate` and `batch` take 300 only
@@ -424,15 +431,16 @@ fn rescale(text: &str) -> Result<f64, String> {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Estimate {
     // First: what is required stands first in the help.
-    /// Areal density of the fabric [g/m^2], 1 to 2000: cut 100 x 100 mm and weigh it in g; times 100 is g/m^2
+    /// Areal density of the fabric [g/m^2], 1 to 2000: cut 100 x 100 mm and weigh it in g; times
+    /// 100 is g/m^2
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: f64,
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// Folder for params.json, boundary.csv, boundary.png and report.html. The released drape is then simulated as
-    /// with --release. A refused scan gives the picture that `inspect` draws
+    /// Folder for params.json, boundary.csv, boundary.png and report.html. The released drape is
+    /// then simulated as with --release. A refused scan gives the picture that `inspect` draws
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print params.json instead of the table
@@ -444,12 +452,12 @@ pub(crate) struct Estimate {
     /// Simulate the released drape, which no spring ties to the scan, also without --out
     #[arg(long)]
     pub(crate) release: bool,
-    /// Scans of other drapes of the same fabric: one fabric is fitted to all of them. Weft and warp must be known
-    /// in each, by its mark or by --warp-toward, which then applies to all
+    /// Scans of other drapes of the same fabric: one fabric is fitted to all of them. Weft and warp
+    /// must be known in each, by its mark or by --warp-toward, which then applies to all
     #[arg(long, value_name = "SCAN", conflicts_with = "quick", num_args = 1..)]
     pub(crate) with: Vec<PathBuf>,
-    /// Effects of the cloth beyond the seven parameters, from a params.json that `calibrate` wrote. The simulator
-    /// uses them; the network does not know them
+    /// Effects of the cloth beyond the seven parameters, from a params.json that `calibrate` wrote.
+    /// The simulator uses them; the network does not know them
     #[arg(long, value_name = "FABRIC.params.json")]
     pub(crate) effects: Option<PathBuf>,
     /// Face of that cloth that is up
@@ -461,8 +469,9 @@ pub(crate) struct Estimate {
     /// Write no report.html in --out
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// The laboratory's fields for report.html: specimen_id, composition, construction, thickness, face, warp_marked,
-    /// conditioning, scanner, operator, date, remarks; missing ones are left blank
+    /// The laboratory's fields for report.html: specimen_id, composition, construction, thickness,
+    /// face, warp_marked, conditioning, scanner, operator, date, remarks; missing ones are left
+    /// blank
     #[arg(long, value_name = "FILE.toml|json", requires = "out", conflicts_with = "no_report")]
     pub(crate) lab: Option<PathBuf>,
     /// Simulate the standard Cusick test of the estimated fabric for report.html
@@ -512,7 +521,8 @@ pub(crate) struct Batch {
     /// Folder of scans, with all folders in it
     #[arg(value_name = "FOLDER")]
     pub(crate) folder: PathBuf,
-    /// Areal density of the scans [g/m^2], 1 to 2000; the scans in the table of --density-csv have their own
+    /// Areal density of the scans [g/m^2], 1 to 2000; the scans in the table of --density-csv have
+    /// their own
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: Option<f64>,
     /// Table `file,density_g_m2[,warp_toward]` with one row per scan
@@ -553,10 +563,11 @@ pub(crate) struct Batch {
 
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face (up, down), capture,
-    /// density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
-    /// picture in degrees, anticlockwise from the right; of a scan as --warp-toward, or mark:COLOUR), observation (1, 2, ... of
-    /// one drape that settles), camera_height_mm (above the plate); what is empty is unknown
+    /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face
+    /// (up, down), capture, density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit,
+    /// holdout), warp_toward (bearing in the picture in degrees, anticlockwise from the right; of a
+    /// scan as --warp-toward, or mark:COLOUR), observation (1, 2, ... of one drape that settles),
+    /// camera_height_mm (above the plate); what is empty is unknown
     #[arg(value_name = "MANIFEST.csv")]
     pub(crate) manifest: PathBuf,
     /// Folder for calibration.json, report.html and a picture of each drape
@@ -568,16 +579,17 @@ pub(crate) struct Calibrate {
     /// Vertices on a side of the drapes
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=201))]
     pub(crate) vertices: u32,
-    /// Standard deviation of mm_per_pixel, one scale for all pictures of a fabric [%]. If not given, the scale is
-    /// exact, and a wrong scale is one of the effects
+    /// Standard deviation of mm_per_pixel, one scale for all pictures of a fabric [%]. If not
+    /// given, the scale is exact, and a wrong scale is one of the effects
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) scale_sigma: Option<f64>,
-    /// For scans: distance by which the scanner shows edges too far out, and its standard deviation (default 0.1)
-    /// [mm], as `sensor_edge` reports it for specimens of measured size. If not given, it is fitted
+    /// For scans: distance by which the scanner shows edges too far out, and its standard deviation
+    /// (default 0.1) [mm], as `sensor_edge` reports it for specimens of measured size. If not
+    /// given, it is fitted
     #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true)]
     pub(crate) sensor_edge_mm: Option<[f64; 2]>,
-    /// Stiffness of the springs that tie drapes to their outlines: share of the hanging cloth's weight per millimetre
-    /// [%], 15 if not given (3.3 for scanned sheets); 0 releases all drapes
+    /// Stiffness of the springs that tie drapes to their outlines: share of the hanging cloth's
+    /// weight per millimetre [%], 15 if not given (3.3 for scanned sheets); 0 releases all drapes
     #[arg(long, value_name = "PERCENT", value_parser = hold)]
     pub(crate) hold: Option<f64>,
     /// Effects to leave out, by their names in calibration.json
@@ -616,7 +628,8 @@ fn effect(text: &str) -> Result<&'static Effect, String> {
     Effect::named(text).ok_or_else(|| format!("no such effect; the effects are {}", names()))
 }
 
-/// Of itself, that a cycle of the descent lowers the energy by: beyond a thousandth a sheet is nowhere near rest.
+/// Of itself, that a cycle of the descent lowers the energy by: beyond a thousandth a sheet is
+/// nowhere near rest.
 fn energy_drop(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok();
     value.filter(|v| (0.0..=1e-3).contains(v)).ok_or_else(|| "give 0 to 1e-3".into())
@@ -644,11 +657,12 @@ pub(crate) struct Augment {
     /// Kind of sensor; phone, d435 and handheld have the noise of real recordings
     #[arg(long, default_value = "structured-light", value_parser = names::profile())]
     pub(crate) profile: Profile,
-    /// Support of the plate; its sizes are random for each scan. If not given, the stand of the experiment
+    /// Support of the plate; its sizes are random for each scan. If not given, the stand of the
+    /// experiment
     #[arg(long, value_name = "STAND", conflicts_with = "even", value_parser = names::stand())]
     pub(crate) stand: Option<StandKind>,
-    /// Surroundings, random for each scan: no floor (bare), a table, a wide floor (open), or a wide floor with
-    /// clutter, a hand, a wall or a lamp
+    /// Surroundings, random for each scan: no floor (bare), a table, a wide floor (open), or a wide
+    /// floor with clutter, a hand, a wall or a lamp
     #[arg(long, value_name = "SCENE", conflicts_with = "even", value_parser = names::surroundings())]
     pub(crate) scene: Option<Surroundings>,
     /// Radius of the plate's rounded edge [mm]. If not given, random from 1 to 5 for a --stand
@@ -784,12 +798,12 @@ pub(crate) enum Evaluate {
         #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
         /// Sensor profiles, each with options of the scene after an @, in any order, as in
-        /// structured-light@post@below@views8:
-        /// @top (only the view from above), @below (views from 40, 5 and -25 degrees instead of 30),
-        /// @viewsN (N views), @views (every pixel of the depth images instead of a fused cloud), @post (a plate 6 mm thick on a thin post, no floor), @pedestal (a column nearly
-        /// as wide as the plate), @thickN (a plate N mm thick), @plateN (a plate of N mm radius,
-        /// for a drape simulated on one), @floorN (a floor N mm below the plate, 0 for none),
-        /// @off (the specimen 51 mm off the scanner's axis)
+        /// structured-light@post@below@views8: @top (only the view from above), @below (views from
+        /// 40, 5 and -25 degrees instead of 30), @viewsN (N views), @views (every pixel of the
+        /// depth images instead of a fused cloud), @post (a plate 6 mm thick on a thin post, no
+        /// floor), @pedestal (a column nearly as wide as the plate), @thickN (a plate N mm thick),
+        /// @plateN (a plate of N mm radius, for a drape simulated on one), @floorN (a floor N mm
+        /// below the plate, 0 for none), @off (the specimen 51 mm off the scanner's axis)
         #[arg(
             long,
             value_delimiter = ',',
@@ -810,17 +824,20 @@ pub(crate) enum Evaluate {
         #[arg(long, value_name = "STAGE.NAME=VALUE", value_parser = key_value)]
         tune: Vec<(String, String)>,
     },
-    /// Accuracy, widths and coverage of the estimate on unseen rims, clean and with the scan noise of the training,
-    /// by bending length, with a baseline that ignores the scan.
+    /// Accuracy, widths and coverage of the estimate on unseen rims, clean and with the scan noise
+    /// of the training, by bending length, with a baseline that ignores the scan.
     Estimate(Box<HeldOut>),
-    /// Drapes simulated again with the fabrics estimated from their rims: the paper's Figs. 8 and 9.
+    /// Drapes simulated again with the fabrics estimated from their rims: the paper's Figs. 8 and
+    /// 9.
     Redrape(Redrape),
-    /// The estimate on canonical and on perturbed drops, clean and scanned, of the shipped network and of others.
+    /// The estimate on canonical and on perturbed drops, clean and scanned, of the shipped network
+    /// and of others.
     Sensors(Sensors),
-    /// Rims of random scenes: sensor x stand x surroundings x fabric x views x unit. Or refusals of scenes with a
-    /// known fault.
+    /// Rims of random scenes: sensor x stand x surroundings x fabric x views x unit. Or refusals of
+    /// scenes with a known fault.
     Scenes(Box<Scenes>),
-    /// Registration of views and passes that are off by up to 20 mm and 5 degrees: their distances afterwards.
+    /// Registration of views and passes that are off by up to 20 mm and 5 degrees: their distances
+    /// afterwards.
     Views(Views),
     /// The paper's Table 3 and ours from the model's record, each with the size of its data.
     Table3 {
@@ -882,13 +899,13 @@ pub(crate) enum Evaluate {
     },
     /// Figures of the verdict for valid scans and for scans with a known fault.
     Verdict(Verdict),
-    /// Distance of the rim at rest from the true one, for scanned drapes of known fabrics that start from the
-    /// scanned sheet, guided by the scanned rim, or from the true sheet.
+    /// Distance of the rim at rest from the true one, for scanned drapes of known fabrics that
+    /// start from the scanned sheet, guided by the scanned rim, or from the true sheet.
     Start(Start),
     /// Scanned drapes of known fabrics, estimated and refined: rims, errors, intervals, time.
     Refine(Refine),
-    /// Sealed cases: drapes of known fabrics with random effects that `calibrate` does not know. Effects found,
-    /// false alarms, errors of held-out drapes.
+    /// Sealed cases: drapes of known fabrics with random effects that `calibrate` does not know.
+    /// Effects found, false alarms, errors of held-out drapes.
     Calibrate(SealedCases),
     /// Motion of the rim of one drape with a small change of each parameter.
     Sensitivities {
@@ -904,8 +921,8 @@ pub(crate) enum Evaluate {
 /// `evaluate estimate`.
 #[derive(Debug, Args)]
 pub(crate) struct HeldOut {
-    /// A folder of `generate` with another seed than the model's. Several drops of a fabric are also combined, as
-    /// by `combine`
+    /// A folder of `generate` with another seed than the model's. Several drops of a fabric are
+    /// also combined, as by `combine`
     #[arg(value_name = "DRAPES", required_unless_present = "count")]
     pub(crate) drapes: Option<PathBuf>,
     /// Simulate drapes of this many fabrics of the model's prior, as `generate` does
@@ -914,7 +931,8 @@ pub(crate) struct HeldOut {
     /// Seed of their fabrics and drops, and of the scan noise
     #[arg(long, default_value_t = 2)]
     pub(crate) seed: u64,
-    /// Draw the fabrics evenly from the prior's whole box instead: most resemble none of the prior's fabrics
+    /// Draw the fabrics evenly from the prior's whole box instead: most resemble none of the
+    /// prior's fabrics
     #[arg(long, requires = "count")]
     pub(crate) anywhere: bool,
     /// A network of scripts/train.py instead of the shipped one, with its .json next to it
@@ -954,7 +972,8 @@ pub(crate) struct Redrape {
     /// Fit a linear regression to this folder of `generate`, and drape its answers too
     #[arg(long, value_name = "FOLDER")]
     pub(crate) train: Option<PathBuf>,
-    /// Drape the true fabric with all stiffnesses so much higher too: what the drop itself makes of an error
+    /// Drape the true fabric with all stiffnesses so much higher too: what the drop itself makes of
+    /// an error
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) off: Option<f64>,
     /// Refine the network's answers on the rims, and drape these too: some ten drapes each
@@ -990,7 +1009,8 @@ pub(crate) struct Sensors {
     /// Seed of fabrics, drops and scans
     #[arg(long, default_value_t = 13)]
     pub(crate) seed: u64,
-    /// More networks of scripts/train.py to compare with the shipped one, each with its .json next to it
+    /// More networks of scripts/train.py to compare with the shipped one, each with its .json next
+    /// to it
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Vec<PathBuf>,
     /// Also print the cells as JSON, on the last line
@@ -1035,8 +1055,8 @@ pub(crate) struct Scenes {
     /// Folder of drapes for all runs: OBJ files of a square grid of vertices, mm, simulation frame
     #[arg(long, value_name = "FOLDER")]
     pub(crate) drapes: PathBuf,
-    /// Only fill the folder with N fabrics, half of the prior `measured`, half of `knit-2020`. Existing files are
-    /// kept. A drape takes minutes
+    /// Only fill the folder with N fabrics, half of the prior `measured`, half of `knit-2020`.
+    /// Existing files are kept. A drape takes minutes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) make_drapes: Option<u64>,
     /// Vertices per side of the new drapes
@@ -1059,8 +1079,9 @@ pub(crate) struct Scenes {
         value_name = "PROFILES"
     )]
     pub(crate) sensors: Vec<String>,
-    /// Scenes that must be refused, each cause in turn: half a drape, a touching fold, a crease, passes apart, a
-    /// missing side, too coarse, a wrong focal length, no plate, a table, a board, a box, two drapes
+    /// Scenes that must be refused, each cause in turn: half a drape, a touching fold, a crease,
+    /// passes apart, a missing side, too coarse, a wrong focal length, no plate, a table, a board,
+    /// a box, two drapes
     #[arg(long)]
     pub(crate) broken: bool,
     /// Also read each cloud without its floor, cropped to the drape, with more boxes, and rotated
@@ -1150,7 +1171,8 @@ pub(crate) struct Refine {
         value_parser = names::prior()
     )]
     pub(crate) priors: Vec<String>,
-    /// Draw the fabrics evenly from the priors' whole boxes instead: most resemble none of the priors' fabrics
+    /// Draw the fabrics evenly from the priors' whole boxes instead: most resemble none of the
+    /// priors' fabrics
     #[arg(long)]
     pub(crate) anywhere: bool,
     /// Sensor profiles, as for `evaluate scan`, or `rim` for exact rims without a sheet
@@ -1179,14 +1201,15 @@ pub(crate) struct Refine {
     /// Vertices per side of the true drapes, more than the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
-    /// Vertices per side of the fit's drapes, of the first and of the last steps. If not given, those of
-    /// `estimate`
+    /// Vertices per side of the fit's drapes, of the first and of the last steps. If not given,
+    /// those of `estimate`
     #[arg(long, value_parser = grids, value_name = "FIRST,LAST")]
     pub(crate) vertices: Option<[usize; 2]>,
     /// Number of drapes of a fit at most. If not given, that of `estimate`
     #[arg(long, value_name = "DRAPES")]
     pub(crate) evaluations: Option<usize>,
-    /// Start the fit at the mean fabric of the prior, not at the network's answer, which stays the fit's prior
+    /// Start the fit at the mean fabric of the prior, not at the network's answer, which stays the
+    /// fit's prior
     #[arg(long)]
     pub(crate) from_prior: bool,
     /// Folder that keeps the true drapes for later runs; on fine cells one takes up to minutes
@@ -1200,8 +1223,8 @@ pub(crate) struct Refine {
 /// `evaluate calibrate`.
 #[derive(Debug, Args)]
 pub(crate) struct SealedCases {
-    /// Number of sealed cases. Of ten cases, four have one effect, three none, two an unlisted one, one has two
-    /// effects
+    /// Number of sealed cases. Of ten cases, four have one effect, three none, two an unlisted one,
+    /// one has two effects
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: u64,
     /// The first of them
@@ -1213,7 +1236,8 @@ pub(crate) struct SealedCases {
     /// Scan squares with this sensor profile, instead of discs as silhouettes from above
     #[arg(long, value_name = "PROFILE")]
     pub(crate) scans: Option<String>,
-    /// With --scans: one specimen dropped N times with its face up, instead of several with both faces
+    /// With --scans: one specimen dropped N times with its face up, instead of several with both
+    /// faces
     #[arg(long, value_name = "N", requires = "scans", value_parser = clap::value_parser!(u64).range(1..=12))]
     pub(crate) drops: Option<u64>,
     /// Vertices per side of the true drapes, more than the fit uses
@@ -1225,15 +1249,15 @@ pub(crate) struct SealedCases {
     /// Prior of the calibration; the cases' fabrics are of `measured` or `knit-2020`
     #[arg(long, default_value = UNION_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
-    /// With --scans: distance by which the scanner shows edges too far out, and its standard deviation (default
-    /// 0.1) [mm], as for `calibrate`
+    /// With --scans: distance by which the scanner shows edges too far out, and its standard
+    /// deviation (default 0.1) [mm], as for `calibrate`
     #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true, requires = "scans")]
     pub(crate) sensor_edge_mm: Option<[f64; 2]>,
     /// Effects that the calibration leaves out, and that are thus unlisted for it
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     pub(crate) without: Vec<&'static Effect>,
-    /// Folder that keeps the cases: for each a folder with pictures, manifest.csv, sealed.json and the results. The
-    /// same program with the same options continues there, or only adds up
+    /// Folder that keeps the cases: for each a folder with pictures, manifest.csv, sealed.json and
+    /// the results. The same program with the same options continues there, or only adds up
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,
     /// Also print the sums as JSON, on the last line
@@ -1293,9 +1317,9 @@ pub(crate) struct Simulate {
     /// Seed of a perturbed drop. If not given, the canonical drop
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// Start from this mesh of the specimen instead of a drop: OBJ or PLY, mm, simulation frame. Either
-    /// `simulate` wrote it, with any number of vertices, or it is an OBJ whose texture coordinates
-    /// run along warp and weft from the corner (-x, -z), from 0 to 1 or in mm
+    /// Start from this mesh of the specimen instead of a drop: OBJ or PLY, mm, simulation frame.
+    /// Either `simulate` wrote it, with any number of vertices, or it is an OBJ whose texture
+    /// coordinates run along warp and weft from the corner (-x, -z), from 0 to 1 or in mm
     #[arg(long, value_name = "SHEET.obj", conflicts_with = "seed")]
     pub(crate) start: Option<PathBuf>,
     /// Vertices on a side of the specimen
@@ -1337,7 +1361,8 @@ pub(crate) struct Generate {
     /// Drops of each fabric
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) drops_per_fabric: u64,
-    /// Continue each sheet from fabric to neighbouring fabric, ROWS drapes per drop (a divisor of 64)
+    /// Continue each sheet from fabric to neighbouring fabric, ROWS drapes per drop (a divisor of
+    /// 64)
     #[arg(
         long, value_name = "ROWS", num_args = 0..=1, require_equals = true,
         default_missing_value = "16", conflicts_with = "drops_per_fabric",
@@ -1347,11 +1372,12 @@ pub(crate) struct Generate {
     /// Use the canonical drop for every sheet, as the paper does, instead of perturbed drops
     #[arg(long, conflicts_with_all = ["drops_per_fabric", "walk"])]
     pub(crate) canonical: bool,
-    /// End a drape when a cycle of the descent lowers the energy by less than this share: 0 for full rest
-    /// [default: 1e-4, with --walk 1e-5]
+    /// End a drape when a cycle of the descent lowers the energy by less than this share: 0 for
+    /// full rest [default: 1e-4, with --walk 1e-5]
     #[arg(long, value_name = "SHARE", value_parser = energy_drop)]
     pub(crate) energy_drop: Option<f64>,
-    /// Vertices on a side of the drapes; the shipped model's training drapes have 61 (four in five), 91 and 121
+    /// Vertices on a side of the drapes; the shipped model's training drapes have 61 (four in
+    /// five), 91 and 121
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=241))]
     pub(crate) vertices: u32,
     #[command(flatten)]
@@ -1387,8 +1413,8 @@ pub(crate) struct Export {
     /// Name of the material. If not given, that of PARAMS.json
     #[arg(long)]
     pub(crate) name: Option<String>,
-    /// Length of the edges of the cloth's mesh in the program [mm]. blender needs it, and newton for its solver
-    /// VBD; mujoco and usd mesh the specimen with it (default 10)
+    /// Length of the edges of the cloth's mesh in the program [mm]. blender needs it, and newton
+    /// for its solver VBD; mujoco and usd mesh the specimen with it (default 10)
     #[arg(long, value_name = "MM")]
     pub(crate) edge_mm: Option<f64>,
     /// Triangles of the cloth's mesh in newton and arcsim
@@ -1419,13 +1445,14 @@ pub(crate) enum MeshKind {
 
 #[derive(Debug, Args)]
 pub(crate) struct Convert {
-    /// A number, or a params.json, which is printed in the units of the paper, SI, textile laboratories and
-    /// CLO
+    /// A number, or a params.json, which is printed in the units of the paper, SI, textile
+    /// laboratories and CLO
     #[arg(value_name = "VALUE|PARAMS.json", allow_negative_numbers = true)]
     pub(crate) what: String,
-    /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear), clo-slider.
-    /// Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm (bending length, with
-    /// --density). Density: "g/m^2", "kg/m^2", "g/cm^2", "g/mm^2", "mg/cm^2", "oz/yd^2"
+    /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear),
+    /// clo-slider. Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm
+    /// (bending length, with --density). Density: "g/m^2", "kg/m^2", "g/cm^2", "g/mm^2", "mg/cm^2",
+    /// "oz/yd^2"
     #[arg(value_name = "UNIT", requires = "to")]
     pub(crate) unit: Option<String>,
     /// The unit to convert to

@@ -54,7 +54,8 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
     Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
 }
 
-/// The answer. The network's is shown while the simulator refines it, and is given where the user does not wait.
+/// The answer. The network's is shown while the simulator refines it, and is given where the user
+/// does not wait.
 fn answer(
     job: Job,
     given: &args::Estimate,

@@ -1,5 +1,5 @@
-//! Ctrl-C: what is half written is removed, and the exit code is 130. A verb that has an answer already, and works on a
-//! better one, gives that first ([`answers`]).
+//! Ctrl-C: what is half written is removed, and the exit code is 130. A verb that has an answer
+//! already, and works on a better one, gives that first ([`answers`]).
 //!
 //! Finished results stay: rows of a batch and of a run of `generate` are written one by one,
 //! and the same command continues from there. A program that was started with the signal

@@ -1,5 +1,5 @@
-//! Flags whose values are names: their parsers, which also list the names in `--help`, in errors and
-//! in a shell's completion.
+//! Flags whose values are names: their parsers, which also list the names in `--help`, in errors
+//! and in a shell's completion.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 

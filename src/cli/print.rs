@@ -58,7 +58,8 @@ pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
     }
 }
 
-/// What is printed on stderr: 0 warnings and errors, 1 also the results of the work, 2 also its steps.
+/// What is printed on stderr: 0 warnings and errors, 1 also the results of the work, 2 also its
+/// steps.
 static TALK: AtomicU8 = AtomicU8::new(1);
 
 /// Takes `--quiet` and `--verbose`, of which one at most is given.

@@ -12,8 +12,8 @@ pub(crate) fn completions(given: &args::Completions) -> Outcome {
     Ok(())
 }
 
-/// The script that completes verbs, flags and their values. Where the verb is left out, the flags are
-/// those of `estimate`.
+/// The script that completes verbs, flags and their values. Where the verb is left out, the flags
+/// are those of `estimate`.
 fn completion(shell: Shell) -> String {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut with_default_flags(), "scan2params", &mut script);

@@ -65,7 +65,8 @@ pub(crate) fn with_default_verb(
     Ok(arguments)
 }
 
-/// The place of the first word behind the program's name that is no flag which may stand before a verb.
+/// The place of the first word behind the program's name that is no flag which may stand before a
+/// verb.
 pub(crate) fn place(arguments: &[OsString]) -> usize {
     let mut at = 1;
     while let Some(word) = arguments.get(at) {

@@ -7,8 +7,9 @@ use git_version::git_version;
 use scan2params::estimate::shipped_model;
 use scan2params::sim::NUMERICS_VERSION;
 
-/// The commit of the checkout that this was built from, `-modified` if that was changed; empty where there was none. Of the
-/// whole package only the program depends on it, so that a commit does not compile the library again.
+/// The commit of the checkout that this was built from, `-modified` if that was changed; empty
+/// where there was none. Of the whole package only the program depends on it, so that a commit does
+/// not compile the library again.
 pub(super) const COMMIT: &str = git_version!(
     args = ["--always", "--exclude=*", "--abbrev=12", "--dirty=-modified"],
     fallback = ""

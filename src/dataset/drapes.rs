@@ -13,9 +13,10 @@ pub fn dataset_options() -> SimOptions {
     SimOptions { energy_drop: 1e-4, ..SimOptions::default() }
 }
 
-/// The options under which walks are made: the descent ends when a cycle lowers the energy by less than 1e-5 of itself,
-/// 1.4 mm from full rest in the median for the softest knits and zero for stiff cloth. A continued sheet has little
-/// energy to lose on its way, so that a walk with the falls' 1e-4 would lag behind its fabrics by millimetres.
+/// The options under which walks are made: the descent ends when a cycle lowers the energy by less
+/// than 1e-5 of itself, 1.4 mm from full rest in the median for the softest knits and zero for
+/// stiff cloth. A continued sheet has little energy to lose on its way, so that a walk with the
+/// falls' 1e-4 would lag behind its fabrics by millimetres.
 #[must_use]
 pub fn walk_options() -> SimOptions {
     SimOptions { energy_drop: 1e-5, ..SimOptions::default() }

@@ -13,8 +13,8 @@
 //! does (`shard-I-of-N.lock`). Of shardings that overlap both make the same bytes, twice.
 //!
 //! With [`Walks`] sheets are continued from fabric to fabric ([`drapes::walk`]): row k is then of
-//! fabric `fabric_index` of the prior in the order of the walks, and a walk is lost as a whole where a kill
-//! meets it.
+//! fabric `fabric_index` of the prior in the order of the walks, and a walk is lost as a whole
+//! where a kill meets it.
 //!
 //! Columns, one row per drape:
 //!

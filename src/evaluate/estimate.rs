@@ -199,8 +199,8 @@ pub enum UnfitDrapes {
     },
 }
 
-/// Makes sure that drapes made with this prior, seed and numerics are new to the model. The training's seed
-/// is not, for any prior, since a union shares fabrics with its parts.
+/// Makes sure that drapes made with this prior, seed and numerics are new to the model. The
+/// training's seed is not, for any prior, since a union shares fabrics with its parts.
 ///
 /// # Errors
 /// [`UnfitDrapes::Seen`] and [`UnfitDrapes::Numerics`].

@@ -2,9 +2,9 @@
 //! branch that a released drape and a fit stand on.
 //!
 //! In: a prior, a sensor, seeds. Out: one [`Case`] a virtual scan of a drape by a perturbed drop:
-//! the *true* fabric, started from the scanned sheet, guided by the scanned rim, and started from the
-//! true sheet, each with the distance of its rim at rest from the true and from the scanned one. A
-//! refused scan is a case too.
+//! the *true* fabric, started from the scanned sheet, guided by the scanned rim, and started from
+//! the true sheet, each with the distance of its rim at rest from the true and from the scanned
+//! one. A refused scan is a case too.
 
 use rayon::prelude::*;
 
@@ -263,9 +263,9 @@ impl Summary {
     }
 }
 
-/// Draws the true rim (blue), that at rest from the scanned sheet (red) and that guided by the scanned
-/// rim (grey) over the cloth's scanned points, from above and from two sides; where the first two
-/// differ by more than 1 mm they are joined (green).
+/// Draws the true rim (blue), that at rest from the scanned sheet (red) and that guided by the
+/// scanned rim (grey) over the cloth's scanned points, from above and from two sides; where the
+/// first two differ by more than 1 mm they are joined (green).
 #[must_use]
 pub fn picture(truth: &Drape, led: &Led) -> image::RgbImage {
     const PANE: u32 = 900;

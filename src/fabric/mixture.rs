@@ -154,7 +154,8 @@ impl Mixture {
         Self::joined(UNION_PRIOR, &[Self::knit_2020(), Self::measured()])
     }
 
-    /// Several priors, alternating, each within its own box and with its components in equal counts.
+    /// Several priors, alternating, each within its own box and with its components in equal
+    /// counts.
     fn joined(name: &str, parts: &[Self]) -> Self {
         let names: Vec<&str> = parts.iter().map(Self::name).collect();
         let hashes: String = parts.iter().map(Self::sha256).collect();

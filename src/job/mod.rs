@@ -137,7 +137,8 @@ impl Job {
         }
     }
 
-    /// Refuses what has no estimate for any scan: a density that no textile has, another experiment.
+    /// Refuses what has no estimate for any scan: a density that no textile has, another
+    /// experiment.
     ///
     /// # Errors
     /// [`JobError::Density`], [`JobError::Experiment`].
@@ -173,8 +174,9 @@ impl Job {
         self.quick(estimator, |_| ())?.refined(estimator, |_| ())
     }
 
-    /// Runs the job on a rim that is there already, and refines, if wanted, on the rims of `with` together
-    /// with it, each with its name. [`Self::input`] is the first one's name; [`Self::read`] is not used.
+    /// Runs the job on a rim that is there already, and refines, if wanted, on the rims of `with`
+    /// together with it, each with its name. [`Self::input`] is the first one's name;
+    /// [`Self::read`] is not used.
     ///
     /// # Errors
     /// As [`Self::run`], but for the reading.
@@ -224,7 +226,8 @@ impl Job {
         self.with.iter().map(companion).collect()
     }
 
-    /// The network's answer alone: what is known before any drape. [`Outcome::refined`] continues from it.
+    /// The network's answer alone: what is known before any drape. [`Outcome::refined`] continues
+    /// from it.
     ///
     /// # Errors
     /// As [`Self::run`].

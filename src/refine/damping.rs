@@ -3,12 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Where a damped step of least squares leads from `at`, the first of its unknowns (the others follow them and have no
-/// limits), within their `limits`, and by how much the cost is predicted to fall. `whole` is the normal matrix of data and
-/// priors, `right` its right-hand side; the largest change of one of the first unknowns is `longest`.
+/// Where a damped step of least squares leads from `at`, the first of its unknowns (the others
+/// follow them and have no limits), within their `limits`, and by how much the cost is predicted to
+/// fall. `whole` is the normal matrix of data and priors, `right` its right-hand side; the largest
+/// change of one of the first unknowns is `longest`.
 ///
-/// An unknown whose step leads beyond a limit goes that far, and the others are solved again with it fixed: a step that is
-/// only cut off there predicts nothing of the rest, and a fit would end at its first limit.
+/// An unknown whose step leads beyond a limit goes that far, and the others are solved again with
+/// it fixed: a step that is only cut off there predicts nothing of the rest, and a fit would end at
+/// its first limit.
 pub(crate) fn damped_step(
     (whole, right): (&DMatrix<f64>, &DVector<f64>),
     at: &[f64],

@@ -1,20 +1,23 @@
 //! The fabric whose drapes lie closest to its scans.
 //!
-//! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six numbers of the
-//! bench for each scan, with priors on all. The scanned sheet is laid with the first fabric and comes to rest held by weak
-//! springs ([`DropStart::HeldSurface`]); from there it is continued from fabric to fabric, tied by springs all the way. Released, even
-//! the true fabric moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to nothing, and a fit
-//! bends the stiffnesses to close that gap. Held, it stays, and what a wrong
+//! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six
+//! numbers of the bench for each scan, with priors on all. The scanned sheet is laid with the first
+//! fabric and comes to rest held by weak springs ([`DropStart::HeldSurface`]); from there it is
+//! continued from fabric to fabric, tied by springs all the way. Released, even the true fabric
+//! moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to
+//! nothing, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
 //! fabric does to the sheet shows against the springs. In the end the sheet is released, if wanted.
-//! The bench's numbers are small and enter through their sensitivities alone. A
-//! place that lies more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
+//! The bench's numbers are small and enter through their sensitivities alone. A place that lies
+//! more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!
-//! The first start is the prior's mean. Where the sheet does not come to rest with it, others are tried. The first step from the held
-//! sheet is the balance of forces on it ([`Refined::of_balance`]). A fit with too large a residual ([`FitOptions::leaves`]) begins again at
-//! stiffer stretch and shear.
+//! The first start is the prior's mean. Where the sheet does not come to rest with it, others are
+//! tried. The first step from the held sheet is the balance of forces on it
+//! ([`Refined::of_balance`]). A fit with too large a residual ([`FitOptions::leaves`]) begins again
+//! at stiffer stretch and shear.
 //!
-//! Where it fails: far from the scan's fabric the tied sheet still snaps, and the least squares see a step there. A step
-//! that does not lower the cost is shortened a few times, and the best drape stays.
+//! Where it fails: far from the scan's fabric the tied sheet still snaps, and the least squares see
+//! a step there. A step that does not lower the cost is shortened a few times, and the best drape
+//! stays.
 
 use rayon::prelude::*;
 

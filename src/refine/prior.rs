@@ -80,8 +80,9 @@ const BESIDE: f64 = 0.4;
 
 #[cfg(feature = "estimate")]
 impl Prior {
-    /// Of what a network says that was trained on fabrics of `prior`. Values beyond its training data are trusted up to a
-    /// factor; all values of a fabric outside of the prior are trusted less, since the network's intervals do not hold there.
+    /// Of what a network says that was trained on fabrics of `prior`. Values beyond its training
+    /// data are trusted up to a factor; all values of a fabric outside of the prior are trusted
+    /// less, since the network's intervals do not hold there.
     #[must_use]
     pub fn of_estimate(estimate: &Estimate, prior: Option<&Mixture>) -> Self {
         let [ends_low, ends_high] = [0, 1].map(|end| {

@@ -1,5 +1,5 @@
-//! The least squares around the drapes of one fabric: sums over the places of all scans, the bench's numbers at
-//! their best, and the step that is predicted to help.
+//! The least squares around the drapes of one fabric: sums over the places of all scans, the
+//! bench's numbers at their best, and the step that is predicted to help.
 //!
 //! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of each scan's
 //! bench. A place that lies more than a few standard deviations off pulls no harder than one at that
@@ -22,7 +22,8 @@ pub struct FitOptions {
     pub data: DataOptions,
     /// Most drapes of a scan from one start, and where a fit begins again.
     pub evaluations: [usize; 2],
-    /// Most factorisations in which a sheet that is continued to another fabric may come to rest: a step that needs more is shortened.
+    /// Most factorisations in which a sheet that is continued to another fabric may come to rest: a
+    /// step that needs more is shortened.
     pub step_factorisations: usize,
     /// The same of a sheet that is laid on the last cells.
     pub last_factorisations: usize,
@@ -39,18 +40,21 @@ pub struct FitOptions {
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
     /// \[rad\], height of the plate's face \[m\].
     pub bench_sigma: [f64; BENCH],
-    /// Distance, in its standard deviations, from which on the prior of a stiffness pulls no harder.
+    /// Distance, in its standard deviations, from which on the prior of a stiffness pulls no
+    /// harder.
     pub prior_outlier: f64,
     /// Misfit from which on a fit begins again at stiffer stretch and shear.
     pub leaves: f64,
-    /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls with the square of the cell
-    /// predicts from the moves between the first cells and the last: mean and standard deviation of the prior.
+    /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls
+    /// with the square of the cell predicts from the moves between the first cells and the last:
+    /// mean and standard deviation of the prior.
     pub cells: [f64; 2],
     /// How far the weight of a piece of cloth stretches the springs that hold it to the scanned sheet \[m\].
     pub hold_sag_m: f64,
     /// The same of the springs on the rim of a scan that has no sheet; they are few.
     pub rim_hold_sag_m: f64,
-    /// Whether the sheet is released in the end ([`ScanFit::released`](super::ScanFit::released)). Nothing else depends on it.
+    /// Whether the sheet is released in the end ([`ScanFit::released`](super::ScanFit::released)).
+    /// Nothing else depends on it.
     pub release: bool,
     /// The simulator's options but for the experiment, which each scan has.
     pub sim: SimOptions,
@@ -93,8 +97,8 @@ impl FitOptions {
         if stiff { last.min(self.stiff_vertices).max(first) } else { last }
     }
 
-    /// Prior of how far cloth lies beyond cells of so many vertices a side, in moves from the first cells to these:
-    /// mean and standard deviation.
+    /// Prior of how far cloth lies beyond cells of so many vertices a side, in moves from the first
+    /// cells to these: mean and standard deviation.
     pub(super) fn believed_of_cells(&self, vertices: usize) -> [f64; 2] {
         let finer = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
         let second_order = 1.0 / (finer * finer - 1.0);
@@ -119,7 +123,8 @@ pub(super) struct State {
     pub(super) trials: Vec<Trial>,
     /// The bench's numbers, scan by scan.
     pub(super) bench: Vec<[f64; NUISANCES]>,
-    /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the priors'.
+    /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the
+    /// priors'.
     pub(super) cost: f64,
     /// The data's part of it, and the number of independent coordinates.
     pub(super) data_cost: f64,

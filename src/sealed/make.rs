@@ -4,9 +4,10 @@
 //! of those held out, `manifest.csv` as `calibrate` reads it, and `sealed.json`, which it never reads. The first specimens, four discs
 //! or two squares, are to be fitted, the others are held out, both faces of each. The same case gives the same bytes.
 //!
-//! Every drape has its own perturbed drop; one that does not come to rest is dropped again. The specimens lie with their
-//! warp to the picture's right, but for a degree or two. The size of what a case differs by is taken on each drape's
-//! own branch: a fifth of it is taken away, and the outline's move counts five times; or a twentieth, twenty times.
+//! Every drape has its own perturbed drop; one that does not come to rest is dropped again. The
+//! specimens lie with their warp to the picture's right, but for a degree or two. The size of what
+//! a case differs by is taken on each drape's own branch: a fifth of it is taken away, and the
+//! outline's move counts five times; or a twentieth, twenty times.
 
 use std::path::Path;
 

@@ -27,28 +27,30 @@ pub enum DropStart {
     /// Springs guide the border to a scanned rim (simulation frame) and are released before the
     /// sheet comes to rest, so that it ends in an equilibrium near what was scanned.
     Guided(Box<Boundary>),
-    /// As [`Self::Guided`], but weak springs keep the border tied to the rim: the sheet comes to rest next to it also where
-    /// it would move to another equilibrium if it were released.
+    /// As [`Self::Guided`], but weak springs keep the border tied to the rim: the sheet comes to
+    /// rest next to it also where it would move to another equilibrium if it were released.
     HeldRim(Box<HeldRim>),
-    /// Springs guide the rim of a disc to an outline seen from above (simulation frame) and are released before
-    /// the sheet comes to rest. Which place of the rim lies where along the outline is not known: even steps of
-    /// the one are taken for even steps of the other, turned so that the bearings agree on the whole; nor is
-    /// the height, for which the cloth beyond the plate's edge is taken as nearly straight. The specimen must lie
-    /// on the plate's centre without rotation.
+    /// Springs guide the rim of a disc to an outline seen from above (simulation frame) and are
+    /// released before the sheet comes to rest. Which place of the rim lies where along the outline
+    /// is not known: even steps of the one are taken for even steps of the other, turned so that
+    /// the bearings agree on the whole; nor is the height, for which the cloth beyond the plate's
+    /// edge is taken as nearly straight. The specimen must lie on the plate's centre without
+    /// rotation.
     Outline(Box<Outline>),
-    /// As [`Self::Outline`], but weak springs keep the rim tied across the outline: the sheet comes to rest on the
-    /// outline's branch also where it would leave that if it were released.
+    /// As [`Self::Outline`], but weak springs keep the rim tied across the outline: the sheet comes
+    /// to rest on the outline's branch also where it would leave that if it were released.
     Held(Box<Hold>),
     /// The sheet is laid where this surface of the specimen lies (simulation frame) and comes to
     /// rest without a fall: it ends in the equilibrium next to the surface. A surface with an error
     /// (a scan's) is first held by springs over all of it, which are released in stages.
     Surface(Box<Surface>),
-    /// As [`Self::Surface`], but weak springs keep all of the sheet tied to the surface: it comes to rest next to it
-    /// also where it would move to another equilibrium if it were released.
+    /// As [`Self::Surface`], but weak springs keep all of the sheet tied to the surface: it comes
+    /// to rest next to it also where it would move to another equilibrium if it were released.
     HeldSurface(Box<HeldSurface>),
 }
 
-/// A surface that a sheet starts from and stays tied to by weak springs, until [`crate::sim::Follower::let_go`].
+/// A surface that a sheet starts from and stays tied to by weak springs, until
+/// [`crate::sim::Follower::let_go`].
 ///
 /// They act along all directions and by area, weaker where the surface's standard deviation is large.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +63,8 @@ pub struct HeldSurface {
     pub farther: f64,
 }
 
-/// A rim that the border of a sheet is guided to and stays tied to by weak springs, until [`crate::sim::Follower::let_go`].
+/// A rim that the border of a sheet is guided to and stays tied to by weak springs, until
+/// [`crate::sim::Follower::let_go`].
 ///
 /// They act along all directions, weaker where the rim's standard deviation is large.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,8 +171,9 @@ fn sagging(targets: Vec<Target>, grid: &Grid, fabric: &Fabric, sag_m: f64) -> Gu
     Guide { targets, stiffness_n_m: cell_n / sag_m, outwards_m: 0.0, farther: 0.0 }
 }
 
-/// Stronger springs on which a sheet guided by its rim, which will be tied, is brought to rest first, as one that is laid is: the cloth
-/// within slides freely to where the rim asks for it. (Without them the true fabric of a test rests 2.0 mm off after release, and 0.26 mm with them.)
+/// Stronger springs on which a sheet guided by its rim, which will be tied, is brought to rest
+/// first, as one that is laid is: the cloth within slides freely to where the rim asks for it.
+/// (Without them the true fabric of a test rests 2.0 mm off after release, and 0.26 mm with them.)
 pub(super) fn clasping(start: &DropStart, grid: &Grid, fabric: &Fabric) -> Option<Guide> {
     match start {
         DropStart::HeldRim(held) => {
@@ -243,8 +247,9 @@ fn rim_targets(grid: &Grid, rim: &Boundary, weight: impl Fn(&BoundaryPoint) -> f
     border.iter().enumerate().map(spring).collect()
 }
 
-/// Each vertex of a disc within a cell of its rim, where the outline has it, and the direction across the outline: the
-/// rim lies below its outline so deep that the cloth from the plate's edge to it is nearly straight, and the vertex between them.
+/// Each vertex of a disc within a cell of its rim, where the outline has it, and the direction
+/// across the outline: the rim lies below its outline so deep that the cloth from the plate's edge
+/// to it is nearly straight, and the vertex between them.
 ///
 /// The true fabric ends 0.1 to 0.5 mm from the drape whose outline led it, in three of three. An earlier start with springs
 /// in the plan alone, which left the height free, and with other places for vertices behind the rim lost folds in two of

@@ -21,9 +21,10 @@ use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
 use crate::fabric::Fabric;
 use crate::sim::plate::Plate;
 
-/// Everything that a drape depends on apart from the fabric: the specimen's cut and place, the plate,
-/// and the effects beyond seven parameters. The default is the modified Cusick drape with every
-/// effect off. Read from a file, what is left out is as in the default, and a key that is not known is an error.
+/// Everything that a drape depends on apart from the fabric: the specimen's cut and place, the
+/// plate, and the effects beyond seven parameters. The default is the modified Cusick drape with
+/// every effect off. Read from a file, what is left out is as in the default, and a key that is not
+/// known is an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Experiment {

@@ -7,13 +7,13 @@
 //! factor at hand) and corrects it by Newton steps on the exact energy
 //! (`newton/correct.rs`); where those do not come to rest, the descents of `rest.rs` do.
 //!
-//! A branch that ends shows as an event: the sheet left the place that the sensitivity predicted
-//! by more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims
-//! before and after, and where the rim moved most. What is smaller than that is not told
-//! from the curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
+//! A branch that ends shows as an event: the sheet left the place that the sensitivity predicted by
+//! more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims before
+//! and after, and where the rim moved most. What is smaller than that is not told from the
+//! curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
 //!
-//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well, by descents alone. It has
-//! no factor that predicts its moves, so that its events mean little.
+//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well,
+//! by descents alone. It has no factor that predicts its moves, so that its events mean little.
 //!
 //! Where it fails: a specimen's place and rotation act through the grips alone, so that a sheet is
 //! not carried farther than they slip; drop it anew for more than a tenth of a millimetre.
@@ -185,7 +185,8 @@ impl Follower {
         self.rested.model.grid.boundary(&self.rested.x)
     }
 
-    /// The springs that tie the sheet across an outline; none if it was released, or is tied to a surface.
+    /// The springs that tie the sheet across an outline; none if it was released, or is tied to a
+    /// surface.
     #[must_use]
     pub fn held(&self) -> Vec<Held> {
         let Rested { model, x, .. } = &self.rested;
@@ -243,8 +244,8 @@ impl Follower {
         self.rested.sensitivities(&fabric, &options, parameters, false)
     }
 
-    /// The same of a sheet whose rest is not stable, by its projected Hessian: what a step of least squares may be predicted
-    /// with. Soft moves come out too small.
+    /// The same of a sheet whose rest is not stable, by its projected Hessian: what a step of least
+    /// squares may be predicted with. Soft moves come out too small.
     ///
     /// # Errors
     /// As [`Self::sensitivities`].
@@ -358,8 +359,8 @@ impl Follower {
         let foretold = newton.predict(&mut model, &mut x);
         let cell_n = setup.fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
         let limit_n = self.options.residual * cell_n;
-        // a sheet whose search for rest ended early has no factor that predicts a move, and corrections from there hardly
-        // ever come to rest: the descents begin at once
+        // a sheet whose search for rest ended early has no factor that predicts a move, and
+        // corrections from there hardly ever come to rest: the descents begin at once
         let hopeless = foretold.is_none() && self.options.energy_drop > 0.0;
         let corrected = match hopeless {
             true => None,

@@ -390,8 +390,8 @@ impl Setup {
     }
 }
 
-/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order; `steadied`, those of its projected
-/// Hessian, which is stable for any exact one.
+/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order;
+/// `steadied`, those of its projected Hessian, which is stable for any exact one.
 ///
 /// # Errors
 /// [`SensitivityError::Unstable`] where the exact Hessian at `x` is wanted and is not positive definite,

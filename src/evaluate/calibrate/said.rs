@@ -33,8 +33,8 @@ pub struct Said {
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
     #[serde(deserialize_with = "nan_of_null")]
     pub floor_mm: f64,
-    /// Where the field is strongest that would best explain what the effects leave, as fractions of the specimen's sides along warp and
-    /// weft; none if no field predicts anything.
+    /// Where the field is strongest that would best explain what the effects leave, as fractions of
+    /// the specimen's sides along warp and weft; none if no field predicts anything.
     pub strongest: Option<[f64; 2]>,
 }
 

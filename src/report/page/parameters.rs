@@ -80,7 +80,8 @@ fn interval(ends: [f64; 2]) -> String {
     format!("{} to {}", significant(ends[0]), significant(ends[1]))
 }
 
-/// The table of values, intervals and bars; `ends` says what their axes span, `before` names the prior of the fit.
+/// The table of values, intervals and bars; `ends` says what their axes span, `before` names the
+/// prior of the fit.
 pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &str) -> Markup {
     let refined = all.iter().any(|own| own.shown.is_some());
     let exchanged = all.iter().any(|own| own.exchanged.is_some());

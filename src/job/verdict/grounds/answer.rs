@@ -19,8 +19,8 @@ pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
     Some(Ground::new(Code::NovelRim, level, (measured_mm, limit_mm, "mm"), text))
 }
 
-/// A fabric that is like no part of the prior: the network has hardly met any like it. The intervals of one that was
-/// refined are those of the fit, and the ground is only a note.
+/// A fabric that is like no part of the prior: the network has hardly met any like it. The
+/// intervals of one that was refined are those of the fit, and the ground is only a note.
 pub(super) fn outside_prior(answer: &Answer, limits: &Limits) -> Option<Ground> {
     let prior = answer.prior.as_ref().filter(|prior| !prior.like)?;
     let (level, factor) = limits.outside_prior.level(prior.distance / prior.limit)?;

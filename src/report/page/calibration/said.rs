@@ -142,7 +142,8 @@ pub(super) fn cause(cause: &Cause) -> String {
     }
 }
 
-/// What is to be done about the effects that were found: those of the cloth belong to it, those of the stand are corrected there.
+/// What is to be done about the effects that were found: those of the cloth belong to it, those of
+/// the stand are corrected there.
 fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
     let mut steps = Vec::new();
     if fabric.verdict != Verdict::Found {
