@@ -431,6 +431,18 @@ mod tests {
     }
 
     #[test]
+    fn unknown_weft_and_warp_are_told_and_names_break_at_slashes() {
+        let unknown = Line { warp_unknown: true, ..line("sub/linen_7.ply", 1.0) };
+        let text = page("t", &[unknown, line("b.ply", 1.1)], &[]);
+        assert!(text.contains("Weft and warp unknown: 1 of 2 scans."), "{text}");
+        let whole =
+            "<span class=\"whole\">sub/</span><wbr><span class=\"whole\">linen_7.ply</span>";
+        assert!(text.contains(whole), "{text}");
+        let text = page("t", &[line("b.ply", 1.1)], &[]);
+        assert!(!text.contains("Weft and warp unknown"), "{text}");
+    }
+
+    #[test]
     fn names_are_escaped_and_failures_have_their_reasons() {
         let odd = "a\"<b>&'.ply";
         let failure = Line {

@@ -206,3 +206,29 @@ fn converted(own: &Stiffness, unit: &Unit) -> Markup {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::WIDTH;
+
+    /// The number behind some text of the style sheet.
+    fn number(css: &str, before: &str) -> f64 {
+        let rest = css.split_once(before).unwrap_or_else(|| panic!("no `{before}`")).1;
+        let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap();
+        rest[..end].parse().unwrap()
+    }
+
+    #[test]
+    fn labels_of_the_log_axis_are_legible() {
+        const LEAST_PX: f64 = 10.0;
+        let css = include_str!("style.css");
+        let bar_px = 16.0 * number(css, "td .bar{display:block;width:");
+        let label_px = number(css, "\n.bar text{font-size:") * bar_px / WIDTH;
+        assert!(label_px >= LEAST_PX, "{label_px}");
+        // on paper a row is smaller, and its labels are as large again
+        let print = css.split_once("@media print{").unwrap().1;
+        let bar_pt = number(css, "html{font-size:") * number(print, "td .bar{width:");
+        let label_pt = number(print, "\n.bar text{font-size:") * bar_pt / WIDTH;
+        assert!(label_pt >= 7.0, "{label_pt}");
+    }
+}
