@@ -32,15 +32,14 @@ pub(crate) fn density_kg_m2(value: f64) -> PyResult<f64> {
 
 /// What the library says of the program's flags, and what to say of the arguments here; the first
 /// that fits counts.
-const PHRASES: [(&str, &str); 16] = [
+const PHRASES: [(&str, &str); 15] = [
     (", or give --rescale ", ", or divide all lengths by "),
     ("give the scan with --rescale", "divide the lengths of the scan instead"),
     (
         "--intrinsics FILE, or --fx, --fy, --cx and --cy, and --depth-scale",
         "intrinsics, and depth_scale",
     ),
-    (", or say --format", ""),
-    (", or say it with --format", ""),
+    (", or give --format", ""),
     ("(without --quick)", "(without quick=True)"),
     ("(--with SECOND)", "(with_scans)"),
     ("--plate-near X,Y,Z, --up AXIS or --crop", "plate_near, up, or crop_radius_m"),

@@ -221,9 +221,7 @@ pub struct WriteError {
 fn extension(found: &str) -> String {
     let supported = super::SUPPORTED;
     if found.is_empty() {
-        return format!(
-            "its name has no known ending; name it as one of {supported}, or give --format"
-        );
+        return format!("its name has no ending; name it as one of {supported}, or give --format");
     }
     let instead = super::format::export_instead(found);
     let instead = instead.map(|remedy| format!("{remedy}; ")).unwrap_or_default();
