@@ -8,7 +8,7 @@ use super::options::FitOptions;
 use super::pose::{Pose, picture_of, scaled};
 use super::seen::{Row, Seen};
 use super::squares::rms_m;
-use super::target::{Target, share_of};
+use super::target::Target;
 use super::trial::Trial;
 use crate::base::Outline;
 use crate::sim::Drape;
@@ -58,9 +58,8 @@ impl Beside {
             measured: target.outline.clone(),
             simulated: outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&as_seen, &target.bench, rule),
-            held_share: match target.held_to(view, options) {
-                Some(held) => share_of(&held, &trial.places),
-                None if target.rim.is_some() => 0.0,
+            held_share: match target.rim {
+                Some(_) => target.tied_share(&trial, view, options),
                 None => options.hold_per_m * trial.hold.rms_m,
             },
             let_go_rms_m: None,

@@ -10,7 +10,7 @@
 //! not led to folds that they cannot hold.
 //!
 //! Why they are held: let go, sheets leave the measured arrangement of folds for nearly regular waves, whatever the outline
-//! ([closing_the_loop.md](../../docs/closing_the_loop.md)), and a comparison over branches says little about a fabric.
+//! ([calibration.md](../../docs/design/calibration.md)), and a comparison over branches says little about a fabric.
 //!
 //! Where it fails: tied drapes differ less from their outlines than free ones would, in all but their mean extent, which is
 //! free; the force of the springs ([`Beside::held_share`]) says what that cost. A drape that does not come to rest is left

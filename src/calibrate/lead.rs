@@ -13,7 +13,7 @@ use super::effect::{Cloth, View};
 use super::options::FitOptions;
 use super::pose::{Pose, scaled};
 use super::squares::parameters;
-use super::target::{Finer, Rim, Target, farther};
+use super::target::{Finer, Target, farther};
 use super::trial::{Trial, steadied_trial_of, trial_of};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::numeric::moments::mean;
@@ -156,21 +156,13 @@ fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     Cloth { fabric, ..cloth.clone() }
 }
 
-/// How a sheet is brought to a target's branch: laid where the sheet was scanned, led by the rim, or by the outline, which goes on
-/// holding it.
+/// How a sheet is brought to a target's branch: tied to the scanned sheet or rim, or led by the outline, which goes on holding it.
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
-    match target.rim.as_deref() {
-        Some(Rim { sheet: Some(sheet), .. }) => match target.held_to(view, options) {
-            Some(held) => DropStart::HeldSurface(Box::new(held)),
-            None => DropStart::Surface(Box::new(sheet.clone())),
-        },
-        Some(Rim { boundary, .. }) => DropStart::Guided(Box::new(boundary.clone())),
-        None if options.hold_per_m > 0.0 => {
-            DropStart::Held(Box::new(Hold { outline: in_plan(), per_m: options.hold_per_m }))
-        }
-        None => DropStart::Outline(Box::new(in_plan())),
-    }
+    target.start(view, options).unwrap_or_else(|| match options.hold_per_m > 0.0 {
+        true => DropStart::Held(Box::new(Hold { outline: in_plan(), per_m: options.hold_per_m })),
+        false => DropStart::Outline(Box::new(in_plan())),
+    })
 }
 
 /// The first of the six stiffnesses, which are not bending.

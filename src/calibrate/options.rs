@@ -42,6 +42,8 @@ pub struct FitOptions {
     pub hold_per_m: f64,
     /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is let go.
     pub scan_hold_sag_m: f64,
+    /// The same of the springs on the edge of a rim without a sheet; they are few.
+    pub rim_hold_sag_m: f64,
     /// Standard deviation of the springs' mean stretch from none \[m\].
     pub stretch_m: f64,
     /// Most drapes of an outline.
@@ -80,6 +82,7 @@ impl Default for FitOptions {
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
             hold_per_m: 150.0,
             scan_hold_sag_m: refined.hold_sag_m,
+            rim_hold_sag_m: refined.rim_hold_sag_m,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,
@@ -139,7 +142,7 @@ impl FitOptions {
 }
 
 /// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself leave 0.16 to 0.25 with
-/// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/closing_the_loop.md`, "Sealed cases").
+/// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/design/calibration.md`).
 pub(super) const LEAVES: f64 = 0.6;
 /// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it goes on.
 pub(super) const MUCH: f64 = 0.9;

@@ -4,13 +4,13 @@ use super::effect::{Lies, View};
 use super::measures::each_bearing;
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, plan_of};
-use super::trial::{Compared, compared};
+use super::trial::{Compared, Trial, compared};
 use crate::base::boundary::POINTS;
 use crate::base::{Boundary, Outline, Surface, Vector3};
 use crate::numeric::moments::mean;
 use crate::scan::EdgeShift;
 use crate::sim::drop::rim_depth_m;
-use crate::sim::{Experiment, HeldSurface};
+use crate::sim::{DropStart, Experiment, HeldRim, HeldSurface};
 
 /// A drape that is fitted or predicted.
 #[derive(Clone, Debug)]
@@ -107,16 +107,45 @@ impl Target {
         }
     }
 
-    /// Whether a drape is held to a scanned sheet.
+    /// Whether a drape is tied to what was scanned: to a sheet, or to a rim without one.
     pub(super) fn is_held(&self, options: &FitOptions) -> bool {
-        self.compared() == Compared::Sheet && options.scan_hold_sag_m > 0.0
+        self.rim.is_some() && options.scan_hold_sag_m > 0.0
     }
 
-    /// The scanned sheet that a drape is held to, if it is, at the scale that a view has.
-    pub(super) fn held_to(&self, view: View, options: &FitOptions) -> Option<HeldSurface> {
-        let surface = self.rim.as_ref()?.sheet.clone()?;
-        let sag_m = options.scan_hold_sag_m;
-        (sag_m > 0.0).then_some(HeldSurface { surface, sag_m, farther: farther(view) })
+    /// Force of the springs that tie a drape to what was scanned, root mean square, as a share of the cloth's weight; 0 where none do.
+    pub(super) fn tied_share(&self, trial: &Trial, view: View, options: &FitOptions) -> f64 {
+        match self.start(view, options) {
+            Some(DropStart::HeldSurface(held)) => share_of(&held, &trial.places),
+            Some(DropStart::HeldRim(held)) => {
+                let both = held.rim.positions_m().zip(&trial.rim);
+                let squared: Vec<f64> =
+                    both.map(|(to, at)| (to.coords - at).norm_squared()).collect();
+                // each vertex of the border is tied as strongly as a cell weighs
+                let grid = &trial.drape.grid;
+                let share = grid.border().len() as f64 / grid.cells.len() as f64;
+                mean(&squared).sqrt() / held.sag_m * share
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// What a drape of a scanned sheet or of a rim starts from; tied to it, if it is, at the scale that a view has. `None` of a picture.
+    pub(super) fn start(&self, view: View, options: &FitOptions) -> Option<DropStart> {
+        let rim = self.rim.as_deref()?;
+        let held = self.is_held(options);
+        Some(match (&rim.sheet, held) {
+            (Some(sheet), true) => DropStart::HeldSurface(Box::new(HeldSurface {
+                surface: sheet.clone(),
+                sag_m: options.scan_hold_sag_m,
+                farther: farther(view),
+            })),
+            (Some(sheet), false) => DropStart::Surface(Box::new(sheet.clone())),
+            (None, true) => DropStart::HeldRim(Box::new(HeldRim {
+                rim: rim.boundary.clone(),
+                sag_m: options.rim_hold_sag_m,
+            })),
+            (None, false) => DropStart::Guided(Box::new(rim.boundary.clone())),
+        })
     }
 
     /// The standard deviations of its pose.
@@ -167,7 +196,7 @@ pub(super) fn farther(view: View) -> f64 {
 }
 
 /// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight.
-pub(super) fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
+fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
     let points = held.surface.points();
     let both = compared().map(|[i, j]| &points[i * Surface::SIDE + j]).zip(places);
     let both = both.filter(|(point, _)| point.observed);

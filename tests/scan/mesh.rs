@@ -281,7 +281,6 @@ fn what_spans_the_rim_is_cut_away_or_the_scan_is_refused() {
     assert!(found.rim.quality.mesh.unwrap().cut.unwrap().removed_share > 0.1);
     let finer_still = |of| finer(&finer(&spanned(open(of, 1))));
     for (name, of, closed, steps) in [
-        ("knit, 5 mm", knit(), spanned(open(knit(), 1)), 0),
         ("stiff", stiff(), finer_still(stiff()), 0),
         ("knit", knit(), finer_still(knit()), 3),
         ("knit, a blob", knit(), finer_still(knit()), 40),

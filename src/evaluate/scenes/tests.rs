@@ -52,8 +52,8 @@ fn scenes_go_by_seed_and_number_alone() {
 #[test]
 fn every_broken_scene_can_be_made_and_is_counted_by_its_cause() {
     // asked are those at the end, where all without cloth are; the others are only made
-    let asked = 7..Cause::BROKEN.len();
-    assert!(Cause::BROKEN[..asked.start].iter().all(|cause| cause.has_a_rim()));
+    let asked = Cause::BROKEN.len() - 2..Cause::BROKEN.len();
+    assert!(!Cause::BROKEN[asked.start].has_a_rim());
     let series = series(true, asked.start as u64..asked.end as u64);
     for index in 0..series.scenes.start {
         let drawn = Drawn::of(index, series.seed, &series.sensors, &series.drapes, &Cause::BROKEN);
