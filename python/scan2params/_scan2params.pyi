@@ -44,9 +44,9 @@ class Fabric:
         stretch_weft_n_m: float,
         stretch_warp_n_m: float,
         shear_n_m: float,
-        bending_weft_nm: float,
-        bending_warp_nm: float,
-        bending_bias_nm: float,
+        bending_weft_n_m: float,
+        bending_warp_n_m: float,
+        bending_bias_n_m: float,
         density_kg_m2: float,
     ) -> Fabric: ...
     @staticmethod
@@ -71,11 +71,11 @@ class Fabric:
     @property
     def shear_n_m(self) -> float: ...
     @property
-    def bending_weft_nm(self) -> float: ...
+    def bending_weft_n_m(self) -> float: ...
     @property
-    def bending_warp_nm(self) -> float: ...
+    def bending_warp_n_m(self) -> float: ...
     @property
-    def bending_bias_nm(self) -> float: ...
+    def bending_bias_n_m(self) -> float: ...
     @property
     def density_kg_m2(self) -> float: ...
     def si_units(self) -> dict[str, float]: ...
@@ -284,7 +284,7 @@ def augment(
     drape: Drape | _Path,
     profile: str = "structured-light",
     *,
-    seed: int = 0,
+    seed: int = 1,
     mark: str | None = None,
     progress: _Progress | None = None,
 ) -> Scan: ...

@@ -8,7 +8,7 @@ use scan2params::{Isometry3, Point3, Vector3};
 
 use crate::errors::invalid;
 
-/// An argument as an array of this type of numbers, whatever it was: a list, another type, a view.
+/// An argument as an array of this type of numbers, from anything: a list, another type, a view.
 fn array<'py, T: numpy::Element>(
     name: &str,
     given: &Bound<'py, PyAny>,

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-use numpy::PyArray2;
+use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
+use scan2params::Isometry3;
 use scan2params::dataset::augment::one;
 use scan2params::dataset::drape_file::read_drape;
 use scan2params::geom::Cloud;
 use scan2params::sensor::{Profile, Truth, VirtualScan};
 
 use crate::drape::Drape;
-use crate::errors::{invalid, of_drape_file, of_write};
-use crate::{arrays, words, work};
+use crate::errors::{internal, invalid, of_drape_file, of_write};
+use crate::{arrays, pickled, words, work};
 
 /// A virtual scan: a fused cloud in the scanner's own frame, and the truth that undoes the frame.
 ///
@@ -22,6 +24,9 @@ pub(crate) struct Scan {
     truth: Truth,
     profile: &'static str,
 }
+
+/// What is pickled of a scan: points, colours, the truth's numbers, the profile.
+type State<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u8>>, Vec<f64>, String);
 
 impl Scan {
     pub(crate) fn cloud(&self) -> &Cloud {
@@ -43,8 +48,8 @@ impl Scan {
         arrays::of_rows(py, self.cloud.colors.clone())
     }
 
-    /// numpy.ndarray: The true motion from the scanner's frame to the simulation frame, shape (4, 4), in metres:
-    /// ``points @ m[:3, :3].T + m[:3, 3]``.
+    /// numpy.ndarray: The true motion from the scanner's frame to the simulation frame, shape (4,
+    /// 4), in metres: ``points @ m[:3, :3].T + m[:3, 3]``.
     #[getter]
     fn sim_from_scan<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         arrays::of_motion(py, &self.truth.simulation_from_scanner)
@@ -56,7 +61,7 @@ impl Scan {
         self.profile
     }
 
-    /// Writes the cloud as PLY, in metres, and the truth beside it as ``<stem>.truth.json``.
+    /// Writes the cloud as PLY, in metres, and next to it the truth as ``<stem>.truth.json``.
     ///
     /// Parameters
     /// ----------
@@ -64,6 +69,39 @@ impl Scan {
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let scan = VirtualScan { views: Vec::new(), cloud: self.cloud.clone(), truth: self.truth };
         py.detach(|| scan.write(path)).map_err(|error| of_write(&error))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State<'py>)> {
+        let motion = self.truth.simulation_from_scanner;
+        let mut numbers = motion.rotation.coords.as_slice().to_vec();
+        numbers.extend(motion.translation.vector.as_slice());
+        numbers.push(self.truth.unit_m);
+        let state = (self.points_m(py)?, self.colors(py)?, numbers, self.profile.to_owned());
+        Ok((pickled::restorer::<Self>(py)?, state))
+    }
+
+    /// The scan that was pickled.
+    #[classmethod]
+    fn _restored(
+        _class: &Bound<'_, PyType>,
+        points: PyReadonlyArray2<'_, f64>,
+        colors: PyReadonlyArray2<'_, u8>,
+        numbers: [f64; 8],
+        profile: &str,
+    ) -> PyResult<Self> {
+        let [i, j, k, w, x, y, z, unit_m] = numbers;
+        // a rotation that is normalised again would differ in its last bits
+        let mut motion = Isometry3::identity();
+        motion.rotation.as_mut_unchecked().coords.copy_from_slice(&[i, j, k, w]);
+        motion.translation.vector.copy_from_slice(&[x, y, z]);
+        let profile = Profile::named(profile).ok_or_else(|| internal("an unknown profile"))?;
+        let cloud = Cloud {
+            points: pickled::points(&points),
+            colors: pickled::rows(&colors),
+            triangles: Vec::new(),
+        };
+        let truth = Truth { unit_m, simulation_from_scanner: motion };
+        Ok(Self { cloud, truth, profile: profile.name })
     }
 
     fn __len__(&self) -> usize {
@@ -77,7 +115,7 @@ impl Scan {
 
 /// Scans a drape with a virtual depth camera: rays, the sensor's errors, fused views.
 ///
-/// The same arguments give the same bytes, and the same cloud as the program's ``augment --unit m``.
+/// The same arguments give the same bytes, and the same cloud as the program's `augment` in metres.
 ///
 /// Parameters
 /// ----------
@@ -95,7 +133,7 @@ impl Scan {
 /// Returns
 /// -------
 /// Scan
-///     Points in metres in a frame of the scanner's own, with colours and the true motion.
+///     Points in metres in the scanner's own frame, with colours and the true motion.
 ///
 /// Raises
 /// ------
@@ -104,7 +142,7 @@ impl Scan {
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
-#[pyo3(signature = (drape, profile="structured-light", *, seed=0, mark=None, progress=None))]
+#[pyo3(signature = (drape, profile="structured-light", *, seed=1, mark=None, progress=None))]
 pub(crate) fn augment(
     drape: &Bound<'_, PyAny>,
     profile: &str,

@@ -15,13 +15,14 @@ use scan2params::scan::{Orientation, ScanOptions};
 use scan2params::sim::rim_nodes;
 
 use crate::errors::{internal, invalid, of_intake, of_write};
-use crate::{arrays, words};
+use crate::{arrays, pickled, words};
 
 /// The rim of a specimen: 244 points in the simulation frame.
 ///
-/// The simulation frame has its origin in the middle of the plate's face, y up, the warp along x and the weft along z,
-/// in metres. The rim runs around the specimen in four sides of 61 points, each with both of its corners, from the corner
-/// (+x, -z) on. Made by `boundary` and `Boundary.from_points`.
+/// The simulation frame has its origin in the middle of the plate's face, y up, the warp along x
+/// and the weft along z, in metres. The rim runs around the specimen in four sides of 61 points,
+/// each with both of its corners, from the corner (+x, -z) on. Made by `boundary` and
+/// `Boundary.from_points`.
 #[pyclass(frozen, module = "scan2params")]
 pub(crate) struct Boundary {
     name: PathBuf,
@@ -59,19 +60,21 @@ impl Boundary {
 impl Boundary {
     /// A rim from 244 points that are known already.
     ///
-    /// It is checked as a rim from a file is: neighbours, corners, lengths of the sides, sense, place over the plate.
+    /// It is checked as a rim from a file is: neighbours, corners, lengths of the sides, sense,
+    /// place over the plate.
     ///
     /// Parameters
     /// ----------
     /// points_m : array_like, shape (244, 3)
     ///     Positions in the simulation frame, in metres, in the order of the class.
     /// sigma_m : array_like, shape (244,), optional
-    ///     Standard deviation of each position, per coordinate; the estimate's intervals go by its mean. 0 if not
-    ///     given, which is for exact rims.
+    ///     Standard deviation of each position, per coordinate; the estimate's intervals go by its
+    ///     mean. 0 if not given, which is for exact rims.
     /// observed : array_like of bool, shape (244,), optional
     ///     Whether each point was seen, not bridged; true if not given.
     /// warp_known : bool, optional
-    ///     Whether x is the warp for sure. If not, `warp_toward` of the points' own frame may say it.
+    ///     Whether x is the warp for sure. If not, `warp_toward` of the points' own frame may say
+    ///     it.
     /// warp_toward : str or array_like, shape (3,), optional
     ///     Where the warp points in the frame of the points.
     /// name : str, optional
@@ -86,8 +89,8 @@ impl Boundary {
     /// InvalidInput
     ///     Another number of points, or numbers that are not finite.
     /// ScanRefused
-    ///     The points can be no rim of the specimen. Lines in the message are those that the points would have in a
-    ///     file: their number and 2.
+    ///     The points can be no rim of the specimen. Lines in the message are those that the points
+    ///     would have in a file: their number and 2.
     #[staticmethod]
     #[pyo3(signature = (points_m, sigma_m=None, observed=None, *, warp_known=false, warp_toward=None, name=None))]
     fn from_points(
@@ -131,7 +134,8 @@ impl Boundary {
         arrays::of_numbers(py, points.map(|point| point.sigma_m).collect())
     }
 
-    /// numpy.ndarray of bool: Whether each point was seen, shape (244,); false where the rim was bridged.
+    /// numpy.ndarray of bool: Whether each point was seen, shape (244,); false where the rim was
+    /// bridged.
     #[getter]
     fn observed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         let points = self.rim.boundary().points().iter();
@@ -144,7 +148,8 @@ impl Boundary {
         self.rim.orientation() == Orientation::Given
     }
 
-    /// float or None: Angle in radians between the direction given for the warp and the specimen's axis taken for it.
+    /// float or None: Angle in radians between the direction given for the warp and the specimen's
+    /// axis taken for it.
     #[getter]
     fn warp_off_rad(&self) -> Option<f64> {
         self.rim.warp_off_rad()
@@ -162,21 +167,22 @@ impl Boundary {
         self.name.display().to_string()
     }
 
-    /// str or None: The unit of the scan's coordinates, given or guessed; None for a rim that was given.
+    /// str or None: The unit of the scan's coordinates, given or guessed; None for a rim that was
+    /// given.
     #[getter]
     fn unit(&self) -> Option<&'static str> {
         self.rim.scanned().map(|scanned| scanned.unit.name())
     }
 
-    /// numpy.ndarray or None: The motion from the scan's frame to the simulation frame, shape (4, 4), both in metres:
-    /// ``points @ m[:3, :3].T + m[:3, 3]``. None for a rim that was given.
+    /// numpy.ndarray or None: The motion from the scan's frame to the simulation frame, shape (4,
+    /// 4), both in metres: ``points @ m[:3, :3].T + m[:3, 3]``. None for a rim that was given.
     #[getter]
     fn sim_from_scan<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
         self.rim.scanned().map(|scanned| arrays::of_motion(py, &scanned.sim_from_scan))
     }
 
-    /// numpy.ndarray or None: The whole sheet, shape (61, 61, 3), in metres, simulation frame; first index along the
-    /// warp, second along the weft. None for a rim that was given.
+    /// numpy.ndarray or None: The whole sheet, shape (61, 61, 3), in metres, simulation frame;
+    /// first index along the warp, second along the weft. None for a rim that was given.
     #[getter]
     fn sheet_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray3<f64>>>> {
         let sheet = |sheet: &Surface| {
@@ -186,28 +192,33 @@ impl Boundary {
         self.rim.sheet().map(sheet).transpose()
     }
 
-    /// numpy.ndarray or None: Smoothed points of the cloth, shape (N, 3), in metres, simulation frame. None for a rim
-    /// that was given.
+    /// numpy.ndarray or None: Smoothed points of the cloth, shape (N, 3), in metres, simulation
+    /// frame. None for a rim that was given.
     #[getter]
     fn cloth_points_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let cloth = self.rim.scanned().map(|scanned| &scanned.evidence.cloth);
         cloth.map(|cloth| arrays::of_points(py, cloth.iter().map(|p| p.coords.into()))).transpose()
     }
 
-    /// dict or None: Figures of the scan's quality, as in ``params.json`` (lengths in mm). None for a rim that was given.
+    /// dict or None: Figures of the scan's quality, as in ``params.json`` (lengths in mm). None for
+    /// a rim that was given.
     #[getter]
     fn quality<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.rim.scanned().map(|scanned| dict(py, &json::quality(scanned))).transpose()
     }
 
-    /// dict: What the rim is worth: ``level``, ``not_the_experiment`` and ``grounds``, as in ``params.json``.
+    /// dict: What the rim is worth: ``level``, ``not_the_experiment`` and ``grounds``, as in
+    /// ``params.json``.
     #[getter]
     fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let verdict = verdict::of_rim(&self.rim, &self.options);
-        dict(py, &serde_json::to_value(verdict).map_err(internal)?)
+        let mut verdict = serde_json::to_value(verdict).map_err(internal)?;
+        words::texts_in_python(&mut verdict, "text");
+        dict(py, &verdict)
     }
 
-    /// Writes the rim as a table, in millimetres, which `boundary`, `estimate` and the program read.
+    /// Writes the rim as a table, in millimetres, which `boundary`, `estimate` and the program
+    /// read.
     ///
     /// Parameters
     /// ----------
@@ -217,6 +228,12 @@ impl Boundary {
         let rim = Arc::clone(&self.rim);
         let write = || boundary_csv::write_oriented(path, rim.boundary(), rim.orientation());
         py.detach(write).map_err(|error| of_write(&error))
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let instead =
+            "write() it and read it with boundary(), or send points_m, sigma_m and observed";
+        Err(pickled::refused("Boundary", instead))
     }
 
     fn __repr__(&self) -> String {

@@ -12,36 +12,40 @@ use scan2params::report::calibration;
 use scan2params::report::page::calibration::Source;
 
 use crate::boundary::dict;
-use crate::errors::{InvalidInput, file, invalid, of_output, of_read, of_write};
+use crate::errors::{file, invalid, of_output, of_read, of_write};
 use crate::work;
 
-/// Fits fabrics to measured drapes, looks for effects beyond the plain model, and foretells the drapes held out.
+/// Fits fabrics to measured drapes, looks for effects beyond the plain model, and predicts the
+/// held-out drapes.
 ///
 /// Parameters
 /// ----------
 /// manifest : str or os.PathLike
-///     Table with a row for each measured drape (silhouette, scan or rim), as the program's ``calibrate`` takes it.
+///     Table with a row for each measured drape (silhouette, scan or rim), as the program's
+///     ``calibrate`` takes it.
 /// out : str or os.PathLike, optional
-///     Folder for ``calibration.json``, the fabrics' ``params.json`` with their effects, pictures and ``report.html``;
-///     without it nothing is written. A run that was broken off goes on where it was.
+///     Folder for ``calibration.json``, the fabrics' ``params.json`` with their effects, pictures
+///     and ``report.html``; without it nothing is written. The same call continues an interrupted
+///     run.
 /// prior : {'measured', 'knit-2020', 'union'}
-///     What is believed of fabrics.
+///     Prior of the fabrics.
 /// vertices : int
 ///     Vertices on a side of the drapes, 31 to 201.
 /// scale_sigma : float, optional
 ///     Standard deviation of the pictures' scale as a share, 0 to 0.25; exact if not given.
 /// hold_per_m : float, optional
-///     How strongly drapes are held across their outlines: share of the hanging cloth's weight for each metre; 150 if not
-///     given, 0 lets them go.
+///     Stiffness of the springs that tie drapes to their outlines: share of the hanging cloth's
+///     weight per metre; 150 if not given, 0 releases the drapes.
 /// without : sequence of str, optional
-///     Effects that are not looked for, by their names in ``calibration.json``.
+///     Effects to leave out, by their names in ``calibration.json``.
 /// progress : callable, optional
 ///     Called with a str as each step begins.
 ///
 /// Returns
 /// -------
 /// dict
-///     The content of ``calibration.json``: units are named there. Files that were not used are under ``refused``.
+///     The content of ``calibration.json``: units are named there. Files that were not used are
+///     under ``refused``.
 ///
 /// Raises
 /// ------
@@ -102,7 +106,7 @@ pub(crate) fn calibrate<'py>(
     let (json, found) = found.map_err(|error| match error {
         CalibrationsError::Calibrate(CalibrateError::Nothing { .. })
         | CalibrationsError::Lock(_) => file(error),
-        CalibrationsError::Calibrate(error) => InvalidInput::new_err(error.to_string()),
+        CalibrationsError::Calibrate(error) => invalid(error),
         CalibrationsError::Read(error) => of_read(&error),
         CalibrationsError::Write(error) => of_write(&error),
     })?;

@@ -10,20 +10,27 @@ use scan2params::intake::IntakeError;
 use scan2params::io::{OutputError, ReadError, WriteError};
 use scan2params::job::{CompanionFault, JobError};
 
+use crate::words::in_python;
+
 import_exception!(scan2params._errors, InvalidInput);
 import_exception!(scan2params._errors, FileError);
 import_exception!(scan2params._errors, ScanRefused);
 import_exception!(scan2params._errors, NotAtRest);
 import_exception!(scan2params._errors, InternalError);
 
+/// A scan or a rim cannot be trusted.
+pub(crate) fn refused(why: impl Display) -> PyErr {
+    ScanRefused::new_err(in_python(&why.to_string()))
+}
+
 /// What was given cannot be meant.
 pub(crate) fn invalid(why: impl Display) -> PyErr {
-    InvalidInput::new_err(why.to_string())
+    InvalidInput::new_err(in_python(&why.to_string()))
 }
 
 /// A file cannot be read or written.
 pub(crate) fn file(why: impl Display) -> PyErr {
-    FileError::new_err(why.to_string())
+    FileError::new_err(in_python(&why.to_string()))
 }
 
 /// What ought not to happen.
@@ -56,9 +63,7 @@ pub(crate) fn of_intake(error: &IntakeError, in_memory: bool) -> PyErr {
     match error {
         IntakeError::Read(error) if in_memory => invalid(error),
         IntakeError::Read(error) => of_read(error),
-        IntakeError::Refused { .. } | IntakeError::RimRefused { .. } => {
-            ScanRefused::new_err(error.to_string())
-        }
+        IntakeError::Refused { .. } | IntakeError::RimRefused { .. } => refused(error),
     }
 }
 
@@ -68,7 +73,7 @@ pub(crate) fn of_job(error: &JobError) -> PyErr {
         JobError::Density(_) | JobError::Experiment { .. } => invalid(error),
         JobError::Intake(error) => of_intake(error, false),
         JobError::Companion { source: CompanionFault::UnknownWarp, .. } => invalid(error),
-        JobError::Companion { .. } => ScanRefused::new_err(error.to_string()),
+        JobError::Companion { .. } => refused(error),
         JobError::Estimate(error) => of_estimate(error),
         JobError::Write(error) => of_write(error),
     }

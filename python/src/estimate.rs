@@ -18,14 +18,13 @@ use scan2params::sim::Experiment;
 
 use crate::boundary::{Boundary, dict};
 use crate::drape::Drape;
-use crate::errors::{
-    InvalidInput, file, internal, of_intake, of_job, of_output, of_read, of_write,
-};
+use crate::errors::{file, internal, invalid, of_intake, of_job, of_output, of_read, of_write};
 use crate::fabric::Fabric;
 use crate::given::{Given, Input, Known};
-use crate::{words, work};
+use crate::{pickled, words, work};
 
-/// What was found of a fabric: six stiffnesses with their intervals, a verdict, and the rim that they were found from.
+/// What was found of a fabric: six stiffnesses with their intervals, a verdict, and the rim that
+/// they were found from.
 ///
 /// Made by `estimate` and `refine`.
 #[pyclass(frozen, module = "scan2params")]
@@ -78,17 +77,20 @@ impl Estimate {
         self.outcome.verdict.not_the_experiment
     }
 
-    /// list of dict: The verdict's grounds, worst first: ``code``, ``level``, ``measured``, ``limit``, ``unit``, ``text``.
+    /// list of dict: The verdict's grounds, worst first: ``code``, ``level``, ``measured``,
+    /// ``limit``, ``unit``, ``text``.
     #[getter]
     fn grounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let grounds = serde_json::to_value(&self.outcome.verdict.grounds).map_err(internal)?;
+        let mut grounds = serde_json::to_value(&self.outcome.verdict.grounds).map_err(internal)?;
+        words::texts_in_python(&mut grounds, "text");
         dict(py, &grounds)
     }
 
     /// list of str: What the user should know.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.outcome.estimate.warnings.iter().map(ToString::to_string).collect()
+        let warnings = self.outcome.estimate.warnings.iter();
+        warnings.map(|warning| words::in_python(&warning.to_string())).collect()
     }
 
     /// Boundary: The rim that it was found from.
@@ -99,7 +101,8 @@ impl Estimate {
         Boundary::of(job.input.clone(), file, self.outcome.rim.clone(), job.scan.clone())
     }
 
-    /// Drape or None: The fabric's sheet, tied to the scan by weak springs; None where the answer is the network's.
+    /// Drape or None: The fabric's sheet, tied to the scan by weak springs; None if the answer is
+    /// the network's.
     #[getter]
     fn tied_drape(&self) -> Option<Drape> {
         self.tied().map(|tied| Drape::found(tied.tied.clone(), self.outcome.estimate.fabric))
@@ -117,14 +120,14 @@ impl Estimate {
         self.tied().map(|tied| tied.tied_largest_m)
     }
 
-    /// float or None: Root mean square distance of the tied drape from the scanned sheet, in standard deviations of scan and
-    /// simulator.
+    /// float or None: Root mean square distance of the tied drape from the scanned sheet, in
+    /// standard deviations of scan and simulator.
     #[getter]
     fn misfit(&self) -> Option<f64> {
         self.outcome.taken().map(|taken| taken.refined().misfit)
     }
 
-    /// Drape or None: What the fabric's sheet does when nothing holds it to the scan, if it was asked for.
+    /// Drape or None: The released drape, which no spring ties to the scan, if `release` was given.
     #[getter]
     fn released_drape(&self) -> Option<Drape> {
         let released = self.outcome.released.as_ref();
@@ -143,7 +146,8 @@ impl Estimate {
         self.outcome.released.as_ref().map(|released| released.largest_distance_m)
     }
 
-    /// bool: Whether the fabric is a refined one. If not, and ``quick`` was not asked for, the verdict says why.
+    /// bool: Whether the fabric is a refined one. If not, and ``quick`` was not asked for, the
+    /// verdict says why.
     #[getter]
     fn is_refined(&self) -> bool {
         self.outcome.taken().is_some()
@@ -187,6 +191,10 @@ impl Estimate {
         py.detach(|| self.written(&folder))
     }
 
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(pickled::refused("Estimate", "send its fabric, interval90, verdict or params"))
+    }
+
     fn __repr__(&self) -> String {
         let fabric = self.fabric();
         format!("Estimate({}, {})", self.verdict(), fabric.shown())
@@ -198,7 +206,8 @@ impl Estimate {
         self.outcome.taken().map(|taken| taken.first())
     }
 
-    /// Writes the files of a result; those that were read must be there still, since the page names their hashes.
+    /// Writes the files of a result; those that were read must be there still, since the page names
+    /// their hashes.
     fn written(&self, folder: &Path) -> PyResult<Vec<PathBuf>> {
         let Self { outcome, files: scans } = self;
         let scans = || scans.iter().flatten();
@@ -219,7 +228,7 @@ impl Estimate {
     }
 }
 
-/// What an estimate is asked for beside the scan.
+/// Options of an estimate, apart from the scan.
 struct Asked {
     density_kg_m2: f64,
     quick: bool,
@@ -233,7 +242,7 @@ fn experiment(effects: Option<PathBuf>, face: &str) -> PyResult<Experiment> {
     let of_file = effects.map(|path| cloth_file::experiment(&path, face)).transpose();
     Ok(of_file
         .map_err(|error| match error {
-            cloth_file::ClothFileError::Experiment(_) => InvalidInput::new_err(error.to_string()),
+            cloth_file::ClothFileError::Experiment(_) => invalid(error),
             other => file(other),
         })?
         .unwrap_or_default())
@@ -282,7 +291,8 @@ fn run(
     Ok(Estimate { outcome: Arc::new(outcome), files })
 }
 
-/// Finds the six stiffnesses of the fabric in a scan: the network estimates them, and the simulator fits them to the scan.
+/// Finds the six stiffnesses of the fabric in a scan: the network estimates them, and the simulator
+/// fits them to the scan.
 ///
 /// Several scans of one fabric are fitted together; weft and warp must then be known in each.
 ///
@@ -291,16 +301,19 @@ fn run(
 /// scan : array_like of shape (N, 3), str, os.PathLike, Scan or Boundary
 ///     As of `boundary`, or what that gave.
 /// density_kg_m2 : float
-///     Areal density of the fabric in kg/m^2: weigh the specimen.
-/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near, specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
+///     Areal density of the fabric in kg/m^2: a square of 100 x 100 mm that weighs 2.14 g has 0.214
+///     kg/m^2.
+/// triangles, colors, unit, warp_toward, mark, crop_radius_m, crop_box, up, plate_near,
+/// specimen_side_m, plate_radius_m, seed, intrinsics, depth_scale, name
 ///     As of `boundary`; not with a Boundary. The arrays are those of `scan` alone.
 /// with_scans : sequence of scans
-///     Other scans of the same fabric, in any of these forms. Those that are no Boundary are taken in with the options
-///     given here.
+///     Other scans of the same fabric, in any of these forms. The options given here apply to all
+///     of them but a Boundary.
 /// quick : bool
-///     The network's answer alone, in two seconds: wider intervals, bending off by 5 to 8 %.
+///     Only the network's answer, in two seconds: wider intervals, bending off by 5 to 8 %.
 /// release : bool
-///     Whether to find out what the fabric's sheet does when nothing holds it to the scan (``released_drape``).
+///     Whether to simulate the released drape, which no spring ties to the scan
+///     (``released_drape``).
 /// effects : str or os.PathLike, optional
 ///     A ``params.json`` of `calibrate`, whose effects the simulator takes into account.
 /// face : {'up', 'down'}
@@ -311,14 +324,15 @@ fn run(
 /// Returns
 /// -------
 /// Estimate
-///     A verdict stands with it: what is not to be used is a result too, not an exception.
+///     The result with its verdict. A result that must not be used raises no exception.
 ///
 /// Raises
 /// ------
 /// ScanRefused
 ///     The scan cannot be trusted.
 /// InvalidInput
-///     Arrays or options that cannot be meant, a density that no textile has; several scans without a known warp.
+///     Arrays or options that cannot be meant, a density that no textile has; several scans without
+///     a known warp.
 /// FileError
 ///     A file that cannot be read.
 #[pyfunction]
@@ -366,6 +380,7 @@ pub(crate) fn estimate(
         depth_scale,
         name,
     };
+    let density_kg_m2 = words::density_kg_m2(density_kg_m2)?;
     let experiment = experiment(effects, face)?;
     let asked = Asked { density_kg_m2, quick, release, experiment };
     let first = known.of(scan)?;
@@ -375,7 +390,7 @@ pub(crate) fn estimate(
         with_scans.iter().flatten().zip(2..).map(other).collect::<PyResult<_>>()?;
     if quick && !with.is_empty() {
         let text = "with_scans: the network's answer is of one scan; leave out quick";
-        return Err(InvalidInput::new_err(text));
+        return Err(invalid(text));
     }
     run(scan.py(), first, with, asked, progress)
 }

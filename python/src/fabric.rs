@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use scan2params::fabric::{TABLE_2, params};
 
 use crate::errors::{file, invalid};
+use crate::{pickled, words};
 
 /// Six stiffnesses and an areal density, in SI.
 ///
@@ -16,7 +17,7 @@ use crate::errors::{file, invalid};
 /// ----------
 /// stretch_weft_n_m, stretch_warp_n_m, shear_n_m : float
 ///     Stretch stiffness along weft and warp, and shear stiffness, in N/m.
-/// bending_weft_nm, bending_warp_nm, bending_bias_nm : float
+/// bending_weft_n_m, bending_warp_n_m, bending_bias_n_m : float
 ///     Bending stiffness along weft, warp and bias (45 degrees), in N m.
 /// density_kg_m2 : float
 ///     Areal density in kg/m^2.
@@ -32,23 +33,24 @@ pub(crate) struct Fabric(pub(crate) scan2params::Fabric);
 #[pymethods]
 impl Fabric {
     #[new]
-    #[pyo3(signature = (*, stretch_weft_n_m, stretch_warp_n_m, shear_n_m, bending_weft_nm, bending_warp_nm, bending_bias_nm, density_kg_m2))]
+    #[pyo3(signature = (*, stretch_weft_n_m, stretch_warp_n_m, shear_n_m, bending_weft_n_m, bending_warp_n_m, bending_bias_n_m, density_kg_m2))]
     fn new(
         stretch_weft_n_m: f64,
         stretch_warp_n_m: f64,
         shear_n_m: f64,
-        bending_weft_nm: f64,
-        bending_warp_nm: f64,
-        bending_bias_nm: f64,
+        bending_weft_n_m: f64,
+        bending_warp_n_m: f64,
+        bending_bias_n_m: f64,
         density_kg_m2: f64,
     ) -> PyResult<Self> {
+        let density_kg_m2 = words::density_kg_m2(density_kg_m2)?;
         Self::checked(scan2params::Fabric {
             stretch_weft_n_m,
             stretch_warp_n_m,
             shear_n_m,
-            bending_weft_nm,
-            bending_warp_nm,
-            bending_bias_nm,
+            bending_weft_nm: bending_weft_n_m,
+            bending_warp_nm: bending_warp_n_m,
+            bending_bias_nm: bending_bias_n_m,
             density_kg_m2,
         })
     }
@@ -134,19 +136,19 @@ impl Fabric {
 
     /// float: Bending stiffness along the weft in N m.
     #[getter]
-    fn bending_weft_nm(&self) -> f64 {
+    fn bending_weft_n_m(&self) -> f64 {
         self.0.bending_weft_nm
     }
 
     /// float: Bending stiffness along the warp in N m.
     #[getter]
-    fn bending_warp_nm(&self) -> f64 {
+    fn bending_warp_n_m(&self) -> f64 {
         self.0.bending_warp_nm
     }
 
     /// float: Bending stiffness along the bias in N m.
     #[getter]
-    fn bending_bias_nm(&self) -> f64 {
+    fn bending_bias_n_m(&self) -> f64 {
         self.0.bending_bias_nm
     }
 
@@ -198,6 +200,16 @@ impl Fabric {
     fn __repr__(&self) -> String {
         self.shown()
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ([f64; 7],))> {
+        Ok((pickled::restorer::<Self>(py)?, (self.0.in_si(),)))
+    }
+
+    /// The fabric that was pickled.
+    #[classmethod]
+    fn _restored(_class: &Bound<'_, PyType>, numbers: [f64; 7]) -> Self {
+        Self(of_si(numbers))
+    }
 }
 
 impl Fabric {
@@ -216,13 +228,27 @@ impl Fabric {
     }
 }
 
+/// A fabric from its numbers in SI, paper's order.
+pub(crate) fn of_si(numbers: [f64; 7]) -> scan2params::Fabric {
+    let [stretch_weft_n_m, stretch_warp_n_m, shear_n_m, weft, warp, bias, density_kg_m2] = numbers;
+    scan2params::Fabric {
+        stretch_weft_n_m,
+        stretch_warp_n_m,
+        shear_n_m,
+        bending_weft_nm: weft,
+        bending_warp_nm: warp,
+        bending_bias_nm: bias,
+        density_kg_m2,
+    }
+}
+
 /// The names of a fabric's numbers, paper's order.
 const SI_NAMES: [&str; 7] = [
     "stretch_weft_n_m",
     "stretch_warp_n_m",
     "shear_n_m",
-    "bending_weft_nm",
-    "bending_warp_nm",
-    "bending_bias_nm",
+    "bending_weft_n_m",
+    "bending_warp_n_m",
+    "bending_bias_n_m",
     "density_kg_m2",
 ];

@@ -1,7 +1,7 @@
-//! What a caller says of a scan, resolved.
+//! A scan and its options, resolved.
 //!
-//! In: a path, an array, a [`Scan`] or a [`Boundary`], and what is known of it. Out: an [`Input`] and the library's
-//! options.
+//! In: a path, an array, a [`Scan`] or a [`Boundary`], and what is known of it. Out: an [`Input`]
+//! and the library's options.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::boundary::Boundary;
 use crate::errors::{invalid, of_intake, of_read};
 use crate::{arrays, words};
 
-/// What is said of a scan beside the scan.
+/// Options of a scan.
 #[derive(Default)]
 pub(crate) struct Known<'a, 'py> {
     pub(crate) triangles: Option<&'a Bound<'py, PyAny>>,
@@ -93,7 +93,7 @@ impl Known<'_, '_> {
         Self { triangles: None, colors: None, name: None, ..self }
     }
 
-    /// One of several scans. A rim that is there has its options, and nothing of what is said here is meant for it.
+    /// One of several scans. A Boundary has its own options; those given here are not for it.
     ///
     /// # Errors
     /// `InvalidInput`.
@@ -121,7 +121,7 @@ impl Known<'_, '_> {
         })
     }
 
-    /// That nothing is said of what is known already.
+    /// That no option is given that is known already.
     fn check_unused(&self) -> PyResult<()> {
         let given = [
             ("triangles", self.triangles.is_some()),

@@ -1,14 +1,15 @@
 //! scan2params for Python: the functions of the library, numpy in and out.
 //!
-//! In: numpy arrays, paths, and what is known. Out: classes that hold the library's results and give them as arrays.
-//! Nothing is computed here: each function resolves its arguments, calls what the program's verb of the same name calls,
-//! and shows the result. All of it is SI, as inside the library; `paper_units` and the dictionaries of `params.json` and
-//! `calibration.json` are in the units that those files name.
+//! In: numpy arrays, paths, and what is known. Out: classes that hold the library's results and
+//! give them as arrays. Nothing is computed here: each function resolves its arguments, calls what
+//! the program's verb of the same name calls, and shows the result. All of it is SI, as inside the
+//! library; `paper_units` and the dictionaries of `params.json` and `calibration.json` are in the
+//! units that those files name.
 //!
-//! Each long function works on a thread of its own (`work`), while the caller's waits without Python's lock, hands on
-//! what is said and listens for control-C.
+//! Each long function works on its own thread (`work`). The caller's thread waits without Python's
+//! lock, reports the steps and listens for control-C.
 //!
-//! What Python sees is said in `scan2params/_scan2params.pyi`; tests hold that the two agree.
+//! The types for Python are in `scan2params/_scan2params.pyi`; tests check that the two agree.
 
 #![warn(missing_docs)]
 
@@ -21,6 +22,7 @@ mod errors;
 mod estimate;
 mod fabric;
 mod given;
+mod pickled;
 mod rim;
 mod words;
 mod work;

@@ -19,12 +19,14 @@ use crate::work;
 /// colors : array_like of int, shape (N, 3), optional
 ///     Red, green, blue of each point, 0 to 255; needed for `mark`.
 /// unit : {'m', 'mm', 'cm', 'in', 'guess'}, optional
-///     Unit of the coordinates. If not given, metres for arrays; of a file it is guessed from the scene.
+///     Unit of the coordinates. If not given, metres for arrays; of a file it is guessed from the
+///     scene.
 /// warp_toward : str or array_like of shape (3,), optional
-///     Where the warp points in the scan's frame: ``'+x'``, ``'-y'``, ``'x,y,z'``, a bearing in degrees as text, or a
-///     vector. Without it and without `mark`, weft and warp may be exchanged.
+///     Where the warp points in the scan's frame: ``'+x'``, ``'-y'``, ``'x,y,z'``, a bearing in
+///     degrees as text, or a vector. Without it and without `mark`, weft and warp may be exchanged.
 /// mark : str, optional
-///     Colour of a mark in the middle of the side to which the warp runs: ``'red'``, ... or ``'#rrggbb'``.
+///     Colour of a mark in the middle of the side to which the warp runs: ``'red'``, ... or
+///     ``'#rrggbb'``.
 /// crop_radius_m : float, optional
 ///     Look at what lies within this radius of the plate only.
 /// crop_box : array_like of shape (2, 3), optional
@@ -34,8 +36,8 @@ use crate::work;
 /// plate_near : array_like of shape (3,), optional
 ///     Where the plate is, to 100 mm, in the frame and unit of the coordinates.
 /// specimen_side_m, plate_radius_m : float, optional
-///     Side of the square specimen and radius of the plate; 0.3 and 0.05 if not given. `estimate` takes
-///     these only.
+///     Side of the square specimen and radius of the plate; 0.3 and 0.05 if not given. `estimate`
+///     takes these only.
 /// seed : int, optional
 ///     Seed of the plane search.
 /// intrinsics : str or os.PathLike, optional

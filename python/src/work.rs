@@ -1,9 +1,10 @@
-//! Long work: on a thread of its own, without Python's lock.
+//! Long work: on its own thread, without Python's lock.
 //!
-//! The caller's thread waits without the lock, hands what the work says to the caller's function, and looks for
-//! control-C ten times a second. Where either raises, the call ends at once with that exception, and the work at the
-//! next step that it tells of (after the drape at hand); what it would have given is lost, and no file is written, since
-//! files are written by the caller's thread.
+//! The caller's thread waits without the lock, hands what the work says to the caller's function,
+//! and looks for control-C ten times a second. Where either raises, the call ends at once with that
+//! exception, and the work at the next step that it tells of (after the drape at hand); what it
+//! would have given is lost, and no file is written, since files are written by the caller's
+//! thread.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -50,8 +51,8 @@ impl Teller {
     }
 }
 
-/// Does `work` on another thread and waits for it. `progress` is called with each step in words, on the caller's
-/// thread.
+/// Does `work` on another thread and waits for it. `progress` is called with each step in words, on
+/// the caller's thread.
 ///
 /// # Errors
 /// What `progress` raises, control-C, and a panic of the work as an `InternalError`.
@@ -103,7 +104,7 @@ fn start<T: Send + 'static>(
     work: impl FnOnce(&Teller) -> T + Send + 'static,
 ) -> std::io::Result<()> {
     let said = sender.clone();
-    // nobody listens to what is said once the caller has gone
+    // nobody listens once the caller has gone
     let say = Box::new(move |step| drop(said.send(Event::Said(step))));
     let teller = Teller { say, gone };
     let all = move || {

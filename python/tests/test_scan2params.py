@@ -1,8 +1,13 @@
 """The functions against known truth, and against the program."""
 
+import concurrent.futures
+import copy
+import inspect
 import json
+import multiprocessing
 import os
 import pathlib
+import pickle
 import re
 import signal
 import subprocess
@@ -197,9 +202,9 @@ def test_an_estimate_finds_the_fabric_while_another_thread_runs():
     assert refined.params["refinement"]["taken"] is True
     # a static drape tells bending; 0.17 at most was observed, and the network alone is sure of it to about 0.4
     truth = s2p.Fabric.read(FIXTURES / "drapes" / "stiff.params.json")
-    for name in ("bending_weft_nm", "bending_warp_nm", "bending_bias_nm"):
+    for name in ("bending_weft_n_m", "bending_warp_n_m", "bending_bias_n_m"):
         assert abs(np.log(getattr(refined.fabric, name) / getattr(truth, name))) < 0.25, name
-    with pytest.raises(s2p.InvalidInput, match="led to a scan"):
+    with pytest.raises(s2p.InvalidInput, match="fitted to a scan"):
         s2p.sensitivities(refined.tied_drape)
 
 
@@ -257,7 +262,7 @@ def test_sensitivities_are_what_a_change_of_the_fabric_does(stiff, stiff_drape):
         fabric = s2p.Fabric(**{**stiff.si_units(), **changed})
         return s2p.simulate(fabric, vertices=31, start=sheet, experiment=gives)
 
-    asked = {"bending_weft": "bending_weft_nm", "bending_bias": "bending_bias_nm", "density": "density_kg_m2"}
+    asked = {"bending_weft": "bending_weft_n_m", "bending_bias": "bending_bias_n_m", "density": "density_kg_m2"}
     found = s2p.sensitivities(laid(), [*asked, "plate_radius"])
     assert found.rim.shape == (244, 3, 4) and found.units == ("m", "m", "m", "m / (m)")
     assert found.names == (*asked, "plate_radius")
@@ -454,6 +459,78 @@ def test_errors_are_those_of_python_too(mean_rim, stiff, stiff_drape):
         s2p.simulate(stiff, vertices=5, progress=3)
 
 
+def test_a_density_in_other_units_is_told_the_argument_and_its_unit(mean_rim, stiff):
+    for call in (
+        lambda density: s2p.estimate(mean_rim, density, quick=True),
+        lambda density: s2p.Fabric(**{**stiff.si_units(), "density_kg_m2": density}),
+    ):
+        with pytest.raises(ValueError, match=r"density_kg_m2: 214 is outside 0.001 to 2 kg/m\^2; .*are 0.214 kg/m") as raised:
+            call(214.0)
+        # what the error asks for is taken
+        meant = float(re.search(r"are ([0-9.]+) kg/m", str(raised.value))[1])
+        call(meant)
+
+
+def test_messages_speak_of_arguments_and_not_of_flags(mean_rim, mean_cloud):
+    points = mean_cloud[0]
+    ambiguous = s2p.estimate(s2p.Boundary.from_points(mean_rim.points_m), MEAN_KG_M2, quick=True)
+    texts = [ground["text"] for ground in ambiguous.grounds] + ambiguous.warnings
+    texts += [ground["text"] for ground in s2p.boundary(points, unit="mm").verdict["grounds"]]
+    for scan, options in [
+        (points[:50], {}),
+        (FLAT, {}),
+        (points, {"unit": "mm", "mark": "red"}),
+        (points * 0.9, {"unit": "mm"}),
+        (points, {"unit": "mm", "plate_radius_m": 0.09}),
+        (str(FIXTURES / "README.md"), {}),
+    ]:
+        with pytest.raises(s2p.Scan2ParamsError) as raised:
+            s2p.boundary(scan, **options)
+        texts.append(str(raised.value))
+    assert any("give warp_toward or mark" in text for text in texts), texts
+    assert not [text for text in texts if "--" in text]
+
+
+def test_few_iterations_are_refused_and_more_are_respected(stiff):
+    for iterations in (1, 39):
+        with pytest.raises(ValueError, match=f"iterations: {iterations}; a cycle of the search takes up to 40"):
+            s2p.simulate(stiff, vertices=15, iterations=iterations)
+    assert s2p.simulate(stiff, vertices=15, iterations=40).stop in ("at_rest", "iterations")
+
+
+def test_the_camera_has_the_programs_seed():
+    assert inspect.signature(s2p.augment).parameters["seed"].default == 1
+
+
+def _folds(drape):
+    """What another process does with a drape."""
+    return drape.folds, s2p.sensitivities(drape, ["shear"]), drape
+
+
+def test_plain_objects_are_pickled_and_sent_to_other_processes(stiff, stiff_drape, fine_drape, mean_rim, mean_estimate):
+    fabric = pickle.loads(pickle.dumps(stiff))
+    assert fabric == stiff and copy.deepcopy(stiff) == stiff
+    scan = s2p.augment(fine_drape, "consumer", seed=4)
+    again = pickle.loads(pickle.dumps(scan))
+    for name in ("points_m", "colors", "sim_from_scan"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(scan, name))
+    assert again.profile == "consumer"
+    laid = s2p.simulate(stiff, vertices=31, start=stiff_drape.vertices_m.reshape(31, 31, 3))
+    guided = s2p.simulate(stiff, vertices=31, start=s2p.Boundary.from_points(stiff_drape.rim_m, warp_known=True))
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for drape in (stiff_drape, laid, guided):
+            folds, moves, back = pool.submit(_folds, drape).result()
+            assert folds == drape.folds and back.fabric == drape.fabric and back.warnings == drape.warnings
+            for name in ("vertices_m", "triangles", "rim_m", "stop", "residual_n", "energy_j", "plate_clearance_m"):
+                np.testing.assert_array_equal(getattr(back, name), getattr(drape, name))
+            here = s2p.sensitivities(drape, ["shear"])
+            np.testing.assert_array_equal(moves.rim, here.rim)
+            assert (moves.names, moves.units) == (here.names, here.units)
+    for whole, instead in ((mean_rim, "write"), (mean_estimate, "params")):
+        with pytest.raises(TypeError, match=f"cannot be pickled; .*{instead}"):
+            pickle.dumps(whole)
+
+
 def _manifest_of_nothing():
     """A manifest with one row whose file is not looked at."""
     import tempfile
@@ -518,7 +595,7 @@ def test_two_threads_get_the_same_drape_at_once(stiff, stiff_drape):
 def test_a_fabric_is_the_same_in_both_units(stiff):
     paper = stiff.paper_units()
     assert paper["bending_weft"] == pytest.approx(5200) and paper["density"] == pytest.approx(260)
-    assert stiff.bending_weft_nm == pytest.approx(5200e-9) and stiff.stretch_weft_n_m == pytest.approx(240)
+    assert stiff.bending_weft_n_m == pytest.approx(5200e-9) and stiff.stretch_weft_n_m == pytest.approx(240)
     assert stiff.density_kg_m2 == pytest.approx(0.26)
     assert s2p.Fabric.from_paper_units(**paper).si_units() == pytest.approx(stiff.si_units())
     again = s2p.Fabric(**stiff.si_units())
@@ -562,7 +639,7 @@ def test_a_users_types_are_checked(tmp_path):
         "rim: s2p.Boundary = s2p.boundary(np.zeros((5, 3)), unit='mm')\n"
         "found = s2p.estimate(rim, 0.2, progress=print)\n"
         "low, high = found.interval90\n"
-        "length: float = low.bending_weft_nm\n"
+        "length: float = low.bending_weft_n_m\n"
         "moves = s2p.sensitivities(s2p.simulate(found.fabric, seed=1)).rim\n"
         "reveal_type(moves)\n"
     )

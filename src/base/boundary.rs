@@ -121,7 +121,7 @@ impl Boundary {
     }
 
     /// The same rim turned about the plate's axis to where it fits `other` best: least squares in
-    /// the horizontal plane. A specimen may whirl as it falls, by up to some degrees; a scan that
+    /// the horizontal plane. A specimen may rotate as it falls, by up to some degrees; a scan that
     /// shows it at rest cannot know, and calls x where the warp lies.
     #[must_use]
     pub fn turned_onto(&self, other: &Self) -> Self {

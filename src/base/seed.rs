@@ -1,4 +1,4 @@
-//! Seeds: sample k of a run is the same bytes whatever the order, the thread
+//! Seeds: sample k of a run is the same bytes for any order, thread
 //! count or the shard.
 
 use rand_chacha::ChaCha8Rng;

@@ -27,6 +27,18 @@ pub enum BatchError {
         /// What is wrong and what to do.
         fault: String,
     },
+    /// A file in place of a folder.
+    #[error("{}: is a file; give the folder that it is in, or `estimate` the one scan", path.display())]
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Nothing there.
+    #[error("{}: no such folder; check the path", path.display())]
+    NoFolder {
+        /// The path.
+        path: PathBuf,
+    },
     /// The folder cannot be listed.
     #[error("{}: cannot be listed ({source}); give a folder of scans", path.display())]
     Folder {
@@ -76,7 +88,10 @@ impl BatchError {
     #[must_use]
     pub fn kind(&self) -> FailureKind {
         match self {
-            Self::Density(_) | Self::Table { .. } | Self::NoScans { .. } => FailureKind::Usage,
+            Self::Density(_)
+            | Self::Table { .. }
+            | Self::NoScans { .. }
+            | Self::NotAFolder { .. } => FailureKind::Usage,
             Self::Read(error) if error.is_content() => FailureKind::Usage,
             Self::Output(error) if error.is_usage() => FailureKind::Usage,
             _ => FailureKind::Failed,

@@ -37,12 +37,29 @@ pub struct Inputs {
     pub passed_over: Vec<String>,
 }
 
-/// The scans of `options.folder` or of its shard, and what it has beside them.
+/// Whether there is a folder.
+///
+/// # Errors
+/// A file, or nothing.
+pub fn check_folder(path: &Path) -> Result<(), BatchError> {
+    let path = path.to_owned();
+    match fs::metadata(&path) {
+        Ok(meta) if meta.is_dir() => Ok(()),
+        Ok(_) => Err(BatchError::NotAFolder { path }),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Err(BatchError::NoFolder { path })
+        }
+        Err(source) => Err(BatchError::Folder { path, source }),
+    }
+}
+
+/// The scans of `options.folder` or of its shard, and its other files.
 ///
 /// # Errors
 /// When the folder cannot be listed, the density table is damaged, or nothing is
 /// to be done.
 pub fn inputs(options: &BatchOptions) -> Result<Inputs, BatchError> {
+    check_folder(&options.folder)?;
     if let Some(density_kg_m2) = options.density_kg_m2 {
         check_density(density_kg_m2)?;
     }

@@ -6,7 +6,8 @@
 //! are counted and passed over, so that their inputs are done again. The last row
 //! of a file counts.
 //!
-//! A shard has a journal of its own, and every run reads those of the others, as far as they are written.
+//! A shard has its own journal, and every run reads those of the others, as far as they are
+//! written.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions, read_dir};

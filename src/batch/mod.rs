@@ -1,4 +1,4 @@
-//! A folder of scans: every one estimated, whatever happens to the others.
+//! A folder of scans: every one estimated, even if others fail.
 //!
 //! In: a folder, densities, one set of options. Out: one [`Row`] per scan, its
 //! refusal or failure included, in the order of the scans' paths; in the folder of
@@ -10,8 +10,9 @@
 //! options, the program and the model are those that the row was made with, and its
 //! files are there; scans that failed (as opposed to refused) are tried again.
 //!
-//! Several machines may share a batch ([`Share`]): each does a shard, with a journal of its own in the same folder of
-//! results, and the tables are made of all journals. The rows do not depend on how many shards there were.
+//! Several machines may share a batch ([`Share`]): each does a shard, with its own journal in the
+//! same folder of results, and the tables are made of all journals. The rows do not depend on how
+//! many shards there were.
 //!
 //! Scans run on threads of their own and meet on rayon's pool inside the scan
 //! path. Tried and dropped: the scans themselves as rayon tasks; a task that waits
@@ -34,10 +35,10 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 pub use error::BatchError;
-pub use inputs::{Input, Inputs, inputs};
+pub use inputs::{Input, Inputs, check_folder, inputs};
 pub use options::{BatchOptions, SCANS, Share};
 pub use row::{Row, SCHEMA_VERSION, Status};
-pub use table::csv;
+pub use table::{csv, overview};
 
 use crate::base::units::KG_M2_PER_G_M2;
 use crate::estimate::Estimator;

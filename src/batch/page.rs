@@ -50,6 +50,7 @@ fn line(out: &Path, row: &Row) -> Line {
         file: row.file.clone(),
         level,
         not_the_experiment: row.not_the_experiment(),
+        warp_unknown: row.is_warp_unknown(),
         status: row.status.name(),
         reason: row.reason.clone(),
         grounds: against.filter_map(|g| Some(g["text"].as_str()?.to_owned())).collect(),

@@ -88,8 +88,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row with the exit code that its verdict asks for. A row holds whatever was asked
-    /// when it was made, so that `strict` may differ from one run of a batch to the next.
+    /// The row with the exit code of its verdict. `strict` may differ from one run of a batch to
+    /// the next, so that the row's own code is not kept.
     pub(super) fn judged(mut self, strict: bool) -> Self {
         let refused =
             self.not_the_experiment() || strict && self.verdict() == Some(Level::DoNotUse.name());
@@ -112,6 +112,14 @@ impl Row {
         let pointer = "/verdict/not_the_experiment";
         let said = self.result.as_ref().and_then(|result| result.pointer(pointer));
         said.and_then(serde_json::Value::as_bool) == Some(true)
+    }
+
+    /// Whether weft and warp are unknown: the values are those of one reading of two, and the
+    /// intervals cover both.
+    #[must_use]
+    pub fn is_warp_unknown(&self) -> bool {
+        let orientation = self.result.as_ref().and_then(|result| result.pointer("/orientation"));
+        orientation.and_then(serde_json::Value::as_str) == Some("ambiguous")
     }
 
     /// Codes of the grounds of the verdict that speak against the result, each once.

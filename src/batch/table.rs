@@ -18,6 +18,51 @@ pub fn csv(rows: &[Row]) -> String {
     out
 }
 
+/// The rows as a short table for a terminal: verdict, whether weft and warp are known, and the
+/// bending stiffnesses, which a drape shows best. [`csv`] has all columns.
+#[must_use]
+pub fn overview(rows: &[Row]) -> String {
+    let titles = ["scan", "verdict", "weft and warp", "bending weft", "warp", "bias"];
+    let mut lines = vec![titles.map(String::from)];
+    lines.extend(rows.iter().map(overview_cells));
+    let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max();
+    let widths: [usize; 6] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    let mut out = String::new();
+    for line in &lines {
+        let mut text = String::new();
+        for (column, cell) in line.iter().enumerate() {
+            let width = widths[column];
+            // texts to the left, numbers to the right
+            text +=
+                &if column < 3 { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
+        }
+        out += text.trim_end();
+        out.push('\n');
+    }
+    out + "bending stiffnesses in g mm^2 s^-2 rad^-1; results.csv has all values with their intervals\n"
+}
+
+fn overview_cells(row: &Row) -> [String; 6] {
+    let bending = |key: &str| {
+        let value =
+            row.result.as_ref().and_then(|r| r.pointer(&format!("/parameters/{key}/value")));
+        value.and_then(Value::as_f64).map(|value| format!("{value:.0}")).unwrap_or_default()
+    };
+    let warp = match &row.result {
+        None => "",
+        Some(_) if row.is_warp_unknown() => "unknown",
+        Some(_) => "known",
+    };
+    [
+        row.file.clone(),
+        row.verdict().map_or(row.status.name(), |level| level).replace('_', " "),
+        warp.to_owned(),
+        bending("bending_weft"),
+        bending("bending_warp"),
+        bending("bending_bias"),
+    ]
+}
+
 /// Titles before and after those of the stiffnesses.
 const BEFORE: [&str; 8] =
     ["file", "status", "exit_code", "verdict", "grounds", "reason", "density_g_m2", "orientation"];
@@ -96,6 +141,32 @@ fn quoted(cell: &str) -> String {
 mod tests {
     use super::super::{Row, Status};
     use super::*;
+
+    #[test]
+    fn the_overview_has_few_columns_and_says_where_weft_and_warp_are_unknown() {
+        let row = |file: &str, orientation: &str| {
+            let value = serde_json::json!({ "value": 1234.5 });
+            let result = serde_json::json!({
+                "orientation": orientation,
+                "verdict": { "level": "do_not_use" },
+                "parameters": { "bending_weft": value, "bending_warp": value, "bending_bias": value },
+            });
+            Row { result: Some(result), ..Row::new(file, Status::Ok) }
+        };
+        let rows =
+            [row("a.ply", "ambiguous"), row("b.ply", "given"), Row::new("c.ply", Status::Refused)];
+        let text = overview(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 5);
+        assert!(lines.iter().all(|line| line.len() < 100 && !line.ends_with(' ')), "{text}");
+        assert_eq!(
+            lines[1].split_whitespace().collect::<Vec<_>>()[..5],
+            ["a.ply", "do", "not", "use", "unknown"]
+        );
+        assert!(lines[1].contains("1234") && lines[2].contains("  known  "), "{text}");
+        assert_eq!(lines[3], "c.ply  refused");
+        assert_eq!(rows.iter().filter(|row| row.is_warp_unknown()).count(), 1);
+    }
 
     #[test]
     fn every_row_has_a_cell_for_every_title_and_reads_back() {

@@ -5,10 +5,11 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::Failure;
 use super::experiment::ExperimentFlags;
+use super::names;
 use super::version;
 use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::units::{LIKELY_SCALES, M_PER_MM};
@@ -16,13 +17,14 @@ use scan2params::calibrate::effect::{EFFECTS, Effect};
 use scan2params::calibrate::manifest::Face;
 use scan2params::dataset::augment::{Form, Unit};
 use scan2params::exchange::Target;
-use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR};
+use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR, UNION_PRIOR};
 use scan2params::intake::hints::{parse_crop, parse_place, parse_up};
 use scan2params::intake::rim::parse_warp_toward;
 use scan2params::io::{
     DepthSource, Format, Intrinsics, ReadOptions, files_of, intrinsics, is_views_folder,
 };
 use scan2params::scan::{Crop, LengthUnit, MarkColor, ScanOptions, WarpToward};
+use scan2params::sensor::{Profile, StandKind, Surroundings};
 
 /// From a depth-sensor scan of a draped cloth to the parameters with which a
 /// simulator reproduces it.
@@ -35,17 +37,18 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
-/// How much is said on stderr.
+/// How much is printed on stderr.
 #[derive(Debug, Args)]
 pub(crate) struct Talk {
-    /// Say nothing on stderr but warnings and errors
+    /// Print only warnings and errors on stderr
     #[arg(long, short, global = true, display_order = 101, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
-    /// Say on stderr what is done and when, also where it is no terminal
+    /// Print each step and its time on stderr, even if stderr is not a terminal
     #[arg(long, short, global = true, display_order = 102)]
     pub(crate) verbose: bool,
-    /// Defaults of flags; without it SCAN2PARAMS_CONFIG names the file, else scan2params.toml in this folder,
-    /// else config.toml of the user (`scan2params config` says which). "" for none
+    /// File with defaults of flags, or "" for none. If not given: the file that SCAN2PARAMS_CONFIG
+    /// names, else scan2params.toml in this folder, else the user's config.toml (`scan2params
+    /// config` shows which)
     #[arg(long, global = true, display_order = 103, value_name = "FILE.toml", value_parser = clap::builder::OsStringValueParser::new())]
     pub(crate) config: Option<OsString>,
 }
@@ -53,7 +56,8 @@ pub(crate) struct Talk {
 /// How many threads are used.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ThreadFlags {
-    /// Threads at most; 0: one per core. No result depends on it; one drape is computed on one
+    /// Number of threads at most, or 0 for one per core. No result depends on it; one drape is
+    /// computed on one
     #[arg(long, global = true, display_order = 100, value_name = "N", default_value = "0", value_parser = threads)]
     pub(crate) threads: usize,
 }
@@ -66,34 +70,39 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Write the rim of a scan as 244 points.
     Boundary(Boundary),
-    /// Bring views or passes of one drape together and write them as one cloud.
+    /// Register views or passes of one drape and write them as one cloud.
     Merge(Merge),
-    /// Estimate every scan of a folder; taken up again where it was interrupted.
+    /// Estimate every scan of a folder, or continue an interrupted run.
     Batch(Batch),
-    /// Fit fabrics to measured drapes, predict the drapes held out, and show what is left.
+    /// Fit fabrics to measured drapes and predict the held-out drapes.
     Calibrate(Calibrate),
     /// Scan drapes with a virtual depth camera.
     Augment(Augment),
-    /// Combine repeated drapes of one fabric: mean, scatter, intervals, folds, drapes that lie apart.
+    /// Combine the results of repeated drapes of one fabric into means and intervals.
     Combine(Combine),
-    /// Write what is needed to make the experiment: templates, stand, protocol.
+    /// Write templates, drawings of the stand, and the protocol of the experiment.
     Kit(Kit),
-    /// Measure what this program promises, and print the tables.
+    /// Measure the accuracy of this program and print the tables.
+    #[command(hide = true)]
     Evaluate(EvaluateGiven),
-    /// Drape one fabric and write the sheet as OBJ.
+    /// Simulate the drape of one fabric and write the sheet as OBJ.
     Simulate(Box<Simulate>),
     /// Fill a folder with simulated drapes of fabrics drawn from a prior.
     Generate(Generate),
-    /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON, CSV.
+    /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON,
+    /// CSV.
     Export(Export),
     /// Convert a stiffness or a density to another unit, or a params.json to all of them.
     Convert(Convert),
-    /// Say which file gives defaults, and what a command line comes to with it.
+    /// Show the file of defaults, and the value of each flag of a command line.
     Config(Config),
-    /// Print what completes the commands and flags of this program in a shell.
+    /// Print the script that completes commands, flags and values in a shell.
     Completions(Completions),
     /// Print the manual, or write a page for each command.
     Man(Man),
+    /// Print the version, as --version does.
+    #[command(hide = true)]
+    Version,
 }
 
 impl Command {
@@ -116,7 +125,8 @@ impl Command {
             | Self::Convert(_)
             | Self::Config(_)
             | Self::Completions(_)
-            | Self::Man(_) => return 0,
+            | Self::Man(_)
+            | Self::Version => return 0,
         };
         given.threads
     }
@@ -124,10 +134,11 @@ impl Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct Combine {
-    /// Results of drapes of one fabric as `estimate --out` and `batch` write them, or folders of them
+    /// Results of drapes of one fabric, as `estimate --out` and `batch` write them, or folders of
+    /// them
     #[arg(required = true, value_name = "PARAMS.json|FOLDER")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The combination as JSON, which `simulate --params` reads
+    /// File for the combination as JSON, which `simulate --params` reads
     #[arg(long, short, value_name = "FILE.json")]
     pub(crate) out: Option<PathBuf>,
     /// Print JSON instead of the table
@@ -140,7 +151,7 @@ pub(crate) struct Kit {
     /// Folder for the files
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// The experiment: `square` for scans, `cusick` for silhouettes that `calibrate` takes
+    /// The experiment: `square` for scans, `cusick` for silhouettes for `calibrate`
     #[arg(long, value_enum, default_value = "square")]
     pub(crate) bench: KitBench,
     /// Colour of the mark on the specimen, as `estimate --mark` takes it
@@ -164,7 +175,8 @@ pub(crate) enum KitBench {
 
 #[derive(Debug, Args)]
 pub(crate) struct Config {
-    /// A command line of this program: each of its flags is printed with its value and where that is from
+    /// A command line of this program; each of its flags is printed with its value and the source
+    /// of that value
     #[arg(value_name = "COMMAND", trailing_var_arg = true, allow_hyphen_values = true)]
     pub(crate) line: Vec<OsString>,
 }
@@ -177,7 +189,7 @@ pub(crate) struct Completions {
 
 #[derive(Debug, Args)]
 pub(crate) struct Man {
-    /// Folder for a page of each command, in place of printing the first
+    /// Folder for one page per command; without it the first page is printed
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -210,15 +222,16 @@ impl From<Side> for Face {
 /// A scan, and how it is read.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ScanFlags {
-    /// The scan: PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, 16-bit depth PNG, views.json or its folder;
-    /// `estimate` also takes a rim that `boundary` wrote; `-` with --format: the standard input
+    /// The scan: PLY, OBJ, PCD, STL, GLB, E57, LAS, LAZ, XYZ, 16-bit depth PNG, views.json or its
+    /// folder. `estimate` also takes a rim that `boundary` wrote; `-` with --format is the standard
+    /// input
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
-    /// More recordings of the same drape as it lies there, in any frame: they are brought together
+    /// More recordings of the same drape, unmoved, each in any frame; all are registered
     #[arg(value_name = "PASS")]
     pub(crate) passes: Vec<PathBuf>,
-    /// Format of INPUT, whatever its name: ply, obj, pcd, stl, glb, e57, las, laz, xyz or png
-    #[arg(long, value_name = "NAME", value_parser = format)]
+    /// Format of INPUT, for any file name
+    #[arg(long, value_name = "NAME", value_parser = names::format(), ignore_case = true)]
     pub(crate) format: Option<Format>,
     #[command(flatten)]
     pub(crate) read: ReadFlags,
@@ -228,7 +241,7 @@ impl ScanFlags {
     /// What the flags say of the file.
     pub(crate) fn read_options(&self) -> Result<ReadOptions, Failure> {
         if self.input.as_os_str() == "-" && self.format.is_none() {
-            let why = "`-` is the standard input, which does not say its format: give it, as in `- --format ply`";
+            let why = "`-` is the standard input, which needs a format, as in `- --format ply`";
             return Err(Failure::usage(anyhow!(why)));
         }
         if self.input.is_dir() && !is_views_folder(&self.input) {
@@ -275,22 +288,23 @@ pub(crate) struct ReadFlags {
     /// specimen itself: red, orange, yellow, green, cyan, blue, magenta or #rrggbb
     #[arg(long, value_name = "COLOUR", conflicts_with = "warp_toward")]
     pub(crate) mark: Option<MarkColor>,
-    /// Unit of the file's coordinates; guessed from the sizes of scene and plate if not given
-    #[arg(long, value_parser = unit, value_name = "m|mm|cm|in")]
+    /// Unit of the file's coordinates. If not given, guessed from scene and plate
+    #[arg(long, value_parser = names::unit(), value_name = "UNIT")]
     pub(crate) unit: Option<LengthUnit>,
-    /// Scale of the scan, by which all its lengths are divided: 1.012 of one that is 1.2 % too large, as a verdict says.
-    /// Places of other flags are then in the divided lengths
+    /// Factor by which all lengths of the scan are divided: 1.012 for a scan that is 1.2 % too
+    /// large. Positions in other flags are in the divided lengths
     #[arg(long, value_name = "SCALE", value_parser = rescale)]
     pub(crate) rescale: Option<f64>,
-    /// Part of the scan that is looked at: a radius about the plate [mm], or two opposite corners X1,Y1,Z1,X2,Y2,Z2
-    /// of a box in the file's frame and unit
+    /// Part of the scan that is used: a radius about the plate [mm], or two opposite corners
+    /// X1,Y1,Z1,X2,Y2,Z2 of a box in the file's frame and unit
     #[arg(long, value_name = "RADIUS_MM|BOX", value_parser = parse_crop, allow_hyphen_values = true)]
     pub(crate) crop: Option<Crop>,
-    /// Which way is up in the scan's frame, to 20 degrees: x, -x, y, -y, z, -z, or three numbers X,Y,Z; found from
-    /// the cloth if not given
+    /// Up in the scan's frame, to within 20 degrees: x, -x, y, -y, z, -z, or three numbers X,Y,Z.
+    /// If not given, found from the cloth
     #[arg(long, value_name = "AXIS", value_parser = parse_up, allow_hyphen_values = true)]
     pub(crate) up: Option<[f64; 3]>,
-    /// Where the plate is, to 100 mm, in the file's frame and unit; found from the cloth if not given
+    /// Position of the plate, to within 100 mm, in the file's frame and unit. If not given, found
+    /// from the cloth
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_place, allow_hyphen_values = true)]
     pub(crate) plate_near: Option<[f64; 3]>,
     /// Side of the square specimen [mm]; `estimate` and `batch` take 300 only
@@ -317,14 +331,14 @@ pub(crate) struct ReadFlags {
     /// Principal point in y [pixels]
     #[arg(long, value_name = "PIXELS", requires = "fx", allow_negative_numbers = true)]
     pub(crate) cy: Option<f64>,
-    /// Where depth images are from, which says their unit: d4xx, d405, k4a, tum, polycam
-    #[arg(long, value_name = "NAME", value_parser = depth_source, conflicts_with = "depth_scale")]
+    /// Source of the depth images, which gives their unit
+    #[arg(long, value_name = "NAME", value_parser = names::depth_source(), conflicts_with = "depth_scale")]
     pub(crate) sensor: Option<DepthSource>,
-    /// Units of depth in a metre, in depth images
+    /// Depth units per metre in depth images
     #[arg(long, value_name = "UNITS_PER_METRE", default_value_t = 1000.0)]
     pub(crate) depth_scale: f64,
-    /// Drop pixels of depth images that fewer than three of their eight neighbours
-    /// follow within this depth [mm]
+    /// Drop pixels of depth images with fewer than three of eight neighbours within
+    /// this depth [mm]
     #[arg(long, value_name = "MM")]
     pub(crate) drop_jumps: Option<f64>,
 }
@@ -377,22 +391,11 @@ impl ReadFlags {
     }
 }
 
-/// A format that bytes can be in: a set of views is files.
-fn format(text: &str) -> Result<Format, String> {
-    let format = Format::named(text).filter(|format| *format != Format::Views);
-    format.ok_or_else(|| "give ply, obj, pcd, stl, glb, e57, las, laz, xyz or png".into())
-}
-
 /// An areal density in g/m^2; what range it may lie in is the library's to say.
 fn density(text: &str) -> Result<f64, String> {
     let remedy = "give a number of g/m^2 alone, with a decimal point, like 182.5; `scan2params convert \
                   5.4 oz/yd^2 --to g/m^2` makes one of another unit";
     text.trim().parse().map_err(|_| remedy.to_owned())
-}
-
-fn depth_source(text: &str) -> Result<DepthSource, String> {
-    let names = DepthSource::ALL.map(|source| source.name).join(", ");
-    DepthSource::named(text).ok_or_else(|| format!("give one of {names}, or --depth-scale"))
 }
 
 fn key_value(text: &str) -> Result<(String, String), String> {
@@ -425,51 +428,50 @@ fn rescale(text: &str) -> Result<f64, String> {
     likely.ok_or_else(|| format!("give {least} to {most}, like 1.012; units are for --unit"))
 }
 
-fn unit(text: &str) -> Result<LengthUnit, String> {
-    LengthUnit::named(text).ok_or_else(|| "give m, mm, cm, in, ft, um or 0.1mm".into())
-}
-
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Estimate {
+    // First: what is required stands first in the help.
+    /// Areal density of the fabric [g/m^2], 1 to 2000: cut 100 x 100 mm and weigh it in g; times
+    /// 100 is g/m^2
+    #[arg(long, value_name = "G_PER_M2", value_parser = density)]
+    pub(crate) density: f64,
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// Areal density of the fabric [g/m^2], 1 to 2000
-    #[arg(long, value_name = "G_PER_M2", value_parser = density)]
-    pub(crate) density: f64,
-    /// Folder for params.json, boundary.csv, boundary.png and report.html; it is then found out as well what the fabric's
-    /// sheet does when nothing holds it to the scan. Of a refused scan the picture that `inspect` draws
+    /// Folder for params.json, boundary.csv, boundary.png and report.html. The released drape is
+    /// then simulated as with --release. A refused scan gives the picture that `inspect` draws
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print params.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
-    /// The network's answer alone, in two seconds: wider intervals, bending off by 5 to 8 %
+    /// Only the network's answer, in two seconds: wider intervals, bending off by 5 to 8 %
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Find out what the fabric's sheet does when nothing holds it to the scan (the released drape) even without --out
+    /// Simulate the released drape, which no spring ties to the scan, also without --out
     #[arg(long)]
     pub(crate) release: bool,
-    /// Other scans of the same fabric, dropped anew: one fabric is found from all of them. Weft and warp must be
-    /// known in each, by its mark or by --warp-toward, which then holds for all
+    /// Scans of other drapes of the same fabric: one fabric is fitted to all of them. Weft and warp
+    /// must be known in each, by its mark or by --warp-toward, which then applies to all
     #[arg(long, value_name = "SCAN", conflicts_with = "quick", num_args = 1..)]
     pub(crate) with: Vec<PathBuf>,
-    /// Effects that the cloth is known to have beyond the seven parameters, from a params.json that `calibrate` wrote: the
-    /// simulator drapes it with them. The network knows nothing of them
+    /// Effects of the cloth beyond the seven parameters, from a params.json that `calibrate` wrote.
+    /// The simulator uses them; the network does not know them
     #[arg(long, value_name = "FABRIC.params.json")]
     pub(crate) effects: Option<PathBuf>,
-    /// Which face of that cloth is up
+    /// Face of that cloth that is up
     #[arg(long, value_enum, default_value_t = Side::Up, requires = "effects")]
     pub(crate) face: Side,
-    /// Exit with code 4 where the verdict is `do not use`; results are written all the same
+    /// Exit with code 4 if the verdict is `do not use`; results are still written
     #[arg(long)]
     pub(crate) strict: bool,
-    /// No report.html in --out
+    /// Write no report.html in --out
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// The laboratory's fields for report.html: specimen_id, composition, construction, thickness, face, warp_marked,
-    /// conditioning, scanner, operator, date, remarks; blank lines for what is not given
+    /// The laboratory's fields for report.html: specimen_id, composition, construction, thickness,
+    /// face, warp_marked, conditioning, scanner, operator, date, remarks; missing ones are left
+    /// blank
     #[arg(long, value_name = "FILE.toml|json", requires = "out", conflicts_with = "no_report")]
     pub(crate) lab: Option<PathBuf>,
     /// Simulate the standard Cusick test of the estimated fabric for report.html
@@ -483,7 +485,7 @@ pub(crate) struct Inspect {
     pub(crate) scan: ScanFlags,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// Picture of what was found: from above, from the side, flattened
+    /// Picture of the rim that was found: from above, from the side, flattened
     #[arg(long, short, value_name = "FILE.png")]
     pub(crate) out: Option<PathBuf>,
     /// Print JSON
@@ -493,106 +495,110 @@ pub(crate) struct Inspect {
 
 #[derive(Debug, Args)]
 pub(crate) struct Merge {
+    /// File for the cloud, in the frame and the unit of the first pass, or in metres for views
+    #[arg(long, short, value_name = "FILE.ply")]
+    pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// The cloud, in the frame and the unit of the first pass; of views in metres
-    #[arg(long, short, value_name = "FILE.ply")]
-    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Boundary {
+    /// File for the rim: index, side, x, y, z, sigma [mm], observed
+    #[arg(long, short, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) scan: ScanFlags,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// The rim: index, side, x, y, z, sigma [mm], observed
-    #[arg(long, short, value_name = "FILE.csv")]
-    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("densities").args(["density", "density_csv"]).required(true).multiple(true))]
 pub(crate) struct Batch {
-    /// Folder of scans; folders in it are looked into
+    /// Folder of scans, with all folders in it
     #[arg(value_name = "FOLDER")]
     pub(crate) folder: PathBuf,
-    /// Table `file,density_g_m2[,warp_toward]` with a row per scan
-    #[arg(long, value_name = "FILE.csv", required_unless_present = "density")]
-    pub(crate) density_csv: Option<PathBuf>,
-    /// Areal density of the scans that the table does not name [g/m^2], 1 to 2000
+    /// Areal density of the scans [g/m^2], 1 to 2000; the scans in the table of --density-csv have
+    /// their own
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: Option<f64>,
-    /// Folder of results; `FOLDER-results` in the current folder if not given
+    /// Table `file,density_g_m2[,warp_toward]` with one row per scan
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) density_csv: Option<PathBuf>,
+    /// Folder of results. If not given, `FOLDER-results` in the current folder
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: ReadFlags,
-    /// The network's answers alone: two seconds a scan, wider intervals
+    /// Only the network's answers: two seconds per scan, wider intervals
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Find out what each fabric's sheet does when nothing holds it to the scan (the released drape)
+    /// Simulate the released drape of each fabric, which no spring ties to the scan
     #[arg(long)]
     pub(crate) release: bool,
-    /// Do part i of N only: several machines share DIR, and `--merge` writes the tables in the end
+    /// Do only part i of N: several machines share DIR, and `--merge` writes the tables in the end
     #[arg(long, value_name = "i/N")]
     pub(crate) shard: Option<scan2params::base::Shard>,
-    /// Write the tables and the page of what all shards have done, and do no scan
+    /// Write the tables and the page from the results of all shards, without any scan
     #[arg(long, conflicts_with = "shard")]
     pub(crate) merge: bool,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// Exit with code 3 where a verdict is `do not use`, as for scans without an estimate
+    /// Exit with code 3 if a verdict is `do not use`, as for scans without an estimate
     #[arg(long)]
     pub(crate) strict: bool,
-    /// Print JSON lines instead of CSV
+    /// Print JSON lines instead of a table
     #[arg(long)]
     pub(crate) json: bool,
-    /// No report.html of the batch and of its scans
+    /// Write no report.html, neither for the batch nor for its scans
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Print what would be done, and do nothing
+    /// Print the scans with their densities, and do nothing else
     #[arg(long)]
     pub(crate) dry_run: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face (up, down), capture,
-    /// density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit, holdout), warp_toward (bearing in the
-    /// picture in degrees, anticlockwise from the right; of a scan as --warp-toward, or mark:COLOUR), observation (1, 2, ... of
-    /// one drape that settles), camera_height_mm (above the plate); what is empty is unknown
+    /// Table with a row per file: file, kind (silhouette, scan, boundary), fabric, specimen, face
+    /// (up, down), capture, density_g_m2, experiment (cusick, square), mm_per_pixel, role (fit,
+    /// holdout), warp_toward (bearing in the picture in degrees, anticlockwise from the right; of a
+    /// scan as --warp-toward, or mark:COLOUR), observation (1, 2, ... of one drape that settles),
+    /// camera_height_mm (above the plate); what is empty is unknown
     #[arg(value_name = "MANIFEST.csv")]
     pub(crate) manifest: PathBuf,
     /// Folder for calibration.json, report.html and a picture of each drape
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// What is believed of fabrics: `measured`, `knit-2020` or `union`
-    #[arg(long, default_value = MEASURED_PRIOR)]
+    /// Prior of the fabrics
+    #[arg(long, default_value = MEASURED_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
     /// Vertices on a side of the drapes
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=201))]
     pub(crate) vertices: u32,
-    /// Standard deviation of the pictures' scale beside mm_per_pixel, one scale for all pictures of a fabric [%]; taken as
-    /// exact if not given, and then looked for as an effect
+    /// Standard deviation of mm_per_pixel, one scale for all pictures of a fabric [%]. If not
+    /// given, the scale is exact, and a wrong scale is one of the effects
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) scale_sigma: Option<f64>,
-    /// Of scans, by how much the scanner has edges farther out than the cloth ends, and its standard deviation (0.1 if not given) [mm],
-    /// as `sensor_edge` of specimens tells it whose size was measured; looked for within what scanners do if not given
+    /// For scans: distance by which the scanner shows edges too far out, and its standard deviation
+    /// (default 0.1) [mm], as `sensor_edge` reports it for specimens of measured size. If not
+    /// given, it is fitted
     #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true)]
     pub(crate) sensor_edge_mm: Option<[f64; 2]>,
-    /// How strongly drapes are held across their outlines: share of the hanging cloth's weight for each millimetre [%], 15 if
-    /// not given; 0 lets them go, and scanned sheets, which are held by 3.3 % otherwise
+    /// Stiffness of the springs that tie drapes to their outlines: share of the hanging cloth's
+    /// weight per millimetre [%], 15 if not given (3.3 for scanned sheets); 0 releases all drapes
     #[arg(long, value_name = "PERCENT", value_parser = hold)]
     pub(crate) hold: Option<f64>,
-    /// Effects that are not looked for, by their names in calibration.json
+    /// Effects to leave out, by their names in calibration.json
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     pub(crate) without: Vec<&'static Effect>,
     /// Print calibration.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
-    /// No report.html
+    /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
     #[command(flatten)]
@@ -622,7 +628,8 @@ fn effect(text: &str) -> Result<&'static Effect, String> {
     Effect::named(text).ok_or_else(|| format!("no such effect; the effects are {}", names()))
 }
 
-/// Of itself, that a cycle of the descent lowers the energy by: beyond a thousandth a sheet is nowhere near rest.
+/// Of itself, that a cycle of the descent lowers the energy by: beyond a thousandth a sheet is
+/// nowhere near rest.
 fn energy_drop(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok();
     value.filter(|v| (0.0..=1e-3).contains(v)).ok_or_else(|| "give 0 to 1e-3".into())
@@ -640,29 +647,28 @@ pub(crate) struct Augment {
     /// is simulated first, or a folder of *.obj and *.params.json
     #[arg(value_name = "DRAPE.obj|FOLDER")]
     pub(crate) input: PathBuf,
-    /// One scan, or a folder for any number; the truth is written beside each
+    /// File for one scan, or folder for any number; the truth is written next to each
     #[arg(long, short, value_name = "FILE.ply|DIR")]
     pub(crate) out: PathBuf,
-    /// What is written: fused clouds, 16-bit depth images with poses, or the rims that
+    /// Form of the scans: fused clouds, 16-bit depth images with poses, or the rims that
     /// `boundary` finds
     #[arg(long = "as", value_name = "FORM", value_enum, default_value = "ply")]
     pub(crate) form: AugmentForm,
-    /// Kind of sensor: ideal, structured-light, truedepth, consumer, phone, d435, handheld; the last three have the noise
-    /// of real recordings
-    #[arg(long, default_value = "structured-light")]
-    pub(crate) profile: String,
-    /// What carries the plate: post, can, column, box, glass; its sizes are drawn for each scan. The stand of the experiment if
-    /// not given
-    #[arg(long, value_name = "STAND", conflicts_with = "even")]
-    pub(crate) stand: Option<String>,
-    /// What is around: bare (no floor), table, open (a wide floor), and on a wide floor clutter, hand, wall, lamp; drawn for
-    /// each scan
-    #[arg(long, value_name = "SCENE", conflicts_with = "even")]
-    pub(crate) scene: Option<String>,
-    /// Radius to which the plate's edge is rounded [mm]; 1 to 5 drawn for a --stand if not given
+    /// Kind of sensor; phone, d435 and handheld have the noise of real recordings
+    #[arg(long, default_value = "structured-light", value_parser = names::profile())]
+    pub(crate) profile: Profile,
+    /// Support of the plate; its sizes are random for each scan. If not given, the stand of the
+    /// experiment
+    #[arg(long, value_name = "STAND", conflicts_with = "even", value_parser = names::stand())]
+    pub(crate) stand: Option<StandKind>,
+    /// Surroundings, random for each scan: no floor (bare), a table, a wide floor (open), or a wide
+    /// floor with clutter, a hand, a wall or a lamp
+    #[arg(long, value_name = "SCENE", conflicts_with = "even", value_parser = names::surroundings())]
+    pub(crate) scene: Option<Surroundings>,
+    /// Radius of the plate's rounded edge [mm]. If not given, random from 1 to 5 for a --stand
     #[arg(long, value_name = "MM", conflicts_with = "even", value_parser = rounding_mm)]
     pub(crate) rounded: Option<f64>,
-    /// Unit of the clouds; `either` draws one for each
+    /// Unit of the clouds; `either` takes one at random for each
     #[arg(long, value_enum, default_value = "profile")]
     pub(crate) unit: AugmentUnit,
     /// No camera: this many points spread evenly over cloth and floor, in metres, with
@@ -673,7 +679,7 @@ pub(crate) struct Augment {
     /// depth images have no colours
     #[arg(long, value_name = "COLOUR")]
     pub(crate) mark: Option<MarkColor>,
-    /// Seed of noise, of the scanner's frame and of where the cameras stand
+    /// Seed of the noise, the scanner's frame and the positions of the cameras
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Variants of each drape
@@ -732,22 +738,22 @@ impl From<AugmentUnit> for Unit {
 /// `evaluate follow`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Follow {
-    /// Shipped prior that the fabrics are drawn from: `knit-2020` or `measured`; both if not given
-    #[arg(long)]
+    /// Prior of the fabrics. If not given, `knit-2020`, then `measured`
+    #[arg(long, value_parser = names::prior())]
     pub(crate) prior: Option<String>,
     /// Walks of each prior
     #[arg(long, default_value_t = 4)]
     pub(crate) count: u64,
-    /// First walk, to go on with a run that was broken off
+    /// First walk, to continue an interrupted run
     #[arg(long, default_value_t = 0)]
     pub(crate) first: u64,
     /// Seed of fabrics, drops and directions
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// How far away the neighbour is: root mean square of the seven logarithms
+    /// Distance of the neighbour: root mean square of the seven logarithms
     #[arg(long, default_value_t = 0.25)]
     pub(crate) step: f64,
-    /// How often a step that leaves its branch is tried again as two halves
+    /// How often a step that leaves its branch is repeated as two halves
     #[arg(long, default_value_t = 0)]
     pub(crate) halvings: u32,
     /// End with a line of JSON for each prior
@@ -779,26 +785,25 @@ pub(crate) struct FabricFlags {
     /// Areal density D [g/m^2]
     #[arg(long, value_name = "D", required_unless_present = "params", value_parser = density)]
     pub(crate) density: Option<f64>,
-    /// Take them from a params.json that `estimate` wrote; flags override
+    /// File with the seven parameters, as `estimate` writes it: params.json. Flags override it
     #[arg(long, value_name = "FILE")]
     pub(crate) params: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Evaluate {
-    /// Rim error against the truth, stated sigmas and refusals: drapes x sensors x seeds.
+    /// Rim error against the truth, reported sigmas and refusals: drapes x sensors x seeds.
     Scan {
         /// Drapes as `simulate` writes them, or folders of them
         #[arg(required = true, value_name = "DRAPE.obj|DIR")]
         drapes: Vec<PathBuf>,
-        /// Sensor profiles, and behind them what else is said of the scene, each after an @ and
-        /// in any order, as in structured-light@post@below@views8:
-        /// @top (the view from above alone), @below (views from 40, 5 and -25 degrees, 30 if not
-        /// said), @viewsN (N views), @views (every pixel of the depth images in place of a fused
-        /// cloud), @post (a plate 6 mm thick on a thin post, no floor), @pedestal (a column nearly
-        /// as wide as the plate), @thickN (a plate N mm thick), @plateN (a plate of N mm radius,
-        /// for a drape simulated on one), @floorN (a floor N mm below the plate, 0 for none),
-        /// @off (the specimen 51 mm off the scanner's axis)
+        /// Sensor profiles, each with options of the scene after an @, in any order, as in
+        /// structured-light@post@below@views8: @top (only the view from above), @below (views from
+        /// 40, 5 and -25 degrees instead of 30), @viewsN (N views), @views (every pixel of the
+        /// depth images instead of a fused cloud), @post (a plate 6 mm thick on a thin post, no
+        /// floor), @pedestal (a column nearly as wide as the plate), @thickN (a plate N mm thick),
+        /// @plateN (a plate of N mm radius, for a drape simulated on one), @floorN (a floor N mm
+        /// below the plate, 0 for none), @off (the specimen 51 mm off the scanner's axis)
         #[arg(
             long,
             value_delimiter = ',',
@@ -814,24 +819,27 @@ pub(crate) enum Evaluate {
         /// Folder for a picture of each rim found, on the true one
         #[arg(long, value_name = "DIR")]
         pictures: Option<PathBuf>,
-        /// A tuned constant of the scan path in place of the one that ships, as in
-        /// `sheet.knot_m=4.5e-3`; src/scan/tuning.rs lists them. May be given often
+        /// Another value of a tuned constant of the scan path, as in `sheet.knot_m=4.5e-3`;
+        /// src/scan/tuning.rs lists them. May be repeated
         #[arg(long, value_name = "STAGE.NAME=VALUE", value_parser = key_value)]
         tune: Vec<(String, String)>,
     },
-    /// Accuracy, widths and coverage of the estimate on rims that the model has not seen, clean and with the scan noise
-    /// of its training, by bending length, beside a baseline that ignores the scan.
+    /// Accuracy, widths and coverage of the estimate on unseen rims, clean and with the scan noise
+    /// of the training, by bending length, with a baseline that ignores the scan.
     Estimate(Box<HeldOut>),
-    /// Fabrics that fall again with what is estimated from their rims: the paper's Figs. 8 and 9.
+    /// Drapes simulated again with the fabrics estimated from their rims: the paper's Figs. 8 and
+    /// 9.
     Redrape(Redrape),
-    /// The estimate on canonical and on perturbed drops, seen clean and by sensors, of the shipped network and of others beside it
+    /// The estimate on canonical and on perturbed drops, clean and scanned, of the shipped network
+    /// and of others.
     Sensors(Sensors),
-    /// Scenes drawn blind: sensor x stand x surroundings x fabric x views x unit, each through the scan path; or scenes that are
-    /// wrong in a known way, and what the refusals say of them
+    /// Rims of random scenes: sensor x stand x surroundings x fabric x views x unit. Or refusals of
+    /// scenes with a known fault.
     Scenes(Box<Scenes>),
-    /// Views and passes that miss each other by up to 20 mm and 5 degrees, brought together: how far apart they lie after
+    /// Registration of views and passes that are off by up to 20 mm and 5 degrees: their distances
+    /// afterwards.
     Views(Views),
-    /// The paper's Table 3 beside ours from the model's record, each with the size of its data.
+    /// The paper's Table 3 and ours from the model's record, each with the size of its data.
     Table3 {
         /// Recompute ours on this folder of `generate`, of another seed than the model's
         #[arg(value_name = "DRAPES")]
@@ -840,8 +848,8 @@ pub(crate) enum Evaluate {
         #[arg(long)]
         json: bool,
     },
-    /// Where the time of one scan goes, from file to rim: stage, processor time of all
-    /// threads, time on the wall. RAYON_NUM_THREADS=1 keeps it to one thread.
+    /// Times of the stages from a scan's file to its rim: processor time of all threads and wall
+    /// time. RAYON_NUM_THREADS=1 uses one thread.
     Stages {
         #[command(flatten)]
         scan: Box<ScanFlags>,
@@ -851,25 +859,25 @@ pub(crate) enum Evaluate {
     },
     /// The simulator against known answers: strips, friction, meshes, Cusick drapes.
     Physics(Physics),
-    /// Drapes of many fabrics, the corners of Table 2's box among them: how they end.
+    /// Ends of the drapes of many fabrics, including the corners of Table 2's box.
     Soak {
-        /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
-        #[arg(long, default_value = DEFAULT_PRIOR)]
+        /// Prior of the fabrics
+        #[arg(long, default_value = DEFAULT_PRIOR, value_parser = names::prior())]
         prior: String,
         /// Fabrics; every eighth is a corner of the box
         #[arg(long, default_value_t = 1024)]
         count: u64,
-        /// First fabric, to go on with a soak that was broken off
+        /// First fabric, to continue an interrupted run
         #[arg(long, default_value_t = 0)]
         first: u64,
         /// Seed of fabrics and drops
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Numerics: 4, or the earlier 3
+        /// Version of the numerics: 4 or 3
         #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
         numerics: u32,
     },
-    /// Drapes that are followed to a neighbouring fabric and back, beside fresh ones.
+    /// Drapes continued to a neighbouring fabric and back, compared with fresh drapes.
     Follow(Follow),
     /// Processor time and end of drapes over fabrics of the prior.
     Speed {
@@ -882,24 +890,24 @@ pub(crate) enum Evaluate {
         /// Simulate as `generate` does, not to full rest
         #[arg(long)]
         dataset: bool,
-        /// Vertices a side, one or several; several give the growth of the cost
+        /// Vertices per side, one or several; several show how the cost grows
         #[arg(long, value_delimiter = ',', default_value = "61")]
         vertices: Vec<usize>,
-        /// Numerics: 4, or the earlier 3
+        /// Version of the numerics: 4 or 3
         #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
         numerics: u32,
     },
-    /// What scans look like to the verdict, honest ones and ones that are wrong in a known way.
+    /// Figures of the verdict for valid scans and for scans with a known fault.
     Verdict(Verdict),
-    /// Where scanned drapes of known fabrics come to rest from the scanned sheet, led by the
-    /// scanned rim, and from the true sheet: distance of the rim at rest from the true one.
+    /// Distance of the rim at rest from the true one, for scanned drapes of known fabrics that
+    /// start from the scanned sheet, guided by the scanned rim, or from the true sheet.
     Start(Start),
     /// Scanned drapes of known fabrics, estimated and refined: rims, errors, intervals, time.
     Refine(Refine),
-    /// Sealed cases: drapes of known fabrics with effects that are drawn by seed and that `calibrate` is not
-    /// told of, seen as silhouettes and calibrated. What was named, false alarms, errors held out.
+    /// Sealed cases: drapes of known fabrics with random effects that `calibrate` does not know.
+    /// Effects found, false alarms, errors of held-out drapes.
     Calibrate(SealedCases),
-    /// How far the rim of one drape moves with a small change of each parameter.
+    /// Motion of the rim of one drape with a small change of each parameter.
     Sensitivities {
         /// Seed of the fabric and the drop
         #[arg(long, default_value_t = 1)]
@@ -913,22 +921,24 @@ pub(crate) enum Evaluate {
 /// `evaluate estimate`.
 #[derive(Debug, Args)]
 pub(crate) struct HeldOut {
-    /// A folder of `generate`, of another seed than the model's; with several drops of a fabric also what `combine` makes of them
+    /// A folder of `generate` with another seed than the model's. Several drops of a fabric are
+    /// also combined, as by `combine`
     #[arg(value_name = "DRAPES", required_unless_present = "count")]
     pub(crate) drapes: Option<PathBuf>,
-    /// Drape so many fabrics of the model's prior afresh, as `generate` does
+    /// Simulate drapes of this many fabrics of the model's prior, as `generate` does
     #[arg(long, conflicts_with = "drapes", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: Option<u64>,
     /// Seed of their fabrics and drops, and of the scan noise
     #[arg(long, default_value_t = 2)]
     pub(crate) seed: u64,
-    /// Draw them evenly from the prior's whole box instead: most are like none of its fabrics
+    /// Draw the fabrics evenly from the prior's whole box instead: most resemble none of the
+    /// prior's fabrics
     #[arg(long, requires = "count")]
     pub(crate) anywhere: bool,
-    /// A network of scripts/train.py in place of the shipped one; its .json lies beside it
+    /// A network of scripts/train.py instead of the shipped one, with its .json next to it
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Option<PathBuf>,
-    /// Folder for two pictures: answers over truths, and how stiffnesses go with each other
+    /// Folder for two pictures: answers over truths, and correlations of the stiffnesses
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Print the scores as JSON
@@ -941,8 +951,8 @@ pub(crate) struct HeldOut {
 /// `evaluate redrape`.
 #[derive(Debug, Args)]
 pub(crate) struct Redrape {
-    /// Shipped prior that the fabrics are drawn from: `knit-2020`, as the paper's, `measured` or `union`
-    #[arg(long, default_value = DEFAULT_PRIOR)]
+    /// Prior of the fabrics; `knit-2020` is the paper's
+    #[arg(long, default_value = DEFAULT_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
     /// Fabrics; the paper has 200
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..))]
@@ -953,7 +963,7 @@ pub(crate) struct Redrape {
     /// Seed of the fabrics
     #[arg(long, default_value_t = 11)]
     pub(crate) seed: u64,
-    /// A network of scripts/train.py in place of the shipped one; its .json lies beside it
+    /// A network of scripts/train.py instead of the shipped one, with its .json next to it
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Option<PathBuf>,
     /// End all drapes as `generate --energy-drop` does, 1e-4 as its falls: 0 for full rest
@@ -962,7 +972,8 @@ pub(crate) struct Redrape {
     /// Fit a linear regression to this folder of `generate`, and drape its answers too
     #[arg(long, value_name = "FOLDER")]
     pub(crate) train: Option<PathBuf>,
-    /// Drape the true fabric with all stiffnesses so much higher too: what the drop itself makes of an error
+    /// Drape the true fabric with all stiffnesses so much higher too: what the drop itself makes of
+    /// an error
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(crate) off: Option<f64>,
     /// Refine the network's answers on the rims, and drape these too: some ten drapes each
@@ -971,17 +982,17 @@ pub(crate) struct Redrape {
     /// Folder for the histogram, `redrape.png`
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Print the sums as one line of JSON as well, the last
+    /// Also print the sums as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Sensors {
-    /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
-    #[arg(long, default_value = "union")]
+    /// Prior of the fabrics
+    #[arg(long, default_value = UNION_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
-    /// How the drapes are seen: `rim` for rims as they are, and sensor profiles, as for `evaluate scan`
+    /// Inputs of the estimate: `rim` for exact rims, and sensor profiles, as for `evaluate scan`
     #[arg(
         long,
         value_delimiter = ',',
@@ -989,7 +1000,7 @@ pub(crate) struct Sensors {
         value_name = "PROFILES"
     )]
     pub(crate) profiles: Vec<String>,
-    /// Fabrics, each dropped canonically and in a way of its own
+    /// Fabrics, each with a canonical and a perturbed drop
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: u64,
     /// The first of them
@@ -998,10 +1009,11 @@ pub(crate) struct Sensors {
     /// Seed of fabrics, drops and scans
     #[arg(long, default_value_t = 13)]
     pub(crate) seed: u64,
-    /// A network of scripts/train.py to ask beside the shipped one, any number; its .json lies beside it
+    /// More networks of scripts/train.py to compare with the shipped one, each with its .json next
+    /// to it
     #[arg(long, value_name = "FILE.onnx")]
     pub(crate) model: Vec<PathBuf>,
-    /// Print the cells as one line of JSON as well, the last
+    /// Also print the cells as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -1029,10 +1041,10 @@ pub(crate) struct Views {
         value_name = "PROFILES"
     )]
     pub(crate) sensors: Vec<String>,
-    /// Views of a turntable instead, without poses; the step is said in every other scene
+    /// Views of a turntable instead, without poses; every other scene gives the step
     #[arg(long)]
     pub(crate) turntable: bool,
-    /// Print the records as one line of JSON as well, the last
+    /// Also print the records as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -1040,14 +1052,14 @@ pub(crate) struct Views {
 /// `evaluate scenes`.
 #[derive(Debug, Args)]
 pub(crate) struct Scenes {
-    /// Folder of drapes that is kept from run to run; OBJ files of a square grid of vertices, mm, simulation frame
+    /// Folder of drapes for all runs: OBJ files of a square grid of vertices, mm, simulation frame
     #[arg(long, value_name = "FOLDER")]
     pub(crate) drapes: PathBuf,
-    /// Only fill the folder with so many fabrics, half from the prior `measured`, half from `knit-2020`; those that are there are
-    /// kept. A drape takes minutes
+    /// Only fill the folder with N fabrics, half of the prior `measured`, half of `knit-2020`.
+    /// Existing files are kept. A drape takes minutes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) make_drapes: Option<u64>,
-    /// Vertices a side of the drapes that are made
+    /// Vertices per side of the new drapes
     #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(61..=241))]
     pub(crate) vertices: u32,
     /// Scenes
@@ -1067,28 +1079,29 @@ pub(crate) struct Scenes {
         value_name = "PROFILES"
     )]
     pub(crate) sensors: Vec<String>,
-    /// Scenes that are to be refused, each cause in its turn: half a drape, a touching fold, a crease, passes apart, a missing
-    /// side, too coarse, a wrong focal length, no plate, a table, a board, a box, two drapes
+    /// Scenes that must be refused, each cause in turn: half a drape, a touching fold, a crease,
+    /// passes apart, a missing side, too coarse, a wrong focal length, no plate, a table, a board,
+    /// a box, two drapes
     #[arg(long)]
     pub(crate) broken: bool,
-    /// Also ask each cloud without its floor, cropped to the drape, with more boxes, and turned
+    /// Also read each cloud without its floor, cropped to the drape, with more boxes, and rotated
     #[arg(long)]
     pub(crate) invariance: bool,
-    /// Answer whatever comes to a rim, so that limits can be judged by both rates
+    /// Accept every rim that is found, so that limits can be judged by both error rates
     #[arg(long)]
     pub(crate) relaxed: bool,
-    /// Folder for every scan with its truth, so that a failure can be opened
+    /// Folder for every scan with its truth, to inspect failures
     #[arg(long, value_name = "FOLDER")]
     pub(crate) write: Option<PathBuf>,
-    /// Print the records as one line of JSON as well, the last
+    /// Also print the records as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Verdict {
-    /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
-    #[arg(long, default_value = DEFAULT_PRIOR)]
+    /// Prior of the fabrics
+    #[arg(long, default_value = DEFAULT_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
     /// Sensor profile; as for `evaluate scan`
     #[arg(long, default_value = "structured-light")]
@@ -1102,7 +1115,7 @@ pub(crate) struct Verdict {
     /// Seed of fabrics, drops and scans
     #[arg(long, default_value_t = 7)]
     pub(crate) seed: u64,
-    /// Radius of the plate that the cloth lies on [mm]; the main job is not told
+    /// True radius of the plate [mm]; the estimate assumes 50
     #[arg(long, default_value_t = 50.0)]
     pub(crate) plate_radius: f64,
     /// The scan is larger by this factor
@@ -1118,12 +1131,13 @@ pub(crate) struct Verdict {
 
 #[derive(Debug, Args)]
 pub(crate) struct Start {
-    /// Shipped priors that the fabrics are drawn from
+    /// Priors of the fabrics
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "measured,knit-2020",
-        value_name = "PRIORS"
+        value_name = "PRIORS",
+        value_parser = names::prior()
     )]
     pub(crate) priors: Vec<String>,
     /// Sensor profile; as for `evaluate scan`
@@ -1141,25 +1155,27 @@ pub(crate) struct Start {
     /// Folder for a picture of each answered scan: the true rim and those at rest
     #[arg(long, value_name = "DIR")]
     pub(crate) pictures: Option<PathBuf>,
-    /// Print the sums as one line of JSON as well, the last
+    /// Also print the sums as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Refine {
-    /// Shipped priors that the fabrics are drawn from
+    /// Priors of the fabrics
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "measured,knit-2020",
-        value_name = "PRIORS"
+        value_name = "PRIORS",
+        value_parser = names::prior()
     )]
     pub(crate) priors: Vec<String>,
-    /// Draw them evenly from the priors' whole boxes instead: most are like none of their fabrics
+    /// Draw the fabrics evenly from the priors' whole boxes instead: most resemble none of the
+    /// priors' fabrics
     #[arg(long)]
     pub(crate) anywhere: bool,
-    /// Sensor profiles, as for `evaluate scan`; `rim` for rims as they are, without a sheet
+    /// Sensor profiles, as for `evaluate scan`, or `rim` for exact rims without a sheet
     #[arg(
         long,
         value_delimiter = ',',
@@ -1179,26 +1195,27 @@ pub(crate) struct Refine {
     /// Drops of each fabric, which are refined together
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=16))]
     pub(crate) drops: u64,
-    /// Let the fabrics fall as the paper does, all alike, in place of perturbed drops
+    /// Use the canonical drop, as the paper does, instead of perturbed drops
     #[arg(long, conflicts_with = "drops")]
     pub(crate) canonical: bool,
-    /// Vertices a side of the true drapes, finer than any that the fit uses
+    /// Vertices per side of the true drapes, more than the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
-    /// Vertices a side of the fit's drapes, of the first steps and of the last; those of `estimate` unless they are
-    /// given
+    /// Vertices per side of the fit's drapes, of the first and of the last steps. If not given,
+    /// those of `estimate`
     #[arg(long, value_parser = grids, value_name = "FIRST,LAST")]
     pub(crate) vertices: Option<[usize; 2]>,
-    /// Most drapes of a fit, likewise
+    /// Number of drapes of a fit at most. If not given, that of `estimate`
     #[arg(long, value_name = "DRAPES")]
     pub(crate) evaluations: Option<usize>,
-    /// Begin at the mean fabric of the prior, not at what the network says; what is believed stays the network's
+    /// Start the fit at the mean fabric of the prior, not at the network's answer, which stays the
+    /// fit's prior
     #[arg(long)]
     pub(crate) from_prior: bool,
-    /// Folder that keeps the true drapes from run to run; on fine cells they take up to minutes
+    /// Folder that keeps the true drapes for later runs; on fine cells one takes up to minutes
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,
-    /// Print the sums as one line of JSON as well, the last
+    /// Also print the sums as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -1206,8 +1223,8 @@ pub(crate) struct Refine {
 /// `evaluate calibrate`.
 #[derive(Debug, Args)]
 pub(crate) struct SealedCases {
-    /// Sealed cases, of ten four with one effect, three with none, two with one that is on no list, one
-    /// with two
+    /// Number of sealed cases. Of ten cases, four have one effect, three none, two an unlisted one,
+    /// one has two effects
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) count: u64,
     /// The first of them
@@ -1216,47 +1233,47 @@ pub(crate) struct SealedCases {
     /// Seed of fabrics, effects, drops and pictures
     #[arg(long, default_value_t = 7)]
     pub(crate) seed: u64,
-    /// Squares that are scanned, by this sensor profile, and read by the whole scan path, in place of discs seen from above
+    /// Scan squares with this sensor profile, instead of discs as silhouettes from above
     #[arg(long, value_name = "PROFILE")]
     pub(crate) scans: Option<String>,
-    /// One specimen that is dropped N times, its face up, in place of several with both faces; of `--scans`
+    /// With --scans: one specimen dropped N times with its face up, instead of several with both
+    /// faces
     #[arg(long, value_name = "N", requires = "scans", value_parser = clap::value_parser!(u64).range(1..=12))]
     pub(crate) drops: Option<u64>,
-    /// Vertices a side of the true drapes, finer than any that the fit uses
+    /// Vertices per side of the true drapes, more than the fit uses
     #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
     pub(crate) truth_vertices: u64,
-    /// Vertices a side of the fit's drapes
+    /// Vertices per side of the fit's drapes
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=201))]
     pub(crate) vertices: u32,
-    /// What the calibration believes of fabrics; the cases' are of `measured` or of `knit-2020`
-    #[arg(long, default_value = "union")]
+    /// Prior of the calibration; the cases' fabrics are of `measured` or `knit-2020`
+    #[arg(long, default_value = UNION_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
-    /// By how much the scanner has edges farther out than the cloth ends, and its standard deviation (0.1 if not given) [mm], as
-    /// `sensor_edge` of specimens tells it whose size was measured; of the scans of `--scans`
+    /// With --scans: distance by which the scanner shows edges too far out, and its standard
+    /// deviation (default 0.1) [mm], as for `calibrate`
     #[arg(long, value_name = "MM[,SIGMA]", value_parser = sensor_edge, allow_hyphen_values = true, requires = "scans")]
     pub(crate) sensor_edge_mm: Option<[f64; 2]>,
-    /// Effects that the calibration does not look for, so that those of the list are on none for it
+    /// Effects that the calibration leaves out, and that are thus unlisted for it
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',', value_parser = effect)]
     pub(crate) without: Vec<&'static Effect>,
-    /// Folder that keeps the cases from run to run, a folder each with pictures, manifest.csv and
-    /// sealed.json (on fine cells a drape takes up to minutes), and what was said: the same program with the same options
-    /// goes on where it was broken off, or only adds up
+    /// Folder that keeps the cases: for each a folder with pictures, manifest.csv, sealed.json and
+    /// the results. The same program with the same options continues there, or only adds up
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: Option<PathBuf>,
-    /// Print the sums as one line of JSON as well, the last
+    /// Also print the sums as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Physics {
-    /// What to run, all if not given
+    /// Parts to run. If not given, all
     #[arg(value_enum)]
     pub(crate) parts: Vec<PhysicsPart>,
     /// Folder for charts and pictures
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Folder of measured data; what needs it is left out without it
+    /// Folder of measured data. If not given, the parts that need it are left out
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
     /// Fabrics of `meshes`, 1 to 3
@@ -1289,43 +1306,44 @@ pub(crate) enum PhysicsPart {
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
+    /// File for the sheet: OBJ, mm, simulation frame
+    #[arg(long, short, value_name = "DRAPE.obj")]
+    pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) fabric: FabricFlags,
-    #[command(flatten)]
-    pub(crate) experiment: ExperimentFlags,
-    /// Which face of the cloth is up, where `--params` has effects that a face has: those of `calibrate`
+    /// Face of the cloth that is up, for effects that `calibrate` wrote into `--params`
     #[arg(long, value_enum, default_value_t = Side::Up, requires = "params")]
     pub(crate) face: Side,
-    /// Seed of a perturbed drop; without it the canonical drop
+    /// Seed of a perturbed drop. If not given, the canonical drop
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// No drop: start from this mesh of the specimen (OBJ or PLY, mm, simulation frame), as
-    /// `simulate` wrote it with any number of vertices, or an OBJ whose texture coordinates
-    /// run along warp and weft from the corner (-x, -z), from 0 to 1 or in mm
+    /// Start from this mesh of the specimen instead of a drop: OBJ or PLY, mm, simulation frame.
+    /// Either `simulate` wrote it, with any number of vertices, or it is an OBJ whose texture
+    /// coordinates run along warp and weft from the corner (-x, -z), from 0 to 1 or in mm
     #[arg(long, value_name = "SHEET.obj", conflicts_with = "seed")]
     pub(crate) start: Option<PathBuf>,
     /// Vertices on a side of the specimen
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u64).range(21..=241))]
     pub(crate) vertices: u64,
-    /// Numerics: 4, which the network was trained on, or the earlier 3
+    /// Version of the numerics: 4, of the network's training data, or 3
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
     pub(crate) numerics: u32,
     #[command(flatten)]
     pub(crate) threads: ThreadFlags,
-    /// The sheet as OBJ, mm, simulation frame
-    #[arg(long, short, value_name = "DRAPE.obj")]
-    pub(crate) out: PathBuf,
-    /// The rim as 244 points as well: index, side, x, y, z, sigma [mm], observed
+    /// File for the rim as 244 points: index, side, x, y, z, sigma [mm], observed
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) boundary: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    // Last: its heading is that of all flags after it.
+    #[command(flatten)]
+    pub(crate) experiment: ExperimentFlags,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Generate {
-    /// Folder of Parquet files; an interrupted run is taken up again
+    /// Folder for the Parquet files; the same command continues an interrupted run
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// Drapes of the whole run
@@ -1334,30 +1352,32 @@ pub(crate) struct Generate {
     /// Seed of the whole run
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Shipped prior that the fabrics are drawn from: `knit-2020`, `measured` or `union`
-    #[arg(long, default_value = DEFAULT_PRIOR)]
+    /// Prior of the fabrics
+    #[arg(long, default_value = DEFAULT_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
-    /// Make part i of N only
+    /// Do only part i of N
     #[arg(long, value_name = "i/N", default_value = "0/1")]
     pub(crate) shard: scan2params::base::Shard,
     /// Drops of each fabric
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) drops_per_fabric: u64,
-    /// Lead each sheet from fabric to neighbouring fabric, ROWS drapes to a fall (a divisor of 64)
+    /// Continue each sheet from fabric to neighbouring fabric, ROWS drapes per drop (a divisor of
+    /// 64)
     #[arg(
         long, value_name = "ROWS", num_args = 0..=1, require_equals = true,
         default_missing_value = "16", conflicts_with = "drops_per_fabric",
         value_parser = clap::value_parser!(u64).range(1..)
     )]
     pub(crate) walk: Option<u64>,
-    /// Let every sheet fall canonically, as the paper's do; else each falls in a way of its own
+    /// Use the canonical drop for every sheet, as the paper does, instead of perturbed drops
     #[arg(long, conflicts_with_all = ["drops_per_fabric", "walk"])]
     pub(crate) canonical: bool,
-    /// End a drape when a cycle of the descent lowers the energy by less than this share of itself: 0 for full rest
-    /// [default: 1e-4, of a walk 1e-5]
+    /// End a drape when a cycle of the descent lowers the energy by less than this share: 0 for
+    /// full rest [default: 1e-4, with --walk 1e-5]
     #[arg(long, value_name = "SHARE", value_parser = energy_drop)]
     pub(crate) energy_drop: Option<f64>,
-    /// Vertices on a side of the drapes; of the shipped model's drapes four in five have the default, the others 91 and 121
+    /// Vertices on a side of the drapes; the shipped model's training drapes have 61 (four in
+    /// five), 91 and 121
     #[arg(long, default_value_t = 61, value_parser = clap::value_parser!(u32).range(31..=241))]
     pub(crate) vertices: u32,
     #[command(flatten)]
@@ -1381,37 +1401,35 @@ impl FabricFlags {
 
 #[derive(Debug, Args)]
 pub(crate) struct Export {
-    /// The fabric, as `estimate` wrote it: params.json
+    /// The fabric, as `estimate` writes it: params.json
     #[arg(value_name = "PARAMS.json")]
     pub(crate) params: PathBuf,
-    /// What it is written for
-    #[arg(long, value_name = "TARGET", value_parser = target)]
+    /// Program or format of the file
+    #[arg(long, value_name = "TARGET", value_parser = names::target(), ignore_case = true)]
     pub(crate) to: Target,
-    /// The file: .jfab for clo, .py for blender, .xml for mujoco, .u3m (and FILE.fab.json beside it) for
-    /// u3m, .usda for usd, .json for newton, arcsim and json, .csv for csv
+    /// File to write, with the ending of its target
     #[arg(long, short, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Name of the material there; that of PARAMS.json if not given
+    /// Name of the material. If not given, that of PARAMS.json
     #[arg(long)]
     pub(crate) name: Option<String>,
-    /// Length of the edges of the cloth's mesh there [mm]: blender needs it, newton for its solver VBD; the
-    /// specimen of mujoco and usd is made with it, 10 if not given
+    /// Length of the edges of the cloth's mesh in the program [mm]. blender needs it, and newton
+    /// for its solver VBD; mujoco and usd mesh the specimen with it (default 10)
     #[arg(long, value_name = "MM")]
     pub(crate) edge_mm: Option<f64>,
-    /// Triangles of the cloth's mesh in newton and arcsim: irregular, or square cells along the yarns with all
-    /// diagonals one way
+    /// Triangles of the cloth's mesh in newton and arcsim
     #[arg(long, value_enum, default_value_t = MeshKind::Irregular)]
     pub(crate) mesh: MeshKind,
-    /// Thickness of the fabric [mm], which no drape shows, for clo, u3m and usd
+    /// Thickness of the fabric [mm], which a drape cannot show, for clo, u3m and usd
     #[arg(long, value_name = "MM")]
     pub(crate) thickness_mm: Option<f64>,
-    /// Friction of the fabric, which no drape shows, for clo, blender, mujoco, u3m and usd
+    /// Friction of the fabric, which a drape cannot show, for clo, blender, mujoco, u3m and usd
     #[arg(long, value_name = "COEFFICIENT")]
     pub(crate) friction: Option<f64>,
-    /// Exchange weft and warp, for clo, whose order is second-hand
+    /// Exchange weft and warp, for clo, whose order is not verified
     #[arg(long)]
     pub(crate) swap_warp_weft: bool,
-    /// Export a result whose verdict is `do not use` as well
+    /// Export a result even if its verdict is `do not use`
     #[arg(long)]
     pub(crate) force: bool,
 }
@@ -1419,28 +1437,22 @@ pub(crate) struct Export {
 /// Triangles of a mesh elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum MeshKind {
-    /// Without a common direction.
+    /// Triangles without a common direction.
     Irregular,
     /// Square cells along the yarns, all diagonals one way.
     Grid,
 }
 
-fn target(text: &str) -> Result<Target, String> {
-    let names = Target::ALL.map(Target::name).join(", ");
-    let named = Target::ALL.into_iter().find(|target| target.name().eq_ignore_ascii_case(text));
-    named
-        .ok_or_else(|| format!("give one of {names} (Marvelous Designer takes clo, Browzwear u3m)"))
-}
-
 #[derive(Debug, Args)]
 pub(crate) struct Convert {
-    /// A number, or a params.json, which is printed in the units of the paper, in SI, in those of textile
-    /// laboratories and in CLO's
+    /// A number, or a params.json, which is printed in the units of the paper, SI, textile
+    /// laboratories and CLO
     #[arg(value_name = "VALUE|PARAMS.json", allow_negative_numbers = true)]
     pub(crate) what: String,
-    /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear), clo-slider.
-    /// Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm (bending length, with
-    /// --density). Density: "g/m^2", "kg/m^2", "g/cm^2", "g/mm^2", "mg/cm^2", "oz/yd^2"
+    /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear),
+    /// clo-slider. Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm
+    /// (bending length, with --density). Density: "g/m^2", "kg/m^2", "g/cm^2", "g/mm^2", "mg/cm^2",
+    /// "oz/yd^2"
     #[arg(value_name = "UNIT", requires = "to")]
     pub(crate) unit: Option<String>,
     /// The unit to convert to

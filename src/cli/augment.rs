@@ -9,7 +9,7 @@ use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made, Step};
 use scan2params::dataset::setting::Setting;
-use scan2params::sensor::{Profile, StandKind, Surroundings};
+use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Augment) -> Outcome {
@@ -17,8 +17,8 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
         input: given.input.clone(),
         out: given.out.clone(),
         form: given.form.into(),
-        profile: profile(&given.profile)?,
-        setting: setting(given)?,
+        profile: given.profile.clone(),
+        setting: setting(given),
         unit: given.unit.into(),
         mark: given.mark,
         even: given.even,
@@ -87,19 +87,9 @@ fn failure(error: AugmentError) -> Failure {
 }
 
 /// What the drapes stand on and among.
-fn setting(given: &args::Augment) -> Result<Setting, Failure> {
-    let stand = given.stand.as_deref().map(|name| {
-        let names = StandKind::ALL.map(StandKind::name).join(", ");
-        let unknown = || Failure::usage(anyhow!("no stand `{name}`: give one of {names}"));
-        StandKind::named(name).ok_or_else(unknown)
-    });
-    let surroundings = given.scene.as_deref().map(|name| {
-        let names = Surroundings::ALL.map(Surroundings::name).join(", ");
-        let unknown = || Failure::usage(anyhow!("no scene `{name}`: give one of {names}"));
-        Surroundings::named(name).ok_or_else(unknown)
-    });
+fn setting(given: &args::Augment) -> Setting {
     let rounding_m = given.rounded.map(|mm| mm * M_PER_MM);
-    Ok(Setting { stand: stand.transpose()?, surroundings: surroundings.transpose()?, rounding_m })
+    Setting { stand: given.stand, surroundings: given.scene, rounding_m }
 }
 
 /// The sensor profile of this name.

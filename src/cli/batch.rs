@@ -1,5 +1,6 @@
 //! `batch`: every scan of a folder.
 
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -11,6 +12,8 @@ use scan2params::job::check_experiment;
 use scan2params::job::verdict::Level;
 
 pub(crate) fn run(given: &args::Batch) -> Outcome {
+    let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
+    batch::check_folder(&given.folder).map_err(of_batch)?;
     let options = BatchOptions {
         folder: given.folder.clone(),
         share: match given.shard {
@@ -30,7 +33,6 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         pages: !given.no_report,
     };
     check_experiment(&options.scan).map_err(Failure::of_job)?;
-    let of_batch = |error: BatchError| Failure::of_kind(error.kind(), error);
     if given.dry_run {
         let inputs = batch::inputs(&options).map_err(of_batch)?;
         for input in &inputs.scans {
@@ -45,6 +47,8 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
         let lines: Result<Vec<String>, _> =
             summary.rows.iter().map(serde_json::to_string).collect();
         lines?.iter().map(|line| format!("{line}\n")).collect()
+    } else if std::io::stdout().is_terminal() {
+        batch::overview(&summary.rows)
     } else {
         batch::csv(&summary.rows)
     };
@@ -52,7 +56,7 @@ pub(crate) fn run(given: &args::Batch) -> Outcome {
     conclude(&summary)
 }
 
-/// `NAME-results` in the current folder: reruns from there take it up again.
+/// `NAME-results` in the current folder: a rerun from there continues it.
 fn default_out(folder: &Path) -> anyhow::Result<PathBuf> {
     let whole = std::fs::canonicalize(folder).with_context(|| folder.display().to_string())?;
     let name = whole.file_name().unwrap_or_else(|| "batch".as_ref()).to_string_lossy();
@@ -88,8 +92,18 @@ fn conclude(summary: &Summary) -> Outcome {
     });
     let others = summary.rows.iter().filter(|row| row.not_the_experiment()).count();
     eprintln!("verdicts: {} ({others} not the experiment)", levels.join(", "));
+    let unknown = summary.rows.iter().filter(|row| row.is_warp_unknown()).count();
+    if unknown > 0 {
+        warning!(
+            "warning: weft and warp unknown in {unknown} of {} estimated scans, whose intervals cover both readings; \
+             give --warp-toward, --mark, or the column warp_toward of --density-csv",
+            summary.rows.iter().filter(|row| row.result.is_some()).count()
+        );
+    }
     for file in &summary.lost {
-        warning!("{file}: its results are gone from the folder; the same command makes them again");
+        warning!(
+            "warning: {file}: its results were removed from the folder; the same command makes them again"
+        );
     }
     let failed: Vec<&Row> = summary.rows.iter().filter(|row| row.exit_code != 0).collect();
     if failed.is_empty() && summary.lost.is_empty() {
@@ -119,7 +133,7 @@ fn conclude(summary: &Summary) -> Outcome {
     Err(Failure::partial(anyhow!(said)))
 }
 
-/// Says which files were left alone, so that nobody believes them estimated.
+/// Names the files that were passed over, so that nobody takes them for estimated.
 fn tell_passed_over(files: &[String]) {
     const NAMED: usize = 3;
     let more = match files.len().saturating_sub(NAMED) {
@@ -129,8 +143,8 @@ fn tell_passed_over(files: &[String]) {
     let named = &files[..files.len().min(NAMED)];
     if !named.is_empty() {
         warning!(
-            "note: passed over, since their names are not those of scans: {}{more}; depth images and .txt count if \
-             --density-csv names them",
+            "note: passed over, since their names do not end as those of scans: {}{more}; depth images and .txt are \
+             read if --density-csv names them",
             named.join(", ")
         );
     }

@@ -65,7 +65,7 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         print!("{}", calibration::table(&found.sections));
     }
     let files = &found.written;
-    eprintln!("wrote {} and {} files beside it", files[0].display(), files.len() - 1);
+    eprintln!("wrote {} and {} files next to it", files[0].display(), files.len() - 1);
     if let Some(page) = page {
         eprintln!("wrote {}", page.display());
     }

@@ -54,7 +54,8 @@ pub(crate) fn run(given: &args::Estimate) -> Outcome {
     Failure::of_verdict(&given.scan.input, &outcome.verdict, given.strict)
 }
 
-/// The answer. The network's is shown while the simulator refines it, and is given where the user does not wait.
+/// The answer. The network's is shown while the simulator refines it, and is given where the user
+/// does not wait.
 fn answer(
     job: Job,
     given: &args::Estimate,
@@ -71,9 +72,9 @@ fn answer(
         let line = working.handle();
         interrupt::answers(move || {
             line.finish_and_clear();
-            warning!("scan2params: interrupted; this is the network's quick answer");
+            warning!("warning: interrupted; this is the network's quick answer");
             if let Err(failure) = give(&instead, &given, lab, None) {
-                warning!("scan2params: {:#}", failure.error);
+                warning!("error: {:#}", failure.error);
             }
         });
     }
@@ -87,7 +88,7 @@ fn show_quick(quick: &job::Outcome) {
     if !std::io::stderr().is_terminal() {
         return;
     }
-    eprintln!("quick answer of the network; control-C ends with it:");
+    eprintln!("quick answer of the network (control-C stops here and keeps it):");
     for p in quick.estimate.parameters() {
         let [low, high] = p.interval90;
         eprintln!("  {:<14}{:>9.0}   {low:.0} .. {high:.0} {}", p.key, p.value, p.unit);

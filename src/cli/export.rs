@@ -44,7 +44,7 @@ pub(crate) fn export(given: &args::Export) -> Outcome {
     Ok(())
 }
 
-/// Says what the fabric is worth, what is lost, what is to be known.
+/// Prints the verdict, what of the fabric is lost, and notes.
 fn tell(given: &args::Export, params: &Params, exported: &Exported) {
     if let Some(level) = params.level() {
         let grounds = params.grounds().join("; ");
@@ -58,7 +58,7 @@ fn tell(given: &args::Export, params: &Params, exported: &Exported) {
         eprintln!("note: {note}");
     }
     if given.force {
-        warning!("warning: --force exports the result whatever its verdict");
+        warning!("warning: --force exports the result with any verdict");
     }
 }
 

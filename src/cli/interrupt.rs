@@ -1,9 +1,9 @@
-//! Ctrl-C: what is half written is removed, and the exit code is 130. A verb that has an answer already, and works on a
-//! better one, gives that first ([`answers`]).
+//! Ctrl-C: what is half written is removed, and the exit code is 130. A verb that has an answer
+//! already, and works on a better one, gives that first ([`answers`]).
 //!
-//! What is finished stays: rows of a batch and of a run of `generate` are on the disk as
-//! they come, and the same command goes on from there. A program that was started with
-//! the signal ignored (in the background of a script) goes on ignoring it.
+//! Finished results stay: rows of a batch and of a run of `generate` are written one by one,
+//! and the same command continues from there. A program that was started with the signal
+//! ignored (in the background of a script) still ignores it.
 
 use std::io::IsTerminal as _;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,12 +15,12 @@ use scan2params::io::abandon_unfinished;
 /// The exit code of a program that a user interrupted.
 const INTERRUPTED: u8 = 130;
 
-/// Whether the same command goes on where this one is interrupted.
-static GOES_ON: AtomicBool = AtomicBool::new(false);
+/// Whether the same command continues where this one is interrupted.
+static CONTINUES: AtomicBool = AtomicBool::new(false);
 
-/// Lets the message of an interruption say that the same command goes on from there.
-pub(super) fn goes_on() {
-    GOES_ON.store(true, Ordering::Relaxed);
+/// Lets the message of an interruption say that the same command continues from there.
+pub(super) fn continues() {
+    CONTINUES.store(true, Ordering::Relaxed);
 }
 
 type Answer = Box<dyn FnOnce() + Send>;
@@ -51,12 +51,12 @@ pub(super) fn watch() {
         abandon_unfinished();
         // A terminal has shown `^C` at the end of a line.
         let line_break = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        let next = if GOES_ON.load(Ordering::Relaxed) {
-            "; what is finished is kept, and the same command goes on from there"
+        let next = if CONTINUES.load(Ordering::Relaxed) {
+            "; finished results are kept, and the same command continues from there"
         } else {
             ""
         };
-        warning!("{line_break}scan2params: interrupted{next}");
+        warning!("{line_break}error: interrupted{next}");
         std::process::exit(INTERRUPTED.into());
     });
 }

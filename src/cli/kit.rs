@@ -15,6 +15,6 @@ pub(crate) fn run(given: &args::Kit) -> Outcome {
     for path in &written {
         println!("{}", path.display());
     }
-    eprintln!("begin with {}", given.out.join("protocol.html").display());
+    eprintln!("start with {}", given.out.join("protocol.html").display());
     Ok(())
 }

@@ -23,6 +23,7 @@ mod inspect;
 mod interrupt;
 mod kit;
 mod merge;
+mod names;
 mod progress;
 mod shell;
 mod simulate;
@@ -72,7 +73,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Batch(_) | args::Command::Generate(_) | args::Command::Calibrate(_)
     );
     if keeps_its_work {
-        interrupt::goes_on();
+        interrupt::continues();
     }
     let outcome = match parsed.command {
         args::Command::Estimate(given) => estimate::run(&given),
@@ -92,6 +93,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Config(given) => config::run(&given, parsed.talk.config.as_deref()),
         args::Command::Completions(given) => shell::completions(&given),
         args::Command::Man(given) => shell::man(&given),
+        args::Command::Version => version::print(),
     };
     ended(outcome)
 }
@@ -110,7 +112,7 @@ fn ended(outcome: Outcome) -> ExitCode {
         Ok(()) => 0,
         Err(failure) if failure.is_end_of_pipe() => 0,
         Err(failure) => {
-            warning!("scan2params: {}", message(&failure.error));
+            warning!("error: {}", message(&failure.error));
             failure.code
         }
     };

@@ -29,7 +29,7 @@ macro_rules! eprint {
     ($($text:tt)*) => { $crate::cli::print::to_stderr(format_args!($($text)*)) };
 }
 
-/// What is said on stderr whatever `--quiet` says: warnings and errors.
+/// Prints warnings and errors on stderr, also with `--quiet`.
 macro_rules! warning {
     ($($text:tt)*) => {
         $crate::cli::print::always(format_args!("{}\n", format_args!($($text)*)))
@@ -58,7 +58,8 @@ pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
     }
 }
 
-/// How much is said on stderr: 0 warnings and errors, 1 what has become of the work, 2 its steps too.
+/// What is printed on stderr: 0 warnings and errors, 1 also the results of the work, 2 also its
+/// steps.
 static TALK: AtomicU8 = AtomicU8::new(1);
 
 /// Takes `--quiet` and `--verbose`, of which one at most is given.
@@ -112,7 +113,7 @@ pub(super) fn finish(code: u8) -> u8 {
     }
     match FAULT.get() {
         Some(error) if !reader_has_gone(error) => {
-            warning!("scan2params: stdout cannot be written ({error}); check the disk or the pipe");
+            warning!("error: stdout cannot be written ({error}); check the disk or the pipe");
             if code == 0 { 1 } else { code }
         }
         _ => code,

@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 18] = [
+const VERBS: [&str; 19] = [
     "estimate",
     "inspect",
     "boundary",
@@ -28,11 +28,17 @@ const VERBS: [&str; 18] = [
     "export",
     "convert",
     "config",
+    "version",
     "help",
 ];
 
 /// Flags that may stand before a verb.
 const BEFORE: [&str; 4] = ["-q", "--quiet", "-v", "--verbose"];
+
+/// Verbs, `help` among them.
+pub(super) fn all() -> impl Iterator<Item = &'static str> {
+    VERBS.into_iter()
+}
 
 /// Puts the verb `estimate` in front of an input file given without a verb.
 ///
@@ -59,7 +65,8 @@ pub(crate) fn with_default_verb(
     Ok(arguments)
 }
 
-/// The place of the first word behind the program's name that is no flag which may stand before a verb.
+/// The place of the first word behind the program's name that is no flag which may stand before a
+/// verb.
 pub(crate) fn place(arguments: &[OsString]) -> usize {
     let mut at = 1;
     while let Some(word) = arguments.get(at) {
@@ -122,7 +129,7 @@ mod tests {
         {
             assert_eq!(given(&["s", word])[1], "estimate", "{word}");
         }
-        // A folder that is there is an input, whatever it is called.
+        // A folder that is there is an input, with any name.
         assert_eq!(given(&["s", "src"])[1], "estimate");
     }
 

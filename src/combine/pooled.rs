@@ -34,7 +34,7 @@ const MOST_STEPS: usize = 500;
 /// Share of sets of sound drapes in which one is named as outlying, for one stiffness.
 const FALSE_ALARMS: f64 = 0.05;
 
-/// Drapes that what a drape states of its own scatter counts for. Chosen, not fitted.
+/// Weight of a drape's own stated scatter, in drapes. Chosen, not fitted.
 const STATED_COUNTS: f64 = 4.0;
 
 /// The mean of one stiffness over drapes; logarithms.

@@ -107,7 +107,7 @@ pub fn read(path: &Path) -> Result<Drape, CombineError> {
     })
 }
 
-/// Folds of the scanned rim: as the file says, or counted on the rim beside it.
+/// Folds of the scanned rim: as the file says, or counted on the rim's file next to it.
 fn folds(path: &Path, json: &Value) -> Option<usize> {
     let said = ["/boundary/folds"];
     let said = said.iter().find_map(|pointer| json.pointer(pointer).and_then(Value::as_u64));

@@ -3,7 +3,7 @@
 //! In: a drape (OBJ), the parameters of one (`*.params.json`, simulated first), or a
 //! folder of both; a sensor profile, a seed, a number of variants. Out, per variant:
 //! a fused cloud (PLY), depth images with poses (`views.json`), or the rim that
-//! `boundary` finds in the cloud (CSV); and beside it the truth:
+//! `boundary` finds in the cloud (CSV); and next to it the truth:
 //!
 //! | file | what it is |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! | `NAME.truth.params.json` | the true parameters, if they are known |
 //! | `DRAPE.truth.obj` | the drape, if it was simulated here |
 //!
-//! Variant k of a drape is the same bytes whatever else is in the folder: its seed
+//! Variant k of a drape is the same bytes for any other content of the folder: its seed
 //! comes from the run's, the drape's name and k. It sets the noise, the scanner's
 //! frame, and where the ring of cameras starts.
 //!
@@ -318,7 +318,7 @@ fn sources(input: &Path) -> Result<Vec<Source>, AugmentError> {
     Ok(sources)
 }
 
-/// Reads the drape, or simulates it from its parameters with a drop of its own, and
+/// Reads the drape, or simulates it from its parameters with its own drop, and
 /// writes it then.
 fn mesh(source: &Source, options: &AugmentOptions) -> Result<Mesh, AugmentError> {
     if source.params.as_ref() != Some(&source.path) {
@@ -381,7 +381,7 @@ fn turned_ring(seed: u64) -> Vec<CameraPose> {
 /// simulation frame \[m\], with a mark in the middle of the side to which the warp runs if one is wanted.
 ///
 /// # Errors
-/// When the drape makes no scene, or a mark is asked for on what is no square grid of vertices.
+/// When the drape makes no scene, or there is a mark but no square grid of vertices.
 pub fn one(
     drape: Mesh,
     profile: &Profile,

@@ -13,9 +13,10 @@ pub fn dataset_options() -> SimOptions {
     SimOptions { energy_drop: 1e-4, ..SimOptions::default() }
 }
 
-/// The options under which walks are made: the descent ends when a cycle lowers the energy by less than 1e-5 of itself,
-/// 1.4 mm from full rest in the median for the softest knits and nought for stiff cloth. A sheet that is led has little
-/// energy to lose on its way, so that a walk with the falls' 1e-4 would lag behind its fabrics by millimetres.
+/// The options under which walks are made: the descent ends when a cycle lowers the energy by less
+/// than 1e-5 of itself, 1.4 mm from full rest in the median for the softest knits and zero for
+/// stiff cloth. A continued sheet has little energy to lose on its way, so that a walk with the
+/// falls' 1e-4 would lag behind its fabrics by millimetres.
 #[must_use]
 pub fn walk_options() -> SimOptions {
     SimOptions { energy_drop: 1e-5, ..SimOptions::default() }
@@ -32,7 +33,7 @@ pub fn simulate(sample: &Sample, options: &SimOptions) -> SimulatedRow {
     row(drape(&sample.fabric, &drop_of(sample), options), false)
 }
 
-/// Simulates a sample of a walk, and gives the sheet that the next one goes on from. A sheet falls
+/// Simulates a sample of a walk, and gives the sheet that the next one continues. A sheet falls
 /// where there is none to lead, and where the one there is does not come to rest on its way.
 #[must_use]
 pub fn walk(

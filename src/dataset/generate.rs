@@ -6,7 +6,7 @@
 //! last sample of a chunk writes it. Until then its rows are kept in a file of the same
 //! form, `drapes-NNNNNN.partial`, written anew with every row (a chunk takes 200 kB, a
 //! drape seconds): a run that ends before its time loses the samples under way, and
-//! the next one goes on from the rest. Which rows came from there does not show in the
+//! the next one continues from the rest. Which rows came from there does not show in the
 //! file: a boundary of f32 millimetres survives reading, and the fabric is drawn again.
 //!
 //! Samples of a walk are made one after the other by one thread, and kept when the walk is whole: its

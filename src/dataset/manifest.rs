@@ -44,7 +44,7 @@ pub struct Manifest {
     /// Whether every sheet fell canonically; not there where each fell in its own way.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub canonical: bool,
-    /// How sheets were led from sample to sample; not there where each fell.
+    /// How sheets were continued from sample to sample; absent if each was dropped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub walks: Option<Walks>,
     /// Samples asked for, the largest of all runs on the folder; not compared.

@@ -4,17 +4,17 @@
 //! [`SimulatedRow`]). Out: a folder with one Parquet file per chunk of
 //! consecutive samples and a `manifest.json` that says how they were made.
 //!
-//! Sample k is the same bytes in whatever shard, order or thread it is made, so a
-//! folder can be filled by many machines, and an interrupted run goes on where it
+//! Sample k is the same bytes for any shard, order and thread, so a
+//! folder can be filled by many machines, and an interrupted run continues where it
 //! was: the rows of a chunk lie in `drapes-NNNNNN.partial` until it is complete. A kill
 //! loses the samples under way (one a thread), a power cut the chunks under way.
 //!
 //! Where it fails: one process at a time makes a shard; another is refused and told who
 //! does (`shard-I-of-N.lock`). Of shardings that overlap both make the same bytes, twice.
 //!
-//! With [`Walks`] sheets are led from fabric to fabric ([`drapes::walk`]): row k is then of
-//! fabric `fabric_index` of the prior in the order of the walks, and a walk is lost as a whole where a kill
-//! meets it.
+//! With [`Walks`] sheets are continued from fabric to fabric ([`drapes::walk`]): row k is then of
+//! fabric `fabric_index` of the prior in the order of the walks, and a walk is lost as a whole
+//! where a kill meets it.
 //!
 //! Columns, one row per drape:
 //!
@@ -30,7 +30,7 @@
 //! | `node_count` | int32 | |
 //! | `energy_j` | double | J |
 //! | `residual_n` | double | N |
-//! | `walked` | boolean: led from the row before, not fallen; not in files from before walks | |
+//! | `walked` | boolean: continued from the row before, not dropped; absent in files without walks | |
 //!
 //! A drape that did not come to rest is a row like any other (`at_rest` false):
 //! what is left out of a training is decided where it is trained, and can be

@@ -25,9 +25,9 @@ pub struct GenerateOptions {
     pub threads: usize,
     /// Samples per file.
     pub chunk_rows: u64,
-    /// Whether every sheet falls canonically, as the paper's do; else each in a way of its own.
+    /// Whether every sheet has the canonical drop, as in the paper; else each a perturbed one.
     pub canonical: bool,
-    /// How sheets are led from sample to sample; without it every one falls.
+    /// How sheets are continued from sample to sample; without it every one is dropped.
     pub walks: Option<Walks>,
     /// The simulator's options, for the manifest: a folder takes one set only.
     pub simulator: serde_json::Value,

@@ -4,7 +4,7 @@ use crate::base::Boundary;
 use crate::fabric::Fabric;
 use crate::sim::Fall;
 
-/// What a simulator is asked for.
+/// What a simulator gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Its number in the run.

@@ -75,7 +75,7 @@ pub(super) fn write_file(path: &Path, rows: &[Row], durability: Durability) -> s
     }
 }
 
-/// What the system said of a file that cannot be written.
+/// The system's error for a file that cannot be written.
 fn of_parquet(error: ParquetError) -> std::io::Error {
     match error {
         ParquetError::External(source) => match source.downcast() {

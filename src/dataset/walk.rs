@@ -1,9 +1,9 @@
 //! The order in which fabrics are walked: neighbours in parameter space follow each other.
 //!
-//! In: a pool of fabrics. Out: the places of the pool in the order of a run. A tour that goes on to the
-//! nearest fabric not yet visited is cut into walks; each walk is turned round by a coin, so that
-//! sheets are led to stiffer fabrics as often as to softer ones, and the walks are shuffled, so that
-//! the first rows of a run are spread over the whole prior.
+//! In: a pool of fabrics. Out: the places of the pool in the order of a run. A tour that continues
+//! to the nearest fabric not yet visited is cut into walks; each walk is turned round by a coin, so
+//! that sheets are continued to stiffer fabrics as often as to softer ones, and the walks are
+//! shuffled, so that the first rows of a run are spread over the whole prior.
 //!
 //! Distance is the root mean square of the six logarithms of stiffness over weight, on which alone a drape
 //! depends. A greedy tour of 4096 fabrics of a shipped prior has steps of 0.29 in the mean (a
@@ -21,7 +21,7 @@ use crate::fabric::Fabric;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Walks {
-    /// Drapes of one walk: a fall and the fabrics that its sheet is then led to.
+    /// Drapes of one walk: a drop and the fabrics to which its sheet is then continued.
     pub rows: u64,
     /// Consecutive fabrics of the prior that are ordered among themselves.
     pub pool: u64,

@@ -58,8 +58,8 @@ pub(super) struct Input {
     pub min: Vec<f64>,
     pub max: Vec<f64>,
     pub novelty_limit_mm: f64,
-    /// Areal density for which the network is asked whatever the specimen's, the answer being in proportion; without it
-    /// the network is asked for the specimen's own.
+    /// Areal density that the network gets for any specimen, the answer being in proportion;
+    /// without it the network gets the specimen's own.
     #[serde(default)]
     pub asked_density_g_m2: Option<f64>,
 }
@@ -111,8 +111,8 @@ struct ByLength {
     factor: Vec<f64>,
 }
 
-/// Factor on all intervals of a rim: straight in the mean of its points' sigmas between some; beyond the last one it goes on
-/// as between the last two.
+/// Factor on all intervals of a rim: straight in the mean of its points' sigmas between some;
+/// beyond the last one it continues as between the last two.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ByNoise {
@@ -157,7 +157,8 @@ impl ByNoise {
     }
 }
 
-/// Value at `x` of the line through the nodes, which goes on beyond its ends; a single node holds everywhere.
+/// Value at `x` of the line through the nodes, which continues beyond its ends; a single node holds
+/// everywhere.
 fn straight(nodes: &[f64], values: &[f64], x: f64) -> f64 {
     let last = nodes.len() - 1;
     if last == 0 {
@@ -247,7 +248,8 @@ impl Model {
         Err(ModelError::new(self.id.clone(), fault))
     }
 
-    /// Areal density for which the network is asked whatever the specimen's \[g/m^2\]; none where it is the specimen's own.
+    /// Areal density that the network gets for any specimen \[g/m^2\]; none if it is the specimen's
+    /// own.
     #[must_use]
     pub fn asked_density_g_m2(&self) -> Option<f64> {
         self.input.asked_density_g_m2

@@ -1,8 +1,9 @@
 //! Calibration held against sealed cases, for `evaluate calibrate`.
 //!
-//! In: a seed, which cases, how they are made and calibrated. Out: one [`Scored`] a case: its truth, what the calibration
-//! [`Said`], and the held-out error of the truth: the true fabric in the true experiment, led by the same outlines on
-//! the calibration's own cells, which no answer can be blamed for. [`Summary`] has the figures that are promised.
+//! In: a seed, which cases, how they are made and calibrated. Out: one [`Scored`] a case: its
+//! truth, what the calibration [`Said`], and the held-out error of the truth: the true fabric in
+//! the true experiment, guided by the same outlines on the calibration's own cells, which no answer
+//! can be blamed for. [`Summary`] has the figures that are promised.
 //!
 //! A case's folder is made, its manifest calibrated, and the truth looked at last; what was said is kept in the folder
 //! for the next run of the same program (`kept.rs`).
@@ -26,14 +27,15 @@ use crate::numeric::robust::median;
 use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
 use crate::sim::Experiment;
 
-/// A sealed case beside what was said of it.
+/// A sealed case and its calibration.
 #[derive(Clone, Debug)]
 pub struct Scored {
     /// The truth.
     pub sealed: Sealed,
     /// What was said, or why nothing was.
     pub said: Result<Said, String>,
-    /// Mean distance of the held-out outlines from the drapes of the truth, led by them \[mm\]; NaN where none came to rest.
+    /// Mean distance of the held-out outlines from the drapes of the truth, guided by them \[mm\];
+    /// NaN where none came to rest.
     pub truth_mm: f64,
     /// Effects that the calibration did not look for.
     pub without: Vec<&'static str>,
@@ -75,8 +77,8 @@ pub struct Series {
     pub make: MakeOptions,
     /// How they are calibrated.
     pub calibrate: Options,
-    /// Where each has a folder of its own; cases that are there already are not made again, and those that this program
-    /// calibrated with these options are read.
+    /// Where each has its own folder; cases that are there already are not made again, and those
+    /// that this program calibrated with these options are read.
     pub folder: PathBuf,
 }
 
@@ -114,8 +116,8 @@ impl Series {
         Ok(Scored { sealed, said, truth_mm, without: without.collect(), bench: case.plain() })
     }
 
-    /// What is said of a case that was made, and the truth's own error. Files of which none can be used, or a fabric that is not
-    /// fitted, are a case of which nothing is said.
+    /// The calibration of a case that was made, and the truth's own error. Files of which none can
+    /// be used, or a fabric that is not fitted, are a case of which nothing is said.
     fn calibrated(&self, case: &Case, folder: &Path) -> Result<Kept, SeriesError> {
         let entries = read_manifest(Sealed::manifest(folder))?;
         let unanswered = |why: &dyn std::fmt::Display| Err(why.to_string());

@@ -1,7 +1,7 @@
 //! The promise of the estimate, measured: accuracy, width and coverage of its intervals on
 //! the rims of drapes that the network has not seen, for `evaluate estimate`.
 //!
-//! In: drapes with their fabrics ([`Row`]) and whatever answers for one. Out: [`Scores`], one
+//! In: drapes with their fabrics ([`Row`]) and an estimator. Out: [`Scores`], one
 //! row for each stiffness and one for all, comparable between any two that answer: the
 //! shipped estimator, and [`Baseline`], which ignores the scan. All errors are of natural
 //! logarithms, as the network is trained; the root mean square is divided by the logarithmic
@@ -38,7 +38,7 @@ use crate::sim::experiment::bending_length_m;
 const LEVEL: f64 = 0.9;
 /// Fabrics from which the baseline learns the prior.
 const BASELINE_FABRICS: u64 = 4096;
-/// Seed of those fabrics: neither the training's nor one that is asked for by a user.
+/// Seed of those fabrics: neither the training's nor a user's.
 const BASELINE_SEED: u64 = u64::MAX;
 
 /// What somebody says of one rim.
@@ -199,8 +199,8 @@ pub enum UnfitDrapes {
     },
 }
 
-/// Makes sure that drapes made with this prior, seed and numerics are new to the model. The training's seed
-/// is not, whatever the prior, since a union shares fabrics with its parts.
+/// Makes sure that drapes made with this prior, seed and numerics are new to the model. The
+/// training's seed is not, for any prior, since a union shares fabrics with its parts.
 ///
 /// # Errors
 /// [`UnfitDrapes::Seen`] and [`UnfitDrapes::Numerics`].

@@ -39,7 +39,7 @@ pub struct Walk {
     pub fresh: Drape,
     /// What that cost \[s\]; NaN where the system does not tell it.
     pub fresh_cpu_s: f64,
-    /// The way there and the way back; fewer where the sheet did not come to rest.
+    /// The paths there and back; fewer where the sheet did not come to rest.
     pub legs: Vec<Leg>,
 }
 

@@ -59,13 +59,14 @@ pub struct Answer {
     /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no fit
     /// can be blamed for. NaN where it does not come to rest.
     pub floor_m: f64,
-    /// The same of the refined fabric's rims and of those of the floor, each turned about the plate's axis to where it lies best: a sheet
-    /// that is let go may whirl as a whole \[m\].
+    /// The same of the refined fabric's rims and of those of the floor, each turned about the
+    /// plate's axis to where it lies best: a sheet that is released may rotate as a whole \[m\].
     pub turned_m: [f64; 2],
     /// The same as the floor, of the fabric that the network said.
     pub network_rim_error_m: f64,
-    /// Mean distance of the true rim from those of the refined fabric and of the network's, each dropped as the true one was,
-    /// on its cells, and led by nothing: the paper's comparison. NaN where the drop was perturbed, or a drape does not come to rest.
+    /// Mean distance of the true rim from those of the refined fabric and of the network's, each
+    /// dropped as the true one was, on its cells, and not guided: the paper's comparison. NaN where
+    /// the drop was perturbed, or a drape does not come to rest.
     pub redropped_m: [f64; 2],
     /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several drops, which
     /// share the machine's cores.
@@ -161,7 +162,7 @@ impl Sight {
     }
 }
 
-/// Where a fit begins; what is believed is the network's answer all the same.
+/// Where a fit begins; its prior is the network's answer in each case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
     /// At what the network says, as `estimate` does.
@@ -337,7 +338,7 @@ impl Series<'_> {
         }
         let refined = fit(&scans, density_kg_m2, &prior, &starts, &self.options, |_| ())?;
         let cpu_s = cpu.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
-        // a drape that whirled as it fell lies turned, and no scan can tell
+        // a drape that rotated as it fell lies turned, and no scan can tell
         let turned = rims.iter().zip(seen).map(|(rim, seen)| rim.turned_onto(&seen.rim));
         let turned: Vec<Boundary> = turned.collect();
         let count = turned.len() as f64;
@@ -374,8 +375,8 @@ impl Series<'_> {
 }
 
 impl Series<'_> {
-    /// Mean distance of a true rim from that of a fabric led by what was seen and let go, as it lies and turned; NaN where that does not
-    /// come to rest.
+    /// Mean distance of a true rim from that of a fabric guided by what was seen and released, as
+    /// it lies and turned; NaN where that does not come to rest.
     fn laid_m(&self, rim: &Boundary, seen: &Seen, fabric: &Fabric) -> [f64; 2] {
         let options = SimOptions { vertices: self.options.vertices[1], ..self.options.sim };
         let again = released_drape(&seen.rim, seen.sheet.as_ref(), fabric, &options);
@@ -520,7 +521,8 @@ pub struct Summary {
     pub held_rim_median_mm: f64,
     /// The same of the true fabric laid on the scan; null in files where that is not known.
     pub floor_median_mm: f64,
-    /// Share of the rims let go within 1 mm of the true one once turned about the plate's axis, and of the true fabric's.
+    /// Share of the released rims within 1 mm of the true one once turned about the plate's axis,
+    /// and of the true fabric's.
     pub turned_within_1_mm: [f64; 2],
     /// The medians of these distances \[mm\].
     pub turned_median_mm: [f64; 2],

@@ -28,7 +28,7 @@ const WAVES: usize = 25;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RimNoise {
-    /// Most of the smooth part, whose size is drawn evenly from nought to this in every scan \[mm\].
+    /// Most of the smooth part, whose size is drawn evenly from zero to this in every scan \[mm\].
     pub smooth_mm: f64,
     /// Its correlation length along the rim \[mm\].
     pub correlation_mm: f64,

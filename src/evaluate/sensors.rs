@@ -1,8 +1,9 @@
 //! The estimate on canonical and on perturbed drops, seen clean and by sensors, for `evaluate sensors`.
 //!
-//! In: fabrics of a prior, networks, ways to see a drape ([`Sight`]). Out: one [`Cell`] for each network, drop and
-//! sight: the scores of its answers, and how many scans the scan path refused. Every network is asked for the same
-//! rims, the fabrics lie at full rest on the network's cells, and all errors are over the prior's box.
+//! In: fabrics of a prior, networks, ways to see a drape ([`Sight`]). Out: one [`Cell`] for each
+//! network, drop and sight: the scores of its answers, and how many scans the scan path refused.
+//! Every network gets the same rims, the fabrics lie at full rest on the network's cells, and all
+//! errors are over the prior's box.
 //!
 //! Where it fails: scans of the simulator's own drapes; finer cells and real cloth are elsewhere (`evaluate refine`,
 //! docs/validation/refine.md).

@@ -9,7 +9,7 @@ use crate::sensor::{CameraPose, Profile, Ring, Scene, SceneError, Stand, Virtual
 
 /// Most views of a setup: more only take time.
 const MOST_VIEWS: usize = 200;
-/// Views of `@below` where nothing is said of their number.
+/// Views of `@below` if their number is not given.
 const VIEWS_BELOW: usize = 30;
 /// Radius of the table where `@floorN` puts one \[m\].
 const TABLE_RADIUS_M: f64 = 0.30;
@@ -204,7 +204,7 @@ impl Parts {
         ring.poses()
     }
 
-    /// Views from below have no floor between them and the drape if none is asked for.
+    /// Views from below have no floor between them and the drape if none is given.
     fn stand(&self) -> Stand {
         let mut stand = self.stand.unwrap_or(Stand::MODIFIED_CUSICK);
         let without_floor = Stand { floor_y_m: -0.6, floor_radius_m: 0.0, ..stand };

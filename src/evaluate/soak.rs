@@ -89,7 +89,7 @@ pub fn fabric(prior: &Mixture, seed: u64, index: u64) -> Result<(Source, Fabric)
     Ok((Source::Corner, Fabric::from_paper_units(corner).project_bending().0))
 }
 
-/// Drapes fabric `index` of a soak with a perturbed drop of its own.
+/// Drapes fabric `index` of a soak with its own perturbed drop.
 ///
 /// # Errors
 /// As [`fabric`].

@@ -2,9 +2,9 @@
 //! branch that a released drape and a fit stand on.
 //!
 //! In: a prior, a sensor, seeds. Out: one [`Case`] a virtual scan of a drape by a perturbed drop:
-//! the *true* fabric, started from the scanned sheet, led by the scanned rim, and started from the
-//! true sheet, each with the distance of its rim at rest from the true and from the scanned one. A
-//! refused scan is a case too.
+//! the *true* fabric, started from the scanned sheet, guided by the scanned rim, and started from
+//! the true sheet, each with the distance of its rim at rest from the true and from the scanned
+//! one. A refused scan is a case too.
 
 use rayon::prelude::*;
 
@@ -25,7 +25,7 @@ use crate::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
 pub enum Start {
     /// From the scanned sheet.
     ScannedSheet,
-    /// Led by the scanned rim, after a fall.
+    /// Guided by the scanned rim, after a fall.
     ScannedRim,
     /// From the sheet of the true drape.
     TrueSheet,
@@ -46,7 +46,7 @@ impl Start {
     }
 }
 
-/// What one start led to.
+/// The result of one start.
 #[derive(Clone, Debug)]
 pub struct Rest {
     /// The drape at its end.
@@ -166,7 +166,7 @@ pub fn case(prior: &Mixture, setup: &Setup, seed: u64, index: u64) -> Result<Cas
 }
 
 fn led(scanned: ScannedBoundary, fabric: &Fabric, truth: &Drape, options: &SimOptions) -> Led {
-    // a drape that whirled as it fell lies turned, and no scan can tell
+    // a drape that rotated as it fell lies turned, and no scan can tell
     let turned = truth.boundary.turned_onto(&scanned.boundary);
     let rests = Start::ALL.map(|start| {
         let (start, rim) = match start {
@@ -263,9 +263,9 @@ impl Summary {
     }
 }
 
-/// Draws the true rim (blue), that at rest from the scanned sheet (red) and that led by the scanned
-/// rim (grey) over the cloth's scanned points, from above and from two sides; where the first two
-/// differ by more than 1 mm they are joined (green).
+/// Draws the true rim (blue), that at rest from the scanned sheet (red) and that guided by the
+/// scanned rim (grey) over the cloth's scanned points, from above and from two sides; where the
+/// first two differ by more than 1 mm they are joined (green).
 #[must_use]
 pub fn picture(truth: &Drape, led: &Led) -> image::RgbImage {
     const PANE: u32 = 900;

@@ -1,5 +1,5 @@
 //! What scans look like to the verdict: virtual scans of a prior's fabrics through the whole
-//! main job, honest or wrong in a known way, for `evaluate verdict`. The limits of
+//! main job, valid or with a known fault, for `evaluate verdict`. The limits of
 //! `job::verdict` come from its table.
 //!
 //! In: a prior, a sensor, what is wrong, seeds. Out: one [`Case`] a scan, with the figures that
@@ -154,7 +154,7 @@ pub fn case(
             let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
             let again =
                 released_drape(&found.boundary, Some(&found.surface), &estimate.fabric, &options);
-            // a drape that whirled as it fell lies turned, and no scan can tell
+            // a drape that rotated as it fell lies turned, and no scan can tell
             let rim = drape.boundary.turned_onto(&found.boundary);
             let rim_error_m = rim.mean_distance_m(&found.boundary);
             let figures = Figures::of_scan(&found, &ScanOptions::default());

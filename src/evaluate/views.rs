@@ -73,7 +73,7 @@ impl Series {
         let parts = if passes { rng.random_range(2..=4) } else { rng.random_range(5..=12) };
         let mut poses = draw_views(&scene, &sensor, parts * views_of_part, seed)?;
         if passes {
-            // Each pass goes round, or sees a side of its own.
+            // Each pass goes round, or sees its own side.
             let round: bool = rng.random();
             let turn = |pose: &CameraPose| {
                 let eye = pose.simulation_from_camera.translation.vector;

@@ -14,7 +14,7 @@
 //! of legs h, bent about the direction of a leg, only the legs along the axis are bent, by theta = q h,
 //! one to an area h^2 of A = h^2: the three sums are 3 k, k h and k/4 times q^2 / 2. On equilateral
 //! triangles of side a the sum over the three directions gives 3 k, k a sqrt(3)/2 and k/4 about every
-//! axis. So the first is 3 times too stiff where k = B is entered, whatever the mesh, the second has
+//! axis. So the first is 3 times too stiff where k = B is entered, on any mesh, the second has
 //! a stiffness that grows with the mesh's spacing, the third is 4 times too soft. The tests sum over
 //! real meshes.
 //!
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     /// A flat mesh: points, and the two end points of each inner edge with the third points of the
-    /// triangles beside it, for edges that are whole cells away from the rim.
+    /// neighbouring triangles, for edges that are whole cells away from the rim.
     struct Flat {
         points: Vec<[f64; 2]>,
         hinges: Vec<[usize; 4]>,

@@ -7,7 +7,7 @@
 //! too stiff or dependent on the mesh, is [`hinge`]'s. `docs/export.md` has the strips with which the
 //! numbers were tried in the programs themselves.
 //!
-//! Fails for a result that is not to be used, unless told to go on, for a fabric that cannot be
+//! Fails for a result that is not to be used, unless forced, for a fabric that cannot be
 //! simulated, and where the target needs a number that no params.json has.
 
 mod arcsim;
@@ -44,7 +44,7 @@ pub enum Target {
     Mujoco,
     /// ARCSim's material JSON.
     Arcsim,
-    /// U3M 1.1, with a physics file for Browzwear beside it.
+    /// U3M 1.1, with a physics file for Browzwear next to it.
     U3m,
     /// OpenUSD, text.
     Usd,
@@ -83,9 +83,25 @@ impl Target {
             Self::Csv => "csv",
         }
     }
+
+    /// What reads the file, and the file's ending.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Clo => "CLO and Marvelous Designer, .jfab",
+            Self::Blender => "Blender's cloth, a preset in Python, .py",
+            Self::Newton => "NVIDIA Newton, solvers Style3D and VBD, .json",
+            Self::Mujoco => "MuJoCo, a flex in MJCF, .xml",
+            Self::Arcsim => "ARCSim's material, .json",
+            Self::U3m => "U3M 1.1, .u3m, with FILE.fab.json for Browzwear",
+            Self::Usd => "OpenUSD, .usda",
+            Self::Json => "All values in all units, .json",
+            Self::Csv => "All values in all units as a table, .csv",
+        }
+    }
 }
 
-/// A fabric in the words of a target. `out_stem` is the name of the file without its ending.
+/// A fabric as a target's file. `out_stem` is the name of the file without its ending.
 ///
 /// # Errors
 /// A result that is not to be used, without `options.force`; a fabric that cannot be simulated; a

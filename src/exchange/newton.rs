@@ -1,5 +1,5 @@
 //! NVIDIA Newton: JSON with the arguments of its cloth builders, for two solvers. Newton has no
-//! material file of its own; `json.load` and a line hand them over (docs/export.md).
+//! own material file; `json.load` and a line hand them over (docs/export.md).
 //!
 //! `SolverStyle3D`: `tri_aniso_ke` (weft, warp, shear) \[N/m\], of the energy of Baraff and Witkin that
 //! this simulator has too, so that stiffnesses go as they are. `edge_aniso_ke`: the second belongs to

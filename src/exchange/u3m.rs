@@ -1,5 +1,5 @@
-//! U3M 1.1: the material's JSON, and beside it the physics file that it names, in which Browzwear's
-//! programs look for stiffnesses.
+//! U3M 1.1: the material's JSON, and next to it the physics file that it names, in which
+//! Browzwear's programs look for stiffnesses.
 //!
 //! Source: the schemas `u3m1.1/spec/u3m_schema.json` and `u3m1.1/physics/physics_schema.json` and their
 //! examples. The material has thickness \[mm\] and weight \[g/m^2\]. The physics file has no measurements

@@ -170,7 +170,7 @@ fn plain(name: &str) -> String {
 }
 
 impl Unit {
-    /// The unit that a name stands for, whatever its spaces, `^`, `*` and capitals.
+    /// The unit that a name stands for, with any spaces, `^`, `*` and capitals.
     ///
     /// # Errors
     /// [`UnitError::Unknown`].

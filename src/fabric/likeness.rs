@@ -60,8 +60,8 @@ impl PartLikeness {
     #[must_use]
     pub fn words(&self) -> &str {
         match self.name.as_str() {
-            DEFAULT_PRIOR => "the knits",
-            MEASURED_PRIOR => "the measured fabrics",
+            DEFAULT_PRIOR => "knits",
+            MEASURED_PRIOR => "measured fabrics",
             other => other,
         }
     }
@@ -108,25 +108,23 @@ impl Likeness {
         self.like().is_empty()
     }
 
-    /// In words: `like the measured fabrics of the prior (97 %)`.
+    /// In words: `resembles in the training data: measured fabrics 97 %`.
     #[must_use]
     pub fn words(&self) -> String {
         let list = |parts: &[&PartLikeness], show: &dyn Fn(&PartLikeness) -> String, and: &str| {
-            parts
-                .iter()
-                .map(|p| format!("{} ({})", p.words(), show(p)))
-                .collect::<Vec<_>>()
-                .join(and)
+            parts.iter().map(|p| show(p)).collect::<Vec<_>>().join(and)
         };
-        let percent = |p: &PartLikeness| format!("{:.0} %", 100.0 * p.probability);
-        let off = |p: &PartLikeness| format!("{:.1} standard deviations off", p.distance);
+        let percent = |p: &PartLikeness| format!("{} {:.0} %", p.words(), 100.0 * p.probability);
+        let off = |p: &PartLikeness| {
+            format!("the {} ({:.1} standard deviations off)", p.words(), p.distance)
+        };
         let like = self.like();
         if self.is_outside() {
             let all: Vec<&PartLikeness> = self.parts.iter().collect();
-            let neither = if all.len() > 1 { "like neither " } else { "unlike " };
-            return format!("{neither}{} of the prior", list(&all, &off, " nor "));
+            let neither = if all.len() > 1 { "resembles neither" } else { "does not resemble" };
+            return format!("{neither} {} of the training data", list(&all, &off, " nor "));
         }
-        format!("like {} of the prior", list(&like, &percent, ", or "))
+        format!("resembles in the training data: {}", list(&like, &percent, ", "))
     }
 }
 
@@ -214,7 +212,11 @@ mod tests {
             Likeness::of(&union, &[(fabric, [fabric; 2])])
         };
         assert!(at(1.0).like().is_empty(), "{:?}", at(1.0));
-        assert!(at(1.0).words().starts_with("like neither the knits ("), "{}", at(1.0).words());
+        assert!(
+            at(1.0).words().starts_with("resembles neither the knits ("),
+            "{}",
+            at(1.0).words()
+        );
         for (a, b) in at(1.0).parts.iter().zip(at(3.0).parts) {
             assert!((a.distance - b.distance).abs() < 1e-9, "{a:?} {b:?}");
         }

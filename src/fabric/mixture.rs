@@ -1,7 +1,7 @@
 //! A prior over fabrics: a Gaussian mixture over the logarithms of the seven
 //! parameters, truncated to a box and to positive bending.
 //!
-//! In: a seed and an index. Out: fabric `index`, the same whatever was drawn
+//! In: a seed and an index. Out: fabric `index`, the same for anything drawn
 //! before. The component is `index` modulo the number of components, so that each
 //! has an equal count, as in the paper. What falls outside the box, or has no
 //! positive bending energy, is drawn again from the same stream.
@@ -29,20 +29,20 @@ use crate::base::seed;
 type Vector = SVector<f64, PARAMETERS>;
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// Name of the prior that is used unless another is asked for.
+/// Name of the prior that is used unless another is given.
 pub const DEFAULT_PRIOR: &str = "knit-2020";
 const KNIT_2020: &str = include_str!("knit-2020.json");
 /// Name of the prior of measured bending and density.
 pub const MEASURED_PRIOR: &str = "measured";
 const MEASURED: &str = include_str!("measured.json");
-/// Name of the prior that has `knit-2020` and `measured` by turns.
+/// Name of the prior that alternates between `knit-2020` and `measured`.
 pub const UNION_PRIOR: &str = "union";
 const SCHEMA: &str = "scan2params/prior/1";
 /// Draws per sample before a prior is declared useless. The shipped one accepts
 /// more than half of its draws per component.
 const MAX_DRAWS: usize = 100_000;
 
-/// A Gaussian mixture in log space, truncated to a box; or several, by turns.
+/// A Gaussian mixture in log space, truncated to a box; or several, alternating.
 #[derive(Clone, Debug)]
 pub struct Mixture {
     name: String,
@@ -148,13 +148,14 @@ impl Mixture {
         Self::from_json(MEASURED).expect("the shipped prior is sound")
     }
 
-    /// `knit-2020` and `measured` by turns: fabric 2 k is of the first, 2 k + 1 of the second.
+    /// `knit-2020` and `measured`, alternating: fabric 2 k is of the first, 2 k + 1 of the second.
     #[must_use]
     pub fn union() -> Self {
         Self::joined(UNION_PRIOR, &[Self::knit_2020(), Self::measured()])
     }
 
-    /// Several priors by turns, each within its own box and with its components in equal counts.
+    /// Several priors, alternating, each within its own box and with its components in equal
+    /// counts.
     fn joined(name: &str, parts: &[Self]) -> Self {
         let names: Vec<&str> = parts.iter().map(Self::name).collect();
         let hashes: String = parts.iter().map(Self::sha256).collect();
@@ -266,7 +267,7 @@ impl Mixture {
         [self.min, self.max]
     }
 
-    /// The priors that this one has by turns: itself, if it is not joined.
+    /// The priors between which this one alternates: itself, if it is not joined.
     #[must_use]
     pub fn parts(&self) -> &[Self] {
         if self.joined.is_empty() { std::slice::from_ref(self) } else { &self.joined }

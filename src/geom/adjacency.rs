@@ -135,7 +135,7 @@ pub fn spread(mesh: &Mesh, spacing: f64) -> impl Iterator<Item = Sample> + '_ {
 mod tests {
     use super::*;
 
-    /// Two triangles of a unit square, the second on vertices of its own.
+    /// Two triangles of a unit square, the second on its own vertices.
     fn square() -> Mesh {
         let at = |x: f64, y: f64| Point3::new(x, y, 0.0);
         Mesh {

@@ -27,7 +27,7 @@ impl Mesh {
             .iter()
             .map(|&used| {
                 kept += u32::from(used);
-                // That of a stray vertex is asked for by nobody.
+                // That of a stray vertex is never used.
                 kept.wrapping_sub(1)
             })
             .collect();

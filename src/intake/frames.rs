@@ -1,8 +1,8 @@
 //! Frames of passes that have nothing to do with each other: an app begins each recording in another one.
 //!
-//! In: passes in metres, each in its own frame. Out: for each a pose in the first one's frame from which
-//! [`Register`] goes on. Passes that agree as they are keep their frames. Of others the plate is
-//! found, whose middle and axis leave a turn open; the turn is tried all round.
+//! In: passes in metres, each in its own frame. Out: for each a pose in the first one's frame from
+//! which [`Register`] continues. Passes that agree as they are keep their frames. Of others the
+//! plate is found, whose middle and axis leave a turn open; the turn is tried all round.
 
 use nalgebra::{Translation3, UnitQuaternion};
 use rayon::prelude::*;

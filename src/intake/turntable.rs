@@ -1,8 +1,8 @@
 //! Views of a turntable: in order, without poses, the camera standing still.
 //!
-//! In: views in metres, each in its camera's frame; the step by which the drape turns from one to the
-//! next, where it is said. Out: the views without what stands still around the drape, and for each a pose in the
-//! first one's frame from which [`Register::settled`] goes on.
+//! In: views in metres, each in its camera's frame; the step by which the drape turns from one to
+//! the next, where it is said. Out: the views without what stands still around the drape, and for
+//! each a pose in the first one's frame from which [`Register::settled`] continues.
 //!
 //! Each view's plate is found. Their normals are the axis' direction; their centres, which lie on a circle
 //! if the plate stands beside the axis, give its place. Where the step is not said it is looked for in steps of 5

@@ -4,7 +4,7 @@
 //! 244 rows in the order of [`crate::base::boundary`]; side 0 to 3, `observed`
 //! 1 or 0. `warp_known` is the same in all rows: 1 if x is the warp for sure, 0 if weft and warp
 //! may be exchanged. It is a column rather than a comment so that programs that read tables by
-//! the names of their columns go on working; a file without it is taken too, and says
+//! the names of their columns still work; a file without it is taken too, and says
 //! nothing. People correct such files by hand, so the reader names the line and
 //! takes blanks, and `true` and `false`, but no other order and no other unit.
 

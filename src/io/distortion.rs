@@ -13,7 +13,7 @@ use super::error::shown;
 /// is this one where its further coefficients are 0.
 const BROWN_CONRADY: [&str; 6] =
     ["", "plumb_bob", "brown_conrady", "radtan", "opencv", "rational_polynomial"];
-/// Parts of the names of models that are no pinhole, whatever their coefficients.
+/// Parts of the names of models that are no pinhole, with any coefficients.
 const FISHEYE: [&str; 4] = ["fisheye", "equidistant", "kannala", "ftheta"];
 
 /// The five coefficients of Brown and Conrady, from those of the model named.

@@ -6,8 +6,8 @@
 //! invalid become NaN, which is dropped, and so do directions without a range. The
 //! standard's unit is the metre; found from the scene all the same, as of every file.
 //!
-//! Fails on checksums, on scans without coordinates, on poses that are no rotation, and on
-//! counts beyond the file: the crate believes them, and would fill the memory with points all of whose
+//! Fails on checksums, on scans without coordinates, on poses that are no rotation, and on counts
+//! beyond the file: the crate trusts them, and would fill the memory with points all of whose
 //! values are constants.
 
 use std::io::Cursor;

@@ -83,7 +83,7 @@ pub enum Fault {
     },
     /// The content is of another format than the extension says.
     #[error(
-        "the content is that of a {content} file; rename it to end in {content}, or say --format"
+        "the content is that of a {content} file; rename it to end in {content}, or give --format"
     )]
     Misnamed {
         /// The extension that the content asks for.
@@ -221,9 +221,7 @@ pub struct WriteError {
 fn extension(found: &str) -> String {
     let supported = super::SUPPORTED;
     if found.is_empty() {
-        return format!(
-            "its name has no ending that says its format; name it as one of {supported}, or say it with --format"
-        );
+        return format!("its name has no ending; name it as one of {supported}, or give --format");
     }
     let instead = super::format::export_instead(found);
     let instead = instead.map(|remedy| format!("{remedy}; ")).unwrap_or_default();

@@ -14,10 +14,10 @@ use crate::geom::Cloud;
 pub(super) fn read_file(path: &Path, options: &ReadOptions) -> Result<(Cloud, ReadNotes), At> {
     let Some(named) = Format::of_extension(path) else {
         if is_standard_input(path) {
-            let fault = "the standard input does not say its format; give it with --format, as in `- --format ply`";
+            let fault = "the standard input needs --format, as in `- --format ply`";
             return Err(Fault::Layout(fault.to_owned()).anywhere());
         }
-        // A missing file is that, whatever its name.
+        // A missing file is that, with any name.
         is_regular(path)?;
         return Err(unsupported(path).anywhere());
     };

@@ -116,7 +116,7 @@ pub(super) fn export_instead(extension: &str) -> Option<&'static str> {
     })
 }
 
-/// What is said of Gaussian splats.
+/// The error for Gaussian splats.
 pub(super) const SPLATS: &str = "they hold Gaussian splats, which look like the scene and do not lie on its \
      surface: scan by LiDAR or in mesh mode, and export a mesh or a point cloud (docs/formats.md, \"Scanning apps\")";
 

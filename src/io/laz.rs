@@ -128,7 +128,7 @@ fn packing(bytes: &[u8], header: &Header) -> Result<(Vec<LazItem>, Chunks), At> 
     Ok((items.clone(), chunks))
 }
 
-/// The bytes that a part takes when it is unpacked, whatever the file says of it.
+/// The bytes that a part takes when it is unpacked, not what the file states.
 fn size_of_item(item: &LazItem) -> usize {
     match item.item_type() {
         LazItemType::Byte(size) | LazItemType::Byte14(size) => usize::from(size),

@@ -18,11 +18,12 @@ pub struct ReadOptions {
     /// within this depth \[m\]: flying pixels between cloth and background. `None`
     /// keeps all.
     pub max_jump_m: Option<f64>,
-    /// The file's format, whatever its name; then the path `-` is the standard input. `None`: as its name ends.
+    /// The file's format, for any name; then the path `-` is the standard input. `None`: as its
+    /// name ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
-    /// More passes over the same drape, each a file or a set of views of its own. `intake` brings them together;
-    /// the readers here read one input.
+    /// More passes over the same drape, each a file or its own set of views. `intake` brings them
+    /// together; the readers here read one input.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes: Vec<PathBuf>,
     /// Lengths in the scan over true ones: `intake` divides them by it. `None`: the scan's are true.

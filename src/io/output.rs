@@ -2,7 +2,7 @@
 //! work whose results they are.
 //!
 //! In: the path of a result, and the files that are read. A result must not be one of
-//! these, by whatever link or spelling; a file must not lie where a folder is needed,
+//! these, by any link or spelling; a file must not lie where a folder is needed,
 //! nor a folder where a file is; and the system must let it be written, which is tried
 //! out with a file that is removed again.
 //!

@@ -1,6 +1,6 @@
 //! Where what is written goes, and how it appears there whole or not at all.
 //!
-//! In: a path and bytes. A file is written to `<name>.part` beside it, which takes the
+//! In: a path and bytes. A file is written to `<name>.part` next to it, which takes the
 //! name when it is complete; what a symbolic link leads to is replaced, not the link,
 //! and a file that was there keeps its permissions. Devices, named pipes and the
 //! descriptors of this process (`/dev/null`, `/dev/stdout`, `/dev/fd/63`) cannot be
@@ -69,7 +69,7 @@ pub(super) enum Stream {
 
 impl Destination {
     /// Follows the symbolic links of `path`, one after another: what is behind a
-    /// descriptor of this process has no path of its own.
+    /// descriptor of this process has no path.
     pub(super) fn of(path: &Path) -> io::Result<Self> {
         let mut path = path.to_owned();
         for _ in 0..MOST_LINKS {

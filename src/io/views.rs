@@ -61,7 +61,7 @@ const FOLDER_DEPTH: &str = ".depth.png";
 /// three digits pass, a scale of 1 % does not.
 const ROTATION_TOLERANCE: f64 = 5e-3;
 
-/// What is said of poses that stood column by column.
+/// The note on poses that stood column by column.
 const POSES_BY_COLUMNS: &str =
     "world_from_camera is taken column by column, since its last row holds the shift";
 

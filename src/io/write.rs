@@ -99,7 +99,7 @@ fn encode_png(
     writer.finish().map_err(of_png)
 }
 
-/// What the system said of a picture that cannot be written.
+/// The system's error for a picture that cannot be written.
 fn of_png(error: EncodingError) -> io::Error {
     match error {
         EncodingError::IoError(error) => error,

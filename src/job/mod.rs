@@ -37,7 +37,7 @@ pub struct Job {
     /// Whether the simulator looks for the fabric whose drape lies closest to the scan, from the
     /// network's estimate on. Without, the answer is the network's.
     pub refine: bool,
-    /// Whether it is found out what the fabric's sheet does when nothing holds it to the scan. No stiffness depends on it.
+    /// Whether the released drape is simulated. No stiffness depends on it.
     pub release: bool,
     /// Other scans of the same fabric, or rims of it, which it is refined on together with `input`;
     /// read and scanned in the same way. Without `refine` they are not looked at.
@@ -60,7 +60,7 @@ pub struct Outcome {
     pub likeness: Option<Likeness>,
     /// What refining found, if asked for.
     pub refinement: Option<Refinement>,
-    /// The fabric's drape with nothing to hold it, if asked for.
+    /// The fabric's released drape, if wanted.
     pub released: Option<ReleasedDrape>,
     /// What all this is worth.
     pub verdict: Verdict,
@@ -137,7 +137,8 @@ impl Job {
         }
     }
 
-    /// Refuses what there is no estimate of whatever the scan shows: a density that no textile has, another experiment.
+    /// Refuses what has no estimate for any scan: a density that no textile has, another
+    /// experiment.
     ///
     /// # Errors
     /// [`JobError::Density`], [`JobError::Experiment`].
@@ -173,8 +174,9 @@ impl Job {
         self.quick(estimator, |_| ())?.refined(estimator, |_| ())
     }
 
-    /// Runs the job on a rim that is there already, and refines, where that is asked for, on the rims of `with` together
-    /// with it, each with its name. [`Self::input`] is the first one's name; [`Self::read`] is not used.
+    /// Runs the job on a rim that is there already, and refines, if wanted, on the rims of `with`
+    /// together with it, each with its name. [`Self::input`] is the first one's name;
+    /// [`Self::read`] is not used.
     ///
     /// # Errors
     /// As [`Self::run`], but for the reading.
@@ -224,7 +226,8 @@ impl Job {
         self.with.iter().map(companion).collect()
     }
 
-    /// The network's answer alone: what is known before any drape. [`Outcome::refined`] goes on from it.
+    /// The network's answer alone: what is known before any drape. [`Outcome::refined`] continues
+    /// from it.
     ///
     /// # Errors
     /// As [`Self::run`].
@@ -281,7 +284,7 @@ impl Outcome {
     /// # Errors
     /// Where another scan of [`Job::with`] cannot be used.
     pub fn refined(self, estimator: &Estimator, tell: impl Fn(Told<'_>)) -> Result<Self, JobError> {
-        // The format and the passes are said of the first alone.
+        // The format and the passes are those of the first alone.
         let read = ReadOptions { format: None, passes: Vec::new(), ..self.job.read.clone() };
         let scan = self.job.scan.clone();
         let take = move |path: &Path| Ok(rim::of_input(path, &read, &scan)?);
@@ -313,7 +316,7 @@ impl Outcome {
         let released = match taken {
             Some(taken) => taken.first().released.clone(),
             None => job.release.then(|| {
-                tell(Told::Doing("draping the fabric with nothing to hold it"));
+                tell(Told::Doing("simulating the released drape"));
                 let options = SimOptions { experiment: job.experiment, ..SimOptions::default() };
                 let begun = Begun::now();
                 let found = released_drape(rim.boundary(), rim.sheet(), &estimate.fabric, &options);

@@ -31,7 +31,7 @@ pub struct Companion {
 pub struct Refinement {
     /// The fabric found, or why there is none.
     pub result: Result<Refined, FitError>,
-    /// What the network said of the first scan.
+    /// The network's answer for the first scan.
     pub network: Estimate,
     /// The other scans that the fabric was refined on; their drapes are those of the result behind the first.
     pub companions: Vec<Companion>,

@@ -10,7 +10,7 @@
 //! something else, and the program ends with exit code 4.
 //!
 //! The numbers are gathered first ([`Figures`]), then held against [`Limits`]: one pure
-//! function, [`Figures::verdict`]. The limits were measured on honest scans
+//! function, [`Figures::verdict`]. The limits were measured on valid scans
 //! (`evaluate verdict`), so that these are reliable.
 //!
 //! Where it fails: what leaves no trace in these figures goes unnoticed. A vertical scale
@@ -45,8 +45,8 @@ pub use scale::{Scale, ScaleBy};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
-    /// Honest scans of fabrics that the model knows look like this. As the level of a ground:
-    /// to be said, without making the result any worse.
+    /// The scan and the result look normal. As the level of a ground: a note, which does not make
+    /// the result any worse.
     Reliable,
     /// Something is unusual; at least a part of the result may be off by more than its interval.
     Doubtful,

@@ -60,7 +60,7 @@ fn seen(options: &ScanOptions) -> Vec<Refusal> {
                 "a scene that measures {} m to {:.0} m in no unit",
                 scene.smallest_m, scene.largest_m
             ),
-            "export in metres or millimetres, or say `--unit`",
+            "export in metres or millimetres, or give `--unit`",
         ),
     ]
 }
@@ -76,12 +76,12 @@ fn plate(options: &ScanOptions) -> Vec<Refusal> {
                 mm(options.plate_radius_m),
                 mm(options.specimen_side_m)
             ),
-            "scan from above too; use the plate of this kit; in a cluttered scene say `--plate-near`, `--up` or `--crop`",
+            "scan from above too; use the plate of this kit; in a cluttered scene give `--plate-near`, `--up` or `--crop`",
         ),
         refusal(
             "SeveralDrapes",
             "a second drape in the scan",
-            "one stand at a time, or say which with `--plate-near` or `--crop`",
+            "one stand at a time, or choose it with `--plate-near` or `--crop`",
         ),
         refusal(
             "NoCrease",
@@ -109,7 +109,7 @@ fn mark(options: &ScanOptions) -> Vec<Refusal> {
         refusal(
             "NoColors",
             "`--mark` with a file without colours",
-            "export colours, or say `--warp-toward`",
+            "export colours, or give `--warp-toward`",
         ),
         refusal("MarkLikeCloth", "a mark of the cloth's own hue", "mark in another colour"),
         refusal(

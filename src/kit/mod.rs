@@ -79,7 +79,7 @@ pub fn files(kind: Kind, mark: &Mark) -> Vec<File> {
     files
 }
 
-/// A sheet as a page of its own size.
+/// A sheet as a page of the sheet's size.
 fn whole(sheet: &Sheet) -> pdf::Page {
     let part = pdf::Placed { items: sheet.items.clone(), at_mm: [0.0; 2], clip_mm: None };
     pdf::Page { size_mm: sheet.size_mm, parts: vec![part] }

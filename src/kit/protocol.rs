@@ -288,7 +288,7 @@ fn name_pictures() -> String {
     format!(
         "## 6. Manifest, calibrate\n\nOne row for each picture in `manifest.csv`; `manifest.example.csv` of this kit is one to copy. Specimen and face make the independent unit, \
          captures are repeats of it; `mm_per_pixel` is the scale measured above; `warp_toward` is where the arrow points in the picture, in degrees, \
-         anticlockwise from the right; `role` is `fit` for drapes that the fabric is fitted to and `holdout` for those that it foretells. Mark both faces of some \
+         anticlockwise from the right; `role` is `fit` for drapes that the fabric is fitted to and `holdout` for those that it predicts. Mark both faces of some \
          specimens `fit` and both of others `holdout`:\n\n{}\nThen:\n\n    scan2params calibrate manifest.csv --out calibration\n",
         indented(&manifest())
     )
@@ -300,8 +300,8 @@ fn record(bench: &Bench) -> String {
         Kind::Cusick => "camera, its height",
     };
     format!(
-        "## Record beside the files\n\nFabric (name, composition, knit or woven), g/m^2 and how it was weighed, thickness, face and back, how the warp was found; \
-         temperature, humidity, hours conditioned; operator, date, {device}; drops that were laid anew, and why. Kit of scan2params {}.\n",
+        "## Record with the files\n\nFabric (name, composition, knit or woven), g/m^2 and how it was weighed, thickness, face and back, how the warp was found; \
+         temperature, humidity, hours conditioned; operator, date, {device}; repeated drops, and why. Kit of scan2params {}.\n",
         env!("CARGO_PKG_VERSION")
     )
 }

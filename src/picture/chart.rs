@@ -120,7 +120,7 @@ impl Chart {
     /// left out.
     ///
     /// # Panics
-    /// Never: an image in memory takes whatever is drawn on it.
+    /// Never: drawing on an image in memory cannot fail.
     #[must_use]
     pub fn draw(&self) -> RgbImage {
         let mut image = RgbImage::from_pixel(SIZE[0], SIZE[1], PAPER);
@@ -133,7 +133,7 @@ impl Chart {
             (true, true) => self.plot(&area, x.log_scale(), y.log_scale()),
         };
         drop(area);
-        drawn.expect("an image in memory takes whatever is drawn on it");
+        drawn.expect("drawing on an image in memory cannot fail");
         let [width, height] = SIZE.map(|v| v as i32);
         text(&mut image, NUMBERS[0], 8, &self.title, INK);
         text(&mut image, 10, 8 + TEXT_HEIGHT as i32 + 4, &self.y.label, INK);
@@ -149,6 +149,7 @@ impl Chart {
         X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
+        let spans = [self.range(0, &self.x), self.range(1, &self.y)].map(|r| r.end - r.start);
         let mut chart = ChartBuilder::on(area)
             .margin_top(TOP * FINE)
             .margin_right(MARGIN * FINE)
@@ -161,8 +162,8 @@ impl Chart {
             .configure_mesh()
             .x_labels(9)
             .y_labels(9)
-            .x_label_formatter(&|v| number(*v))
-            .y_label_formatter(&|v| number(*v))
+            .x_label_formatter(&|v| number(*v, if self.x.log { v.abs() } else { spans[0] }))
+            .y_label_formatter(&|v| number(*v, if self.y.log { v.abs() } else { spans[1] }))
             .label_style(font.clone().color(&paint(INK)))
             .axis_style(pen(INK, 1))
             .bold_line_style(pen(FAINT, 1))
@@ -245,15 +246,19 @@ fn pen(colour: Rgb<u8>, width: u32) -> ShapeStyle {
     paint(colour).stroke_width(width * FINE as u32)
 }
 
-/// A number of an axis, as short as it can be.
-fn number(value: f64) -> String {
-    let size = value.abs();
-    if size > 1e-12 && !(1e-3..1e5).contains(&size) {
-        return format!("{value:.0e}");
+/// A number of an axis with all digits that it needs, where the axis spans `span`.
+fn number(value: f64, span: f64) -> String {
+    const MOST: usize = 9;
+    let (size, off) = (value.abs(), 1e-6 * span);
+    if size <= off {
+        return "0".to_owned();
     }
-    let text = format!("{value:.3}");
-    let short = text.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+    let plain = (1e-3..1e5).contains(&size);
+    let written = |digits: usize| {
+        if plain { format!("{value:.digits$}") } else { format!("{value:.digits$e}") }
+    };
+    let is_near = |text: &String| text.parse::<f64>().is_ok_and(|v| (v - value).abs() <= off);
+    (0..MOST).map(written).find(is_near).unwrap_or_else(|| written(MOST))
 }
 
 #[cfg(test)]
@@ -315,8 +320,13 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short() {
-        let short = [0.0, -1e-17, 0.5, 100.0, 1e-4, 250_000.0].map(number);
-        assert_eq!(short, ["0", "0", "0.5", "100", "1e-4", "2e5"]);
+    fn numbers_have_the_digits_that_they_need() {
+        let of = |values: &[f64], span: f64| {
+            values.iter().map(|value| number(*value, span)).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&[0.0, -1e-17, 0.5, 1.0], 1.0), ["0", "0", "0.5", "1"]);
+        assert_eq!(of(&[10.0, 10.5, 11.0, 0.1 + 0.2], 1.2), ["10", "10.5", "11", "0.3"]);
+        assert_eq!(of(&[0.001, 0.0015, 0.0005], 2e-3), ["0.001", "0.0015", "5e-4"]);
+        assert_eq!(of(&[250_000.0, 300_000.0, 100.0], 1e5), ["2.5e5", "3e5", "100"]);
     }
 }

@@ -3,12 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Where a damped step of least squares leads from `at`, the first of its unknowns (the others follow them and have no
-/// limits), within their `limits`, and by how much the cost is foretold to fall. `whole` is the normal matrix of data and
-/// priors, `right` its right-hand side; the largest change of one of the first unknowns is `longest`.
+/// Where a damped step of least squares leads from `at`, the first of its unknowns (the others
+/// follow them and have no limits), within their `limits`, and by how much the cost is predicted to
+/// fall. `whole` is the normal matrix of data and priors, `right` its right-hand side; the largest
+/// change of one of the first unknowns is `longest`.
 ///
-/// An unknown whose step leads beyond a limit goes that far, and the others are solved for anew beside it: a step that is
-/// only cut off there foretells nothing of the rest, and a fit would end at its first limit.
+/// An unknown whose step leads beyond a limit goes that far, and the others are solved again with
+/// it fixed: a step that is only cut off there predicts nothing of the rest, and a fit would end at
+/// its first limit.
 pub(crate) fn damped_step(
     (whole, right): (&DMatrix<f64>, &DVector<f64>),
     at: &[f64],
@@ -44,8 +46,8 @@ pub(crate) fn damped_step(
         .map(|(k, (value, [low, high]))| (value + step[k]).clamp(*low, *high))
         .collect();
     (0..at.len()).for_each(|k| step[k] = next[k] - at[k]);
-    let foretold = 2.0 * right.dot(&step) - step.dot(&(whole * &step));
-    Some((next, foretold))
+    let predicted = 2.0 * right.dot(&step) - step.dot(&(whole * &step));
+    Some((next, predicted))
 }
 
 /// The step of least squares in which some unknowns change by what is given.
@@ -105,7 +107,7 @@ impl Damping {
     }
 }
 
-/// Foretold fall of the cost, in squared standard deviations, that is not worth a drape.
+/// Predicted fall of the cost, in squared standard deviations, that is not worth a drape.
 pub(crate) const LEAST_GAIN: f64 = 0.05;
 /// Change of a logarithm that is not worth one.
 pub(crate) const LEAST_MOVE: f64 = 3e-3;
@@ -132,20 +134,20 @@ mod tests {
             squares.iter().map(|v| v * v).sum::<f64>()
         };
         let limits = [[-9.0, 1.0], [-9.0, 9.0]];
-        let (next, foretold) =
+        let (next, predicted) =
             damped_step((&whole, &right), &[0.0, 0.0], &limits, 0.0, 9.0).unwrap();
         assert_eq!(next[0], 1.0);
         let least = (0..=4000)
             .map(|k| f64::from(k) * 1e-3)
             .min_by(|a, b| cost(1.0, *a).total_cmp(&cost(1.0, *b)));
         assert!((next[1] - least.unwrap()).abs() < 1e-3, "{next:?} {least:?}");
-        // from nought, z nought too
+        // from zero, z zero too
         let from = 4.0 + 9.0 + 1.0;
-        assert!((from - foretold - cost(1.0, next[1])).abs() < 1e-9, "{foretold}");
+        assert!((from - predicted - cost(1.0, next[1])).abs() < 1e-9, "{predicted}");
         // at the limit already, the rest still moves
         let right = &right - &whole * DVector::from_row_slice(&[1.0, 0.0, 0.0]);
-        let (next, foretold) =
+        let (next, predicted) =
             damped_step((&whole, &right), &[1.0, 0.0], &limits, 0.0, 9.0).unwrap();
-        assert!(next[0] == 1.0 && next[1] > 1.5 && foretold > 1.0, "{next:?} {foretold}");
+        assert!(next[0] == 1.0 && next[1] > 1.5 && predicted > 1.0, "{next:?} {predicted}");
     }
 }

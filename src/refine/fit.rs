@@ -1,20 +1,23 @@
 //! The fabric whose drapes lie closest to its scans.
 //!
-//! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six numbers of the
-//! bench for each scan, with priors on all. The scanned sheet is laid with the first fabric and comes to rest held by weak
-//! springs ([`DropStart::HeldSurface`]); from there it is led from fabric to fabric, held all the way. Let go, even
-//! the true fabric moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to nothing, and a fit
-//! bends the stiffnesses to close that gap. Held, it stays, and what a wrong
-//! fabric does to the sheet shows against the springs. In the end the sheet is released, if that is asked for.
-//! The bench's numbers are small and enter through their sensitivities alone. A
-//! place that lies more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
+//! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six
+//! numbers of the bench for each scan, with priors on all. The scanned sheet is laid with the first
+//! fabric and comes to rest held by weak springs ([`DropStart::HeldSurface`]); from there it is
+//! continued from fabric to fabric, tied by springs all the way. Released, even the true fabric
+//! moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to
+//! nothing, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
+//! fabric does to the sheet shows against the springs. In the end the sheet is released, if wanted.
+//! The bench's numbers are small and enter through their sensitivities alone. A place that lies
+//! more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!
-//! The first start is the prior's mean. Where the sheet does not come to rest with it, others are tried. The first step from the held
-//! sheet is the balance of forces on it ([`Refined::of_balance`]). A fit that leaves more than it should ([`FitOptions::leaves`]) begins again at
-//! stiffer stretch and shear.
+//! The first start is the prior's mean. Where the sheet does not come to rest with it, others are
+//! tried. The first step from the held sheet is the balance of forces on it
+//! ([`Refined::of_balance`]). A fit with too large a residual ([`FitOptions::leaves`]) begins again
+//! at stiffer stretch and shear.
 //!
-//! Where it fails: far from the scan's fabric the held sheet still snaps, and the least squares see a step there. A step
-//! that does not lower the cost is shortened a few times, and the best drape stays.
+//! Where it fails: far from the scan's fabric the tied sheet still snaps, and the least squares see
+//! a step there. A step that does not lower the cost is shortened a few times, and the best drape
+//! stays.
 
 use rayon::prelude::*;
 
@@ -109,7 +112,7 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// What the first drapes start from, and what goes on holding them: the scanned sheet, or a rim alone.
+    /// What the first drapes start from, and what ties them: the scanned sheet, or a rim alone.
     fn start(&self, options: &FitOptions) -> DropStart {
         match self.scan.sheet {
             Some(sheet) => held(sheet.clone(), options.hold_sag_m),
@@ -145,14 +148,14 @@ fn held(surface: Surface, sag_m: f64) -> DropStart {
     DropStart::HeldSurface(Box::new(HeldSurface { surface, sag_m, farther: 0.0 }))
 }
 
-/// What is believed of cells that there are no finer ones beside: any number, since it moves nothing.
+/// Prior of cells without finer ones to compare: any number, since it moves nothing.
 const NO_FINER: [f64; 2] = [0.0, 1.0];
 /// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther from it.
 const RIM_ALONE: usize = 600;
 /// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
 const UNKNOWN_M: f64 = 1.0;
 
-/// Where steps have led: the least squares there, the held sheets, and why the steps ended.
+/// Where steps have led: the least squares there, the tied sheets, and why the steps ended.
 struct Best {
     state: State,
     followers: Vec<Follower>,
@@ -440,7 +443,7 @@ impl<'a> Fit<'a> {
         state
     }
 
-    /// Whether nothing more is foretold to be gained from a state.
+    /// Whether no more gain is predicted from a state.
     fn is_converged(&self, at: &State) -> bool {
         let step = self.squares.step(at, 0.0);
         step.is_some_and(|(ln, foretold)| is_little(&ln, foretold, at))
@@ -457,7 +460,7 @@ impl<'a> Fit<'a> {
         });
     }
 
-    /// The sheets let go, if that was asked for.
+    /// The released sheets, if wanted.
     fn released(&mut self, followers: &mut [Follower]) -> Vec<Option<Drape>> {
         if !self.squares.options.release {
             return vec![None; followers.len()];

@@ -5,10 +5,10 @@
 //! on that branch lies closest to the scan: every fabric that it tries starts from the scanned sheet,
 //! so that the branch is the scan's and no fall decides on it.
 //!
-//! Flow: `data` (what a scan says of the sheet, and how surely) -> `trial` (one fabric's drape from the
-//! sheet, with its sensitivities) -> `squares` (the least squares around them, and what is believed: `prior`) ->
-//! `fit` (steps of these, led from fabric to fabric) -> `refined` (values, intervals, what the drape shows and what
-//! the model leaves).
+//! Flow: `data` (what a scan says of the sheet, and how surely) -> `trial` (one fabric's drape from
+//! the sheet, with its sensitivities) -> `squares` (the least squares around them, and the prior:
+//! `prior`) -> `fit` (steps of these, continued from fabric to fabric) -> `refined` (values,
+//! intervals, what the drape shows and what the model leaves).
 
 pub(crate) mod damping;
 mod data;

@@ -21,7 +21,7 @@ pub struct Prior {
 pub(crate) const Z90: f64 = 1.6449;
 
 impl Prior {
-    /// Of an estimate with 90 % intervals; `limits` are the ends of what is believed at all.
+    /// Of an estimate with 90 % intervals; `limits` are the ends of the prior.
     #[must_use]
     pub fn of(value: &Fabric, interval90: &[Fabric; 2], limits: &[Fabric; 2]) -> Self {
         let six = |fabric: &Fabric| {
@@ -80,8 +80,9 @@ const BESIDE: f64 = 0.4;
 
 #[cfg(feature = "estimate")]
 impl Prior {
-    /// Of what a network says that was trained on fabrics of `prior`. Values beyond what it was trained on are believed up to a
-    /// factor; all values of a fabric that lies outside of the prior are believed less, since the network's intervals do not hold there.
+    /// Of what a network says that was trained on fabrics of `prior`. Values beyond its training
+    /// data are trusted up to a factor; all values of a fabric outside of the prior are trusted
+    /// less, since the network's intervals do not hold there.
     #[must_use]
     pub fn of_estimate(estimate: &Estimate, prior: Option<&Mixture>) -> Self {
         let [ends_low, ends_high] = [0, 1].map(|end| {

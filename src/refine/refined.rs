@@ -24,8 +24,9 @@ pub struct Refined {
     pub correlation: [[f64; STIFFNESSES]; STIFFNESSES],
     /// Each scan beside its drapes.
     pub scans: Vec<ScanFit>,
-    /// Root mean square distance of the scans from the held sheets in standard deviations of scan and model. The springs
-    /// take most of it away: more than about 0.25 and the intervals are wider in proportion, more than about 1 and the model leaves something.
+    /// Root mean square distance of the scans from the tied sheets in standard deviations of scan
+    /// and model. The springs take most of it away: more than about 0.25 and the intervals are
+    /// wider in proportion, more than about 1 and the model leaves something.
     pub misfit: f64,
     /// Why the fit ended where it did.
     pub ended: Ended,
@@ -57,8 +58,8 @@ pub struct RefinedStiffness {
 }
 
 impl RefinedStiffness {
-    /// Stiffness `k` of the paper's order: its logarithm, the standard deviations of that after and before the drapes, and the
-    /// ends of what was allowed. No interval is wider than what was believed before.
+    /// Stiffness `k` of the paper's order: its logarithm, the standard deviations of that after and
+    /// before the drapes, and the ends of what was allowed. No interval is wider than the prior's.
     pub(crate) fn of(k: usize, ln: f64, [sigma, prior]: [f64; 2], limits: [f64; 2]) -> Self {
         let (value, sigma) = (ln.exp(), sigma.min(prior));
         let half = (Z90 * sigma).exp();
@@ -130,7 +131,7 @@ const BENCH_KEYS: [&str; BENCH] =
 pub enum Ended {
     /// Nothing more to be gained.
     Converged,
-    /// Steps foretold a gain, and none of them lowered the cost: neighbouring minima.
+    /// Steps predicted a gain, and none of them lowered the cost: neighbouring minima.
     NoBetter,
     /// The drapes ran out.
     Spent,
@@ -151,11 +152,12 @@ impl Ended {
     }
 }
 
-/// Mean distance of two rims up to which they are on one branch whatever their folds' count says \[m\]:
+/// Mean distance of two rims up to which they are on one branch with any counts of folds \[m\]:
 /// a shallow fold is counted or not.
 const ONE_BRANCH_M: f64 = 3e-3;
-/// Misfit of held sheets that nothing is wrong with. The intervals of fits that leave more are wider in proportion: on the 23
-/// scans of `evaluate refine --seed 7` that it was set on, most intervals that missed the truth were of fits that left 0.4 and more.
+/// Misfit of tied sheets without any fault. The intervals of fits that leave more are wider in
+/// proportion: on the 23 scans of `evaluate refine --seed 7` that it was set on, most intervals
+/// that missed the truth were of fits that left 0.4 and more.
 const USUAL_MISFIT: f64 = 0.25;
 /// Part of the variance of what misleads a fit (cells, contact, the scan path) that all scans of one fabric have in common: so many of
 /// them count for fewer. Set on four fabrics of four drops (`evaluate refine --seed 8 --drops 4`), whose intervals held 18 times of 24 with none.

@@ -1,9 +1,10 @@
 //! The released drape: what the simulator does with a fabric on a scan's branch when nothing holds the sheet.
 //!
 //! In: a scanned rim and, where there is one, the whole scanned sheet (simulation frame), and a
-//! fabric. Out: the simulated drape and its distance to the scan. A fabric has several stable drapes within
-//! millimetres of each other, and the true fabric itself moves by 0.3 to 2 mm. Springs lead the sheet to what was
-//! scanned and are then released. A rim that was read from a table has no sheet: springs lead its border alone, after a fall.
+//! fabric. Out: the simulated drape and its distance to the scan. A fabric has several stable
+//! drapes within millimetres of each other, and the true fabric itself moves by 0.3 to 2 mm.
+//! Springs guide the sheet to what was scanned and are then released. A rim that was read from a
+//! table has no sheet: springs lead its border alone, after a fall.
 
 use crate::base::{Boundary, Surface};
 use crate::fabric::Fabric;
@@ -19,7 +20,7 @@ pub enum LedBy {
 }
 
 impl LedBy {
-    /// The word for it in files; "led by the" stands before it in texts.
+    /// The word for it in files; "started from the" stands before it in texts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -42,8 +43,8 @@ pub struct ReleasedDrape {
     pub largest_distance_m: f64,
 }
 
-/// Drapes `fabric` on the branch nearest to what was scanned: led by `sheet` if there is one, by the
-/// rim `scanned` otherwise.
+/// Drapes `fabric` on the branch nearest to what was scanned: guided by `sheet` if there is one, by
+/// the rim `scanned` otherwise.
 #[must_use]
 pub fn released_drape(
     scanned: &Boundary,

@@ -1,5 +1,5 @@
-//! The least squares around the drapes of one fabric: sums over the places of all scans, the bench's numbers at
-//! their best, and the step that is foretold to help.
+//! The least squares around the drapes of one fabric: sums over the places of all scans, the
+//! bench's numbers at their best, and the step that is predicted to help.
 //!
 //! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of each scan's
 //! bench. A place that lies more than a few standard deviations off pulls no harder than one at that
@@ -22,7 +22,8 @@ pub struct FitOptions {
     pub data: DataOptions,
     /// Most drapes of a scan from one start, and where a fit begins again.
     pub evaluations: [usize; 2],
-    /// Most factorisations in which a sheet may come to rest that is led to another fabric: a step that needs more is shortened.
+    /// Most factorisations in which a sheet that is continued to another fabric may come to rest: a
+    /// step that needs more is shortened.
     pub step_factorisations: usize,
     /// The same of a sheet that is laid on the last cells.
     pub last_factorisations: usize,
@@ -39,18 +40,21 @@ pub struct FitOptions {
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
     /// \[rad\], height of the plate's face \[m\].
     pub bench_sigma: [f64; BENCH],
-    /// Distance, in its standard deviations, from which on what is believed of a stiffness before pulls no harder.
+    /// Distance, in its standard deviations, from which on the prior of a stiffness pulls no
+    /// harder.
     pub prior_outlier: f64,
     /// Misfit from which on a fit begins again at stiffer stretch and shear.
     pub leaves: f64,
-    /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls with the square of the cell
-    /// foretells from the moves between the first cells and the last: mean and standard deviation of what is believed.
+    /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls
+    /// with the square of the cell predicts from the moves between the first cells and the last:
+    /// mean and standard deviation of the prior.
     pub cells: [f64; 2],
     /// How far the weight of a piece of cloth stretches the springs that hold it to the scanned sheet \[m\].
     pub hold_sag_m: f64,
     /// The same of the springs on the rim of a scan that has no sheet; they are few.
     pub rim_hold_sag_m: f64,
-    /// Whether the sheet is let go in the end ([`ScanFit::released`](super::ScanFit::released)). Nothing else depends on it.
+    /// Whether the sheet is released in the end ([`ScanFit::released`](super::ScanFit::released)).
+    /// Nothing else depends on it.
     pub release: bool,
     /// The simulator's options but for the experiment, which each scan has.
     pub sim: SimOptions,
@@ -93,8 +97,8 @@ impl FitOptions {
         if stiff { last.min(self.stiff_vertices).max(first) } else { last }
     }
 
-    /// What is believed of how far cloth lies beyond cells of so many vertices a side, in moves from the first cells to these:
-    /// mean and standard deviation.
+    /// Prior of how far cloth lies beyond cells of so many vertices a side, in moves from the first
+    /// cells to these: mean and standard deviation.
     pub(super) fn believed_of_cells(&self, vertices: usize) -> [f64; 2] {
         let finer = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
         let second_order = 1.0 / (finer * finer - 1.0);
@@ -102,11 +106,11 @@ impl FitOptions {
     }
 }
 
-/// What the least squares are over: the scans' data, one list a scan, and what is believed.
+/// What the least squares are over: the scans' data, one list per scan, and the priors.
 pub(super) struct Squares<'a> {
     /// What each scan says, as sure as the drapes on the present cells are.
     pub data: Vec<Vec<Datum>>,
-    /// What is believed of how far cloth lies beyond the present cells ([`FitOptions::believed_of_cells`]).
+    /// Prior of how far cloth lies beyond the present cells ([`FitOptions::believed_of_cells`]).
     pub cells: [f64; 2],
     pub density_kg_m2: f64,
     pub prior: &'a Prior,
@@ -119,7 +123,8 @@ pub(super) struct State {
     pub(super) trials: Vec<Trial>,
     /// The bench's numbers, scan by scan.
     pub(super) bench: Vec<[f64; NUISANCES]>,
-    /// Sum of the squared distances in standard deviations, outliers tamed, and of the priors'.
+    /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the
+    /// priors'.
     pub(super) cost: f64,
     /// The data's part of it, and the number of independent coordinates.
     pub(super) data_cost: f64,
@@ -192,7 +197,7 @@ impl Squares<'_> {
         State { ln, trials, bench, cost, data_cost, independent, normal, priors, right }
     }
 
-    /// Mean and standard deviation of what is believed of each scan's numbers.
+    /// Mean and standard deviation of the prior of each scan's numbers.
     pub(super) fn believed(&self) -> [[f64; 2]; NUISANCES] {
         let [a, b, c, d, e, f] = self.options.bench_sigma.map(|sigma| [0.0, sigma]);
         [a, b, c, d, e, f, self.cells]
@@ -212,7 +217,7 @@ impl Squares<'_> {
         std::array::from_fn(|m| from[m] + change[m])
     }
 
-    /// Where a damped step leads, and by how much the cost is foretold to fall.
+    /// Where a damped step leads, and by how much the cost is predicted to fall.
     pub(super) fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
         let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
         let longest = self.options.longest_step;

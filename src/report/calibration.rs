@@ -512,11 +512,11 @@ fn groups_table(groups: &[Group]) -> String {
     let mut text = String::new();
     for group in groups {
         let face = group.face.map_or("-", Face::name);
-        let looked = group.observation.map_or(String::new(), |k| format!(" look {k}"));
+        let looked = group.observation.map_or(String::new(), |k| format!(" observation {k}"));
         let lost =
             if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
         text += &format!(
-            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2}{} mm, held by {:.1} % of the weight, drape \
+            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2}{} mm, springs carry {:.1} % of the weight, drape \
              coefficient {:.1} simulated {:.1}{}, folds {:.1} simulated {:.1}\n",
             group.role.name(),
             group.drapes,
@@ -663,7 +663,7 @@ fn residual_chart(image: &mut RgbImage, beside: &Beside) {
         draw::stroke(image, [x, middle - half], [x, middle + half], 1.0, FAINT);
         draw::text(image, x as i32 - 12, SIDE as i32 - 24, &format!("{}", quarter * 90), INK);
     }
-    let title = "measured outside simulated [mm] by bearing from warp [deg]";
+    let title = "measured rim outside simulated rim [mm] over bearing from warp [deg]";
     draw::text(image, left as i32, 6, title, INK);
     for row in &beside.rows {
         let turn = row.bearing_rad.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;

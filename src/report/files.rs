@@ -143,7 +143,7 @@ pub fn write_as(outcome: &Outcome, folder: &Path, stem: &str) -> Result<Vec<Path
     Ok(vec![params, csv, png])
 }
 
-/// Writes a picture as PNG, whatever the file's name ends in.
+/// Writes a picture as PNG, with any ending of the file's name.
 ///
 /// # Errors
 /// When the system refuses.

@@ -1,5 +1,5 @@
 //! params.json: schema 2. Values in the paper's units, lengths in mm, each with its
-//! unit beside it. `read` and `quality` are null for a rim that was read from a
+//! unit next to it. `read` and `quality` are null for a rim that was read from a
 //! boundary CSV.
 
 use serde_json::{Map, Value, json};
@@ -204,7 +204,7 @@ fn tied_drape(fit: &ScanFit, misfit: f64) -> Value {
     })
 }
 
-/// The released drape, which nothing holds.
+/// The released drape, without springs.
 fn released_drape(released: &ReleasedDrape) -> Value {
     json!({
         "rim_mean_mm": released.mean_distance_m / M_PER_MM,

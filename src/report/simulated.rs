@@ -6,7 +6,7 @@ use crate::sim::Drape;
 
 /// A drape tied to the scan by weak springs.
 pub(crate) const TIED: &str = "tied drape";
-/// A drape that nothing holds.
+/// A drape without springs.
 pub(crate) const RELEASED: &str = "released drape";
 
 /// A simulated drape beside the scan.

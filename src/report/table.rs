@@ -34,7 +34,7 @@ pub fn text(outcome: &Outcome) -> String {
         );
     }
     if let Some(likeness) = &outcome.likeness {
-        let _ = writeln!(out, "the fabric is    {}", likeness.words());
+        let _ = writeln!(out, "fabric           {}", likeness.words());
     }
     if let Some(found) = &outcome.refinement {
         out += &refinement(found);
@@ -56,7 +56,7 @@ fn refinement(found: &Refinement) -> String {
         writeln!(out, "refined          {:>12}  {} drapes", refined.ended.name(), refined.drapes);
     let shown: Vec<String> =
         refined.stiffnesses.iter().map(|s| format!("{} {:.0} %", s.key, 100.0 * s.shown)).collect();
-    let _ = writeln!(out, "the drape shows  {}", shown.join(", "));
+    let _ = writeln!(out, "uncertainty      removed by this scan: {}", shown.join(", "));
     for (companion, fit) in found.companions.iter().zip(&refined.scans[1..]) {
         let _ = writeln!(
             out,
@@ -70,7 +70,7 @@ fn refinement(found: &Refinement) -> String {
     out
 }
 
-/// The simulated drapes beside the scan, as text.
+/// The simulated drapes compared with the scan, as text.
 fn drapes(outcome: &Outcome) -> String {
     let mut out = String::new();
     if let Some(taken) = outcome.taken() {
@@ -91,7 +91,7 @@ fn drapes(outcome: &Outcome) -> String {
             [released.mean_distance_m, released.largest_distance_m].map(|m| m / M_PER_MM);
         let _ = writeln!(
             out,
-            "{RELEASED}   {mean:>12.2}  mm from the scanned rim, {largest:.2} at most, {} folds ({}, led by the {})",
+            "{RELEASED}   {mean:>12.2}  mm from the scanned rim, {largest:.2} at most, {} folds ({}, started from the {})",
             released.drape.nodes,
             released.drape.stop.name(),
             released.led_by.name()
@@ -134,14 +134,14 @@ pub fn notes(notes: &ReadNotes) -> String {
     if notes.dropped_non_finite > 0 {
         let _ = writeln!(
             out,
-            "left out         {:>12}  of {} points: not finite or absurdly far",
+            "left out         {:>12}  of {} points: not finite or too far away",
             notes.dropped_non_finite, notes.points_in_file
         );
     }
     if notes.dropped_jumps > 0 {
         let _ = writeln!(
             out,
-            "left out         {:>12}  pixels beside jumps of the depth",
+            "left out         {:>12}  pixels next to depth jumps",
             notes.dropped_jumps
         );
     }
@@ -184,12 +184,12 @@ fn views(out: &mut String, views: &[ViewNote]) {
     if kept > 1 && moved_mm > 0.0 {
         let _ = writeln!(
             out,
-            "views            {kept:>12}  brought together: moved by up to {moved_mm:.1} mm, {misfit_mm:.2} mm off one another"
+            "views            {kept:>12}  registered: moved by up to {moved_mm:.1} mm, {misfit_mm:.2} mm apart"
         );
     } else if kept > 1 && misfit_mm > 0.0 {
         let _ = writeln!(
             out,
-            "views            {kept:>12}  as their poses say, {misfit_mm:.2} mm off one another"
+            "views            {kept:>12}  placed by their poses, {misfit_mm:.2} mm apart"
         );
     }
     for view in left_out {
@@ -257,7 +257,7 @@ pub fn scan(scanned: &ScannedBoundary) -> String {
 fn weft_and_warp(orientation: Orientation) -> String {
     let text = match orientation {
         Orientation::Given => "given",
-        Orientation::Ambiguous => "ambiguous (say --warp-toward, or --mark)",
+        Orientation::Ambiguous => "ambiguous (give --warp-toward or --mark)",
     };
     format!("weft and warp    {text:>12}\n")
 }

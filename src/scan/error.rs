@@ -93,7 +93,7 @@ pub enum ScanError {
     },
     /// More than one drape in the scan.
     #[error(
-        "another drape stands {apart_mm:.0} mm beside this one: their plates are at {} and {} {}; say which with \
+        "another drape stands {apart_mm:.0} mm from this one: their plates are at {} and {} {}; choose one with \
          --plate-near {}, or leave one out with --crop",
         place(&centres[0], *unit), place(&centres[1], *unit), unit.name(), as_flag(&centres[0], *unit)
     )]
@@ -132,13 +132,13 @@ pub enum ScanError {
     /// A mark is to be found in a scan without colours.
     #[error(
         "the scan has no colours in which a mark could be found (depth images and bare points have \
-         none); export it with colours, or say --warp-toward instead of --mark"
+         none); export it with colours, or give --warp-toward instead of --mark"
     )]
     NoColors,
     /// The cloth is of the mark's colour.
     #[error(
         "the cloth's own colour ({} % red, {} % green, {} % blue) is too near to the mark's; mark in \
-         another colour, or say --warp-toward", cloth_percent[0], cloth_percent[1], cloth_percent[2]
+         another colour, or give --warp-toward", cloth_percent[0], cloth_percent[1], cloth_percent[2]
     )]
     MarkLikeCloth {
         /// Shares of red, green and blue in percent.
@@ -147,7 +147,7 @@ pub enum ScanError {
     /// No mark on the cloth.
     #[error(
         "{points} points on the cloth have the mark's colour, at least {limit} are needed; check the \
-         colour, make the mark larger, or say --warp-toward"
+         colour, make the mark larger, or give --warp-toward"
     )]
     NoMark {
         /// Points found.
@@ -160,7 +160,7 @@ pub enum ScanError {
         "the mark tells no side: {share_percent:.0} % of its points lie towards one side (limit \
          {limit_percent:.0} %), their middle {off_deg:.0} degrees off the middle of that side (limit \
          {limit_deg:.0}), at {bearing_deg:.0} degrees; mark the middle of one side only, the one to which \
-         the warp runs, or say --warp-toward"
+         the warp runs, or give --warp-toward"
     )]
     MarkUnclear {
         /// Share of the marked points on the side that has most.
@@ -227,7 +227,7 @@ pub enum ScanError {
     /// The sides differ in length.
     #[error(
         "the rim's side towards {bearing_deg:.0} degrees measures {measured_mm:.1} mm, the four sides' median is \
-         {median_mm:.1} mm (limit {limit_mm:.1} mm apart): cloth there was joined wrongly; lay the specimen anew \
+         {median_mm:.1} mm (limit {limit_mm:.1} mm apart): cloth there was joined wrongly; lay the specimen again \
          or add views from there"
     )]
     UnevenSides {
@@ -272,7 +272,7 @@ pub enum ScanError {
     #[error(
         "{area_mm2:.0} square millimetres of scanned cloth near the rim at {bearing_deg:.0} degrees lie off \
          the fitted sheet (limit {limit_mm2:.0}): a fold is hidden there; add a view from there or lay the \
-         specimen anew"
+         specimen again"
     )]
     Unexplained {
         /// Largest area of it around one point of the rim.
@@ -285,7 +285,7 @@ pub enum ScanError {
     /// The fitted sheet and the scanned points disagree nearly everywhere.
     #[error(
         "the scan's passes or views do not meet: nearly everywhere the points lie off one sheet, {rms_mm:.2} mm rms \
-         (limit {limit_mm:.2} mm); align them anew, or scan in one pass"
+         (limit {limit_mm:.2} mm); align them again, or scan in one pass"
     )]
     PassesApart {
         /// Root mean square distance.
@@ -310,7 +310,7 @@ pub enum ScanError {
     #[error(
         "the fitted sheet is {rms_mm:.2} mm rms off the scanned cloth (limit {limit_mm:.2} mm), most towards \
          {bearing_deg:.0} degrees: the cloth is creased or touches itself or something else there; lay \
-         the specimen anew"
+         the specimen again"
     )]
     Misfit {
         /// Root mean square distance.
@@ -391,7 +391,7 @@ impl SizeReading {
         };
         match self {
             Self::Scale => format!(
-                "the plate is off by as much, so the scan seems to be {percent:.0} % too {way}; check the \
+                "the plate is off by the same factor, so the scan seems to be {percent:.0} % too {way}; check the \
                  scanner's scale and the file's unit{rescale}. If the things themselves are of that \
                  size, give --specimen-size {found:.0} --plate-radius {:.0} to inspect or boundary",
                 plate * share
@@ -440,8 +440,7 @@ impl NoDrape {
             let centre: [f64; 3] = (best.centre / unit.metres()).coords.into();
             format!("{} {}", place(&centre, unit), unit.name())
         };
-        let help =
-            "If the drape is in the scan, say where: --plate-near X,Y,Z, --up AXIS or --crop";
+        let help = "If the drape is in the scan, give its position: --plate-near X,Y,Z, --up AXIS or --crop";
         match self {
             Self::WidePlanes { percent } => format!(
                 "{percent:.0} % of the scan is a plane wider than the specimen, a table, a board or a wall, and nothing \
@@ -457,7 +456,7 @@ impl NoDrape {
                  sides, as cloth does from its plate: a board, a box or a table; scan a drape. {help}"
             ),
             Self::NotTheSpecimen(best) if best.beyond > best.short => format!(
-                "at the likeliest place, {}, the surface goes on beyond the specimen on {:.0} % of the bearings, as a \
+                "at the likeliest place, {}, the surface continues beyond the specimen on {:.0} % of the bearings, as a \
                  table, a board or a wall does. {help}",
                 at(best),
                 best.beyond * 100.0

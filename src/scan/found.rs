@@ -41,7 +41,7 @@ pub struct Found {
     pub point_spacing_m: Option<f64>,
     /// The cloth in the plane of its parameterisation, some points \[m\].
     pub flat: Vec<[f64; 2]>,
-    /// The square that the cloth makes in that plane, whatever the specimen's size.
+    /// The square that the cloth makes in that plane, for any size of the specimen.
     pub outline: Option<FoundSquare>,
     /// The specimen's square in that plane, of the size that was given.
     pub square: Option<FoundSquare>,

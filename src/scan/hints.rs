@@ -12,7 +12,7 @@ use super::options::{Crop, PLATE_WITHIN_M, ScanOptions, UP_WITHIN_DEG};
 use super::unit::LengthUnit;
 use crate::base::{Point3, Vector3};
 
-/// What is said of the plate, in metres and the scan's frame.
+/// The hints on the plate, in metres and the scan's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hints {
     up: Option<Vector3>,

@@ -19,7 +19,7 @@
 //!
 //! The idea that carries it: a draped cloth is nearly an isometric image of a
 //! known square. In the parameter plane the rim is four straight lines with known
-//! corners, whatever the folds do, and holes, the plate's edge and the pedestal
+//! corners, with any folds, and holes, the plate's edge and the pedestal
 //! lie inside it or outside the sheet. Tried and dropped: boundary points by their
 //! angular gap, then ordering them; they need a threshold, come unordered, and an
 //! occlusion looks like a rim.

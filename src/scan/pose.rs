@@ -12,9 +12,9 @@
 //! ratio of a specimen against anything. Neighbouring bearings err together, so that some count as
 //! one. A middle that lies off the disc's counts as a normal deviate.
 //!
-//! Tables and walls go on beyond the square, boxes and cups end short of it, and from the back of a
-//! fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's edge
-//! from which a surface falls, on its roundness and its radius. Each was set on scenes of one
+//! Tables and walls continue beyond the square, boxes and cups end short of it, and from the back
+//! of a fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's
+//! edge from which a surface falls, on its roundness and its radius. Each was set on scenes of one
 //! virtual bench; boxes and folds of others passed them.
 //!
 //! Fails where the flat disc itself is not seen, from any side.

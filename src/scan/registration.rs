@@ -12,7 +12,7 @@
 //! `+ (a - a_0)^2 / s_a^2 + b^2 / s_b^2`
 //!
 //! is lowered by Gauss-Newton steps, the points moved to their nearest places on the
-//! sheet before each. A fold that was cut short shows as strain beside it, and the
+//! sheet before each. A fold that was cut short shows as strain next to it, and the
 //! step that removes the strain brings the cloth behind it back. (Tangent planes
 //! instead of points: Chen and Medioni 1992.) W is the strain of a sheet that hangs
 //! from the plate by its own weight; a is that weight over the stretch stiffness. W

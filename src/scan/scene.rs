@@ -1,4 +1,4 @@
-//! The scan as points in metres, whatever it was given as.
+//! The scan as points in metres, from any unit.
 //!
 //! A cloud's points are taken as they are. A mesh's vertices are not measurements
 //! spread over a surface: a decimated mesh has few, and its free edge is known

@@ -95,7 +95,7 @@ pub(super) struct SquareFit {
     pub hidden: Hidden,
 }
 
-/// The square that the outline makes, of whatever size.
+/// The square that the outline makes, of any size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outline {
     /// Its rotation and centre.

@@ -121,7 +121,7 @@ pub(super) struct Parameterised {
     pub surface: Parameterisation,
 }
 
-/// The cloth, flattened as rigidly as possible, of whatever size it is.
+/// The cloth, flattened as rigidly as possible, of any size.
 pub(super) struct Relaxed {
     /// The scan besides the cloth.
     pub bench: Bench,

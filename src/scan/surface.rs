@@ -17,7 +17,7 @@ use super::tuning::UncertaintyTuning;
 use crate::base::boundary::{Boundary, POINTS_PER_SIDE, SIDES};
 use crate::base::{Isometry3, Surface, SurfacePoint};
 
-/// Every how many places the posterior is asked for; between them it is linear.
+/// Every how many places the posterior is computed; between them it is linear.
 const POSTERIOR_STEP: usize = 4;
 
 /// What a sheet is sampled from.

@@ -327,7 +327,7 @@ fn cheapest_cut(surface: &Surface, role: &[Role], factor: impl Fn(usize) -> f64)
             let folded = dihedral_rad(surface, face, k, other) / tuning.cheap_dihedral_rad;
             let cost = ((-folded * folded).exp() + tuning.least_cost)
                 * factor(mesh.triangles[face][k] as usize);
-            // In micrometres of the dearest cut.
+            // In micrometres of the most expensive cut.
             network.join(a, b, (1e6 * edge_m(mesh, face, k) * cost).ceil().max(1.0) as u64);
         }
     }

@@ -1,8 +1,9 @@
 //! What a sealed case is drawn from: a seed and its number.
 //!
-//! In: a seed, a number. Out: a [`Case`], the same whatever was drawn before. Kinds come in a fixed order of ten, four
-//! with one effect, three with none, two with one that is on no list and one with two, and so do the effects from one such case
-//! to the next, each from a place drawn by the seed; so that few cases have all of them. All else is drawn.
+//! In: a seed, a number. Out: a [`Case`], the same for anything drawn before. Kinds come in a fixed
+//! order of ten, four with one effect, three with none, two with one that is on no list and one
+//! with two, and so do the effects from one such case to the next, each from a place drawn by the
+//! seed; so that few cases have all of them. All else is drawn.
 
 use rand::RngExt as _;
 use serde::{Deserialize, Serialize};

@@ -4,9 +4,10 @@
 //! of those held out, `manifest.csv` as `calibrate` reads it, and `sealed.json`, which it never reads. The first specimens, four discs
 //! or two squares, are to be fitted, the others are held out, both faces of each. The same case gives the same bytes.
 //!
-//! Every drape has a drop of its own, perturbed; one that does not come to rest is dropped anew. The specimens lie with their
-//! warp to the picture's right, but for a degree or two. The size of what a case differs by is taken on each drape's
-//! own branch: a fifth of it is taken away, and the outline's move counts five times; or a twentieth, twenty times.
+//! Every drape has its own perturbed drop; one that does not come to rest is dropped again. The
+//! specimens lie with their warp to the picture's right, but for a degree or two. The size of what
+//! a case differs by is taken on each drape's own branch: a fifth of it is taken away, and the
+//! outline's move counts five times; or a twentieth, twenty times.
 
 use std::path::Path;
 
@@ -321,7 +322,7 @@ impl Unit {
         }
     }
 
-    /// A seed of its own for each purpose and each try.
+    /// One seed for each purpose and each try.
     fn seed(&self, case: &Case, purpose: &str, number: u64) -> u64 {
         let of_run: u64 = rng(case.seed, purpose, case.index).random();
         let own = 2 * self.specimen as u64 + u64::from(self.face == Face::Down);

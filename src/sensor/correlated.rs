@@ -1,7 +1,7 @@
 //! Noise that is smooth over pixels.
 //!
 //! In: the shares and widths of [`Smooth`], the image's size, a seed. Out: a field of unit
-//! variance: white noise through Gaussian filters, each part with noise of its own, so that its
+//! variance: white noise through Gaussian filters, each part with its own noise, so that its
 //! autocorrelation is the sum of theirs. Real depth cameras match patches of several pixels, and
 //! some smooth what they give; `profile` has what was measured.
 //!
@@ -59,7 +59,7 @@ struct White {
 }
 
 impl White {
-    /// The same bytes whatever the number of threads: each row has a seed of its own.
+    /// The same bytes for any number of threads: each row has its own seed.
     fn draw(camera: &Camera, margin: usize, run_seed: u64, view: u64, part: u64) -> Self {
         let (columns, rows) = (camera.width + 2 * margin, camera.height + 2 * margin);
         let purpose = format!("sensor-smooth {part}");

@@ -26,7 +26,7 @@ pub struct VirtualScan {
 }
 
 impl VirtualScan {
-    /// The points of all pixels of all views where the scanner believes them to be, in
+    /// The points of all pixels of all views where the scanner estimates them, in
     /// its frame and unit: what a set of depth images holds, neither fused nor downsampled.
     #[must_use]
     pub fn unfused(&self) -> Cloud {
@@ -40,7 +40,7 @@ impl VirtualScan {
         self.cloud = self.truth.to_scanner(fused);
     }
 
-    /// Writes the cloud as PLY and the truth beside it as `<stem>.truth.json`.
+    /// Writes the cloud as PLY and next to it the truth as `<stem>.truth.json`.
     ///
     /// # Errors
     /// When the system refuses.
@@ -187,7 +187,7 @@ fn all_points(views: &[DepthImage]) -> Cloud {
     all
 }
 
-/// All views in the simulation frame \[m\], where they are believed to be,
+/// All views in the simulation frame \[m\], where they are estimated,
 /// downsampled to one point per voxel. Where noise exceeds the spacing, a surface
 /// fills several layers of voxels, and thinning evens them out: the tails weigh
 /// more in the cloud than in the views.

@@ -4,7 +4,7 @@
 //! poses of a camera, a [`Profile`] of its errors, a seed. Out: a
 //! [`VirtualScan`]: depth images, the fused cloud in an arbitrary scanner frame
 //! and unit (so that `scan` must find both), and the [`Truth`] that undoes them.
-//! The same arguments give the same bytes, whatever the number of threads.
+//! The same arguments give the same bytes for any number of threads.
 //!
 //! Error forms: axial and lateral noise after Nguyen, Izadi and Lovell,
 //! "Modeling Kinect Sensor Noise for Improved 3D Reconstruction and Tracking"

@@ -1,5 +1,5 @@
 //! From a clean image to a measured one: edges, flying pixels, drop-out, noise,
-//! outliers, holes, steps, and where the camera is believed to be.
+//! outliers, holes, steps, and the camera's estimated pose.
 //!
 //! Axial noise is white, or smooth over pixels (`correlated`). What is lost of edges and
 //! surfaces is in `lost`, the poses' errors in `passes`.

@@ -2,7 +2,7 @@
 //! passes that drift against each other.
 //!
 //! In: a [`Profile`], the number of views, a seed. Out: a [`Motion`] for each view, simulation
-//! frame. A pass is a run of views in their order. It begins at an error of pose of its own and
+//! frame. A pass is a run of views in their order. It begins at its own error of pose and
 //! wanders as a random walk, so that neighbouring views agree better than distant ones.
 
 use rand_distr::{Distribution as _, StandardNormal};

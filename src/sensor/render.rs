@@ -14,7 +14,7 @@ pub struct DepthImage {
     pub camera: Camera,
     /// Where the camera stood.
     pub pose_true: CameraPose,
-    /// Where the fusing program believes it stood.
+    /// Its pose as the fusing program estimates it.
     pub pose_believed: CameraPose,
     /// Depth along the camera's z, row by row \[m\]; NaN where nothing was measured.
     pub depth_m: Vec<f64>,

@@ -1,8 +1,9 @@
 //! A picture of a drape from straight above: a bright figure on a dark ground.
 //!
-//! In: the sheet and its rim (simulation frame \[m\]), a [`SilhouetteCamera`], a seed. Out: a [`GreyPicture`]. A pixel is
-//! as bright as the part of it that cloth covers, by 4 x 4 samples; its edges are shifted by a smooth random field, as
-//! by the threshold that cut the figure out, then blurred, and every pixel has noise of its own.
+//! In: the sheet and its rim (simulation frame \[m\]), a [`SilhouetteCamera`], a seed. Out: a
+//! [`GreyPicture`]. A pixel is as bright as the part of it that cloth covers, by 4 x 4 samples; its
+//! edges are shifted by a smooth random field, as by the threshold that cut the figure out, then
+//! blurred, and every pixel has its own noise.
 //!
 //! The cloth is what triangles and the polygon of the rim cover, so that hidden folds and a rim that hangs back need no
 //! care. A camera at a height sees what hangs deeper a little smaller.
@@ -228,7 +229,7 @@ impl Shifts {
     }
 }
 
-/// A picture after a Gaussian blur; beyond its border it goes on as it ends.
+/// A picture after a Gaussian blur; beyond its border it continues as it ends.
 fn blurred(mut values: Vec<f64>, size: [usize; 2], sigma_px: f64) -> Vec<f64> {
     if sigma_px <= 0.0 {
         return values;

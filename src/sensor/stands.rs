@@ -1,7 +1,7 @@
 //! Stands that people have: what carries a plate of 50 mm radius, drawn in its sizes.
 //!
 //! In: a kind and a seed, and the cloth that must hang free of it. Out: a [`Stand`] without a
-//! floor of its own; [`super::Surroundings`] adds one. All sizes are guesses at things in a
+//! own floor; [`super::Surroundings`] adds one. All sizes are guesses at things in a
 //! household or a workshop.
 
 use rand::RngExt as _;

@@ -1,7 +1,7 @@
 //! What stands around a drape where people scan: a floor, boxes, a wall, a lamp, a hand.
 //!
 //! In: a kind, a [`Scene`] with its stand, a seed. Out: the scene with its floor and its things.
-//! Whatever is drawn keeps [`CLEAR_M`] from the cloth. Sizes are guesses at a household.
+//! All that is drawn keeps [`CLEAR_M`] from the cloth. Sizes are guesses at a household.
 
 use nalgebra::{UnitQuaternion, Vector3 as Column};
 use rand::RngExt as _;
@@ -196,7 +196,7 @@ fn wall(floor_y: f64, room_m: f64, rng: &mut seed::Rng) -> Solid {
     Solid::Block { place: Isometry3::from_parts(middle.into(), turned), half }
 }
 
-/// A foot, a thin post, an arm and a shade that keeps 150 mm above the cloth or beside it.
+/// A foot, a thin post, an arm and a shade that keeps 150 mm above the cloth or to its side.
 fn lamp(scene: &Scene, floor_y: f64, rng: &mut seed::Rng) -> Vec<Solid> {
     let (away, turn) = (rng.random_range(0.26..0.45), bearing(rng));
     let at = |r: f64, y: f64| Point3::new(r * turn.cos(), y, r * turn.sin());

@@ -12,7 +12,7 @@ const SCALES: [f64; 6] = [1e5, 5e4, 2e4, 1e4, 5e3, 1e3];
 
 impl VirtualScan {
     /// Writes each view as `view-NN.png` (16 bits), and `views.json` with camera,
-    /// unit and the poses where the scanner believes to stand, in the scanner's
+    /// unit and the poses that the scanner estimates, in the scanner's
     /// frame \[m\]. Nothing is fused or downsampled. Returns the list's path, and what
     /// is true of the points that are read from it.
     ///

@@ -1,6 +1,6 @@
 //! From a fabric to its drape at rest: drop, fall, settle, equilibrium.
 //!
-//! In: a fabric (SI), a drop (how the flat specimen is let go), options. Out: the
+//! In: a fabric (SI), a drop (how the flat specimen is released), options. Out: the
 //! sheet at rest with its rim and a report: why it stopped, the force residual,
 //! whether the equilibrium is stable, which branch it is on (nodes, energy).
 //!

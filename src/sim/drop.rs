@@ -1,4 +1,4 @@
-//! How the flat specimen is let go.
+//! How the flat specimen is released.
 //!
 //! In: a [`Drop`] and a grid. Out: the positions from which the sheet falls, and the
 //! springs of a guided drop. A drape has several stable shapes; which one a drop
@@ -24,31 +24,33 @@ pub enum DropStart {
     /// The corners are lifted and the sheet is tilted, uneven and a little off centre, all drawn
     /// from this seed. Different seeds sample the stable shapes of a fabric.
     Perturbed(u64),
-    /// Springs lead the border to a scanned rim (simulation frame) and are released before the
+    /// Springs guide the border to a scanned rim (simulation frame) and are released before the
     /// sheet comes to rest, so that it ends in an equilibrium near what was scanned.
     Guided(Box<Boundary>),
-    /// As [`Self::Guided`], but weak springs go on holding the border to the rim: the sheet comes to rest beside it also where
-    /// it would go on to another equilibrium if it were let go.
+    /// As [`Self::Guided`], but weak springs keep the border tied to the rim: the sheet comes to
+    /// rest next to it also where it would move to another equilibrium if it were released.
     HeldRim(Box<HeldRim>),
-    /// Springs lead the rim of a disc to an outline seen from above (simulation frame) and are released before
-    /// the sheet comes to rest. Which place of the rim lies where along the outline is not known: even steps of
-    /// the one are taken for even steps of the other, turned so that the bearings agree on the whole; nor is
-    /// the height, for which the cloth beyond the plate's edge is taken as nearly straight. The specimen must lie
-    /// on the plate's centre without rotation.
+    /// Springs guide the rim of a disc to an outline seen from above (simulation frame) and are
+    /// released before the sheet comes to rest. Which place of the rim lies where along the outline
+    /// is not known: even steps of the one are taken for even steps of the other, turned so that
+    /// the bearings agree on the whole; nor is the height, for which the cloth beyond the plate's
+    /// edge is taken as nearly straight. The specimen must lie on the plate's centre without
+    /// rotation.
     Outline(Box<Outline>),
-    /// As [`Self::Outline`], but weak springs go on holding the rim across the outline: the sheet comes to rest on the
-    /// outline's branch also where it would leave that if it were let go.
+    /// As [`Self::Outline`], but weak springs keep the rim tied across the outline: the sheet comes
+    /// to rest on the outline's branch also where it would leave that if it were released.
     Held(Box<Hold>),
     /// The sheet is laid where this surface of the specimen lies (simulation frame) and comes to
     /// rest without a fall: it ends in the equilibrium next to the surface. A surface with an error
     /// (a scan's) is first held by springs over all of it, which are released in stages.
     Surface(Box<Surface>),
-    /// As [`Self::Surface`], but weak springs go on holding all of the sheet to the surface: it comes to rest beside it
-    /// also where it would go on to another equilibrium if it were let go.
+    /// As [`Self::Surface`], but weak springs keep all of the sheet tied to the surface: it comes
+    /// to rest next to it also where it would move to another equilibrium if it were released.
     HeldSurface(Box<HeldSurface>),
 }
 
-/// A surface that a sheet is laid on and goes on being held to by weak springs, until [`crate::sim::Follower::let_go`].
+/// A surface that a sheet starts from and stays tied to by weak springs, until
+/// [`crate::sim::Follower::let_go`].
 ///
 /// They act along all directions and by area, weaker where the surface's standard deviation is large.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +63,8 @@ pub struct HeldSurface {
     pub farther: f64,
 }
 
-/// A rim that the border of a sheet is led to and goes on being held to by weak springs, until [`crate::sim::Follower::let_go`].
+/// A rim that the border of a sheet is guided to and stays tied to by weak springs, until
+/// [`crate::sim::Follower::let_go`].
 ///
 /// They act along all directions, weaker where the rim's standard deviation is large.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +110,7 @@ impl Drop {
 pub enum Fall {
     /// As all others ([`DropStart::Canonical`]).
     Canonical,
-    /// In a way of its own, drawn from a seed ([`DropStart::Perturbed`]).
+    /// In its own way, drawn from a seed ([`DropStart::Perturbed`]).
     Perturbed,
 }
 
@@ -134,7 +137,7 @@ impl Fall {
     }
 }
 
-/// The springs of a guided drop; `None` where nothing leads the sheet.
+/// The springs of a guided drop; `None` if nothing guides the sheet.
 ///
 /// They are of such a stiffness that a cell's weight stretches one by 8 mm (the best of 0.5 to 50 mm, tried on
 /// one drape). They choose the branch and are released before the search for equilibrium.
@@ -157,7 +160,7 @@ pub(super) fn guide(
     Some(sagging(targets, grid, fabric, SPRING_SAG_M))
 }
 
-/// The springs of a held rim, weaker where that is less sure.
+/// The springs of a tied rim, weaker where that is less sure.
 fn known_rim_targets(grid: &Grid, held: &HeldRim) -> Vec<Target> {
     rim_targets(grid, &held.rim, |point| known(point.sigma_m))
 }
@@ -168,8 +171,9 @@ fn sagging(targets: Vec<Target>, grid: &Grid, fabric: &Fabric, sag_m: f64) -> Gu
     Guide { targets, stiffness_n_m: cell_n / sag_m, outwards_m: 0.0, farther: 0.0 }
 }
 
-/// Stronger springs that a sheet led by its rim, which is to be held, is brought to rest on first, as one that is laid is: the cloth
-/// within slides freely to where the rim asks for it. (Without them the true fabric of a test rests 2.0 mm off once it is let go, and 0.26 mm with them.)
+/// Stronger springs on which a sheet guided by its rim, which will be tied, is brought to rest
+/// first, as one that is laid is: the cloth within slides freely to where the rim asks for it.
+/// (Without them the true fabric of a test rests 2.0 mm off after release, and 0.26 mm with them.)
 pub(super) fn clasping(start: &DropStart, grid: &Grid, fabric: &Fabric) -> Option<Guide> {
     match start {
         DropStart::HeldRim(held) => {
@@ -179,7 +183,7 @@ pub(super) fn clasping(start: &DropStart, grid: &Grid, fabric: &Fabric) -> Optio
     }
 }
 
-/// The springs that go on holding a sheet once it has been led; none where it is let go.
+/// The springs that keep a sheet tied after guiding; none if it is released.
 pub(super) fn holding(
     start: &DropStart,
     grid: &Grid,
@@ -243,8 +247,9 @@ fn rim_targets(grid: &Grid, rim: &Boundary, weight: impl Fn(&BoundaryPoint) -> f
     border.iter().enumerate().map(spring).collect()
 }
 
-/// Each vertex of a disc within a cell of its rim, where the outline has it, and the direction across the outline: the
-/// rim lies below its outline so deep that the cloth from the plate's edge to it is nearly straight, and the vertex on the way there.
+/// Each vertex of a disc within a cell of its rim, where the outline has it, and the direction
+/// across the outline: the rim lies below its outline so deep that the cloth from the plate's edge
+/// to it is nearly straight, and the vertex between them.
 ///
 /// The true fabric ends 0.1 to 0.5 mm from the drape whose outline led it, in three of three. An earlier start with springs
 /// in the plan alone, which left the height free, and with other places for vertices behind the rim lost folds in two of

@@ -21,9 +21,10 @@ use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
 use crate::fabric::Fabric;
 use crate::sim::plate::Plate;
 
-/// Everything that a drape depends on beside the fabric: the specimen's cut and place, the plate,
-/// and the effects beyond seven parameters. The default is the modified Cusick drape with every
-/// effect off. Read from a file, what is left out is as in the default, and a key that is not known is an error.
+/// Everything that a drape depends on apart from the fabric: the specimen's cut and place, the
+/// plate, and the effects beyond seven parameters. The default is the modified Cusick drape with
+/// every effect off. Read from a file, what is left out is as in the default, and a key that is not
+/// known is an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Experiment {
@@ -562,7 +563,7 @@ pub fn bending_length_m(fabric: &Fabric) -> f64 {
 pub fn mesh_warnings(fabric: &Fabric, cell_m: f64, vertices: usize) -> Vec<MeshWarning> {
     let length_m = bending_length_m(fabric);
     let limit_m = CELLS_PER_BENDING_LENGTH * cell_m;
-    // a bending length of exactly two cells is enough, whatever its last bit
+    // a bending length of exactly two cells is enough, for any last bit
     if length_m >= limit_m * (1.0 - 1e-9) {
         return Vec::new();
     }

@@ -7,13 +7,13 @@
 //! factor at hand) and corrects it by Newton steps on the exact energy
 //! (`newton/correct.rs`); where those do not come to rest, the descents of `rest.rs` do.
 //!
-//! A branch that ends shows as an event: the sheet left the place that the sensitivity foretold
-//! by more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims
-//! before and after, and where the rim moved most. What is smaller than that is not told
-//! from the curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
+//! A branch that ends shows as an event: the sheet left the place that the sensitivity predicted by
+//! more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims before
+//! and after, and where the rim moved most. What is smaller than that is not told from the
+//! curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
 //!
-//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well, by descents alone. It has
-//! no factor that foretells its moves, so that its events mean little.
+//! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well,
+//! by descents alone. It has no factor that predicts its moves, so that its events mean little.
 //!
 //! Where it fails: a specimen's place and rotation act through the grips alone, so that a sheet is
 //! not carried farther than they slip; drop it anew for more than a tenth of a millimetre.
@@ -34,7 +34,7 @@ use crate::sim::rest::settle;
 use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
 use crate::sim::setup::Setup;
 
-/// A sheet at rest, with the state of its contacts, that can be led to other fabrics and
+/// A sheet at rest, with the state of its contacts, that can be continued to other fabrics and
 /// experiments.
 pub struct Follower {
     rested: Rested,
@@ -73,7 +73,7 @@ pub struct FollowOptions {
     /// Root mean square distance of the sheet's vertices from where the sensitivity put them,
     /// beyond half of the move itself, from which on it counts as having left its branch \[m\].
     pub surprise_m: f64,
-    /// Whether to go on after an event.
+    /// Whether to continue after an event.
     pub on_event: OnEvent,
 }
 
@@ -86,7 +86,7 @@ impl Default for FollowOptions {
 /// What to do where a branch ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnEvent {
-    /// Go on from where the sheet came to rest.
+    /// Continue from where the sheet came to rest.
     GoOn,
     /// Stop there.
     Stop,
@@ -185,7 +185,8 @@ impl Follower {
         self.rested.model.grid.boundary(&self.rested.x)
     }
 
-    /// The springs that hold the sheet across an outline; none where it was let go, or is held to a surface.
+    /// The springs that tie the sheet across an outline; none if it was released, or is tied to a
+    /// surface.
     #[must_use]
     pub fn held(&self) -> Vec<Held> {
         let Rested { model, x, .. } = &self.rested;
@@ -243,8 +244,8 @@ impl Follower {
         self.rested.sensitivities(&fabric, &options, parameters, false)
     }
 
-    /// The same of a sheet whose rest is not stable, by its projected Hessian: what a step of least squares may be foretold
-    /// with. Soft moves come out too small.
+    /// The same of a sheet whose rest is not stable, by its projected Hessian: what a step of least
+    /// squares may be predicted with. Soft moves come out too small.
     ///
     /// # Errors
     /// As [`Self::sensitivities`].
@@ -275,7 +276,7 @@ impl Follower {
         self.restore();
     }
 
-    /// Leads the sheet to `fabric` in the same experiment.
+    /// Continues the sheet to `fabric` in the same experiment.
     ///
     /// # Errors
     /// As [`Self::follow`].
@@ -287,7 +288,7 @@ impl Follower {
         self.follow(&Setup { fabric: *fabric, ..self.setup }, how)
     }
 
-    /// Leads the sheet to `to`, in steps of at most [`FollowOptions::longest_step`].
+    /// Continues the sheet to `to`, in steps of at most [`FollowOptions::longest_step`].
     ///
     /// # Errors
     /// [`FollowError`] where the sheet is not at rest (or as near to it as its options ask), or has another outline than `to`. A sheet
@@ -358,8 +359,8 @@ impl Follower {
         let foretold = newton.predict(&mut model, &mut x);
         let cell_n = setup.fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
         let limit_n = self.options.residual * cell_n;
-        // a sheet whose search for rest ended early has no factor that foretells a move, and corrections from there hardly
-        // ever come to rest: the descents begin at once
+        // a sheet whose search for rest ended early has no factor that predicts a move, and
+        // corrections from there hardly ever come to rest: the descents begin at once
         let hopeless = foretold.is_none() && self.options.energy_drop > 0.0;
         let corrected = match hopeless {
             true => None,
@@ -415,11 +416,11 @@ impl Follower {
     }
 }
 
-/// Part of a foretold move by which a smooth way differs from it over one step, from the way's
+/// Part of a predicted move by which a smooth way differs from it over one step, from the way's
 /// curvature: over steps of 0.25 that end on their branch 0.1 to 0.4.
 const EXPECTED_ERROR: f64 = 0.5;
 /// The same of a step that the descents ended: a sheet that had no equilibrium near where it was
-/// foretold has mostly left its branch.
+/// predicted has mostly left its branch.
 const DESCENT_ERROR: f64 = 0.1;
 /// Corrections before the descents take over.
 const CORRECTIONS: usize = 12;

@@ -271,7 +271,7 @@ impl Grid {
 
     /// The place along one axis, 0 for i and 1 for j, of line `k` or, with `cell`, of the middle of
     /// the cell after it, and from where to where a cell around it reaches; in steps from the first
-    /// line. Outside the border that cell goes on.
+    /// line. Outside the border that cell continues.
     #[must_use]
     pub fn extent(&self, axis: usize, k: usize, cell: bool) -> (f64, [f64; 2]) {
         let lines = &self.plan.lines[axis];

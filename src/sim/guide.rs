@@ -1,4 +1,4 @@
-//! Springs that lead a sheet to a branch, or hold it there.
+//! Springs that guide a sheet to a branch, or tie it there.
 //!
 //! `E = k/2 sum w |x - p|^2`, or `k/2 sum w (n . (x - p) - o)^2` for a spring that acts along a unit vector n alone, with
 //! one distance o by which all of these pull outwards  \[J\].

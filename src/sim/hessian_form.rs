@@ -1,7 +1,7 @@
 //! Which second derivative is meant: the exact one, or a substitute without negative
 //! eigenvalues.
 
-/// Which Hessian an energy is asked for, and which a step is taken with.
+/// Which Hessian an energy computes, and which a step is taken with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HessianForm {
     /// A positive semidefinite substitute. A step factorises it in single precision without

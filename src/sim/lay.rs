@@ -1,9 +1,9 @@
-//! A scanned sheet laid on the grid: the start of a drape that is led by the whole surface.
+//! A scanned sheet laid on the grid: the start of a drape that is guided by the whole surface.
 //!
 //! In: a [`Surface`] (simulation frame), and the model with its grid and plate. Out: positions that
 //! are clear of the plate and free of intersections, the springs that hold a sheet with an error
-//! there until it is let go, and weak ones that go on holding it. A sheet without error, such as a simulated one,
-//! needs none to be laid: its strain is a drape's.
+//! there until it is released, and weak ones that keep it tied. A sheet without error, such as a
+//! simulated one, needs none to be laid: its strain is a drape's.
 //!
 //! A scan's sheet dips into the plate by its error, and may cross itself where folds touch. Samples
 //! in the plate are pushed out along its normal, each with the vertices of its cell and no others.
@@ -41,8 +41,8 @@ pub(super) struct Laid {
 }
 
 impl Laid {
-    /// The springs that hold the vertices where the surface has them until they are let go; `None` for a sheet without
-    /// error.
+    /// The springs that hold the vertices where the surface has them until they are released;
+    /// `None` for a sheet without error.
     pub fn springs(&self) -> Option<Guide> {
         let springs = || Guide {
             targets: self.targets.clone(),
@@ -53,7 +53,8 @@ impl Laid {
         (!self.is_exact).then(springs)
     }
 
-    /// Springs that go on holding the cloth, by its area: the weight of a piece stretches those on it by `sag_m` \[m\].
+    /// Springs that keep the cloth tied, by its area: the weight of a piece stretches those on it
+    /// by `sag_m` \[m\].
     pub fn hold(&self, grid: &Grid, sag_m: f64) -> Guide {
         let by_area = |t: &Target| Target { weight: t.weight * grid.share(t.vertex), ..*t };
         Guide {

@@ -1,6 +1,6 @@
 //! The drape simulator: from a fabric to its sheet at rest.
 //!
-//! In: a fabric, how it is let go, options with the experiment. Out: the sheet with its rim and a
+//! In: a fabric, how it is released, options with the experiment. Out: the sheet with its rim and a
 //! report. [`fn@drape`] is the way in; the method is in `docs/design/simulator.md`.
 
 pub mod drape;

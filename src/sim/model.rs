@@ -61,7 +61,7 @@ pub struct Model {
     pub self_contact: SelfContact,
     /// Friction inside the cloth against bending, with its state; none where that is off.
     pub hysteresis: Option<HysteresisEnergy>,
-    /// Springs that lead the sheet to a branch, or hold it there; none by default.
+    /// Springs that guide the sheet to a branch, or tie it there; none by default.
     pub guide: Guide,
     /// The vertices that stay where they are: those in a clamp, and those outside a disc.
     pub held: Vec<usize>,
@@ -300,7 +300,7 @@ impl Model {
         }
     }
 
-    /// Lets the next Hessian's geometric stiffness be that of the positions it is asked for, so
+    /// Lets the next Hessian's geometric stiffness be that of the positions it is computed at, so
     /// that the Hessian is the exact one again.
     pub fn forget_lagged_stress(&mut self) {
         self.lagged_stress.clear();

@@ -37,7 +37,7 @@ pub(super) fn evolve(
         let inertia = Inertia { dt_s, free_flight: Some(&free_flight) };
         let mut done = newton.iterate(model, x, inertia, HessianForm::Projected);
         for _ in 1..ITERATIONS_A_STEP {
-            // a pair in the way stops the whole sheet: go on until its barrier acts
+            // a pair in the way stops the whole sheet: continue until its barrier acts
             if done.fraction > 0.5 || !done.definite {
                 break;
             }

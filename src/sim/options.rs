@@ -31,7 +31,7 @@ pub struct SimOptions {
     /// when the forces balance as [`Self::residual`] asks.
     pub step_m: f64,
     /// The search ends as [`Stop::Slow`] when a cycle of the descent lowers the energy by less than
-    /// this fraction of itself; with 0 it goes on until the sheet is at rest.
+    /// this fraction of itself; with 0 it continues until the sheet is at rest.
     pub energy_drop: f64,
     /// Most Cholesky factorisations on the fine grid; then the search ends as
     /// [`Stop::Iterations`]. Fabrics of the priors need 40 to 250. Cloth that can hardly be

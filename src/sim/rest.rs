@@ -50,7 +50,7 @@ pub(super) fn settle(
     (Stop::Iterations, gradient.iter().map(Vector3::norm).fold(0.0, f64::max))
 }
 
-/// Brings a sheet that was laid where a scan has it to rest on its springs, and lets it go.
+/// Brings a sheet that starts from a scanned one to rest on its springs, and releases it.
 ///
 /// First the cloth slides freely on the plate: a scanned sheet is right across the surface and off
 /// by some tenths of a millimetre along it, which is a strain that no drape has and that friction
@@ -77,7 +77,8 @@ pub(super) fn release(
     model.guide = Guide::default();
 }
 
-/// Descents of the sheet that slides on the plate; a second one goes on where the first was wedged.
+/// Descents of the sheet that slides on the plate; a second one continues where the first was
+/// wedged.
 const SLIDING_DESCENTS: usize = 2;
 /// Fall of the energy in a cycle at which the sliding sheet counts as at rest on its springs.
 const HELD_DROP: f64 = 1e-6;
@@ -128,11 +129,11 @@ pub(super) fn descend(
     Descent::Paused
 }
 
-/// How friction answers the forces on the plate from one Newton step to the next. Each step takes the
-/// normal forces that the last one led to. Where cloth is drawn tight over the edge, more friction
-/// there means less force in the step after, and the two can go up and down for ever; they meet when
-/// friction goes half of the way. In the corrections of a continuation (`follow.rs`) the same was
-/// tried and dropped: walks of the measured prior became dearer by a third.
+/// How friction answers the forces on the plate from one Newton step to the next. Each step takes
+/// the normal forces that the last one led to. Where cloth is drawn tight over the edge, more
+/// friction there means less force in the step after, and the two can go up and down for ever; they
+/// meet when friction goes half of the way. In the corrections of a continuation (`follow.rs`) the
+/// same was tried and dropped: walks of the measured prior became more expensive by a third.
 struct Answer {
     /// Part of the way to the normal forces of the present sheet.
     part: f64,

@@ -9,7 +9,7 @@
 //! point-triangle and edge-edge pair nearer than the gap (`barrier.rs`), and
 //! conservative continuous collision detection for the step (`ccd.rs`). A
 //! solver's iteration: solve for `dx`, [`SelfContact::update_along`]`(x, dx)`,
-//! [`SelfContact::max_step`], line search on the energy from there, go on at
+//! [`SelfContact::max_step`], line search on the energy from there, continue at
 //! the accepted point with the same cache until the next `dx`.
 //! [`SelfContact::update`] is the other way: complete in a ball around `x`,
 //! for several small steps on one cache.

@@ -390,11 +390,11 @@ impl Setup {
     }
 }
 
-/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order; `steadied`, those of its projected
-/// Hessian, which is stable whatever the exact one is.
+/// The sensitivities of the sheet at rest at `x` to each of `parameters`, in their order;
+/// `steadied`, those of its projected Hessian, which is stable for any exact one.
 ///
 /// # Errors
-/// [`SensitivityError::Unstable`] where the exact Hessian at `x` is asked for and is not positive definite,
+/// [`SensitivityError::Unstable`] where the exact Hessian at `x` is wanted and is not positive definite,
 /// [`SensitivityError::NoSuchNode`] for a node that the natural curvature does not have.
 pub(super) fn sensitivities(
     model: &mut Model,

@@ -3,6 +3,7 @@
 use crate::program;
 use std::fs;
 use std::io::Write as _;
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 const SCAN: &str = "fixtures/scans/stiff_structured-light.ply";
@@ -106,6 +107,59 @@ fn shells_complete_every_verb() {
         }
     }
     assert_eq!(run("completions tcsh").status.code(), Some(2));
+}
+
+/// What bash offers for the last word of a command line; `None` without bash.
+fn offered(script: &Path, line: &str) -> Option<Vec<String>> {
+    // a line that ends with a blank has an empty last word
+    let words: Vec<&str> = line.split(' ').collect();
+    let call = "source \"$1\"; shift; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); \
+                _scan2params scan2params \"${COMP_WORDS[$COMP_CWORD]}\" \"${COMP_WORDS[$COMP_CWORD - 1]}\"; \
+                printf '%s\\n' \"${COMPREPLY[@]}\"";
+    let mut bash = Command::new("bash");
+    let run = bash.args(["-c", call, "bash"]).arg(script).args(words).output().ok()?;
+    Some(told(&run).lines().map(str::to_owned).filter(|word| !word.is_empty()).collect())
+}
+
+#[test]
+fn values_are_completed_and_flags_where_the_verb_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("completion.bash");
+    fs::write(&script, run("completions bash").stdout).unwrap();
+    for (line, words) in [
+        ("scan2params export p.json --to bl", vec!["blender"]),
+        ("scan2params generate --prior ", vec!["knit-2020", "measured", "union"]),
+        ("scan2params augment drape.obj --profile str", vec!["structured-light"]),
+        ("scan2params scan.ply --dens", vec!["--density"]),
+        ("scan2params scan.ply --format pc", vec!["pcd"]),
+        ("scan2params batch scans --dens", vec!["--density", "--density-csv"]),
+        ("scan2params inspect scan.ply --dens", vec![]),
+    ] {
+        let Some(offered) = offered(&script, line) else {
+            eprintln!("skipped: no bash");
+            return;
+        };
+        assert_eq!(offered, words, "{line}");
+    }
+    // The other shells' scripts: values, and a case for a first word that is no verb.
+    let zsh = told(&run("completions zsh"));
+    let fish = told(&run("completions fish"));
+    assert!(zsh.contains("local verb=estimate") && zsh.contains("case $verb in"), "{zsh}");
+    assert!(fish.contains("not __fish_seen_subcommand_from estimate inspect"), "{fish}");
+    for script in [&zsh, &fish] {
+        for name in ["blender", "knit-2020", "structured-light"] {
+            assert!(script.contains(name), "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_version_is_a_verb_too_and_the_developers_verb_is_not_listed() {
+    let [verb, flag] = ["version", "--version"].map(run);
+    assert_eq!((verb.status.code(), told(&verb)), (Some(0), told(&flag)));
+    let help = told(&run("--help"));
+    assert!(!help.contains("\n  evaluate") && help.contains("\n  estimate"), "{help}");
+    assert!(told(&run("evaluate --help")).contains("  physics "));
 }
 
 #[test]

@@ -276,7 +276,7 @@ fn an_interrupted_run_of_generate_goes_on_where_it_was() {
     assert!(appears(".partial", &out, &mut child), "a run of one file keeps no rows");
     let (code, said_at_end) = interrupt(child);
     assert_eq!(code, Some(130), "{said_at_end}");
-    assert!(said_at_end.contains("the same command goes on from there"), "{said_at_end}");
+    assert!(said_at_end.contains("the same command continues from there"), "{said_at_end}");
     let mut left = names(&out);
     left.sort();
     assert_eq!(left, ["drapes-000000.partial", "manifest.json"]);

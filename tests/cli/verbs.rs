@@ -97,6 +97,32 @@ fn threads_change_nothing_of_a_drape_and_it_is_said() {
     assert!(help.contains("one drape is computed on one"), "{help}");
 }
 
+/// On a terminal a batch prints a short table, elsewhere CSV with all columns.
+#[test]
+fn a_batch_prints_a_short_table_to_people() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = folder.path().join("scans");
+    std::fs::create_dir(&scans).unwrap();
+    std::fs::copy("fixtures/drapes/stiff.boundary.csv", scans.join("stiff.csv")).unwrap();
+    std::fs::write(scans.join("table.txt"), "file,density_g_m2\nstiff.csv,260\n").unwrap();
+    let [scans, out] = [scans.clone(), folder.path().join("out")].map(|p| p.display().to_string());
+    let line =
+        format!("batch {scans} --density-csv {scans}/table.txt --quick --no-report --out {out}");
+    let piped = scan2params(&line);
+    let csv = String::from_utf8_lossy(&piped.stdout).into_owned();
+    assert!(csv.starts_with("file,status,exit_code,"), "{csv}");
+    let command = format!("{} {line}", program::PATH);
+    let mut script = program::shielded("script");
+    script.args(["-q", "-e", "-c", &command, "/dev/null"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let Ok(shown) = script.output() else {
+        eprintln!("skipped: no `script` to make a terminal with");
+        return;
+    };
+    let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
+    assert!(shown.contains("scan       verdict") && shown.contains("weft and warp"), "{shown}");
+    assert!(!shown.contains("input_sha256"), "{shown}");
+}
+
 /// On a terminal a line tells what is being done; elsewhere there is none. The terminal
 /// is that of `script` (util-linux).
 #[test]
@@ -110,7 +136,7 @@ fn long_work_shows_that_it_goes_on_and_only_to_people() {
     for (line, doing) in [
         (&drape, "simulating the drape"),
         (&scans, "scan 1 of 1: drape-0"),
-        (&estimate, "draping the fabric with nothing to hold it"),
+        (&estimate, "simulating the released drape"),
     ] {
         let run = scan2params(line);
         assert_eq!(run.status.code(), Some(0), "{line}: {}", said(&run));
@@ -173,6 +199,31 @@ fn a_result_or_a_folder_is_not_taken_for_a_scan() {
         assert_eq!(run.status.code(), Some(2), "{}", said(&run));
         assert!(said(&run).contains("no scan; `export`, `convert`"), "{}", said(&run));
     }
+}
+
+#[test]
+fn a_file_in_place_of_a_folder_and_paths_that_cannot_be_are_usage() {
+    let long = "a".repeat(300);
+    for (line, part) in [
+        (
+            "batch fixtures/scans/stiff_structured-light.ply --density 260",
+            "`estimate` the one scan",
+        ),
+        ("batch fixtures/scans", "100 x 100 mm"),
+        ("fixtures/scans/stiff_structured-light.ply", "100 x 100 mm"),
+        ("fixtures/drapes/woven.boundary.csv - --density 180", "`-` is the standard input"),
+        (&format!("inspect {long}.ply"), "too long for this system (304 bytes"),
+    ] {
+        let run = scan2params(line);
+        assert_eq!(run.status.code(), Some(2), "{line}: {}", said(&run));
+        assert!(said(&run).starts_with("error: "), "{line}: {}", said(&run));
+        assert!(said(&run).contains(part), "{line}: {}", said(&run));
+    }
+    // all errors begin alike, those of the arguments and those of the work
+    let run = scan2params("batch fixtures/none --density 260");
+    assert!(said(&run).starts_with("error: fixtures/none: no such folder"), "{}", said(&run));
+    let run = scan2params("inspect none.ply");
+    assert_eq!((run.status.code(), said(&run).starts_with("error: none.ply: ")), (Some(1), true));
 }
 
 #[test]

@@ -99,6 +99,7 @@ fn one_bad_file_never_stops_the_others() {
     }
     assert!(said.contains("passed over") && said.contains(": notes.txt;"), "{said}");
     assert!(said.contains("4 of 6 scans have no estimate") && said.contains("left"), "{said}");
+    assert!(said.contains("weft and warp unknown in 1 of 2 estimated scans"), "{said}");
     let results = lines(&out.join("results.jsonl"));
     assert_eq!(results.len(), 6);
     assert_eq!(results[0]["result"]["density"]["value"], 260.0);

@@ -168,7 +168,12 @@ fn targets_are_known_in_any_case_and_unknown_ones_told_which_to_take() {
     assert_eq!(export("CLO").status.code(), Some(0));
     let run = export("marvelous");
     assert_eq!(run.status.code(), Some(2));
-    assert!(said(&run).contains("Marvelous Designer takes clo"), "{}", said(&run));
+    assert!(said(&run).contains("[possible values: clo, blender,"), "{}", said(&run));
+    let help = scan2params(&["export", "--help"]);
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    for part in ["CLO and Marvelous Designer", "Browzwear", "- usd:"] {
+        assert!(help.contains(part), "{part}: {help}");
+    }
     let wrong = "fixtures/scans/mean_structured-light.ply";
     let run = scan2params(&["export", wrong, "--to", "clo", "--out", path.to_str().unwrap()]);
     assert!(said(&run).contains("give a params.json as `estimate` writes it"), "{}", said(&run));

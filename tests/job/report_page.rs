@@ -407,9 +407,9 @@ fn a_calibration_has_its_page_with_before_and_after() {
         "Not told apart from",
         "edge curl",
         "What explains the drapes",
-        "Where on the cloth the rest would come from",
+        "Fields that would explain the residual",
         "strongest along the warp, turns over, \u{2212}20.00 \u{b1} 1.00 1/m, at 75 mm along the warp and \u{2212}75 mm along the weft",
-        "No field of weight is asked for",
+        "No field of weight is needed",
         "Drapes held out",
         "Drape coefficient, measured against simulated",
         "By role and face",
@@ -438,7 +438,7 @@ fn a_calibration_has_its_page_with_before_and_after() {
     chance.fabrics[0].fields = vec![Field { ln_gain: 0.5, ..field() }];
     let page_of_chance = of(&chance);
     check(&page_of_chance);
-    assert!(page_of_chance.contains("No field of natural curvature is asked for"));
+    assert!(page_of_chance.contains("No field of natural curvature is needed"));
     assert!(!page_of_chance.contains("class=\"square"));
     // a fabric that was not fitted, and one without effects
     let mut failed = calibration.clone();

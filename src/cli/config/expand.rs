@@ -61,7 +61,7 @@ pub(crate) fn with_defaults(mut words: Vec<OsString>) -> Result<Expanded, Failur
     let Some(verbs) = path_of(&program, &words) else { return without(words) };
     let verbs: Vec<&Command> = verbs.into_iter().map(|(verb, _)| verb).collect();
     let off = take_switched_off(&mut words, &verbs);
-    // Help and versions are asked for, whatever the file says.
+    // Help and versions need no file.
     let given = Arguments::command().ignore_errors(true).try_get_matches_from(&words);
     let (Some(path), Ok(given)) = (find(&words), given) else { return without(words) };
     let mut settings = file::read(&path, &program, &verbs)?;
@@ -79,7 +79,8 @@ pub(crate) fn with_defaults(mut words: Vec<OsString>) -> Result<Expanded, Failur
     Ok(Expanded { words, file: Some(path), settings })
 }
 
-/// The verb of a command line and the verb below it, each with its place; `None` without one, and for `help`.
+/// The verb of a command line and the verb below it, each with its place; `None` without one, and
+/// for `help`.
 pub(super) fn path_of<'a>(
     program: &'a Command,
     words: &[OsString],
@@ -100,8 +101,8 @@ pub(super) fn path_of<'a>(
     (!path.iter().any(|(command, _)| is_help(command))).then_some(path)
 }
 
-/// Takes `--strict=false` and its kin out of a command line, and makes `--strict` of `--strict=true`. Returns the names of the flags that are
-/// switched off.
+/// Takes `--strict=false` and its kin out of a command line, and makes `--strict` of
+/// `--strict=true`. Returns the names of the flags that are switched off.
 fn take_switched_off(words: &mut Vec<OsString>, verbs: &[&Command]) -> Vec<String> {
     let mut off = Vec::new();
     let end = words.iter().position(|word| word == "--").unwrap_or(words.len());
@@ -155,7 +156,8 @@ fn of_flag(words: &[OsString]) -> Option<OsString> {
     })
 }
 
-/// The user's own file, as the XDG base directory specification has it: relative folders do not count.
+/// The user's own file, as the XDG base directory specification has it: relative folders do not
+/// count.
 pub(super) fn of_user() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
     let config = folder("XDG_CONFIG_HOME").or_else(|| Some(folder("HOME")?.join(".config")))?;

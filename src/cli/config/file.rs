@@ -1,8 +1,9 @@
 //! What a file of defaults says: each key a flag of its verb.
 //!
-//! In: TOML. Keys above the first table are flags that every verb takes (`threads`, `quiet`, `verbose`); a table is a
-//! verb, `[evaluate.scan]` a verb below one. A key is a flag's name, hyphens or underscores. Faults are told with file, line
-//! and column, and a name that is not known with the nearest that is.
+//! In: TOML. Keys above the first table are flags that every verb takes (`threads`, `quiet`,
+//! `verbose`); a table is a verb, `[evaluate.scan]` a verb below one. A key is a flag's name,
+//! hyphens or underscores. Faults are told with file, line and column, and a name that is not known
+//! with the nearest that is.
 
 use std::any::TypeId;
 use std::ffi::{OsStr, OsString};
@@ -155,8 +156,8 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// Checks a setting, and takes it where it is of the verb that is run: what stands in the table of a verb before
-    /// what is said for all, and the verb below before the one above.
+    /// Checks a setting, and takes it where it is of the verb that is run: what stands in the table
+    /// of a verb before what stands above all tables, and the verb below before the one above.
     fn set(
         &mut self,
         key: &Spanned<impl AsRef<str>>,

@@ -4,7 +4,8 @@ use std::ffi::OsString;
 
 /// A setting of the file.
 pub(crate) struct Setting {
-    /// Place of its verb in the path of verbs: 0 for `estimate`, 1 for `physics` of `evaluate physics`.
+    /// Place of its verb in the path of verbs: 0 for `estimate`, 1 for `physics` of `evaluate
+    /// physics`.
     pub(super) depth: usize,
     /// Whether it stands above the tables, for every verb.
     pub(super) of_all: bool,

@@ -1,4 +1,5 @@
-//! `evaluate estimate`: the shipped estimate, or another network's, held against drapes that it has not seen.
+//! `evaluate estimate`: the shipped estimate, or another network's, held against drapes that it has
+//! not seen.
 
 use std::io::IsTerminal as _;
 use std::path::Path;
@@ -103,7 +104,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     Ok(())
 }
 
-/// The shipped network, or another one whose record lies beside it.
+/// The shipped network, or another one whose record lies next to it.
 pub(super) fn estimator(model: Option<&Path>) -> Result<Estimator, EstimateError> {
     match model {
         Some(onnx) => Estimator::from_files(onnx, &onnx.with_extension("json")),
@@ -153,7 +154,8 @@ fn groups(by: &str, [clean, scanned]: &[Vec<Group>; 2]) {
     }
 }
 
-/// Drops of one fabric taken together, where there are any: clean rims, then the same with scan noise.
+/// Drops of one fabric taken together, where there are any: clean rims, then the same with scan
+/// noise.
 fn repeats(together: &[Option<Repeats>; 2]) {
     for (rims, repeats) in ["clean", "scan noise"].iter().zip(together) {
         let Some(Repeats { fabrics, drops, parameters, all }) = repeats else { continue };

@@ -23,7 +23,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     }
     let usual = FitOptions::default();
     let vertices = given.vertices.unwrap_or(usual.vertices);
-    // what is asked for holds for stiff cloth too
+    // the options hold for stiff cloth too
     let stiff_vertices = given.vertices.map_or(usual.stiff_vertices, |[_, last]| last);
     let evaluations = given.evaluations.map_or(usual.evaluations, |most| [most; 2]);
     let series = Series {

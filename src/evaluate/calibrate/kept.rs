@@ -1,5 +1,5 @@
-//! What a calibration said of a sealed case, kept in the case's folder: a run that is broken off goes on, and the figures of many
-//! cases are those of one build.
+//! A calibration's result for a sealed case, kept in the case's folder: an interrupted run
+//! continues, and the figures of many cases are those of one build.
 //!
 //! In: the options of a calibration. Out: a file in the case's folder with what was said and the truth's own error, under a name that
 //! stands for the options and for the program itself, so that neither another build nor other options ever read it. What cannot be
@@ -43,12 +43,12 @@ impl Keeper {
         folder.join(format!("said-{short}.json"))
     }
 
-    /// What was said of the case of a folder.
+    /// The result for the case of a folder.
     pub(super) fn read(&self, folder: &Path) -> Option<Kept> {
         serde_json::from_slice(&std::fs::read(self.path(folder)).ok()?).ok()
     }
 
-    /// Keeps what was said of it.
+    /// Keeps it.
     ///
     /// # Errors
     /// When the system refuses.
@@ -87,7 +87,7 @@ mod tests {
         keeper.write(&folder, &kept).unwrap();
         let again = keeper.read(&folder).unwrap();
         assert_eq!(format!("{again:?}"), format!("{kept:?}"));
-        // another question, and another file of what nothing was said of
+        // another question, and a file without a result
         options.without = vec![Effect::named("skew").unwrap()];
         let other = Keeper::of(&options).unwrap();
         assert!(other.read(&folder).is_none());

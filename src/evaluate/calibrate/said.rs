@@ -1,4 +1,4 @@
-//! What a calibration said of a fabric, as a score reads it.
+//! A calibration's result for a fabric, as a score reads it.
 //!
 //! In: a fabric's result. Out: [`Said`], verdict, effects and errors, which files keep with null where a number is none.
 
@@ -9,7 +9,7 @@ use crate::calibrate::floor::Pairing;
 use crate::calibrate::result::FabricResult;
 use crate::numeric::moments::mean;
 
-/// What a calibration said of a fabric.
+/// A calibration's result for a fabric.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Said {
     /// `found`, `undecided`, `unexplained` or `none`.
@@ -24,7 +24,7 @@ pub struct Said {
     /// The same with the effects found \[mm\].
     #[serde(deserialize_with = "nan_of_null")]
     pub after_mm: f64,
-    /// The same two of scanned sheets once they are let go \[mm\]; NaN of outlines.
+    /// The same two of scanned sheets after release \[mm\]; NaN of outlines.
     #[serde(deserialize_with = "nans_of_nulls")]
     pub let_go_mm: [f64; 2],
     /// What the fits leave, in standard deviations, without any effect and with those found.
@@ -33,8 +33,8 @@ pub struct Said {
     /// Median distance of two pictures of one drape \[mm\]; NaN without such.
     #[serde(deserialize_with = "nan_of_null")]
     pub floor_mm: f64,
-    /// Where the field is strongest that would best explain what the effects leave, as fractions of the specimen's sides along warp and
-    /// weft; none where no field foretells anything.
+    /// Where the field is strongest that would best explain what the effects leave, as fractions of
+    /// the specimen's sides along warp and weft; none if no field predicts anything.
     pub strongest: Option<[f64; 2]>,
 }
 

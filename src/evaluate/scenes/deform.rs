@@ -78,7 +78,7 @@ pub(super) fn touching_fold(mesh: &mut Mesh, rng: &mut seed::Rng) -> bool {
 struct Fold {
     /// Bearing of its crest \[rad\].
     bearing_rad: f64,
-    /// Radii of the crest and of the higher valley beside it \[m\].
+    /// Radii of the crest and of the higher valley next to it \[m\].
     radii_m: [f64; 2],
     /// Half the distance of the two valleys \[m\].
     half_width_m: f64,

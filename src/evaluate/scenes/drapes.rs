@@ -3,11 +3,11 @@
 //! In: a folder, a seed, which fabrics. Out: `PRIOR-SEED-INDEX-VERTICES.obj` (mm, simulation frame)
 //! with its `.params.json` for each fabric, or `.failed` where the drape is none. Even indices are
 //! drawn from the prior `measured`, odd ones from `knit-2020`. Each falls by a perturbed drop to
-//! full rest. What is there is not made again, so that a run goes on where it was broken off,
-//! and several runs may share a folder, each with fabrics of its own.
+//! full rest. What is there is not made again, so that an interrupted run continues,
+//! and several runs may share a folder, each with its own fabrics.
 //!
 //! Any other OBJ of a square grid in the folder is a drape too, such as another simulator's. Its
-//! bending length is known if it has a `.params.json` beside it.
+//! bending length is known if it has a `.params.json` next to it.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

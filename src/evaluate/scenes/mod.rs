@@ -63,7 +63,7 @@ pub struct Series {
     pub invariance: bool,
     /// Folder for every scan with its truth.
     pub write: Option<PathBuf>,
-    /// Whether whatever comes to a rim is answered, so that limits can be judged by both rates.
+    /// Whether every rim that is found is answered, so that limits can be judged by both rates.
     pub relaxed: bool,
 }
 
@@ -228,7 +228,7 @@ impl Series {
         Ok(self.record(&made, &found, seconds, variants))
     }
 
-    /// How a scan is asked for, told where the warp points.
+    /// Options of a scan, with the direction of the warp.
     fn options(&self, made: &VirtualScan) -> ScanOptions {
         let warp = made.truth.simulation_from_scanner.inverse() * Vector3::x();
         let warp_toward = Some(WarpToward::Direction(warp.into()));

@@ -115,7 +115,7 @@ fn counts(of: &BTreeMap<String, usize>) -> String {
     if words.is_empty() { "-".to_owned() } else { words.join("; ") }
 }
 
-/// The scenes of one cause, and what was said of them.
+/// The scenes of one cause, and their refusals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Named {
     /// What was wrong.

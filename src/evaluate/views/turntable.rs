@@ -75,7 +75,7 @@ pub(super) fn one(index: u64, drawn: Drawn<'_>, rng: &mut seed::Rng) -> Result<R
     }))
 }
 
-/// A wall behind the drape and a box beside it, in the camera's frame \[m\].
+/// A wall behind the drape and a box next to it, in the camera's frame \[m\].
 fn at_rest(camera_from_simulation: &Isometry3) -> Vec<Point3> {
     let grid = |count: usize| (0..count * count).map(move |k| (k / count, k % count));
     let wall =

@@ -99,7 +99,7 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     if let Some((level, limit_m)) = limits.scale_off_m.plus(more_m).level(mean_off_m) {
         let percent = 100.0 * (mean(f.sides_m) / side_m - 1.0);
         let text = format!(
-            "the four sides measure {lengths} mm, in the mean {:.1} mm ({percent:+.1} % of {:.0} mm); between {:.1} \
+            "the four sides measure {lengths} mm, on average {:.1} mm ({percent:+.1} % of {:.0} mm); between {:.1} \
              and {:.1} mm are expected of this cloth (limit {:.1} mm beyond): check the specimen's size and the scan's \
              scale, the vertical one too",
             mm(mean(f.sides_m)),
@@ -238,7 +238,7 @@ fn off_centre(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     } else {
         (
             level,
-            "the network takes it for another fabric: lay the specimen anew, or have it refined (without --quick)",
+            "the network takes it for another fabric: centre the specimen and scan again, or refine it (without --quick)",
         )
     };
     let text = format!(
@@ -283,7 +283,7 @@ fn uneven(f: &Figures, limits: &Limits) -> Option<Ground> {
     let text = format!(
         "one side differs by {:.1} mm from the median of the four (limit {:.1} mm): soft cloth lies double where folds \
          touch, which no camera sees, or cloth is joined wrongly there; stretch and shear may be off by more than \
-         their intervals; scan it from more sides, or lay the specimen anew",
+         their intervals; scan it from more sides, or lay the specimen again",
         mm(off_m),
         mm(limit_m)
     );
@@ -306,7 +306,7 @@ fn near_refusal(f: &Figures, scan: &OnPlate, limits: &Limits) -> Vec<Ground> {
         "mm",
         format!(
             "the fitted sheet is {:.2} mm off the scanned cloth (doubtful beyond {:.2}, refused beyond {:.2} mm): it may \
-         have missed a fold; lay the specimen anew, without creases",
+         have missed a fold; lay the specimen again, without creases",
             mm(scan.misfit_m),
             share * mm(refused_m),
             mm(refused_m)
@@ -343,7 +343,7 @@ fn hidden(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let hidden = 1.0 - f.observed_fraction;
     let rim = steps.level(hidden).map(|(level, limit)| {
         let text = format!(
-            "{:.0} % of the rim was not seen but bridged (limit {:.0} %): add views",
+            "{:.0} % of the rim was not observed but bridged (limit {:.0} %): add views",
             100.0 * hidden,
             100.0 * limit
         );
@@ -353,7 +353,7 @@ fn hidden(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let steps = Steps { doubtful: share * refused_m, do_not_use: refused_m };
     let arc = steps.level(f.longest_gap_m).map(|(level, limit_m)| {
         let text = format!(
-            "an arc of {:.0} mm of the rim was not seen but bridged (limit {:.0} mm): add a view of it",
+            "an arc of {:.0} mm of the rim was not observed but bridged (limit {:.0} mm): add a view of it",
             mm(f.longest_gap_m),
             mm(limit_m)
         );
@@ -366,7 +366,7 @@ fn hidden(f: &Figures, limits: &Limits) -> Vec<Ground> {
 fn warp(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
     if f.orientation == Orientation::Ambiguous {
-        let text = "weft and warp may be exchanged: each interval covers both readings; say --warp-toward, or --mark";
+        let text = "weft and warp may be exchanged: each interval covers both readings; give --warp-toward or --mark";
         let ground = Ground::new(
             Code::OrientationAmbiguous,
             Level::Reliable,
@@ -376,8 +376,8 @@ fn warp(f: &Figures, limits: &Limits) -> Vec<Ground> {
         grounds.push(ground);
     }
     if f.warp_unused {
-        let text = "the file says where the warp is, and --warp-toward was not used; write 0 into its column \
-                    warp_known to have it used";
+        let text = "the file gives the warp, and --warp-toward was not used; write 0 into the file's column \
+                    warp_known to use it";
         let ground =
             Ground::new(Code::WarpFromFile, Level::Reliable, (1.0, 0.0, ""), text.to_owned());
         grounds.push(ground);

@@ -8,7 +8,7 @@ use crate::refine::{Ended, FitError};
 use crate::sim::Stop;
 
 /// A good scan of the mean knit: bending length 8 mm, eight folds.
-fn honest() -> Figures {
+fn valid() -> Figures {
     let parameter = |i: usize| Parameter {
         key: TABLE_2[i].key,
         unit: TABLE_2[i].unit,
@@ -54,7 +54,7 @@ fn honest() -> Figures {
                 like: true,
                 distance: 1.2,
                 limit: 3.75,
-                words: "like the knits of the prior (91 %)".to_owned(),
+                words: "resembles in the training data: knits 91 %".to_owned(),
             }),
             bending_raised: None,
         }),
@@ -82,7 +82,7 @@ fn answer(f: &mut Figures) -> &mut Answer {
 /// little beyond it. `set` puts the number there; `limit` is what it comes to.
 fn straddles(code: Code, level: Level, limit: f64, set: impl Fn(&mut Figures, f64)) {
     let at = |value: f64| {
-        let mut figures = honest();
+        let mut figures = valid();
         set(&mut figures, value);
         verdict(&figures)
     };
@@ -97,17 +97,17 @@ fn straddles(code: Code, level: Level, limit: f64, set: impl Fn(&mut Figures, f6
 }
 
 #[test]
-fn an_honest_scan_is_reliable_without_grounds() {
-    assert_eq!(verdict(&honest()), Verdict::of(vec![]));
+fn a_valid_scan_is_reliable_without_grounds() {
+    assert_eq!(verdict(&valid()), Verdict::of(vec![]));
     // What the scan alone tells.
-    let scan = Figures { answer: None, released: None, ..honest() };
+    let scan = Figures { answer: None, released: None, ..valid() };
     assert_eq!(verdict(&scan), Verdict::of(vec![]));
 }
 
 #[test]
 fn a_scale_is_doubtful_that_moves_bending_by_more_than_its_interval() {
     let scaled = |by: f64, half: f64, noise_m: f64| {
-        let mut figures = Figures { noise_m, ..honest() };
+        let mut figures = Figures { noise_m, ..valid() };
         let scan = figures.scan.as_mut().unwrap();
         scan.widths_m = [Some(0.2997 * by); 2];
         scan.radius_m = 0.0493 * by;
@@ -129,11 +129,11 @@ fn a_scale_is_doubtful_that_moves_bending_by_more_than_its_interval() {
         assert!(!is_said(&scaled(1.0 + 0.4 * (by - 1.0), 0.01, 0.0)));
     }
     // The plate alone says little of it.
-    let mut other = honest();
+    let mut other = valid();
     other.scan.as_mut().unwrap().radius_m = 0.0475;
     let scale = |figures: &Figures| figures.verdict(&Limits::default()).scale;
     assert!((scale(&other).unwrap().value - 1.0).abs() < 6e-3);
-    assert!(scale(&Figures { answer: None, ..honest() }).is_none());
+    assert!(scale(&Figures { answer: None, ..valid() }).is_none());
 }
 
 #[test]
@@ -195,15 +195,15 @@ fn sides_are_held_against_the_specimen_s_its_folds_and_its_stretch() {
     }
     // Noise widens the limits, stretch allows for longer sides, sharp folds for shorter ones.
     let long = |change: fn(&mut Figures)| {
-        let mut figures = Figures { sides_m: [most_m + 1.3e-3; 4], ..honest() };
+        let mut figures = Figures { sides_m: [most_m + 1.3e-3; 4], ..valid() };
         change(&mut figures);
         verdict(&figures).level
     };
     assert_eq!(long(|_| ()), Level::Doubtful);
     assert_eq!(long(|f| f.noise_m = 1e-3), Level::Reliable);
     assert_eq!(long(|f| answer(f).stretch = [0.05; 2]), Level::Reliable);
-    // With twelve folds the drape of eight would be a ground of its own.
-    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, released: None, ..honest() };
+    // With twelve folds the drape of eight would be another ground.
+    let mut soft = Figures { sides_m: [0.2972; 4], folds: 12, released: None, ..valid() };
     let said = verdict(&soft);
     assert_eq!((said.level, said.grounds[0].code), (Level::Doubtful, Code::Scale), "{said:?}");
     answer(&mut soft).bending_length_m = 3e-3;
@@ -234,7 +234,7 @@ fn the_cloth_from_edge_to_edge_tells_a_scale_that_its_sides_hide() {
             });
         }
     }
-    let mut found = honest();
+    let mut found = valid();
     found.scan.as_mut().unwrap().widths_m = [Some(0.3045), None];
     assert_eq!(verdict(&found).level, Level::DoNotUse);
     // Limp cloth may be longer along its own threads: the warp is the second of the stretches.
@@ -278,7 +278,7 @@ fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
             });
         }
     }
-    let mut other = honest();
+    let mut other = valid();
     other.scan.as_mut().unwrap().radius_m = 0.044;
     assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
     // Stiff cloth arches over the plate and leaves it farther in, but not as far as it pleases,
@@ -296,7 +296,7 @@ fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
     other.scan.as_mut().unwrap().radius_m = 0.058;
     assert!(verdict(&other).not_the_experiment, "{:?}", verdict(&other));
     // Another plate that was asked for is none.
-    let mut asked = honest();
+    let mut asked = valid();
     asked.given.plate_radius_m = 0.060;
     asked.scan.as_mut().unwrap().radius_m = 0.0591;
     assert_eq!(verdict(&asked), Verdict::of(vec![]));
@@ -308,7 +308,7 @@ fn one_side_of_soft_cloth_may_be_read_wrongly_where_folds_touch() {
         f.sides_m[1] = 0.2991 + off_m;
     });
     let with = |bending_length_m: f64, sides_m: [f64; 4]| {
-        let mut figures = honest();
+        let mut figures = valid();
         figures.answer.as_mut().unwrap().bending_length_m = bending_length_m;
         figures.sides_m = sides_m;
         verdict(&figures)
@@ -343,7 +343,7 @@ fn what_is_nearly_refused_is_doubtful() {
 
 #[test]
 fn a_rim_from_a_file_says_so_and_its_chords_may_be_short() {
-    let file = Figures { scan: None, sides_m: [0.294; 4], ..honest() };
+    let file = Figures { scan: None, sides_m: [0.294; 4], ..valid() };
     let said = verdict(&file);
     assert_eq!(said.level, Level::Reliable);
     assert_eq!(said.grounds.iter().map(|g| g.code).collect::<Vec<_>>(), [Code::RimFromFile]);
@@ -359,7 +359,7 @@ fn a_rim_from_a_file_says_so_and_its_chords_may_be_short() {
         answer(&mut soft).bending_length_m = 3e-3;
         verdict(&soft).level
     };
-    assert_eq!(soft(0.3011, 0.0, honest()), Level::DoNotUse);
+    assert_eq!(soft(0.3011, 0.0, valid()), Level::DoNotUse);
     assert_eq!(soft(0.3011, 0.0, file.clone()), Level::Reliable);
     assert_eq!(soft(0.3018, 0.0, file.clone()), Level::Doubtful);
     assert_eq!(soft(0.3018, 0.5e-3, file), Level::Reliable);
@@ -371,10 +371,10 @@ fn a_warp_near_a_diagonal_is_doubtful_and_an_unknown_one_is_said() {
     straddles(Code::WarpNearDiagonal, Level::Doubtful, limit_deg, |f, off_deg| {
         f.warp_off_rad = Some(off_deg.to_radians());
     });
-    let unknown = Figures { orientation: Orientation::Ambiguous, warp_off_rad: None, ..honest() };
+    let unknown = Figures { orientation: Orientation::Ambiguous, warp_off_rad: None, ..valid() };
     let said = verdict(&unknown);
     assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::OrientationAmbiguous));
-    let unused = Figures { warp_unused: true, warp_off_rad: None, ..honest() };
+    let unused = Figures { warp_unused: true, warp_off_rad: None, ..valid() };
     let said = verdict(&unused);
     assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::WarpFromFile));
 }
@@ -394,7 +394,7 @@ fn an_estimate_outside_of_the_training_is_doubtful() {
             answer(f).density_outside_g_m2 = (density > 390.0).then_some((density, [76.0, 390.0]));
         });
     }
-    let mut light = honest();
+    let mut light = valid();
     answer(&mut light).density_outside_g_m2 = Some((60.0, [76.0, 390.0]));
     assert_eq!(verdict(&light).grounds[0].code, Code::DensityOutsideTraining);
     // as it was given: six is not six point three
@@ -412,7 +412,7 @@ fn p_end(parameter: usize, end: usize) -> f64 {
 fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said() {
     for i in 0..STIFFNESSES {
         for end in [0, 1] {
-            let mut pinned = honest();
+            let mut pinned = valid();
             let p = &mut answer(&mut pinned).parameters[i];
             (p.value, p.interval90[end], p.pinned) = (p.trained[end], p.trained[end], Some(end));
             let said = verdict(&pinned);
@@ -426,7 +426,7 @@ fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said(
             // The value may lie anywhere in an interval that is cut.
             let limit = Limits::default().interval_cut;
             for (share, level) in [(0.9 * limit, Level::Reliable), (1.1 * limit, Level::Doubtful)] {
-                let mut cut = honest();
+                let mut cut = valid();
                 let p = &mut answer(&mut cut).parameters[i];
                 let kept = 2_f64.ln() * (1.0 - 2.0 * share);
                 p.value =
@@ -442,7 +442,7 @@ fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said(
             }
         }
     }
-    let mut raised = honest();
+    let mut raised = valid();
     answer(&mut raised).bending_raised = Some([100.0, 120.0]);
     let said = verdict(&raised);
     assert_eq!((said.level, said.grounds[0].code), (Level::Reliable, Code::BendingProjected));
@@ -451,7 +451,7 @@ fn a_stiffness_at_its_bound_is_doubtful_and_an_interval_that_ends_there_is_said(
 #[test]
 fn folds_are_held_against_the_bending_length_of_the_answer() {
     let with = |folds: usize, length_m: f64| {
-        let mut f = Figures { folds, released: None, ..honest() };
+        let mut f = Figures { folds, released: None, ..valid() };
         answer(&mut f).bending_length_m = length_m;
         // Sides of cloth with such folds.
         f.sides_m = [0.300 - Limits::default().side_loss_m2 / length_m; 4];
@@ -508,12 +508,12 @@ fn the_released_drape_of_the_networks_fabric_is_held_against_the_scan() {
         (4, Level::DoNotUse),
         (12, Level::DoNotUse),
     ] {
-        let mut f = honest();
+        let mut f = valid();
         again(&mut f, &|fit| fit.folds = folds);
         assert_eq!(verdict(&f).level, level, "{folds} folds against 8");
     }
     for stop in [Stop::Slow, Stop::Unstable, Stop::Iterations] {
-        let mut f = honest();
+        let mut f = valid();
         again(&mut f, &|fit| fit.stop = stop);
         let said = verdict(&f);
         assert_eq!(
@@ -521,7 +521,7 @@ fn the_released_drape_of_the_networks_fabric_is_held_against_the_scan() {
             (Level::Doubtful, Code::ReleasedDrapeNotAtRest)
         );
     }
-    let mut f = honest();
+    let mut f = valid();
     again(&mut f, &|fit| fit.intersections = 1);
     let said = verdict(&f);
     assert_eq!(
@@ -554,7 +554,7 @@ fn what_refining_found_is_held_against_its_limits() {
         });
     }
     let said = |refining: Refining| {
-        verdict(&Figures { refining: Some(refining), released: None, ..honest() })
+        verdict(&Figures { refining: Some(refining), released: None, ..valid() })
     };
     assert_eq!(said(taken(limits.shown + 0.01)), Verdict::of(vec![]));
     let hidden = said(taken(limits.shown - 0.01));
@@ -579,7 +579,7 @@ fn what_refining_found_is_held_against_its_limits() {
 fn a_released_drape_that_moves_on_is_only_said_of_a_refined_fabric() {
     let far_m = Limits::default().released_far_m;
     for (mean_m, grounds) in [(0.9 * far_m, 0), (1.1 * far_m, 1), (30e-3, 1)] {
-        let mut f = Figures { refining: Some(taken(0.99)), ..honest() };
+        let mut f = Figures { refining: Some(taken(0.99)), ..valid() };
         f.released.as_mut().unwrap().mean_m = mean_m;
         let said = verdict(&f);
         assert_eq!((said.level, said.grounds.len()), (Level::Reliable, grounds), "{mean_m}");
@@ -600,7 +600,7 @@ fn a_fabric_like_no_part_of_the_prior_is_doubtful_unless_it_was_refined() {
         });
     }
     // like another part, which is the less likely one; refined; of a model without a prior
-    let mut far = honest();
+    let mut far = valid();
     answer(&mut far).prior.as_mut().unwrap().distance = 4.0;
     assert_eq!(verdict(&far), Verdict::of(vec![]));
     answer(&mut far).prior.as_mut().unwrap().like = false;

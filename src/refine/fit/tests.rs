@@ -170,7 +170,7 @@ fn what_was_believed_and_is_far_off_gives_way_to_what_the_drape_shows() {
 
 #[test]
 fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
-    // a fabric that coarse cells lock, believed to be much softer in its plane
+    // a fabric that coarse cells lock, with a prior that is much softer in its plane
     let truth = Fabric::from_paper_units([600e3, 700e3, 90e3, 2_600.0, 2_900.0, 2_700.0, 180.0]);
     let fine = SimOptions { vertices: 61, ..sim() };
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(3) }, &fine);

@@ -7,7 +7,7 @@
 use maud::{Markup, html};
 
 use super::number::fixed;
-use super::svg::{Scale, c, closed, path, ticks};
+use super::svg::{Scale, c, closed, labelled, path};
 use crate::base::Boundary;
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE, SIDES};
 use crate::base::units::mm;
@@ -81,7 +81,7 @@ pub(super) fn chart(scanned: &Boundary, again: &Boundary, side_mm: f64) -> Marku
             line .zero x1=(c(LEFT)) x2=(c(RIGHT)) y1=(c(low.at(0.0))) y2=(c(low.at(0.0))) {}
             path .outwards d=(line(&low, 1)) {}
             path .upwards d=(line(&low, 2)) {}
-            text .title x=(c(LEFT)) y=(c(LOW[0] - 10.0)) { "Its part outwards (solid) and upwards (dashed) [mm]" }
+            text .title x=(c(LEFT)) y=(c(LOW[0] - 10.0)) { "Its component outwards (solid) and upwards (dashed) [mm]" }
             text .title x=(c(RIGHT)) y=(c(HEIGHT - 4.0)) text-anchor="end" { "place along the border [mm]" }
         }
     }
@@ -109,13 +109,11 @@ fn sides(x: &Scale, side_mm: f64) -> Markup {
 }
 
 fn level_lines(y: &Scale) -> Markup {
-    let values = ticks(y.values, 5);
-    let whole = values.iter().all(|value| value.fract().abs() < 1e-9);
     html! {
-        @for value in values {
+        @for (value, label) in labelled(y.values, 5) {
             @let at = y.at(value);
             line .grid x1=(c(LEFT)) x2=(c(RIGHT)) y1=(c(at)) y2=(c(at)) {}
-            text .label x=(c(LEFT - 6.0)) y=(c(at + 3.5)) text-anchor="end" { (fixed(value, usize::from(!whole))) }
+            text .label x=(c(LEFT - 6.0)) y=(c(at + 3.5)) text-anchor="end" { (label) }
         }
     }
 }

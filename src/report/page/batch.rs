@@ -42,6 +42,8 @@ pub struct Line {
     pub level: Option<Level>,
     /// Whether what was scanned is not the experiment.
     pub not_the_experiment: bool,
+    /// Whether weft and warp are unknown.
+    pub warp_unknown: bool,
     /// How it ended, in a word.
     pub status: &'static str,
     /// Why there is no estimate, with the remedy.
@@ -106,6 +108,7 @@ fn verdicts(lines: &[Line]) -> Markup {
     let count = |level: Level| lines.iter().filter(|line| line.level == Some(level)).count();
     let without = lines.iter().filter(|line| line.level.is_none()).count();
     let others = lines.iter().filter(|line| line.not_the_experiment).count();
+    let unknown = lines.iter().filter(|line| line.warp_unknown).count();
     html! {
         section id="verdicts" aria-labelledby="verdicts-title" {
             h2 id="verdicts-title" { "Verdicts" }
@@ -116,6 +119,12 @@ fn verdicts(lines: &[Line]) -> Markup {
                 div { dt { "Without an estimate" } dd { span .big { (without) } } }
             }
             @if others > 0 { p { (others) " of them: what was scanned is not the experiment." } }
+            @if unknown > 0 {
+                p {
+                    "Weft and warp unknown: " (unknown) " of " (super::number::counted(lines.len(), "scan")) ". Their intervals cover both readings. \
+                     Give --warp-toward, --mark, or the column warp_toward of the table of densities."
+                }
+            }
             p { (advice(count(Level::Reliable), lines.len(), without)) }
         }
     }
@@ -145,7 +154,7 @@ fn scans(lines: &[Line]) -> Markup {
                         th scope="col" .number { "g/m\u{b2}" }
                         @for range in &TABLE_2[..STIFFNESSES] { th scope="col" .number { (super::parameters::symbol(range.symbol)) } }
                         @if drawn { th scope="col" .number { "Rim, mm" } }
-                        th scope="col" .number { "Seen" }
+                        th scope="col" .number { "Observed" }
                     } }
                     tbody { @for line in lines { (scan(line, drawn)) } }
                 }
@@ -164,7 +173,7 @@ fn scan(line: &Line, drawn: bool) -> Markup {
     html! {
         tr class=(line.level.map_or("refused", class)) {
             th scope="row" .path data-value=(line.file) {
-                @if let Some(page) = &line.page { a href=(page) { (line.file) } } @else { (line.file) }
+                @if let Some(page) = &line.page { a href=(page) { (name(&line.file)) } } @else { (name(&line.file)) }
             }
             td data-value=(rank) {
                 @match line.level {
@@ -185,6 +194,16 @@ fn scan(line: &Line, drawn: bool) -> Markup {
             td .number data-value=(cell(line.seen)) { (line.seen.map(|share| percent(share, 1)).unwrap_or_default()) }
         }
     }
+}
+
+/// A path that a line breaks at its slashes only.
+fn name(file: &str) -> Markup {
+    html! { @for part in file.split_inclusive('/') { span .whole { (part) } wbr; } }
+}
+
+/// A path that a line breaks at its slashes and underscores, in a narrow card.
+fn soft(file: &str) -> Markup {
+    html! { @for part in file.split_inclusive(['/', '_']) { (part) wbr; } }
 }
 
 /// A number for sorting; what is absent comes last.
@@ -330,7 +349,7 @@ fn overlays(lines: &[Line]) -> Markup {
                         li class={ "card " (class(level)) } {
                             @let source = format!("data:image/svg+xml;base64,{}", STANDARD.encode(svg));
                             img loading="lazy" width="170" height="170" alt={ "Rims of " (line.file) } src=(source);
-                            p { @if let Some(page) = &line.page { a href=(page) { (line.file) } } @else { (line.file) } }
+                            p { @if let Some(page) = &line.page { a href=(page) { (soft(&line.file)) } } @else { (soft(&line.file)) } }
                             p { (badge(level)) }
                             @for ground in line.grounds.iter().take(2) { p .caption { (super::number::sentence(ground)) } }
                         }
@@ -345,14 +364,16 @@ fn failed(lines: &[&Line]) -> Markup {
     html! {
         section id="failures" aria-labelledby="failures-title" {
             h2 id="failures-title" { "Without an estimate" }
-            table .plain {
-                thead { tr { th scope="col" { "Scan" } th scope="col" { "Ended" } th scope="col" { "Reason and remedy" } } }
-                tbody {
-                    @for line in lines {
-                        tr {
-                            th scope="row" .path { (line.file) }
-                            td { (line.status) }
-                            td { (line.reason.as_deref().unwrap_or("no reason was given")) }
+            div .scroll role="region" aria-label="Scans without an estimate" tabindex="0" {
+                table .plain {
+                    thead { tr { th scope="col" { "Scan" } th scope="col" { "Status" } th scope="col" { "Reason and remedy" } } }
+                    tbody {
+                        @for line in lines {
+                            tr {
+                                th scope="row" .path { (name(&line.file)) }
+                                td { (line.status) }
+                                td { (line.reason.as_deref().unwrap_or("no reason was given")) }
+                            }
                         }
                     }
                 }
@@ -407,6 +428,18 @@ mod tests {
             Line { density_g_m2: Some(201.0), ..line("x/c.ply", 1.0) },
         ];
         assert!(super::groups(&apart).is_empty());
+    }
+
+    #[test]
+    fn unknown_weft_and_warp_are_told_and_names_break_at_slashes() {
+        let unknown = Line { warp_unknown: true, ..line("sub/linen_7.ply", 1.0) };
+        let text = page("t", &[unknown, line("b.ply", 1.1)], &[]);
+        assert!(text.contains("Weft and warp unknown: 1 of 2 scans."), "{text}");
+        let whole =
+            "<span class=\"whole\">sub/</span><wbr><span class=\"whole\">linen_7.ply</span>";
+        assert!(text.contains(whole), "{text}");
+        let text = page("t", &[line("b.ply", 1.1)], &[]);
+        assert!(!text.contains("Weft and warp unknown"), "{text}");
     }
 
     #[test]

@@ -79,7 +79,7 @@ pub fn page(sections: &[Section], refused: &[Refused], source: &Source) -> Strin
         }
     };
     let subtitle = format!(
-        "{}, {} simulated beside measured ones, {} not used",
+        "{}, {} simulated and compared, {} not used",
         number::counted(sections.len(), "fabric"),
         number::counted(drapes, "drape"),
         number::counted(refused.len(), "file")
@@ -143,13 +143,13 @@ fn stiffnesses(fabric: &FabricResult, fitted: &Fitted) -> Vec<Stiffness> {
 
 fn fits(fabric: &FabricResult) -> Markup {
     let density = fabric.believed.density_kg_m2 / KG_M2_PER_G_M2;
-    let (ends, believed) = ("what is tried", "the prior");
+    let (ends, prior) = ("the range that is tried", "the prior");
     html! {
         @match &fabric.fitted {
             Ok(fitted) => {
                 h3 { "Parameters of the plain model" }
                 @let plain = stiffnesses(fabric, fitted);
-                (parameters::table(&plain, density, ends, believed))
+                (parameters::table(&plain, density, ends, prior))
                 (ended(fitted))
                 @if fabric.after.is_none() { (parameters::in_units(&plain, density)) }
             }
@@ -158,7 +158,7 @@ fn fits(fabric: &FabricResult) -> Markup {
         @if let Some(after) = &fabric.after {
             h3 { "Parameters with the effects" }
             @let with = stiffnesses(fabric, &after.fitted);
-            (parameters::table(&with, density, ends, believed))
+            (parameters::table(&with, density, ends, prior))
             (ended(&after.fitted))
             (parameters::in_units(&with, density))
         }
@@ -189,11 +189,11 @@ fn held_out(fabric: &FabricResult) -> Markup {
                         " Grey band and dashed line: two captures of one drape differ by as much (10 to 90 %, median): no model comes nearer to one of them than \
                          the line over the square root of two."
                     } @else {
-                        " How well a single picture is known is not drawn: no drape was captured twice."
+                        " The error of a single picture is not drawn: no drape was captured twice."
                     }
                 }
             },
-            None => p { "No drape was held out, or none came to rest: mark rows of the manifest \u{201c}holdout\u{201d} to see what the fit is worth on drapes that it does not know." }
+            None => p { "No drape was held out, or none came to rest. Mark rows of the manifest \u{201c}holdout\u{201d} to test the fit on other drapes." }
         }
     }
 }
@@ -226,7 +226,7 @@ fn groups(fabric: &FabricResult) -> Markup {
                         th scope="col" .number { "Outline, mm" }
                         th scope="col" .number { "Drape coefficient, measured / simulated" }
                         th scope="col" .number { "Folds, measured / simulated" }
-                        th scope="col" .number { "Held by" }
+                        th scope="col" .number { "Springs carry" }
                     } }
                     tbody {
                         @for group in &before { (group_row(group, "plain")) }
@@ -234,7 +234,7 @@ fn groups(fabric: &FabricResult) -> Markup {
                     }
                 }
             }
-            p .caption { "Outline: mean and standard error of the root mean square distance. Held by: mean force of the springs that hold a drape to the measured arrangement of folds, as a share of the hanging cloth\u{2019}s weight." }
+            p .caption { "Outline: mean and standard error of the root mean square distance. Springs carry: mean force of the springs that tie a drape to the measured arrangement of folds, as a share of the hanging cloth\u{2019}s weight." }
         }
     }
 }
@@ -247,7 +247,7 @@ fn group_row(group: &Group, model: &str) -> Markup {
         tr {
             th scope="row" {
                 (said::role(group.role)) ", " (face(group.face))
-                @if let Some(look) = group.observation { ", look " (look) }
+                @if let Some(look) = group.observation { ", observation " (look) }
             }
             td { (model) }
             td .number { (group.drapes) " of " (group.drapes + group.lost) }
@@ -279,7 +279,7 @@ fn floor(fabric: &FabricResult) -> Markup {
                         th scope="col" .number { "Pairs" }
                         th scope="col" .number { "Median distance, mm" }
                         th scope="col" .number { "10 to 90 %" }
-                        th scope="col" .number { "Turned onto each other" }
+                        th scope="col" .number { "After rotation" }
                     } }
                     tbody {
                         @for spread in &fabric.floor {

@@ -38,7 +38,7 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
         all.push(("Folds", rim_nodes(rim).to_string(), "on the scanned rim".to_owned()));
     }
     all.push((
-        "Rim seen",
+        "Rim observed",
         percent(outcome.rim.observed_fraction(), 1),
         "of its 244 points".to_owned(),
     ));
@@ -46,7 +46,7 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
         Orientation::Given => "known",
         Orientation::Ambiguous => "not known",
     };
-    let more = if way == "known" { "by what was given" } else { "values may be exchanged" };
+    let more = if way == "known" { "given" } else { "values may be exchanged" };
     all.push(("Weft and warp", way.to_owned(), more.to_owned()));
     html! {
         dl .glance {
@@ -56,8 +56,8 @@ pub(super) fn glance(outcome: &Outcome) -> Markup {
         }
         @if outcome.taken().is_some() {
             p .caption {
-                "Tied drape: the fabric\u{2019}s sheet, tied to the scan by weak springs. Judge the answer by it and by the misfit. \
-                 Released drape: nothing holds the sheet, and it is one of several stable drapes of this fabric."
+                "Tied drape: the fabric\u{2019}s sheet, tied to the scan by weak springs. Judge the result by it and by the misfit. \
+                 Released drape: the sheet without springs, one of several stable drapes of this fabric."
             }
         }
     }
@@ -90,7 +90,7 @@ pub(super) fn quality(outcome: &Outcome) -> Markup {
                     (table(&of_scan(scanned, left_out)))
                 }
                 Rim::Given { .. } => p {
-                    "The rim was read from a file: cloth, plate and noise were not seen. "
+                    "The rim was read from a file: cloth, plate and noise are unknown. "
                     (percent(outcome.rim.observed_fraction(), 1)) " of its points are marked as observed."
                 }
             }
@@ -137,11 +137,11 @@ fn of_scan(scanned: &ScannedBoundary, left_out: usize) -> Vec<Figure> {
         ("Unit", scanned.unit.name().to_owned(), guessed.to_owned()),
         ("Up", format!("({up})"), "in the scan\u{2019}s frame".to_owned()),
         (
-            "Cloth seen",
+            "Cloth observed",
             percent(q.seen_share, 1),
             "share of the specimen\u{2019}s area that points cover".to_owned(),
         ),
-        ("Rim seen", percent(q.observed_fraction, 1), bridged),
+        ("Rim observed", percent(q.observed_fraction, 1), bridged),
         ("Rim\u{2019}s length", length(q.loop_length_m, 1), format!("sides {sides} mm")),
         (
             "Cloth\u{2019}s widths",

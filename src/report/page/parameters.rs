@@ -20,14 +20,14 @@ pub(super) struct Stiffness {
     pub ends: [f64; 2],
     /// Inside these, and not at an end.
     pub in_range: bool,
-    /// Share of what was uncertain that the drape took away, where it was refined.
+    /// Share of the uncertainty that the scan removed, where it was refined.
     pub shown: Option<f64>,
     /// The value if weft and warp are exchanged, where they are not known.
     pub exchanged: Option<f64>,
 }
 
 const WIDTH: f64 = 260.0;
-const HEIGHT: f64 = 34.0;
+const HEIGHT: f64 = 38.0;
 /// The axis' ends and the bar's middle in it.
 const SPAN: [f64; 2] = [8.0, 252.0];
 const MIDDLE: f64 = 11.0;
@@ -56,7 +56,7 @@ pub(super) fn bar(own: &Stiffness) -> Markup {
             @for power in decades {
                 @let at = x(10f64.powi(power));
                 line .tick x1=(c(at)) x2=(c(at)) y1="6" y2="16" {}
-                text .label x=(c(at)) y="29" text-anchor=(anchor(at)) { "10" (raised(power)) }
+                text .label x=(c(at)) y="32" text-anchor=(anchor(at)) { "10" (raised(power)) }
             }
             rect .interval x=(c(a)) y="7.5" width=(c((b - a).max(2.0))) height="7" rx="3.5" {}
             circle .value .outside[!own.in_range] cx=(c(x(own.value))) cy=(c(MIDDLE)) r="4.5" {}
@@ -80,7 +80,8 @@ fn interval(ends: [f64; 2]) -> String {
     format!("{} to {}", significant(ends[0]), significant(ends[1]))
 }
 
-/// The table of values, intervals and bars; `ends` says what their axes span, `before` what was believed without the simulator.
+/// The table of values, intervals and bars; `ends` says what their axes span, `before` names the
+/// prior of the fit.
 pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &str) -> Markup {
     let refined = all.iter().any(|own| own.shown.is_some());
     let exchanged = all.iter().any(|own| own.exchanged.is_some());
@@ -94,7 +95,7 @@ pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &s
                     th scope="col" { "Unit" }
                     th scope="col" { "On a log axis" }
                     @if exchanged { th scope="col" .number { "If exchanged" } }
-                    @if refined { th scope="col" { "Drape shows" } }
+                    @if refined { th scope="col" { "Uncertainty removed" } }
                     th scope="col" { "In range" }
                 } }
                 tbody {
@@ -115,7 +116,7 @@ pub(super) fn table(all: &[Stiffness], density_g_m2: f64, ends: &str, before: &s
         p .caption {
             "Dot: value; bar: 90 % interval; thin line: " (ends) ". A hollow dot is not in range: at or beyond an end of it, or with a density beyond it."
             @if refined {
-                " Drape shows: how much of what " (before) " left uncertain was taken away; near 0 % the interval is still that of " (before) "."
+                " Uncertainty removed: share of the uncertainty of " (before) " that this scan removed; near 0 % the interval is still that of " (before) "."
             }
         }
     }
@@ -203,5 +204,31 @@ fn converted(own: &Stiffness, unit: &Unit) -> Markup {
             b { (of(own.value)) } " " (unit.name)
             small { (of(own.interval90[0])) " to " (of(own.interval90[1])) }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::WIDTH;
+
+    /// The number behind some text of the style sheet.
+    fn number(css: &str, before: &str) -> f64 {
+        let rest = css.split_once(before).unwrap_or_else(|| panic!("no `{before}`")).1;
+        let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap();
+        rest[..end].parse().unwrap()
+    }
+
+    #[test]
+    fn labels_of_the_log_axis_are_legible() {
+        const LEAST_PX: f64 = 10.0;
+        let css = include_str!("style.css");
+        let bar_px = 16.0 * number(css, "td .bar{display:block;width:");
+        let label_px = number(css, "\n.bar text{font-size:") * bar_px / WIDTH;
+        assert!(label_px >= LEAST_PX, "{label_px}");
+        // on paper a row is smaller, and its labels are as large again
+        let print = css.split_once("@media print{").unwrap().1;
+        let bar_pt = number(css, "html{font-size:") * number(print, "td .bar{width:");
+        let label_pt = number(print, "\n.bar text{font-size:") * bar_pt / WIDTH;
+        assert!(label_pt >= 7.0, "{label_pt}");
     }
 }

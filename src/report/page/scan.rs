@@ -1,8 +1,8 @@
 //! The page of one scan: verdict first, what to do next, parameters, overlay, error along the rim, three dimensions, quality,
 //! drape coefficient, laboratory, provenance.
 //!
-//! In: a job's outcome and what is shown beside it. Out: one HTML file that needs nothing else. The same outcome gives the same
-//! bytes: no time is in it.
+//! In: a job's outcome and what is shown with it. Out: one HTML file that needs nothing else. The
+//! same outcome gives the same bytes: no time is in it.
 
 use maud::{Markup, html};
 
@@ -101,7 +101,7 @@ fn parameters_section(outcome: &Outcome, all: &[Stiffness]) -> Markup {
             (parameters::in_units(all, density))
             @if let Some(likeness) = &outcome.likeness {
                 p .caption {
-                    "For its weight, the fabric is " b { (likeness.words()) } ", on which the network was trained."
+                    "For its weight, the fabric " b { (likeness.words()) } "."
                 }
             }
             p .note { (super::number::sentence(super::shell::NOTE)) }
@@ -119,7 +119,7 @@ fn overlay_section(outcome: &Outcome) -> Markup {
                 figcaption {
                     ul .legend {
                         li { (swatch("scanned")) span { "scanned rim" } }
-                        li { (swatch("bridged")) span { "bridged, not seen" } }
+                        li { (swatch("bridged")) span { "bridged, not observed" } }
                         @if let Some(again) = SimulatedDrape::of(outcome) {
                             li { (swatch("simulated")) span { (again.name) } }
                             @if SimulatedDrape::second(outcome).is_some() { li { (swatch("released")) span { (RELEASED) } } }
@@ -131,8 +131,8 @@ fn overlay_section(outcome: &Outcome) -> Markup {
                         li { span .number-mark aria-hidden="true" { "1" } span { "folds of the scanned rim, numbered along it" } }
                     }
                     p {
-                        "Ring: bearings as messages about the scan name them, anticlockwise from its x axis. Arrows from the middle: the \
-                         scan\u{2019}s own axes, as long as they lie flat."
+                        "Ring: bearings as in messages about the scan, anticlockwise from its x axis. Arrows from the middle: the horizontal \
+                         parts of the scan\u{2019}s own axes."
                         @if SimulatedDrape::of(outcome).is_none() { " Nothing was simulated." }
                     }
                 }
@@ -157,8 +157,8 @@ fn along_section(outcome: &Outcome) -> Markup {
                     }
                     figcaption {
                         "Mean " b { (fixed(mm(again.distances_m[0]), 2)) " mm" } ", largest " b { (fixed(mm(again.distances_m[1]), 2)) " mm" }
-                        ". Grey foot: twice the standard deviation of the scanned rim itself. Thick marks at the foot: bridged, not seen. \
-                         The parts run from the scanned rim to that of the " (again.name) "."
+                        ". Grey area: twice the standard deviation of the scanned rim. Thick marks at the bottom: bridged, not observed. \
+                         The components point from the scanned rim to that of the " (again.name) "."
                     }
                 }
             }

@@ -3,6 +3,8 @@
 //! In: numbers in the drawing's own units (CSS pixels of its view box). Out: texts for attributes, with a tenth of a pixel,
 //! so that pages stay small and the same numbers give the same bytes.
 
+use super::number::fixed;
+
 /// A coordinate with one decimal, none where it is whole.
 #[must_use]
 pub fn c(value: f64) -> String {
@@ -92,6 +94,19 @@ pub fn ticks([low, high]: [f64; 2], most: usize) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
+/// [`ticks`] with their labels, all with the decimals that the step needs.
+#[must_use]
+pub fn labelled(values: [f64; 2], most: usize) -> Vec<(f64, String)> {
+    const MOST: usize = 9;
+    let step = step(values[1] - values[0], most);
+    let is_whole = |decimals: &usize| {
+        let units = step * 10f64.powi(*decimals as i32);
+        units > 0.5 && (units - units.round()).abs() < 1e-6 * units
+    };
+    let decimals = (0..MOST).find(is_whole).unwrap_or(MOST);
+    ticks(values, most).into_iter().map(|tick| (tick, fixed(tick, decimals))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,6 +125,17 @@ mod tests {
     fn ticks_are_round_and_inside() {
         assert_eq!(ticks([0.0, 14.3], 4), [0.0, 5.0, 10.0]);
         assert_eq!(ticks([-3.0, 3.0], 6), [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0]);
+        let labels = |values, most| {
+            labelled(values, most).into_iter().map(|(_, label)| label).collect::<Vec<_>>()
+        };
+        assert_eq!(labels([0.0, 2.1], 6), ["0.0", "0.5", "1.0", "1.5", "2.0"]);
+        assert_eq!(labels([10.0, 11.6], 6), ["10.0", "10.5", "11.0", "11.5"]);
+        assert_eq!(labels([0.0, 14.3], 4), ["0", "5", "10"]);
+        assert_eq!(labels([0.0, 0.11], 5), ["0.00", "0.05", "0.10"]);
+        assert_eq!(
+            labels([-2e-3, 2e-3], 4),
+            ["\u{2212}0.002", "\u{2212}0.001", "0.000", "0.001", "0.002"]
+        );
         assert_eq!(step(0.7, 4), 0.2);
         assert_eq!(step(0.0, 4), 1.0);
         let scale = Scale { values: [0.0, 10.0], pixels: [100.0, 0.0] };

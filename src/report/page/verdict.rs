@@ -8,7 +8,7 @@ use crate::job::Outcome;
 use crate::job::verdict::{Code, Ground, Level, Verdict};
 use crate::scan::Orientation;
 
-/// The word, the sign beside it and the class that colours it: none of them alone says it.
+/// The word, its sign and the class that colours it: none of them alone carries the level.
 pub(super) fn badge(level: Level) -> Markup {
     html! { span .badge .(class(level)) { (sign(level)) (sentence_case(level.words())) } }
 }
@@ -51,15 +51,13 @@ fn sentence_case(words: &str) -> String {
 pub(super) fn section(verdict: &Verdict) -> Markup {
     let said: &str = match verdict.level {
         _ if verdict.not_the_experiment => {
-            "What was scanned is not the experiment: every number below is of something else."
+            "The scan does not show the experiment: no number below is valid."
         }
-        Level::Reliable => "Honest scans of fabrics that the model knows look like this.",
+        Level::Reliable => "The scan and the result look normal.",
         Level::Doubtful => {
             "Something is unusual: a part of the result may be off by more than its interval."
         }
-        Level::DoNotUse => {
-            "The result is known to be wrong, or nothing is known of how wrong it is."
-        }
+        Level::DoNotUse => "The result is known to be wrong, or its error is unknown.",
     };
     html! {
         section id="verdict" class={ "verdict " (class(verdict.level)) } aria-labelledby="verdict-title" {
@@ -76,7 +74,7 @@ pub(super) fn section(verdict: &Verdict) -> Markup {
 
 fn ground_item(ground: &Ground) -> Markup {
     let word = match ground.level {
-        Level::Reliable => "to know",
+        Level::Reliable => "note",
         level => level.words(),
     };
     html! {
@@ -113,20 +111,20 @@ fn steps(outcome: &Outcome) -> Vec<String> {
     let usable = outcome.verdict.level != Level::DoNotUse;
     if usable {
         add(
-            "Take the six stiffnesses and the density into the simulator together, in the units that it asks for (the table \
-             of units below, or params.json for all digits). They belong to each other.",
+            "Use the six stiffnesses and the density together in the simulator, in its units (table of units below; \
+             params.json has all digits).",
         );
     }
     if usable && outcome.refinement.is_none() {
         add(
-            "Run without --quick: the simulator then fits the fabric to the scan, which says how well it explains the drape.",
+            "Run without --quick: the simulator then fits the fabric to the scan and reports how well it explains the drape.",
         );
     }
     let several = outcome.refinement.as_ref().is_some_and(|found| !found.companions.is_empty());
     let known = outcome.rim.orientation() == Orientation::Given;
     if usable && !several && known && matches!(outcome.rim, Rim::Scanned { .. }) {
         add(
-            "Before the values decide anything, drop the same cloth again, scan it again, and give both (--with SECOND): one drape is one of several that a fabric has.",
+            "Before you decide anything by the values, drop and scan the same cloth again, and give both scans (--with SECOND). A fabric has several stable drapes.",
         );
     }
     steps
@@ -139,52 +137,52 @@ fn remedy(ground: &Ground) -> Option<&'static str> {
         C::OffCentre if ground.level == Level::Reliable => return None,
         C::Scale | C::SideLength | C::Width | C::UnevenSides => {
             "Measure the specimen's sides with a ruler, and the scan's scale on something of known size, the height too; \
-             mend what is off, and scan again."
+             correct what is wrong, and scan again."
         }
         C::PlateRadius => {
             "Measure the plate (radius 50 mm) and look whether anything but cloth lies on it or the cloth lifts off it; then \
              scan again."
         }
         C::OffCentre => {
-            "Lay the specimen with its centre on the plate's and scan again; or run without --quick: the fit takes the \
-             offset into account."
+            "Centre the specimen on the plate and scan again, or run without --quick: the fit takes the offset into \
+             account."
         }
         C::RimHidden | C::RimBridged => {
             "Scan again so that the whole rim is seen, also from a little below; the chart along the rim shows where it was \
              bridged."
         }
         C::SheetMisfit | C::Unexplained => {
-            "Look at the view in three dimensions for what is no cloth; let the cloth come to rest, clear what is near it, \
-             and scan again."
+            "Look in the view in three dimensions for anything that is not cloth. Let the cloth come to rest, remove what is \
+             near it, and scan again."
         }
         C::RimFromFile => {
             "Give the scan itself in place of the rim's file where you can: cloth and plate are then checked too."
         }
         C::WarpNearDiagonal | C::OrientationAmbiguous => {
-            "Say where the warp points (--warp-toward), or mark it on the cloth (--mark), and run again: weft and warp may \
-             be exchanged in these values."
+            "Give the direction of the warp (--warp-toward), or mark it on the cloth (--mark), and run again: weft and warp \
+             may be exchanged in these values."
         }
         C::OutsidePrior => {
-            "Look whether plate and specimen are the experiment's. If they are, the cloth is a rare one: drop it again, scan \
-             it, and give both scans (--with SECOND)."
+            "Check that plate and specimen are those of the experiment. If they are, the cloth is a rare one: drop and scan \
+             it again, and give both scans (--with SECOND)."
         }
         C::NovelRim | C::FoldsForBending => {
-            "Hold the overlay against the cloth. Where the rim found is not the cloth's, scan again."
+            "Compare the overlay with the cloth. If the rim is not the cloth's, scan again."
         }
         C::OutOfRange | C::IntervalAtBound | C::DensityOutsideTraining => {
-            "Check the density on a scale. If it is right, run without --quick: the simulator is not bound to what the network \
-             was trained on."
+            "Check the density on a scale. If it is right, run without --quick: the simulator is not limited to the range of \
+             the network's training data."
         }
         C::NotRefined | C::FoldsDiffer => {
             "Drop the cloth again, scan it, and give both scans (--with SECOND): another drape may lie on a \
              branch that the simulator finds."
         }
         C::ModelLeaves | C::ReleasedDrapeOff => {
-            "Look where along the rim the error lies. All around: the fabric is another than the six numbers can say, or the \
-             density is wrong; at one place: the cloth was creased, pulled or hidden there."
+            "Look where along the rim the error lies. All around: the six stiffnesses cannot describe this fabric, or the \
+             density is wrong. In one place: the cloth was creased, pulled or hidden there."
         }
         C::ReleasedDrapeNotAtRest | C::ReleasedDrapeIntersects => {
-            "Take the distances of the released drape with care: it is no clean rest. The parameters do not depend on it."
+            "Do not rely on the distances of the released drape, which is not at rest. The parameters do not depend on it."
         }
         C::HardlyVisible | C::BendingProjected | C::WarpFromFile => return None,
     })

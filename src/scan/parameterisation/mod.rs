@@ -41,7 +41,7 @@ pub(super) fn relax(surface: &mut Parameterisation, spacing_m: f64, options: &Sc
     Relaxation { links, fixed, spacing_m, tuning }.relax(&[], effort, flat);
 }
 
-/// The square that the relaxed cloth makes, whatever its size; its side is measured by the
+/// The square that the relaxed cloth makes, of any size; its side is measured by the
 /// density of points across the edges, which the outermost points would make too short.
 pub(super) fn outline(surface: &Parameterisation, options: &ScanOptions) -> Option<Outline> {
     let outline = square::measure(&surface.flat, options.specimen_side_m, &options.tuning.square)?;

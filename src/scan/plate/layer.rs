@@ -20,7 +20,7 @@ struct Tops {
 }
 
 impl Tops {
-    /// The uppermost height of each cell, as the median over the cell and those beside it,
+    /// The uppermost height of each cell, as the median over the cell and its neighbours,
     /// so that a stray above the cloth covers nothing.
     fn new(points: &[Placed], cell_m: f64) -> Self {
         let cells = || points.iter().map(|p| cell_of(p.xz_m, cell_m));

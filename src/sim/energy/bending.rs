@@ -127,7 +127,7 @@ struct Sums {
     rows: Vec<[f64; WINDOW]>,
 }
 
-/// Lines of vertices that a second difference and the twist beside it lie apart at most.
+/// Lines of vertices that a second difference and the twist next to it lie apart at most.
 const REACH: usize = 2;
 /// Vertices of a row's square window, up to its own line.
 const WINDOW: usize = (REACH + 1) * (2 * REACH + 1);

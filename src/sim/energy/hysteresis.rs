@@ -1,8 +1,8 @@
 //! Bending hysteresis: dry friction inside the cloth that resists a change of its curvature.
 //!
 //! Kawabata's bending test (KES) finds a loop: the moment per width on the way up lies above that
-//! on the way back by 2HB \[N\]. Here that is an elastic-plastic element beside the plate energy of
-//! `bending.rs`, one for the curvature along the weft and one for that along the warp,
+//! on the way back by 2HB \[N\]. Here that is an elastic-plastic element in addition to the plate
+//! energy of `bending.rs`, one for the curvature along the weft and one for that along the warp,
 //!
 //! `M = B k + HB f(k - k_a)`, `f(u) = u/s (2 - |u|/s)` up to |u| = s, and +-1 beyond  \[N\]
 //!
@@ -26,9 +26,10 @@
 //! The price: cloth that slipped and turns round has hardly any grip at first, until it is s back.
 //! The default of 10 /m (0.1 /cm) is of the order over which measured loops turn round.
 //!
-//! Curvatures are `x_ab . n` (`signed.rs`), which a rigid motion keeps: cloth may fall and swing with
-//! its anchors. No element is needed on the twist: a sheet that slips all over and is bent about
-//! any one line has k_uu = k cos^2, k_vv = k sin^2 and so HB cos^2 + HB sin^2 = HB, whatever the line.
+//! Curvatures are `x_ab . n` (`signed.rs`), which a rigid motion keeps: cloth may fall and swing
+//! with its anchors. No element is needed on the twist: a sheet that slips all over and is bent
+//! about any one line has k_uu = k cos^2, k_vv = k sin^2 and so HB cos^2 + HB sin^2 = HB, for any
+//! line.
 //!
 //! A new specimen's anchors are its natural curvature, unloaded, on every grid of a drop. So a sheet
 //! that is laid where a scan has it counts as bent from flat on one way too.

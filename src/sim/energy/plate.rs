@@ -58,7 +58,7 @@ pub struct PlateContact {
 const WALL: f64 = 0.3;
 /// ... and its weight: at a tenth of the gap it bears ten times what the cubic does at none.
 const WALL_WEIGHT: f64 = 12.0;
-/// Part of the wall's reach below which it goes on as a parabola.
+/// Part of the wall's reach below which it continues as a parabola.
 const LEAST_WALL: f64 = 0.05;
 /// Part of its distance from the plate that a sample keeps in a step.
 const KEPT: f64 = 0.2;

@@ -7,8 +7,9 @@
 //! - from the former to the latter that tangent: the parabola falls from there on and must not be followed;
 //! - beyond what was measured the tangent that the parabola has there, and at least [`BEYOND`] of B.
 //!
-//! Why the last: a cloth whose tangent stays lost has hardly more moment than B / (4 s) at any curvature, and single folds of it close to creases
-//! one cell wide, whatever the cell (`docs/design/simulator.md`). By how much the tangent recovers is chosen, not measured.
+//! Why the last: a cloth whose tangent stays lost has hardly more moment than B / (4 s) at any
+//! curvature, and single folds of it close to creases one cell wide, for any cell
+//! (`docs/design/simulator.md`). By how much the tangent recovers is chosen, not measured.
 
 /// Least tangent stiffness over the linear one within the measured range.
 pub(super) const FLOOR: f64 = 0.05;
@@ -77,7 +78,7 @@ impl Piece {
         (self.constant + (0.5 * self.linear + self.quadratic * k / 3.0) * k) * k
     }
 
-    /// The line that goes on from it at a curvature.
+    /// The line that continues it at a curvature.
     fn touched(&self, from: f64, tangent: f64) -> Self {
         let constant = self.moment(from) - tangent * from;
         Self { from, constant, linear: tangent, quadratic: 0.0 }

@@ -16,10 +16,10 @@
 //! curvature that changes within cells; one term of the same order, beta = 0.04, makes up for
 //! most of both in a cantilever.
 //!
-//! From where on the parabola is no longer followed, and how the moment goes on there, `softened.rs` says.
-//! Total curvature counts, not that beyond the natural one. With D12 = 0 linear and softening bending together are convex, and the
-//! exact Hessian serves as the projected one; with D12 < 0 the projected one leaves this
-//! energy out.
+//! From where on the parabola is no longer followed, and how the moment continues there,
+//! `softened.rs` says. Total curvature counts, not that beyond the natural one. With D12 = 0 linear
+//! and softening bending together are convex, and the exact Hessian serves as the projected one;
+//! with D12 < 0 the projected one leaves this energy out.
 
 use nalgebra::Matrix3;
 

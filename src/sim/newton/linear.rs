@@ -121,8 +121,8 @@ impl Newton {
         solved.map(|()| moves)
     }
 
-    /// The same with the projected Hessian and a little inertia, in single precision, whatever the exact one is: for a rest that is not stable.
-    /// Soft moves come out too small.
+    /// The same with the projected Hessian and a little inertia, in single precision, for any exact
+    /// one: for a rest that is not stable. Soft moves come out too small.
     pub fn solve_loads_steadied(
         &mut self,
         model: &mut Model,

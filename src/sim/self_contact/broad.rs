@@ -15,7 +15,7 @@
 //!
 //! Dropped: filing a box under every cell that it touches: needs a duplicate
 //! check per hit; a bounding volume tree over the bins of a drape, refitted and
-//! descended against itself: up to 0.3 ms dearer per update than the
+//! descended against itself: up to 0.3 ms more per update than the
 //! grid, of 1.0 ms.
 
 use crate::base::Vector3;

@@ -375,7 +375,7 @@ fn the_cache_holds_exactly_the_pairs_of_a_brute_force_search() {
             assert_eq!(cached.into_iter().collect::<BTreeSet<_>>(), expected);
             assert!(expected.len() > 20, "a test needs contacts: {}", expected.len());
         }
-        // Along a step: whatever comes within the gap at any time is there.
+        // Along a step: all that comes within the gap at any time is there.
         let mut rng = rng(seed + 50);
         let dx: Vec<_> =
             x.iter().map(|p| noise(&mut rng, 4e-3) - p * 0.3 + v(0.0, 0.0, 0.2)).collect();

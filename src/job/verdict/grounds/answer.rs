@@ -12,15 +12,15 @@ pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
     let (level, limit) = limits.novelty.level(answer.novelty_m / answer.novelty_limit_m)?;
     let (measured_mm, limit_mm) = (mm(answer.novelty_m), limit * mm(answer.novelty_limit_m));
     let text = format!(
-        "the rim is {measured_mm:.2} mm (rms) from any drape that the model knows (limit {limit_mm:.2} mm; 99 % of \
-         drapes like those of its training stay below {:.2}): check the scan; no interval holds for such a rim",
+        "the rim is {measured_mm:.2} mm (rms) from any drape of the training data (limit {limit_mm:.2} mm; 99 % of \
+         them stay below {:.2}): check the scan; no interval holds for such a rim",
         mm(answer.novelty_limit_m)
     );
     Some(Ground::new(Code::NovelRim, level, (measured_mm, limit_mm, "mm"), text))
 }
 
-/// A fabric that is like no part of the prior: the network has hardly met any like it. The intervals of one that was
-/// refined come of the fit, and it is only said.
+/// A fabric that is like no part of the prior: the network has hardly met any like it. The
+/// intervals of one that was refined are those of the fit, and the ground is only a note.
 pub(super) fn outside_prior(answer: &Answer, limits: &Limits) -> Option<Ground> {
     let prior = answer.prior.as_ref().filter(|prior| !prior.like)?;
     let (level, factor) = limits.outside_prior.level(prior.distance / prior.limit)?;
@@ -28,18 +28,18 @@ pub(super) fn outside_prior(answer: &Answer, limits: &Limits) -> Option<Ground> 
     let (level, what_follows) = if prior.network {
         (
             level,
-            "the network has hardly met such cloth, and half of its 90 % intervals do not hold for it: check the scan, \
+            "the training data has hardly any such cloth, and half of the 90 % intervals do not hold for it: check the scan, \
              the plate and the specimen; without --quick the fabric itself is fitted to the scan",
         )
     } else {
         (
             Level::Reliable,
-            "such cloth is rare; values and intervals are those of the fit, but the interval of what is hardly visible in \
-             the drape is the network's and may not hold",
+            "such cloth is rare; values and intervals are those of the fit, but the interval of a stiffness that is hardly \
+             visible in the drape is the network's and may not hold",
         )
     };
     let text =
-        format!("for its weight the fabric is {} (limit {limit:.2}): {what_follows}", prior.words);
+        format!("for its weight the fabric {} (limit {limit:.2}): {what_follows}", prior.words);
     let measured = (prior.distance, limit, "standard deviations");
     Some(Ground::new(Code::OutsidePrior, level, measured, text))
 }
@@ -132,7 +132,7 @@ pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
     let hardly = |s: &&Shown| s.share < limits.shown;
     let ground = |s: &Shown| {
         let text = format!(
-            "{} is hardly visible in this drape ({:.0} % of what was uncertain is gone): its interval is hardly narrower than the network's",
+            "{} is hardly visible in this drape ({:.0} % of the uncertainty removed): its interval is hardly narrower than the network's",
             s.key,
             100.0 * s.share
         );
@@ -159,14 +159,14 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
             doubtful(format!("refining did not converge ({})", ended.name()))
         }
         NotTaken::AtBound(key) => doubtful(format!(
-            "refining ended with {key} at the end of what it allows: the fabric lies beyond it, or something else \
-             than {key} is soaked up there"
+            "refining ended with {key} at the end of what it allows: the fabric lies beyond it, or {key} absorbs \
+             another effect"
         ))
         .about(key),
         NotTaken::OtherBranch { folds: [scanned, draped], rim_m } => {
             let why = format!(
                 "tied to the scan, the fabric that refining found has {draped} folds, {:.1} mm from the scanned rim, which has \
-                 {scanned}: another of its stable drapes; lay the specimen anew and scan again",
+                 {scanned}: another of its stable drapes; lay the specimen again and scan it",
                 mm(*rim_m)
             );
             not_refined(Level::Doubtful, (mm(*rim_m), 0.0, "mm"), why)
@@ -187,14 +187,14 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
     }
 }
 
-/// The released drape beside the scan. Of a refined fabric nothing hangs on it: it is only said.
+/// The released drape compared with the scan. For a refined fabric it is only a note.
 pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
     if let Some(Refining::Taken(_)) = f.refining {
         let limit_m = limits.released_far_m;
         if again.mean_m > limit_m || again.stop != Stop::AtRest {
             let text = format!(
-                "with nothing to hold it to the scan, the sheet moves on to {:.1} mm from the scanned rim in the mean (up to {:.0} mm \
+                "released from the scan, the sheet moves to {:.1} mm from the scanned rim on average (up to {:.0} mm \
                  are usual): the fabric has several stable drapes, and a simulator may end in another one; the stiffnesses do \
                  not depend on it",
                 mm(again.mean_m),
@@ -209,9 +209,9 @@ pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground>
     let steps = limits.released_at(bending_m).plus(f.noise_m);
     if let Some((level, limit_m)) = steps.level(again.mean_m) {
         let text = format!(
-            "with nothing to hold it, the drape of these stiffnesses lies {:.1} mm from the scanned rim in the mean (limit {:.1} \
-             mm; honest scans of cloth of this bending length, {:.0} mm, come within {:.1}): the stiffnesses do not \
-             reproduce the drape; check the plate and the scan, or lay the specimen anew",
+            "the released drape of these stiffnesses lies {:.1} mm from the scanned rim on average (limit {:.1} \
+             mm; valid scans of cloth of this bending length, {:.0} mm, come within {:.1}): the stiffnesses do not \
+             reproduce the drape; check the plate and the scan, or lay the specimen again",
             mm(again.mean_m),
             mm(limit_m),
             mm(bending_m),
@@ -223,7 +223,7 @@ pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground>
     let differ = f.folds.abs_diff(again.folds) as f64;
     if let Some((level, limit)) = limits.released_folds.level(differ) {
         let text = format!(
-            "with nothing to hold it, the drape of these stiffnesses has {} folds, the scan {} (limit {limit:.1} apart): it \
+            "the released drape of these stiffnesses has {} folds, the scan {} (limit {limit:.1} apart): it \
              fell into another shape, or the folds are not those of hanging cloth",
             again.folds, f.folds
         );
@@ -231,8 +231,8 @@ pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground>
     }
     if again.stop != Stop::AtRest {
         let text = format!(
-            "the released drape of these stiffnesses did not come to rest ({}; a force of {:.1e} N is left): its distance from \
-             the scan says little",
+            "the released drape of these stiffnesses did not come to rest ({}; residual force {:.1e} N): its distance from \
+             the scan means little",
             again.stop.name(),
             again.residual_n
         );

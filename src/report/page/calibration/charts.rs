@@ -7,7 +7,7 @@ use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Face, Role};
 use crate::calibrate::result::{DrapeBeside, FabricResult};
 use crate::report::page::number::fixed;
-use crate::report::page::svg::{Scale, c, closed, ticks};
+use crate::report::page::svg::{Scale, c, closed, labelled};
 
 /// Drapes with what they were before and are after: both where both came to rest.
 fn both(fabric: &FabricResult) -> impl Iterator<Item = (&DrapeBeside, Option<&DrapeBeside>)> {
@@ -51,9 +51,9 @@ pub(super) fn held_out(fabric: &FabricResult) -> Option<Markup> {
     Some(html! {
         div .scroll role="region" aria-label="Drapes held out" tabindex="0" {
             svg .chart viewBox="0 0 960 276" role="img" aria-label=(label) {
-                @for tick in ticks(y.values, 6) {
+                @for (tick, label) in labelled(y.values, 6) {
                     line .grid x1=(c(left)) x2=(c(right)) y1=(c(y.at(tick))) y2=(c(y.at(tick))) {}
-                    text x=(c(left - 6.0)) y=(c(y.at(tick) + 4.0)) text-anchor="end" { (fixed(tick, if most > 6.0 { 0 } else { 1 })) }
+                    text x=(c(left - 6.0)) y=(c(y.at(tick) + 4.0)) text-anchor="end" { (label) }
                 }
                 @if let Some(floor) = floor {
                     @let [low, high] = floor.quantiles_m.map(|m| y.at(mm(m)));
@@ -106,11 +106,11 @@ pub(super) fn coefficients(fabric: &FabricResult) -> Option<Markup> {
     );
     Some(html! {
         svg .plot .square viewBox="0 0 424 420" role="img" aria-label=(label) {
-            @for tick in ticks(x.values, 6) {
+            @for (tick, label) in labelled(x.values, 6) {
                 line .grid x1=(c(x.at(tick))) x2=(c(x.at(tick))) y1="12" y2="372" {}
                 line .grid y1=(c(y.at(tick))) y2=(c(y.at(tick))) x1="52" x2="412" {}
-                text x=(c(x.at(tick))) y="388" text-anchor="middle" { (fixed(tick, 0)) }
-                text x="46" y=(c(y.at(tick) + 4.0)) text-anchor="end" { (fixed(tick, 0)) }
+                text x=(c(x.at(tick))) y="388" text-anchor="middle" { (label) }
+                text x="46" y=(c(y.at(tick) + 4.0)) text-anchor="end" { (label) }
             }
             line .identity x1=(c(ends[0][0])) y1=(c(ends[0][1])) x2=(c(ends[1][0])) y2=(c(ends[1][1])) {}
             @for (face, measured, simulated, class) in &points { (mark(*face, [x.at(*measured), y.at(*simulated)], class)) }

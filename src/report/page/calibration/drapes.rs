@@ -1,4 +1,5 @@
-//! Each measured drape beside its simulated one: outlines from above, and the residual around the rim.
+//! Each measured drape with its simulated one: outlines from above, and the residual around the
+//! rim.
 //!
 //! In: a fabric's drapes. Out: cards by face. Outlines are drawn as the picture shows them; the residual is drawn over the bearing
 //! from the warp towards the weft, warp to the right: outside the grey ring the measured outline lies outside the simulated one.
@@ -100,7 +101,7 @@ fn card(fabric: &FabricResult, k: usize, largest: f64) -> Markup {
                     }
                     p .caption { (name) }
                 }
-                Err(error) => p { b { "Specimen " (specimen) } ", " (said::role(measured.entry.role)) ": no drape beside it (" (error) ")" br; span .caption { (name) } }
+                Err(error) => p { b { "Specimen " (specimen) } ", " (said::role(measured.entry.role)) ": no simulated drape (" (error) ")" br; span .caption { (name) } }
             }
         }
     }

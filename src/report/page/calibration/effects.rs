@@ -76,7 +76,7 @@ pub(super) fn explanations(explanations: &Explanations) -> Markup {
                 }
             }
             figcaption {
-                "Probabilities from one in a hundred on. All explanations are compared in one sum: how probable the drapes are with each, whatever its \
+                "Probabilities from one in a hundred on. All explanations are compared in one sum: how probable the drapes are with each, for any \
                  size, and how probable it was before."
             }
         }

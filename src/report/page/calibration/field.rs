@@ -22,7 +22,7 @@ pub(super) fn maps(fabric: &FabricResult) -> Markup {
     let drawn = fields.clone().find(|field| field.is_something());
     html! {
         @if let Some(bench) = bench.filter(|_| fields.clone().next().is_some()) {
-            h3 { "Where on the cloth the rest would come from" }
+            h3 { "Fields that would explain the residual" }
             @for field in fields { (said(field, &bench)) }
             @if let Some(field) = drawn { (figure(field, &bench)) }
         }
@@ -45,7 +45,7 @@ fn said(field: &Field, bench: &Experiment) -> Markup {
                 }
             }
         } @else {
-            p { "No field of " (name(field)) " is asked for: with one the drapes are " (odds(field.ln_gain)) " as probable." }
+            p { "No field of " (name(field)) " is needed: with one the drapes are " (odds(field.ln_gain)) " as probable." }
         }
     }
 }
@@ -88,10 +88,10 @@ fn figure(field: &Field, bench: &Experiment) -> Markup {
             }
             figcaption {
                 @if field.layers.len() > 1 { "Blue: the cloth would curl upwards, red: downwards" } @else { "Blue: more, red: less" }
-                ", what is left of it less two standard errors, at full colour " (fixed(most, 2)) " " (unit) "; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
+                ", the value less two standard errors, at full colour " (fixed(most, 2)) " " (unit) "; ring: where it is strongest. Warp to the right, weft up, a specimen with its \
                  face up; circle: the plate. "
                 @if field.layers.len() > 1 { "Left two: what turns over with the specimen; right two: what bends it upwards whichever face is up. " }
-                "Whatever moves the rim as such a field would is drawn as one: this shows where, not what."
+                "Anything that moves the rim like such a field is drawn as one: the map shows where, not what."
             }
         }
     }

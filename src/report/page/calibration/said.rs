@@ -13,7 +13,7 @@ use crate::numeric::moments::{mean, mean_and_error};
 use crate::report::page::number::{fixed, percent};
 use crate::report::page::units::words;
 
-/// Share of what was believed that drapes must take away for a stiffness to count as shown.
+/// Share of the prior's uncertainty that drapes must remove for a stiffness to count as shown.
 const SHOWN: f64 = 0.5;
 
 /// An effect's name in words.
@@ -25,7 +25,7 @@ pub(super) fn effect(name: &str) -> String {
 pub(super) fn pairing(pairing: Pairing) -> &'static str {
     match pairing {
         Pairing::Captures => "the drape (captures)",
-        Pairing::Drops => "specimen and face (dropped anew)",
+        Pairing::Drops => "specimen and face (repeated drops)",
         Pairing::Faces => "the specimen (its two faces)",
         Pairing::Specimens => "the face (two specimens)",
     }
@@ -42,7 +42,7 @@ pub(super) fn role(role: Role) -> &'static str {
 pub(super) fn verdict(fabric: &FabricResult) -> Markup {
     let (tone, word) = match fabric.verdict {
         Verdict::Found => ("reliable", "An effect is found"),
-        Verdict::None => ("reliable", "No effect is asked for"),
+        Verdict::None => ("reliable", "No effect is needed"),
         Verdict::Undecided => ("doubtful", "Undecided"),
         Verdict::Unexplained => ("doubtful", "Something is unexplained"),
     };
@@ -61,11 +61,14 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
         out.push(explained(explanations));
     }
     if fabric.explanations.is_none() {
-        out.push("A sheet rests where it is not known how it would move, so that no effect was looked for.".to_owned());
+        out.push(
+            "One sheet\u{2019}s equilibrium has no known derivative, so no effect was tested."
+                .to_owned(),
+        );
         return out;
     }
     if fabric.specimens_fitted() < FEWEST_SPECIMENS {
-        out.push(format!("Drapes of fewer than {FEWEST_SPECIMENS} specimens were fitted: what is found may be a specimen\u{2019}s own and not the cloth\u{2019}s."));
+        out.push(format!("Drapes of fewer than {FEWEST_SPECIMENS} specimens were fitted: what is found may be a property of a specimen, not of the cloth."));
     }
     if let Some((face, [measured, simulated])) = fabric.other_face_is_off() {
         out.push(format!(
@@ -105,12 +108,12 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
             if !free.is_empty() {
                 let of = |k: usize| mean(&free.iter().map(|both| mm(both[k])).collect::<Vec<_>>());
                 out.push(format!(
-                    "Those are sheets held to their scans. Let go, they lie {} mm off without it and {} mm with it.",
+                    "Those sheets are tied to their scans. Released, they lie {} mm off without it and {} mm with it.",
                     fixed(of(0), 2),
                     fixed(of(1), 2)
                 ));
                 if fabric.falls_away() {
-                    out.push("Half of them or more do not rest with it where they were scanned: it stands in for something else, and is not to be simulated with.".to_owned());
+                    out.push("With it, half of them or more do not rest where they were scanned: it stands for something else. Do not simulate with it.".to_owned());
                 }
             }
         }
@@ -139,7 +142,8 @@ pub(super) fn cause(cause: &Cause) -> String {
     }
 }
 
-/// What is to be done about the effects that were found: those of the cloth belong to it, those of the bench are mended there.
+/// What is to be done about the effects that were found: those of the cloth belong to it, those of
+/// the stand are corrected there.
 fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
     let mut steps = Vec::new();
     if fabric.verdict != Verdict::Found {
@@ -149,16 +153,16 @@ fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
     for found in fabric.after.iter().flat_map(|after| &after.effects) {
         let step = match found.effect.name {
             "scale" if are_scans => {
-                "Scan something of known size, correct the scans\u{2019} scale in the scanner\u{2019}s program, and calibrate again: until then the stiffnesses depend on it."
+                "Scan something of known size, correct the scans\u{2019} scale in the scanner\u{2019}s program, and calibrate again: until then the stiffnesses depend on the scale."
             }
             "scale" => {
-                "Measure the pictures\u{2019} scale on something of known size, correct mm_per_pixel, and calibrate again: until then the stiffnesses depend on it."
+                "Measure the pictures\u{2019} scale on something of known size, correct mm_per_pixel, and calibrate again: until then the stiffnesses depend on the scale."
             }
             "plate_radius" | "specimen_size" | "tilt" | "friction" => {
-                "Measure on the bench what was found (plate, specimens, level, friction), correct it, and calibrate again."
+                "Measure what was found on the stand (plate, specimens, level, friction), correct it, and calibrate again."
             }
             _ => {
-                "Use the parameters together with the effect of the cloth: without it the stiffnesses are those of another model. simulate has a flag for it."
+                "Use the parameters together with the effect of the cloth: without it the stiffnesses belong to another model. `simulate` has a flag for it."
             }
         };
         if !steps.contains(&step) {
@@ -173,16 +177,16 @@ pub(super) fn next(fabric: &FabricResult) -> Markup {
     match fabric.verdict {
         Verdict::Found => {}
         Verdict::None => steps.push("Use the parameters of the plain model."),
-        Verdict::Undecided if fabric.edge_at_limit() => steps.push("Measure a specimen\u{2019}s side, and scan something flat of known size: the scans\u{2019} edges lie farther beside the cloth\u{2019}s than a sensor is held to shift them, by the specimens\u{2019} size, the scans\u{2019} scale or the sensor. What the sensor does, specimens of measured size tell (sensor_edge): give that with --sensor-edge-mm."),
+        Verdict::Undecided if fabric.edge_at_limit() => steps.push("Measure a specimen\u{2019}s side, and scan something flat of known size: the scans\u{2019} edges lie farther from the cloth\u{2019}s than a sensor can shift them. The cause is the specimens\u{2019} size, the scans\u{2019} scale or the sensor. Specimens of measured size tell the sensor\u{2019}s part (sensor_edge): give it with --sensor-edge-mm."),
         Verdict::Undecided if fabric.explanations.is_some() => {
             steps.extend(fabric.next_measurement());
         }
-        Verdict::Undecided => steps.push("Use the parameters of the plain model, and measure more specimens, on both faces, some held out: the effect shows or goes."),
-        Verdict::Unexplained => steps.push("Look at the residuals drape by drape: what stays with the cloth, with the face or with the bench tells what to look for on cloth and bench."),
+        Verdict::Undecided => steps.push("Use the parameters of the plain model, and measure more specimens, on both faces, some held out: that confirms the effect or removes it."),
+        Verdict::Unexplained => steps.push("Compare the residuals of all drapes: a residual that goes with the cloth, with the face or with the stand points to its cause."),
     }
     let faces = |face: Face| fabric.measured.iter().any(|m| m.entry.face == Some(face));
     if !(faces(Face::Up) && faces(Face::Down)) {
-        steps.push("Measure the other face too: what belongs to the cloth changes its sign with it, what belongs to the bench does not.");
+        steps.push("Measure the other face too: an effect of the cloth changes its sign with the face, one of the stand does not.");
     }
     if fabric.held_out_rms_m().is_empty() {
         steps.push("Hold some specimens out (role holdout).");
@@ -208,7 +212,7 @@ pub(super) fn undecided(fabric: &FabricResult) -> Markup {
             .map(|s| format!("{} ({})", words(s.key).to_lowercase(), percent(s.shown, 0)))
             .collect();
         if !hidden.is_empty() {
-            points.push(format!("These drapes show less than half of what was uncertain of: {}. The intervals there are mostly what was believed before.", hidden.join("; ")));
+            points.push(format!("These drapes remove less than half of the uncertainty of: {}. Those intervals are mostly the prior\u{2019}s.", hidden.join("; ")));
         }
     }
     for found in

@@ -1,0 +1,89 @@
+//! Flags whose values are names: their parsers, which also list the names in `--help`, in errors
+//! and in a shell's completion.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+
+use scan2params::exchange::Target;
+use scan2params::fabric::{DEFAULT_PRIOR, MEASURED_PRIOR, UNION_PRIOR};
+use scan2params::io::{DepthSource, Format};
+use scan2params::scan::LengthUnit;
+use scan2params::sensor::{Profile, StandKind, Surroundings};
+
+/// One of some names, as what it stands for.
+fn one_of<T: Clone + Send + Sync + 'static>(
+    names: impl IntoIterator<Item = impl Into<PossibleValue>>,
+    named: fn(&str) -> Option<T>,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names).try_map(move |name| named(&name).ok_or("an unknown name"))
+}
+
+/// A target of `export`, in any letter case.
+pub(super) fn target() -> impl TypedValueParser<Value = Target> {
+    let names = Target::ALL.map(|target| PossibleValue::new(target.name()).help(target.title()));
+    one_of(names, |name| {
+        Target::ALL.into_iter().find(|target| target.name().eq_ignore_ascii_case(name))
+    })
+}
+
+/// A shipped prior, by its name.
+pub(super) fn prior() -> PossibleValuesParser {
+    PossibleValuesParser::new([DEFAULT_PRIOR, MEASURED_PRIOR, UNION_PRIOR])
+}
+
+/// A sensor of the virtual camera.
+pub(super) fn profile() -> impl TypedValueParser<Value = Profile> {
+    one_of(Profile::ALL.map(|profile| profile.name), Profile::named)
+}
+
+/// What carries the plate of a virtual scan.
+pub(super) fn stand() -> impl TypedValueParser<Value = StandKind> {
+    one_of(StandKind::ALL.map(StandKind::name), StandKind::named)
+}
+
+/// What is around the drape of a virtual scan.
+pub(super) fn surroundings() -> impl TypedValueParser<Value = Surroundings> {
+    one_of(Surroundings::ALL.map(Surroundings::name), Surroundings::named)
+}
+
+/// A format that bytes can be in: a set of views is files.
+pub(super) fn format() -> impl TypedValueParser<Value = Format> {
+    const NAMES: [&str; 10] =
+        ["ply", "obj", "pcd", "stl", "glb", "e57", "las", "laz", "xyz", "png"];
+    one_of(NAMES, Format::named)
+}
+
+/// A source of depth images.
+pub(super) fn depth_source() -> impl TypedValueParser<Value = DepthSource> {
+    one_of(DepthSource::ALL.map(|source| source.name), DepthSource::named)
+}
+
+/// A unit of length.
+pub(super) fn unit() -> impl TypedValueParser<Value = LengthUnit> {
+    one_of(LengthUnit::ALL.map(LengthUnit::name), LengthUnit::named)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every name that is listed is one that is taken: `one_of` would refuse it otherwise.
+    #[test]
+    fn every_listed_name_is_taken() {
+        fn check<T: Clone + Send + Sync + 'static>(parser: impl TypedValueParser<Value = T>) {
+            let command = clap::Command::new("s");
+            let names: Vec<_> = parser.possible_values().unwrap().collect();
+            assert!(names.len() > 2);
+            for name in names {
+                assert!(parser.parse_ref(&command, None, name.get_name().as_ref()).is_ok());
+            }
+        }
+        check(target());
+        check(prior());
+        check(profile());
+        check(stand());
+        check(surroundings());
+        check(format());
+        check(depth_source());
+        check(unit());
+    }
+}
