@@ -30,7 +30,7 @@ use super::pose::Pose;
 use super::softened::softened;
 use super::specimens::specimens_of;
 use super::squares::{Squares, State, parameters, rms_m, shared_of};
-use super::target::{Finer, Target};
+use super::target::{Finer, Rim, Target};
 use super::trial::{Trial, steadied_trial_of};
 use crate::fabric::STIFFNESSES;
 use crate::numeric::moments::mean;
@@ -259,14 +259,18 @@ impl Fit<'_> {
     /// What is believed of the discrepancy of what was measured from drapes of the model; of pictures it follows from the distance of two
     /// captures of one drape \[m\].
     pub(super) fn usual(&self, captures_m: Option<f64>) -> Discrepancy {
-        let rims = self.targets.iter().filter_map(|target| target.rim.as_ref());
-        let noise_m: Vec<f64> = rims.map(|rim| rim.boundary.mean_sigma_m()).collect();
-        match noise_m.is_empty() {
-            true => {
+        let rims: Vec<&Rim> = self.targets.iter().filter_map(|t| t.rim.as_deref()).collect();
+        let noise_m: Vec<f64> = rims.iter().map(|rim| rim.boundary.mean_sigma_m()).collect();
+        let model_m = self.options.scan_model_m;
+        match &rims[..] {
+            [] => {
                 let sigma_m = self.options.outline_m.hypot(self.options.model_m);
                 Discrepancy::of_pictures(captures_m, sigma_m)
             }
-            false => Discrepancy::usual(mean(&noise_m), self.options.scan_model_m),
+            rims if rims.iter().all(|rim| rim.sheet.is_some()) => {
+                Discrepancy::usual(mean(&noise_m), model_m)
+            }
+            _ => Discrepancy::of_rims(mean(&noise_m), model_m),
         }
     }
 
