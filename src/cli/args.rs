@@ -446,7 +446,7 @@ pub(crate) struct Estimate {
     /// Print params.json instead of the table
     #[arg(long)]
     pub(crate) json: bool,
-    /// Only the network's answer, in two seconds: wider intervals, bending off by 5 to 8 %
+    /// Only the network's answer, in two seconds: wider intervals, bending off by 3 to 7 %
     #[arg(long)]
     pub(crate) quick: bool,
     /// Simulate the released drape, which no spring ties to the scan, also without --out

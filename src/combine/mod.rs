@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 pub use drape::{Drape, LeftOut};
 pub use error::{CombineError, DENSITY_RATIO};
-pub use pooled::{Pooled, student90};
+pub use pooled::Pooled;
 pub use read::{files, read};
 pub use show::{SCHEMA_VERSION, json, table};
 

@@ -20,7 +20,7 @@ const OUTLINE: Pen = Pen { width_mm: 0.35, ink: BLACK, dashed: false };
 #[must_use]
 pub fn stand(bench: &Bench) -> Sheet {
     let what = match bench.kind {
-        Kind::Square => "stand for the modified Cusick drape",
+        Kind::Square => "stand for the drape of a square",
         Kind::Cusick => "stand for the standard Cusick drape",
     };
     let mut sheet = Sheet::new("stand", what, SIZE_MM);

@@ -1,7 +1,7 @@
 //! How the experiment is made, as Markdown and as HTML to print.
 //!
-//! In: a [`Bench`] and the colour of the mark. Out: text whose numbers come from the simulator, the scan path, the readers
-//! and the statistics of `combine`, so that none can drift. What is a choice of this protocol says so.
+//! In: a [`Bench`] and the colour of the mark. Out: text whose numbers come from the simulator, the scan path and the
+//! readers, so that none can drift. What is a choice of this protocol says so.
 
 use super::bench::{Bench, Kind};
 use super::checklist::checklist;
@@ -10,7 +10,6 @@ use super::template::{MARK_MM, TARGET_MM};
 use super::tiles::PAPERS;
 use crate::batch::SCANS;
 use crate::calibrate::silhouette::SilhouetteLimits;
-use crate::combine::student90;
 use crate::fabric::DENSITY_LIMITS_G_M2;
 use crate::scan::ScanOptions;
 use crate::sensor::Ring;
@@ -96,7 +95,6 @@ fn make(bench: &Bench) -> String {
 }
 
 fn specimens(bench: &Bench, mark: &str) -> String {
-    let half = |count: usize| student90(count - 1) / (count as f64).sqrt();
     let mark = match bench.kind {
         Kind::Square => format!(
             "- [ ] Mark both sides of the specimen, in the middle of the edge to which the warp runs, {} mm along the edge and {} mm inwards, with chalk or thin \
@@ -110,14 +108,7 @@ fn specimens(bench: &Bench, mark: &str) -> String {
          %) for 24 h, 4 h at least, and measure there.\n- [ ] Cut two specimens at least by the template, and as many as section 3 weighs, its arrow along the warp, 100 mm and more from the \
          selvedge and from each other's threads. Write fabric, specimen number and face on the corner of a spare piece, not on the specimen.\n{mark}\
          - [ ] Rest each specimen flat for an hour. Do not fold it; iron creases out and condition again.\n\n\
-         How many drapes: the 90 % interval of their mean reaches so many of their standard deviations to each side (Student's t):\n\n\
-         | drapes | 2 | 3 | 5 | 8 | 10 |\n|---|---|---|---|---|---|\n| standard deviations | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n\n\
-         Five are a good beginning: two specimens, both faces, one of them twice.\n",
-        half(2),
-        half(3),
-        half(5),
-        half(8),
-        half(10)
+         How many drapes: five are a good beginning, of two specimens, both faces, one of them twice. If two disagree, drop a third.\n"
     )
 }
 

@@ -208,7 +208,7 @@ pub(super) fn coefficients(outcome: &Outcome, extra: &Extra) -> Markup {
                     tr {
                         th scope="row" { "Square, as scanned" }
                         td .number .strong { (fixed(scanned.percent, 1)) " %" }
-                        td { "modified Cusick: square of " (fixed(mm(outcome.job.scan.specimen_side_m), 0)) " mm on a plate of radius " (fixed(mm(outcome.job.scan.plate_radius_m), 0)) " mm; " (scanned.source) }
+                        td { "square of " (fixed(mm(outcome.job.scan.specimen_side_m), 0)) " mm on a plate of radius " (fixed(mm(outcome.job.scan.plate_radius_m), 0)) " mm; " (scanned.source) }
                     }
                     @if let Some(again) = again {
                         tr {
