@@ -1,4 +1,4 @@
-//! What is believed of a fabric before its drapes are fitted: a Gaussian over the logarithms of the six stiffnesses
+//! The prior of a fabric before its drapes are fitted: a Gaussian over the logarithms of the six stiffnesses
 //! for one density, with the moments of a prior of [`Mixture`].
 //!
 //! A drape does not change when all seven parameters are multiplied by one factor, so that where the density is
@@ -20,7 +20,7 @@ pub struct Believed {
     pub ln_limits: [[f64; 2]; STIFFNESSES],
     /// Areal density of the drapes \[kg/m^2\].
     pub density_kg_m2: f64,
-    /// Whether that density was given; if not, stiffnesses over weight are believed and fitted.
+    /// Whether that density was given; if not, stiffnesses over weight have a prior and are fitted.
     pub density_known: bool,
 }
 

@@ -31,9 +31,9 @@ pub struct Beside {
     /// What is counted on the drape's outline at the picture's scale, as on the measured one.
     pub measures: Measures,
     /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
-    /// edge, of a scanned sheet as a share of its own; 0 of a drape that was let go.
+    /// edge, of a scanned sheet as a share of its own; 0 of a drape that was released.
     pub held_share: f64,
-    /// Of a scanned sheet that was held and foretold, root mean square distance of the rims once it is let go \[m\].
+    /// Of a scanned sheet that was held and predicted, root mean square distance of the rims once it is released \[m\].
     pub let_go_rms_m: Option<f64>,
 }
 

@@ -51,7 +51,7 @@ pub(super) struct Around {
 const SHARES: [f64; 16] =
     [0.06, 0.08, 0.1, 0.125, 0.16, 0.2, 0.25, 0.32, 0.4, 0.5, 0.65, 0.8, 1.0, 1.3, 1.8, 2.5];
 
-/// What is believed of the discrepancy's share: median, and standard deviation of its logarithm.
+/// The prior of the discrepancy's share: median, and standard deviation of its logarithm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discrepancy {
     median: f64,

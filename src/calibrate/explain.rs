@@ -6,7 +6,7 @@
 //!
 //! Around the plain fit the evidence of every effect is known without simulating a drape. Then the most probable explanation that has not been
 //! fitted is fitted, and so on, until none that counts is left: an effect's moves are not linear, and its own fit says what it
-//! is worth. What then has some probability is fitted again from sheets that are led anew. Pairs are asked for around these fits. Where something else is most probable, the
+//! is worth. What then has some probability is fitted again from sheets that are started anew. Pairs are asked for around these fits. Where something else is most probable, the
 //! likeliest effects and softening are fitted too. Then the plain fit begins again from other starts: it may have ended beside the scans for no
 //! reason but its start.
 //!
@@ -174,7 +174,7 @@ enum Tried {
     No,
     /// By a fit from the plain one on, if there is one.
     Fitted,
-    /// By a fit whose sheets were led anew as well.
+    /// By a fit whose sheets were started anew as well.
     LedAnew,
 }
 
@@ -183,7 +183,7 @@ struct Hunt {
     declared: Vec<&'static Number>,
     asked: Vec<&'static Effect>,
     trials: Vec<Trial>,
-    /// What is believed of the discrepancy of the model's own drapes.
+    /// The prior of the discrepancy of the model's own drapes.
     usual: Discrepancy,
     /// Evidence of what is on no list: of smooth fields on the cloth, and of patterns.
     other: Option<Evidence>,
@@ -244,7 +244,7 @@ impl Hunt {
         self.declared.iter().copied().chain(own).collect()
     }
 
-    /// Fits the most probable explanation that was not fitted, as long as one counts. Then leads the sheets of those anew that count still.
+    /// Fits the most probable explanation that was not fitted, as long as one counts. Then starts the sheets of those anew that count still.
     fn fit_probable(&mut self, fit: &mut Fit<'_>) {
         while let Some((at, tried)) = self.next() {
             match tried {
@@ -296,7 +296,7 @@ impl Hunt {
         self.trials[at].tried = Tried::Fitted;
     }
 
-    /// Fits an explanation from sheets that are led anew by the cloth of its fit: sheets bring along what friction remembers of their way. A
+    /// Fits an explanation from sheets that are started anew by the cloth of its fit: sheets bring along what friction remembers of their way. A
     /// cloth that softens much is far from the plain one: its fit begins from the balance of forces as well. The nearest is kept, and what
     /// a second effect would be worth is asked around it.
     fn lead_anew(&mut self, fit: &mut Fit<'_>, at: usize) {
@@ -436,9 +436,9 @@ const PRIOR_ELSE: f64 = 0.05;
 const BENCH: f64 = 0.2;
 /// Probability from which on an explanation is fitted.
 const COUNTS: f64 = 0.05;
-/// Probability of a fitted explanation from which on its sheets are led anew.
+/// Probability of a fitted explanation from which on its sheets are started anew.
 const MAY_COUNT: f64 = 0.01;
-/// Single effects that are fitted before something else is believed.
+/// Single effects that are fitted before something else is accepted.
 const IN_DOUBT: usize = 2;
 /// How many times the usual discrepancy a plain fit leaves that may have ended beside the scans.
 const LEFT_BEHIND: f64 = 1.5;

@@ -1,6 +1,6 @@
-//! The fabric that a fit begins with: soft enough for the folds that were measured, so that sheets are not led to folds that they cannot hold.
+//! The fabric that a fit begins with: soft enough for the folds that were measured, so that sheets are not brought to folds that they cannot hold.
 //!
-//! In: what was measured, and what is believed of fabrics. Out: the prior's mean with its bending scaled.
+//! In: what was measured, and the prior of fabrics. Out: the prior's mean with its bending scaled.
 
 use rayon::prelude::*;
 

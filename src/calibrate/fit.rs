@@ -1,15 +1,15 @@
 //! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with effects.
 //!
-//! Each outline leads a sheet to its branch and holds it there by weak springs (`lead.rs`); at rest on them, the
-//! sheet is led from fabric to fabric. A scanned sheet is held to its scan, and laid once on finer cells, so that it is known
-//! what cells do to it; a given rim leads a sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
+//! Each outline guides a sheet to its branch and holds it there by weak springs (`lead.rs`); at rest on them, the
+//! sheet is continued from fabric to fabric. A scanned sheet is held to its scan, and laid once on finer cells, so that it is known
+//! what cells do to it; a given rim guides a sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
 //! effects that are asked for, shared by all drapes, and the pose of each, with the prior's Gaussian on the former. Where
-//! the steps end, the outlines lead sheets of the fabric found, and the steps go on as long as that gains.
+//! the steps end, the outlines lead sheets of the fabric found, and the steps continue as long as that gains.
 //!
 //! The first fabric is the prior's mean with its bending scaled to the outlines' drape coefficient, so that the sheets are
-//! not led to folds that they cannot hold.
+//! not brought to folds that they cannot hold.
 //!
-//! Why they are held: let go, sheets leave the measured arrangement of folds for nearly regular waves, whatever the outline
+//! Why they are held: released, sheets leave the measured arrangement of folds for nearly regular waves, whatever the outline
 //! ([calibration.md](../../docs/design/calibration.md)), and a comparison over branches says little about a fabric.
 //!
 //! Where it fails: tied drapes differ less from their outlines than free ones would, in all but their mean extent, which is
@@ -57,7 +57,9 @@ pub enum FitError {
     #[error("no outline to fit: mark at least one file `fit`")]
     Nothing,
     /// No sheet came to rest.
-    #[error("no drape led by the outlines came to rest ({0}): they may be of another experiment")]
+    #[error(
+        "no drape guided by the outlines came to rest ({0}): they may be of another experiment"
+    )]
     NeverAtRest(SensitivityError),
 }
 
@@ -135,7 +137,7 @@ pub fn fit<'a>(
     if fit.lost.iter().all(Option::is_none) {
         return Ok(fit);
     }
-    // sheets that the first fabric did not bring to rest are led by the one that the others found
+    // sheets that the first fabric did not bring to rest are guided by the one that the others found
     let nearer = fit.squares(&fit.declared).cloth(&fit.plain.shared);
     match begun(&nearer) {
         Ok(mut again) if again.targets.len() > fit.targets.len() => {
@@ -148,7 +150,7 @@ pub fn fit<'a>(
 }
 
 impl<'a> Fit<'a> {
-    /// The sheets of a cloth that outlines led to rest, before the first step of a fit.
+    /// The sheets of a cloth that outlines brought to rest, before the first step of a fit.
     fn begun(
         targets: &[Target],
         cloth: &Cloth,
@@ -225,8 +227,8 @@ impl Fit<'_> {
         self.look_finer();
     }
 
-    /// Lays the held sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
-    /// goes on with the plain fit.
+    /// Lays the tied sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
+    /// continues with the plain fit.
     fn look_finer(&mut self) {
         let declared = self.declared.clone();
         let cloth = self.squares(&declared).cloth(&self.plain.shared);
@@ -256,7 +258,7 @@ impl Fit<'_> {
         self.lost.iter().map(Option::is_some).collect()
     }
 
-    /// What is believed of the discrepancy of what was measured from drapes of the model; of pictures it follows from the distance of two
+    /// The prior of the discrepancy of what was measured from drapes of the model; of pictures it follows from the distance of two
     /// captures of one drape \[m\].
     pub(super) fn usual(&self, captures_m: Option<f64>) -> Discrepancy {
         let rims: Vec<&Rim> = self.targets.iter().filter_map(|t| t.rim.as_deref()).collect();
@@ -398,7 +400,7 @@ impl Fit<'_> {
     }
 
     /// Does something with the fit around the cloth of another one, whose effects' numbers are unknowns of the model there as those
-    /// declared are, its sheets led anew; `None` where one does not come to rest.
+    /// declared are, its sheets started anew; `None` where one does not come to rest.
     pub(super) fn around<T>(
         &mut self,
         numbers: &[&'static Number],
@@ -432,7 +434,7 @@ impl Fit<'_> {
         done
     }
 
-    /// Where the least squares end from sheets led anew with some shared unknowns, with what finer cells do to that cloth.
+    /// Where the least squares end from sheets started anew with some shared unknowns, with what finer cells do to that cloth.
     fn finely_led(
         &mut self,
         numbers: &[&'static Number],
@@ -448,7 +450,7 @@ impl Fit<'_> {
         Some(self.descend(numbers, state, most))
     }
 
-    /// Sheets of a cloth led by the outlines anew, in the plain fit's poses, and the least squares around them; `None`, and
+    /// Sheets of a cloth guided by the outlines anew, in the plain fit's poses, and the least squares around them; `None`, and
     /// the sheets as they were, where one does not come to rest.
     fn led(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<State> {
         let cloth = self.squares(numbers).cloth(shared);
@@ -530,14 +532,14 @@ impl Fit<'_> {
         }
     }
 
-    /// Foretold fall of the cost, as a share of it, that is not worth a round of drapes: more where scanned sheets say that the model is not theirs.
+    /// Predicted fall of the cost, as a share of it, that is not worth a round of drapes: more where scanned sheets say that the model is not theirs.
     fn least_share(&self, state: &State) -> f64 {
         let held = self.targets.iter().all(|target| target.is_held(self.options));
         LEAST_SHARE[usize::from(held && state.misfit() >= MUCH)]
     }
 
-    /// The sheets led to another cloth, held by their outlines in the poses of the state before, and the least squares around
-    /// them; `None` where one does not come to rest there. A sheet that lost its fold on the way, or does not find it, is led by its
+    /// The sheets brought to another cloth, held by their outlines in the poses of the state before, and the least squares around
+    /// them; `None` where one does not come to rest there. A sheet that lost its fold on the way, or does not find it, is guided by its
     /// outline again.
     fn moved(
         &mut self,
@@ -573,7 +575,7 @@ impl Fit<'_> {
         Some(state)
     }
 
-    /// The same state with some sheets led by their outlines again, where that brings them nearer.
+    /// The same state with some sheets guided by their outlines again, where that brings them nearer.
     fn recovered(
         &mut self,
         numbers: &[&'static Number],

@@ -1,7 +1,7 @@
-//! Sheets led by what was measured of them, and from cloth to cloth.
+//! Sheets guided by what was measured of them, and from cloth to cloth.
 //!
 //! In: a cloth, a [`Target`], the pose it lies in. Out: a sheet at rest with what is seen of it, or why it does not come to rest. A sheet is laid
-//! where it was scanned and held there, led by a rim that nothing holds, or by an outline, which goes on holding it; after that
+//! where it was scanned and held there, guided by a rim that nothing holds, or by an outline, which continues to hold it; after that
 //! it follows the cloth.
 //!
 //! A sheet that comes to rest on a saddle slides off it on the way to a cloth a little stiffer and back; where it does not, it is taken as if a little
@@ -23,7 +23,7 @@ use crate::sim::{Drop, DropStart, FollowOptions, Follower, Hold, SimOptions, Sto
 /// A sheet at rest and what is seen of it.
 pub(super) type Sheet = (Follower, Trial);
 
-/// A cloth that sheets are led to, and what is asked of each there.
+/// A cloth that sheets are brought to, and what is asked of each there.
 #[derive(Clone, Copy)]
 pub(super) struct Lead<'a> {
     pub cloth: &'a Cloth,
@@ -32,7 +32,7 @@ pub(super) struct Lead<'a> {
 }
 
 impl Lead<'_> {
-    /// Sheets led by outlines in some poses, and held.
+    /// Sheets guided by outlines in some poses, and held.
     pub(super) fn all(
         &self,
         targets: &[Target],
@@ -71,7 +71,7 @@ impl Lead<'_> {
         }
     }
 
-    /// A sheet led to the cloth, held by its outline in a pose: what is seen of it there.
+    /// A sheet brought to the cloth, held by its outline in a pose: what is seen of it there.
     pub(super) fn on(
         &self,
         sheet: &mut Follower,
@@ -111,7 +111,7 @@ impl Lead<'_> {
         }
     }
 
-    /// A sheet that could not be led to the cloth, led to it by what was measured: what is seen of it there.
+    /// A sheet that could not be brought to the cloth, brought to it by what was measured: what is seen of it there.
     pub(super) fn anew(
         &self,
         sheet: &mut Follower,
@@ -122,7 +122,7 @@ impl Lead<'_> {
         self.seen(sheet, target, pose)
     }
 
-    /// What finer cells move a held sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
+    /// What finer cells move a tied sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
     /// or in other folds.
     pub(super) fn finer(&self, target: &Target, pose: &Pose, trial: &Trial) -> Option<Box<Finer>> {
         let options = self.options;
@@ -138,7 +138,7 @@ impl Lead<'_> {
         is_near.then(|| Box::new(Finer { rim, places, believed }))
     }
 
-    /// A sheet led by what was measured of it, at rest on so many vertices a side.
+    /// A sheet guided by what was measured of it, at rest on so many vertices a side.
     fn laid(&self, target: &Target, pose: &Pose, vertices: usize) -> Follower {
         let Self { cloth, options, .. } = self;
         let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
@@ -156,7 +156,7 @@ fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     Cloth { fabric, ..cloth.clone() }
 }
 
-/// How a sheet is brought to a target's branch: tied to the scanned sheet or rim, or led by the outline, which goes on holding it.
+/// How a sheet is brought to a target's branch: tied to the scanned sheet or rim, or guided by the outline, which continues to hold it.
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     target.start(view, options).unwrap_or_else(|| match options.hold_per_m > 0.0 {

@@ -24,10 +24,10 @@ pub struct FitOptions {
     pub pose_sigma: Pose,
     /// The same in a scan's frame, which the scan path has laid on plate and specimen.
     pub scan_pose_sigma: Pose,
-    /// How many times finer the cells are on which held sheets are laid once more, so that it is known what cells do to them; with 1
+    /// How many times finer the cells are on which tied sheets are laid once more, so that it is known what cells do to them; with 1
     /// none are.
     pub finer: f64,
-    /// How far cloth lies beyond those finer cells, in parts of what an error that falls with the square of the cell foretells:
+    /// How far cloth lies beyond those finer cells, in parts of what an error that falls with the square of the cell predicts:
     /// mean and standard deviation, as `refine::FitOptions` has them.
     pub cells: [f64; 2],
     /// Standard deviation of the warp's bearing where it is not known \[rad\].
@@ -38,9 +38,9 @@ pub struct FitOptions {
     /// By how much scanned edges lie farther out than the cloth ends, which all scans of a fabric share: mean and standard
     /// deviation \[m\]. With a standard deviation of 0 the edges are where they are scanned.
     pub sensor_edge_m: [f64; 2],
-    /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\]; with 0 it is let go.
+    /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\]; with 0 it is released.
     pub hold_per_m: f64,
-    /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is let go.
+    /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is released.
     pub scan_hold_sag_m: f64,
     /// Standard deviation of the springs' mean stretch from none \[m\].
     pub stretch_m: f64,
@@ -151,7 +151,7 @@ impl FitOptions {
 /// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself leave 0.16 to 0.25 with
 /// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/design/calibration.md`).
 pub(super) const LEAVES: f64 = 0.6;
-/// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it goes on.
+/// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it continues.
 pub(super) const MUCH: f64 = 0.9;
 /// Standard deviations of what is declared up to which it is tried. Tied drapes always ask for more: of a softer cloth on a
 /// larger scale the springs leave less (`docs/closing_the_loop.md`).

@@ -35,7 +35,7 @@ pub struct DrapeBeside {
 pub struct FabricResult {
     /// Its name in the manifest.
     pub name: String,
-    /// What was believed of it, with the density of its drapes.
+    /// The prior of it, with the density of its drapes.
     pub believed: Believed,
     /// Its outlines.
     pub measured: Vec<Measured>,
@@ -109,7 +109,7 @@ pub struct Pair {
     pub measured: usize,
     /// Root mean square distance of the outlines, before and after \[m\].
     pub rms_m: [f64; 2],
-    /// The same of scanned sheets that were held, once they are let go \[m\].
+    /// The same of scanned sheets that were held, once they are released \[m\].
     pub let_go_rms_m: Option<[f64; 2]>,
     /// Drape coefficient less the measured one, before and after \[%\].
     pub dc_off: [f64; 2],
@@ -320,8 +320,8 @@ impl FabricResult {
         self.after.is_some() && mean > CONFIRMED * error
     }
 
-    /// Whether scanned sheets held out, let go, lie far from their scans with the effects that were added and not without: such effects bring
-    /// held sheets nearer and are none that the cloth rests with.
+    /// Whether scanned sheets held out, released, lie far from their scans with the effects that were added and not without: such effects bring
+    /// tied sheets nearer and are none that the cloth rests with.
     #[must_use]
     pub fn falls_away(&self) -> bool {
         let free: Vec<[f64; 2]> = self.pairs().iter().filter_map(|p| p.let_go_rms_m).collect();
@@ -376,7 +376,7 @@ impl FabricResult {
     }
 }
 
-/// Whether sheets that were let go, at distances \[m\] without effects and with them, lie far off with these: half of them or more by both of
+/// Whether sheets that were released, at distances \[m\] without effects and with them, lie far off with these: half of them or more by both of
 /// [`FAR_OFF`].
 fn fall_away(free: &[[f64; 2]]) -> bool {
     let [factor, more_m] = FAR_OFF;
@@ -392,7 +392,7 @@ const CONFIRMED: f64 = 2.0;
 /// longer than what is alike along them.
 const FEWEST_DRAPES: usize = 3;
 const ARCS: usize = 8;
-/// How many times as far from its scan a sheet that is let go lies with effects as without, and how much farther \[m\], where it does not rest with
+/// How many times as far from its scan a sheet that is released lies with effects as without, and how much farther \[m\], where it does not rest with
 /// them: 2 mm lie between neighbouring minima of one cloth.
 const FAR_OFF: [f64; 2] = [2.0, 2e-3];
 

@@ -1,7 +1,7 @@
 //! A manifest's fabrics, one after another: outlines, floor, fit, prediction of the drapes held out.
 //!
 //! In: the rows of a manifest. Out: for each fabric what was measured, what it is known by, the plain fit and each drape
-//! beside its outline. A file that cannot be used is named with the reason, and the rest goes on.
+//! beside its outline. A file that cannot be used is named with the reason, and the rest continues.
 //!
 //! Of the captures of one unit (specimen and face) those that show one drape make the floor, and the first of them is simulated.
 //! Silhouettes of a unit nearly always show one; rims in space tell by themselves whether the specimen was dropped anew. Of a
@@ -43,7 +43,7 @@ pub struct Options {
     pub limits: SilhouetteLimits,
     /// How folds are counted.
     pub folds: FoldRule,
-    /// What is believed of fabrics.
+    /// The prior of fabrics.
     pub prior: Mixture,
     /// Effects that are not looked for.
     pub without: Vec<&'static Effect>,
@@ -137,10 +137,10 @@ impl fmt::Display for Told<'_> {
                 write!(f, "fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
             }
             Self::Fitting(fabric, p) => {
-                write!(f, "fabric {fabric}: {} drapes led by their outlines", p.drapes)
+                write!(f, "fabric {fabric}: {} drapes guided by their outlines", p.drapes)
             }
             Self::Predicting(fabric, p) => {
-                write!(f, "fabric {fabric}: {} drapes foretold", p.drapes)
+                write!(f, "fabric {fabric}: {} drapes predicted", p.drapes)
             }
         }
     }

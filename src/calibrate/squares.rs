@@ -2,7 +2,7 @@
 //!
 //! Unknown are the logarithms of the six stiffnesses and the numbers of the effects that are looked for, which all drapes
 //! share (the latter in units of what may be expected, [`Number::sigma`]), and the pose of each drape where it was measured. The
-//! distance of a measured point from the simulated drape ([`seen`]) is foretold by the moves of the cloth there. Neighbouring
+//! distance of a measured point from the simulated drape ([`seen`]) is predicted by the moves of the cloth there. Neighbouring
 //! points err alike: of all points on a stretch one counts. A distance of more than a few standard deviations pulls no harder
 //! than one at that distance (Huber 1964).
 //!
@@ -67,7 +67,7 @@ pub(super) struct State {
     pub seen: Vec<Seen>,
     /// The sums of each drape, its pose's priors in them.
     pub sums: Vec<Sums>,
-    /// Sum of squared distances in standard deviations, outliers tamed, and of the priors'.
+    /// Sum of squared distances in standard deviations, outliers weighted down, and of the priors'.
     pub cost: f64,
     /// The data's part, and the number of independent points.
     pub data_cost: f64,
@@ -251,7 +251,7 @@ impl Squares<'_> {
         Sums { normal, right, cost, independent: seen.counts.sum() }
     }
 
-    /// Where a damped step leads, and by how much the cost is foretold to fall.
+    /// Where a damped step leads, and by how much the cost is predicted to fall.
     pub fn step(&self, at: &State, damping: f64) -> Option<(Vec<f64>, f64)> {
         let whole = &at.normal + &at.priors;
         let longest = self.options.longest_step;

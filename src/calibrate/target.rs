@@ -35,14 +35,14 @@ pub struct Target {
     pub specimen: Option<String>,
 }
 
-/// How a held sheet moves from the fit's cells to finer ones.
+/// How a tied sheet moves from the fit's cells to finer ones.
 #[derive(Clone, Debug)]
 pub struct Finer {
     /// Moves of the rim's points \[m\].
     pub rim: Vec<Vector3>,
     /// Moves of the places that are compared ([`compared`]) \[m\].
     pub places: Vec<Vector3>,
-    /// How far cloth lies along these moves: mean and standard deviation of what is believed.
+    /// How far cloth lies along these moves: mean and standard deviation of the prior.
     pub believed: [f64; 2],
 }
 

@@ -37,7 +37,7 @@ pub struct Trial {
     pub places: Vec<Vector3>,
     /// How it moves with each parameter asked for.
     pub moves: Vec<Move>,
-    /// The springs that hold it; nothing of a sheet that was let go.
+    /// The springs that hold it; nothing of a sheet that was released.
     pub hold: Held,
     /// Whether its rest is not stable, and its moves those of a sheet that a little inertia holds there.
     pub is_steadied: bool,

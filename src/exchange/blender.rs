@@ -69,13 +69,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
         // writing to a string cannot fail
         let _ = writeln!(text, "# {line}");
     }
-    text += "import bpy\n\n\
-             # as a preset, or run on an object that has the cloth modifier\n\
-             cloth = getattr(bpy.context, \"cloth\", None) or next(\n    \
-             modifier for modifier in bpy.context.object.modifiers if modifier.type == 'CLOTH'\n)\n\
-             cloth.settings.bending_model = 'ANGULAR'\n\
-             cloth.settings.quality = 40\n\
-             cloth.settings.bending_damping = 0\n";
+    text += HEAD;
     for (name, value) in settings {
         let _ = writeln!(text, "cloth.settings.{name} = {}", number(value));
     }
@@ -84,6 +78,23 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
     }
     Ok(Exported { text, beside: None, lost, notes })
 }
+
+/// How the script finds the cloth: Blender gives a preset its `cloth`; run by itself it takes the selected object.
+const HEAD: &str = "\
+import bpy
+
+# as a preset, or run by itself: the selected object then gets a cloth modifier where it has none
+cloth = getattr(bpy.context, 'cloth', None)
+if cloth is None:
+    selected = bpy.context.object
+    if selected is None or selected.type != 'MESH':
+        raise RuntimeError('select the mesh of the cloth, then run this again')
+    found = [modifier for modifier in selected.modifiers if modifier.type == 'CLOTH']
+    cloth = found[0] if found else selected.modifiers.new('Cloth', 'CLOTH')
+cloth.settings.bending_model = 'ANGULAR'
+cloth.settings.quality = 40
+cloth.settings.bending_damping = 0
+";
 
 #[cfg(test)]
 mod tests {

@@ -35,9 +35,12 @@ fn verbs(help: &str) -> Vec<String> {
     names.filter(|name| *name != "help").map(str::to_owned).collect()
 }
 
-/// The help of a verb, and of those below it.
+/// The help of a verb, and of those below it; the laboratory's parts print theirs themselves.
 fn whole_help(verb: &str) -> String {
     let mut text = help(&[verb]);
+    if verb == HIDDEN {
+        return text;
+    }
     for below in verbs(&text.clone()) {
         text += &format!("\n\n$ scan2params {verb} {below} --help\n\n{}", help(&[verb, &below]));
     }

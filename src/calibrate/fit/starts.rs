@@ -1,6 +1,6 @@
 //! A plain fit begun again where scanned sheets leave more than the plain model should.
 //!
-//! The least squares over held sheets has more than one end: cells lock where stretch is stiff over weight, and a sheet may rest in a
+//! The least squares over tied sheets has more than one end: cells lock where stretch is stiff over weight, and a sheet may rest in a
 //! minimum beside its scan's. Each other beginning is taken if it ends nearer. Where much is left and another beginning comes back to the same
 //! end, it is the model that does not reach the scans, and no beginning that is in the way: nothing further is tried.
 
@@ -16,7 +16,7 @@ impl Fit<'_> {
     ///
     /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch before it is known what finer ones do, and
     /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
-    /// the first step. Then, where stretch or shear has run off, once more at what is believed of them; where one sheet lies worse than the
+    /// the first step. Then, where stretch or shear has run off, once more at the prior of them; where one sheet lies worse than the
     /// others, at the cloth of these; last at the cloth found, with sheets that come straight to it.
     /// Whether that brought it nearer.
     pub(in crate::calibrate) fn start_otherwise(&mut self) -> bool {
@@ -27,7 +27,7 @@ impl Fit<'_> {
         self.plain.cost < before - LED_GAIN
     }
 
-    /// Begins again at the cloth found, with sheets that come straight to it: sheets that were led from cloth to cloth bring along what friction
+    /// Begins again at the cloth found, with sheets that come straight to it: sheets that were continued from cloth to cloth bring along what friction
     /// remembers of the way.
     pub(in crate::calibrate) fn begin_again_here(&mut self) {
         self.begin_again(&self.plain.shared.clone());
@@ -55,7 +55,7 @@ impl Fit<'_> {
         if self.plain.misfit() >= AGAIN {
             self.follow_the_others();
         }
-        // sheets that were led from fabric to fabric bring along what friction remembers of the way
+        // sheets that were continued from fabric to fabric bring along what friction remembers of the way
         if self.plain.misfit() >= AGAIN {
             self.begin_again(&self.plain.shared.clone());
         }
@@ -89,7 +89,7 @@ impl Fit<'_> {
         Some(state.shared)
     }
 
-    /// Whether stretch or shear lies far from what is believed.
+    /// Whether stretch or shear lies far from the prior.
     fn has_run_off(&self) -> bool {
         let believed = self.believed;
         let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
@@ -106,7 +106,7 @@ impl Fit<'_> {
         shared
     }
 
-    /// Begins the plain fit again with sheets led anew by a cloth, and with what finer cells do to that cloth, and takes the end if that is
+    /// Begins the plain fit again with sheets started anew by a cloth, and with what finer cells do to that cloth, and takes the end if that is
     /// nearer. Gives the end either way; `None` where a sheet does not come to rest.
     fn begin_again(&mut self, shared: &[f64]) -> Option<State> {
         let declared = self.declared.clone();
@@ -139,7 +139,7 @@ fn odd_one(costs: &[f64]) -> Option<usize> {
     (others.len() >= FEWEST_OTHERS && *most > ODD * mean(&others)).then_some(odd)
 }
 
-/// Standard deviations from what is believed beyond which stretch or shear has run off.
+/// Standard deviations from the prior beyond which stretch or shear has run off.
 const RAN_OFF: f64 = 2.0;
 /// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most: locked cells have been seen
 /// to end 0.5 too low, and a start that is too stiff comes down by itself.
@@ -149,7 +149,7 @@ const AGAIN: f64 = 0.3;
 const STARTS: usize = 2;
 /// Difference of costs, as a part, within which two beginnings have come to the same end.
 const SAME_END: f64 = 0.05;
-/// The same logarithm on what is believed of a stretch or shear that has run off.
+/// The same logarithm on the prior of a stretch or shear that has run off.
 const OTHERWISE: f64 = 1.8;
 /// How many times as much as the others on the mean a sheet costs that these are fitted without, how many others there must be, and how often
 /// this is done at most.

@@ -276,7 +276,6 @@ fn a_fabric_and_what_its_faces_differ_by_are_found_from_rims() {
     assert!(found.iter().all(|value| (value / curvature - 1.0).abs() < 0.25), "{said}");
 }
 
-/// Released, the same drapes end 3.6 mm off.
 #[test]
 fn rims_without_a_sheet_are_tied_to_their_points() {
     let (fabric, mut options) = (truth(), options());
