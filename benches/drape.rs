@@ -1,12 +1,12 @@
-//! What a drape costs, beside a plain loop of implicit Euler steps and beside a sheet that is led there
-//! from a neighbouring fabric.
+//! What a drape costs, beside a plain loop of implicit Euler steps and beside a sheet that is led
+//! there from a neighbouring fabric.
 //!
 //!     cargo bench --bench drape
 //!
-//! The plain loop is what one would write first: the same energies without self-contact, steps
-//! of 10 ms, one Newton iteration and one fresh Cholesky factor in double precision a step, until
-//! no vertex feels more than the limit of a drape at rest. Before the timings the bench prints
-//! how far the loop got in its 3,000 steps and the ratio of one run of each. A neighbouring fabric lies
+//! The plain loop is what one would write first: the same energies without self-contact, steps of
+//! 10 ms, one Newton iteration and one fresh Cholesky factor in double precision a step, until no
+//! vertex feels more than the limit of a drape at rest. Before the timings the bench prints how far
+//! the loop got in its 3,000 steps and the ratio of one run of each. A neighbouring fabric lies
 //! 0.25 away, the root mean square of the seven logarithms; the sheet is led to four and back.
 
 use std::hint::black_box;

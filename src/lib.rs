@@ -74,8 +74,9 @@
 //! from layers before its own, and no files import each other in a circle
 //! (`tests/house/layering.rs` holds that):
 //!
-//! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset < estimate <
-//! refine < calibrate < job < report < exchange < batch < combine < kit < sealed < evaluate < cli`
+//! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset <
+//! estimate < refine < calibrate < job < report < exchange < batch < combine < kit < sealed <
+//! evaluate < cli`
 //!
 //! # Units
 //!

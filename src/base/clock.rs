@@ -97,7 +97,8 @@ impl Stages {
         made
     }
 
-    /// Notes what was done since `begun` as the stage `name`; what one of that name took before is added to it.
+    /// Notes what was done since `begun` as the stage `name`; what one of that name took before is
+    /// added to it.
     pub fn add(&mut self, name: &'static str, begun: Begun) {
         if self.clock == Asked::No {
             return;

@@ -1,12 +1,14 @@
 //! The outline of a drape seen from above: a closed curve in the plan.
 //!
-//! In: points (x, z) of the simulation frame's plan \[m\], in order along the curve. Out: a loop along which the
-//! bearing from +x towards +z grows; its area, centroid, length, even points and feet of perpendiculars.
-//! A camera above with x to the right sees z downwards, so that an image's columns and rows are x and z.
+//! In: points (x, z) of the simulation frame's plan \[m\], in order along the curve. Out: a loop
+//! along which the bearing from +x towards +z grows; its area, centroid, length, even points and
+//! feet of perpendiculars. A camera above with x to the right sees z downwards, so that an image's
+//! columns and rows are x and z.
 //!
 //! Where it fails: that the curve does not cross itself is not checked.
 
-/// A closed curve in the plan (x, z) \[m\], anticlockwise in (x, z): the bearing from +x towards +z grows along it.
+/// A closed curve in the plan (x, z) \[m\], anticlockwise in (x, z): the bearing from +x towards +z
+/// grows along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     points_m: Vec<[f64; 2]>,
@@ -102,8 +104,8 @@ impl Outline {
         [x0 + sum[0] / (3.0 * area), z0 + sum[1] / (3.0 * area)]
     }
 
-    /// `count` points at even steps along the curve, and where on the curve each is: the first one is the first
-    /// point.
+    /// `count` points at even steps along the curve, and where on the curve each is: the first one
+    /// is the first point.
     #[must_use]
     pub fn evenly(&self, count: usize) -> Vec<[f64; 2]> {
         let step = self.length_m() / count as f64;

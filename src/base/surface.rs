@@ -1,9 +1,9 @@
 //! A sheet of the specimen: where the places of the flat cloth lie in space.
 //!
-//! `n` x `n` places at even steps over the flat specimen. Place (i, j) has the index
-//! `i * n + j`; i runs along the warp, j along the weft, as the simulator's vertices do: on the flat
-//! square (i, j) lies at x = (i / (n - 1) - 1/2) side, z = (j / (n - 1) - 1/2) side. Positions are of
-//! the simulation frame.
+//! `n` x `n` places at even steps over the flat specimen. Place (i, j) has the index `i * n + j`; i
+//! runs along the warp, j along the weft, as the simulator's vertices do: on the flat square (i, j)
+//! lies at x = (i / (n - 1) - 1/2) side, z = (j / (n - 1) - 1/2) side. Positions are of the
+//! simulation frame.
 
 use super::boundary::POINTS_PER_SIDE;
 use super::vectors::{Point3, Vector3};

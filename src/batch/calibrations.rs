@@ -1,11 +1,12 @@
 //! A manifest's fabrics, one after another, each kept as it is done.
 //!
-//! In: the rows of a manifest, options, a folder of results. Out: in the folder `calibration.json`, and for each fabric what
-//! [`calibration::write`] writes; the sections, in the manifest's order.
+//! In: the rows of a manifest, options, a folder of results. Out: in the folder `calibration.json`,
+//! and for each fabric what [`calibration::write`] writes; the sections, in the manifest's order.
 //!
-//! A finished fabric is a file below [`KEPT`], written last, so that a run can be killed at any time. The next run keeps a
-//! fabric if its rows, the bytes of its files, the options, the program, the simulator and the calibration are those that it
-//! was made with, and its files are there. Kept files of fabrics that are no longer in the manifest are removed.
+//! A finished fabric is a file below [`KEPT`], written last, so that a run can be killed at any
+//! time. The next run keeps a fabric if its rows, the bytes of its files, the options, the program,
+//! the simulator and the calibration are those that it was made with, and its files are there. Kept
+//! files of fabrics that are no longer in the manifest are removed.
 //!
 //! One run at a time fills a folder of results; another is told who does.
 
@@ -146,7 +147,8 @@ impl Work<'_> {
         Ok(sha256_hex(all.to_string().as_bytes()))
     }
 
-    /// A fabric of an earlier run, if it is what this run would make; a file that is none is as good as none.
+    /// A fabric of an earlier run, if it is what this run would make; a file that is none is as
+    /// good as none.
     fn kept(&self, path: &Path, made_with: &str) -> Option<Section> {
         let text = std::fs::read(path).ok()?;
         let mut kept: serde_json::Value = serde_json::from_slice(&text).ok()?;
@@ -174,7 +176,8 @@ mod tests {
     use crate::calibrate::manifest;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// A manifest of two fabrics, a drawn ring of 26 waves each, which no cloth of the prior has; half of a small plate.
+    /// A manifest of two fabrics, a drawn ring of 26 waves each, which no cloth of the prior has;
+    /// half of a small plate.
     fn manifest_in(folder: &Path, second_m: f64) -> Vec<Entry> {
         let mut text = "file,kind,fabric,specimen,face,experiment,mm_per_pixel,role\n".to_owned();
         for (name, mean_m) in [("one", 0.125), ("two", second_m)] {

@@ -117,8 +117,8 @@ pub fn inputs(options: &BatchOptions) -> Result<Inputs, BatchError> {
 /// Endings of what lies beside scans and is nobody's scan.
 const NO_SCANS: [&str; 9] = ["csv", "json", "toml", "yaml", "yml", "md", "html", "pdf", "mtl"];
 
-/// Whether somebody may take a file for a scan that is none by its name: it is neither a table, nor a page, nor made by
-/// this program.
+/// Whether somebody may take a file for a scan that is none by its name: it is neither a table, nor
+/// a page, nor made by this program.
 fn may_be_meant(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let is_made = name.contains(".truth.") || name.contains(".boundary.");
@@ -234,7 +234,8 @@ struct Names {
     by_path: HashMap<String, usize>,
     /// By the name alone: the first that has it, and the second if there is one.
     by_name: HashMap<String, (usize, Option<usize>)>,
-    /// By path in small letters, whole and without its ending: likewise, of the scans that are there.
+    /// By path in small letters, whole and without its ending: likewise, of the scans that are
+    /// there.
     by_near: HashMap<String, (usize, Option<usize>)>,
 }
 

@@ -75,8 +75,8 @@ impl Journal {
 }
 
 impl Held {
-    /// Reads the journals of a folder of results but the one named `own`. Another run may be writing them: a line
-    /// without its end is left alone.
+    /// Reads the journals of a folder of results but the one named `own`. Another run may be
+    /// writing them: a line without its end is left alone.
     pub(super) fn read_others(&mut self, out: &Path, own: &str) -> Result<(), BatchError> {
         let listed = |source| BatchError::Folder { path: out.to_owned(), source };
         for entry in read_dir(out).map_err(listed)? {

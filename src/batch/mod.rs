@@ -92,7 +92,8 @@ pub struct Summary {
     pub page: Option<PathBuf>,
     /// Pictures of refused scans, what was found in each; in the rows' order.
     pub pictures: Vec<PathBuf>,
-    /// Answered scans whose files are gone at the end: somebody has removed them while the batch ran.
+    /// Answered scans whose files are gone at the end: somebody has removed them while the batch
+    /// ran.
     pub lost: Vec<String>,
 }
 
@@ -202,7 +203,8 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// The rows of all inputs, of which those that are missing are made and appended to the journal.
+    /// The rows of all inputs, of which those that are missing are made and appended to the
+    /// journal.
     fn finish(
         &self,
         inputs: &[Input],
@@ -271,7 +273,8 @@ impl Batch<'_> {
         sha256_hex(settings.to_string().as_bytes())
     }
 
-    /// Whether a row of an earlier run is what this run would make; a merge takes failures as they are.
+    /// Whether a row of an earlier run is what this run would make; a merge takes failures as they
+    /// are.
     fn still_holds(&self, input: &Input, row: &Row) -> bool {
         input.fault.is_none()
             && (row.status.is_final() || self.options.share == Share::Merge)
@@ -281,7 +284,8 @@ impl Batch<'_> {
             && sha256_of(&input.path).ok() == row.input_sha256
     }
 
-    /// Whether the files of an answered scan are there, and are this row's: runs with other options write the same names.
+    /// Whether the files of an answered scan are there, and are this row's: runs with other options
+    /// write the same names.
     fn has_files(&self, row: &Row) -> bool {
         let own = |ending| self.files().join(format!("{}.{ending}", row.file));
         let params = io::bytes_of(own("params.json")).ok();

@@ -12,13 +12,15 @@ use crate::scan::ScanOptions;
 pub const SCANS: [&str; 11] =
     ["ply", "obj", "pcd", "stl", "glb", "e57", "las", "laz", "xyz", "asc", "pts"];
 
-/// What one run does of a batch that several machines may share: their folder of results is one, or is brought together.
+/// What one run does of a batch that several machines may share: their folder of results is one, or
+/// is brought together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Share {
     /// Every scan that no run has done yet; then the tables and the page.
     #[default]
     All,
-    /// The scans at these places of the list, in order of their paths; no table, no page of the batch.
+    /// The scans at these places of the list, in order of their paths; no table, no page of the
+    /// batch.
     Shard(Shard),
     /// No scan: the tables and the page, of what all runs have done.
     Merge,

@@ -1,7 +1,8 @@
 //! The page of a batch: its rows as `report::page::batch` shows them.
 //!
-//! In: the rows and the folder of results, from which overlays are taken where there are some: a row that was kept from a run
-//! without pages has none. Out: `report.html`. No time is in it, so that an interrupted batch ends with the same bytes.
+//! In: the rows and the folder of results, from which overlays are taken where there are some: a
+//! row that was kept from a run without pages has none. Out: `report.html`. No time is in it, so
+//! that an interrupted batch ends with the same bytes.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

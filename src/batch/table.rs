@@ -75,8 +75,8 @@ const AFTER: [&str; 6] = [
     "input_sha256",
 ];
 
-/// A file's name, or a text that begins with one, as a cell that no spreadsheet takes for a formula;
-/// as a path it is the same.
+/// A file's name, or a text that begins with one, as a cell that no spreadsheet takes for a
+/// formula; as a path it is the same.
 fn harmless(file: &str) -> String {
     if file.starts_with(['=', '+', '-', '@']) { format!("./{file}") } else { file.to_owned() }
 }

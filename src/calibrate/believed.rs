@@ -1,9 +1,9 @@
-//! The prior of a fabric before its drapes are fitted: a Gaussian over the logarithms of the six stiffnesses
-//! for one density, with the moments of a prior of [`Mixture`].
+//! The prior of a fabric before its drapes are fitted: a Gaussian over the logarithms of the six
+//! stiffnesses for one density, with the moments of a prior of [`Mixture`].
 //!
-//! A drape does not change when all seven parameters are multiplied by one factor, so that where the density is
-//! unknown it is set to the prior's median and what is fitted is stiffness over weight: the Gaussian is then that
-//! of the six logarithms less the density's.
+//! A drape does not change when all seven parameters are multiplied by one factor, so that where
+//! the density is unknown it is set to the prior's median and what is fitted is stiffness over
+//! weight: the Gaussian is then that of the six logarithms less the density's.
 
 use nalgebra::{SMatrix, SVector};
 

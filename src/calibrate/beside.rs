@@ -1,6 +1,7 @@
 //! A measured outline beside the drape that simulates it.
 //!
-//! In: a target, its sheet at rest, the pose and what is seen of it there. Out: [`Beside`], which pages, files and the verdict read.
+//! In: a target, its sheet at rest, the pose and what is seen of it there. Out: [`Beside`], which
+//! pages, files and the verdict read.
 
 use super::effect::View;
 use super::measures::{FoldRule, Measures};
@@ -30,10 +31,12 @@ pub struct Beside {
     pub simulated: Outline,
     /// What is counted on the drape's outline at the picture's scale, as on the measured one.
     pub measures: Measures,
-    /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth beyond the plate's
-    /// edge, of a scanned sheet as a share of its own; 0 of a drape that was released.
+    /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth
+    /// beyond the plate's edge, of a scanned sheet as a share of its own; 0 of a drape that was
+    /// released.
     pub held_share: f64,
-    /// Of a scanned sheet that was held and predicted, root mean square distance of the rims once it is released \[m\].
+    /// Of a scanned sheet that was held and predicted, root mean square distance of the rims once
+    /// it is released \[m\].
     pub let_go_rms_m: Option<f64>,
 }
 

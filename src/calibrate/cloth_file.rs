@@ -1,8 +1,10 @@
-//! A fabric with its effects as a file: what a calibration found, for `simulate --params` and `estimate --effects`.
+//! A fabric with its effects as a file: what a calibration found, for `simulate --params` and
+//! `estimate --effects`.
 //!
-//! In and out: a params.json ([`crate::fabric::params`]) with one field more, `effects`, a list of `name`, `part`, `value`,
-//! `unit` and `interval90` for each number of an effect ([`EFFECTS`]); signs are those of the specimen with its face up. Files
-//! without that field are fabrics without effects. A name, a part or a unit that is not known is refused, not passed over.
+//! In and out: a params.json ([`crate::fabric::params`]) with one field more, `effects`, a list of
+//! `name`, `part`, `value`, `unit` and `interval90` for each number of an effect ([`EFFECTS`]);
+//! signs are those of the specimen with its face up. Files without that field are fabrics without
+//! effects. A name, a part or a unit that is not known is refused, not passed over.
 
 use std::path::{Path, PathBuf};
 
@@ -42,7 +44,8 @@ fn ground(doubt: &Doubt) -> Value {
     json!({ "level": "doubtful", "code": doubt.code, "text": doubt.text })
 }
 
-/// The text of a fit's fabric, with what makes it doubtful; without a known density its stiffnesses are those for the one that is assumed.
+/// The text of a fit's fabric, with what makes it doubtful; without a known density its stiffnesses
+/// are those for the one that is assumed.
 #[must_use]
 pub fn text(fitted: &Fitted, density_known: bool, doubts: &[Doubt]) -> Value {
     let values = fitted.cloth.fabric.to_paper_units();
@@ -89,7 +92,8 @@ pub fn text(fitted: &Fitted, density_known: bool, doubts: &[Doubt]) -> Value {
     })
 }
 
-/// The fabric of a file with its effects; seven values that are given (paper's order and units) go before the file's.
+/// The fabric of a file with its effects; seven values that are given (paper's order and units) go
+/// before the file's.
 ///
 /// # Errors
 /// [`ClothFileError`].
@@ -113,7 +117,8 @@ pub fn read_effects(path: &Path) -> Result<Vec<(&'static Number, f64)>, ClothFil
     list.iter().map(|entry| number_of(entry).map_err(fault)).collect()
 }
 
-/// The standard experiment with the effects of a file, the specimen with this face up: what a fabric is looked for in.
+/// The standard experiment with the effects of a file, the specimen with this face up: what a
+/// fabric is looked for in.
 ///
 /// # Errors
 /// [`ClothFileError`].

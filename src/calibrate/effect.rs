@@ -1,11 +1,14 @@
-//! The effects that a calibration looks for: numbers beyond six stiffnesses and a density, of the cloth or of the bench.
+//! The effects that a calibration looks for: numbers beyond six stiffnesses and a density, of the
+//! cloth or of the bench.
 //!
-//! In: nothing but what the simulator can do ([`Parameter`]). Out: for each effect its numbers, how large they may be
-//! expected to be, and the setup of a drape in which they are so large. What changes its sign when the specimen is
-//! turned over, and what stays with the bench, is said here and nowhere else.
+//! In: nothing but what the simulator can do ([`Parameter`]). Out: for each effect its numbers, how
+//! large they may be expected to be, and the setup of a drape in which they are so large. What
+//! changes its sign when the specimen is turned over, and what stays with the bench, is said here
+//! and nowhere else.
 //!
-//! Creases are looked for where specimens are folded to be stored: along warp and weft through the middle. Hysteresis counts
-//! cloth as bent one way, from flat to where it hangs. Skew is none of a disc ([`Effect::is_of`]).
+//! Creases are looked for where specimens are folded to be stored: along warp and weft through the
+//! middle. Hysteresis counts cloth as bent one way, from flat to where it hangs. Skew is none of a
+//! disc ([`Effect::is_of`]).
 
 use super::manifest::Face;
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -20,26 +23,31 @@ pub enum Acts {
     Sheet(&'static [Parameter]),
     /// The sheet, with the other sign where the specimen is turned over.
     Face(Parameter),
-    /// A number at a node of a field over the cloth, which lies mirrored where the specimen is turned over.
+    /// A number at a node of a field over the cloth, which lies mirrored where the specimen is
+    /// turned over.
     Node(Node),
-    /// What these parameters of cloth and plate lose while the drape hangs: the fall of their logarithm once it has settled.
+    /// What these parameters of cloth and plate lose while the drape hangs: the fall of their
+    /// logarithm once it has settled.
     Settling(&'static [Parameter]),
     /// How far the plate falls towards a side of the picture: 0 for right, 1 for down.
     Tilt(usize),
     /// The picture's scale.
     Scale,
-    /// One over the height above the plate's face from which a picture is taken: what hangs lower looks smaller.
+    /// One over the height above the plate's face from which a picture is taken: what hangs lower
+    /// looks smaller.
     Perspective,
     /// By how much farther out a sensor has the edges of sheets that it scans, along the cloth.
     Edge,
-    /// The outline itself: a harmonic of its distance from the axis, which no physics stands behind.
+    /// The outline itself: a harmonic of its distance from the axis, which no physics stands
+    /// behind.
     Outline(Harmonic),
 }
 
 /// A node of a field on the cloth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// The simulator's parameter there with the face up, and the one in its place with the specimen turned over.
+    /// The simulator's parameter there with the face up, and the one in its place with the specimen
+    /// turned over.
     pub parameters: [Parameter; 2],
     /// Whether it turns over with the specimen; else it acts alike with either face up.
     pub turns: bool,
@@ -136,11 +144,13 @@ const BENDING: [Parameter; 3] =
     [Parameter::BendingWeft, Parameter::BendingWarp, Parameter::BendingBias];
 const STRETCH: [Parameter; 2] = [Parameter::StretchWeft, Parameter::StretchWarp];
 
-/// The effects that are looked for. Sizes: natural curvature of a knit's or a wound fabric 10 /m; asymmetry such that one face
-/// is half as stiff again; an edge that rolls 100 /m; softening as measured by Feng et al. 2022 (median of 618 fabrics 2.3 to
-/// 2.7 mm, one of a hundred beyond 8); a crease that stands at 35 degrees when it is weightless; friction in the cloth of 0.2 mN (KES
-/// has 0.03 to 0.6 for four fabrics); a third of a stiffness or of the friction lost while a drape hangs; what a bench is made, specimens
-/// are cut and both are read to; a camera a metre above the plate.
+/// The effects that are looked for. Sizes: natural curvature of a knit's or a wound fabric 10 /m;
+/// asymmetry such that one face is half as stiff again; an edge that rolls 100 /m; softening as
+/// measured by Feng et al. 2022 (median of 618 fabrics 2.3 to 2.7 mm, one of a hundred beyond 8); a
+/// crease that stands at 35 degrees when it is weightless; friction in the cloth of 0.2 mN (KES has
+/// 0.03 to 0.6 for four fabrics); a third of a stiffness or of the friction lost while a drape
+/// hangs; what a bench is made, specimens are cut and both are read to; a camera a metre above the
+/// plate.
 pub const EFFECTS: [Effect; 17] = [
     Effect {
         name: "natural_curvature",
@@ -243,8 +253,9 @@ pub const EFFECTS: [Effect; 17] = [
     },
 ];
 
-/// No effect, but known no better than scanners are: where the edges of scanned sheets lie. A part of every fit to them, common to
-/// all scans of a fabric; how large it may be is the scan's own word ([`crate::scan::EdgeShift`]).
+/// No effect, but known no better than scanners are: where the edges of scanned sheets lie. A part
+/// of every fit to them, common to all scans of a fabric; how large it may be is the scan's own
+/// word ([`crate::scan::EdgeShift`]).
 pub const SENSOR_EDGE: Effect = Effect {
     name: "sensor_edge",
     numbers: &[Number {
@@ -266,8 +277,8 @@ const fn harmonic(order: u8, sine: bool, stays: Stays) -> Number {
     }
 }
 
-/// Patterns of the outline that come back from specimen to specimen, whatever makes them: what these explain and no effect
-/// does is unexplained.
+/// Patterns of the outline that come back from specimen to specimen, whatever makes them: what
+/// these explain and no effect does is unexplained.
 pub const PATTERNS: [Effect; 3] = [
     Effect {
         name: "pattern_of_cloth",
@@ -333,15 +344,15 @@ impl Layer {
     }
 }
 
-/// A field's layers: of what, and what it does when the specimen is turned over. Each has a number at every node, along the warp and then
-/// along the weft.
+/// A field's layers: of what, and what it does when the specimen is turned over. Each has a number
+/// at every node, along the warp and then along the weft.
 pub type Layers = &'static [(FieldOf, Layer)];
 
 /// Nodes of one layer.
 pub const LAYER_NODES: usize = CURL_NODES * CURL_NODES;
 
-/// Fields on the cloth that are no effects, but what would explain a residual, as `field` has them: of natural curvature, of weight, of
-/// bending; each with its layers.
+/// Fields on the cloth that are no effects, but what would explain a residual, as `field` has them:
+/// of natural curvature, of weight, of bending; each with its layers.
 pub const FIELDS: [(Effect, Layers); 3] = [
     (
         Effect { name: "curvature", numbers: &CURVATURE_NODES },
@@ -443,7 +454,8 @@ impl Effect {
         EFFECTS.iter().find(|effect| effect.name == name)
     }
 
-    /// Whether it is of the bench: of plate, camera or how specimens are cut, which can be measured.
+    /// Whether it is of the bench: of plate, camera or how specimens are cut, which can be
+    /// measured.
     pub(super) fn is_of_bench(&self) -> bool {
         let is_seen = |n: &Number| matches!(n.acts, Acts::Scale | Acts::Perspective);
         self.numbers.iter().all(|number| number.bench_sigma().is_some() || is_seen(number))
@@ -470,7 +482,8 @@ impl Effect {
 }
 
 impl Number {
-    /// How well a bench is known that was measured, standard deviation, SI; `None` of what is no part of a bench.
+    /// How well a bench is known that was measured, standard deviation, SI; `None` of what is no
+    /// part of a bench.
     pub(super) fn bench_sigma(&self) -> Option<f64> {
         match self.acts {
             Acts::Sheet(&[Parameter::PlateRadius | Parameter::EdgeRadius]) => Some(0.3e-3),
@@ -496,8 +509,8 @@ impl Number {
     }
 }
 
-/// How a specimen lies: +1 with the face up or unknown, -1 turned over; bearing of the warp in the picture, from +x
-/// towards +z \[rad\]; how far it has settled.
+/// How a specimen lies: +1 with the face up or unknown, -1 turned over; bearing of the warp in the
+/// picture, from +x towards +z \[rad\]; how far it has settled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lies {
     /// The sign of what a face has.
@@ -508,9 +521,9 @@ pub struct Lies {
     pub settled: f64,
 }
 
-/// How far a drape has settled that is looked at for the `observation`th time, from 1 on: `1 - 1/k`. Times are mostly not
-/// written down; the one measured series (`docs/closing_the_loop.md`, fabric 1) follows this within 0.4 points of drape
-/// coefficient.
+/// How far a drape has settled that is looked at for the `observation`th time, from 1 on: `1 -
+/// 1/k`. Times are mostly not written down; the one measured series (`docs/closing_the_loop.md`,
+/// fabric 1) follows this within 0.4 points of drape coefficient.
 #[must_use]
 pub fn settled(observation: u32) -> f64 {
     1.0 - 1.0 / f64::from(observation.max(1))

@@ -1,12 +1,16 @@
 //! How probable what was measured is, given which effects the cloth and the bench have.
 //!
-//! In: the least squares of each drape around a fit ([`Around`]), with the moves of every effect. Out: [`Evidence`], the logarithm of the
-//! marginal likelihood over sizes of the discrepancy. Integrated out are the stiffnesses and the effects' sizes, each drape's pose, and a small
-//! part of every effect that each scan has of its own (Laplace's method: the least squares are quadratic around the fit).
+//! In: the least squares of each drape around a fit ([`Around`]), with the moves of every effect.
+//! Out: [`Evidence`], the logarithm of the marginal likelihood over sizes of the discrepancy.
+//! Integrated out are the stiffnesses and the effects' sizes, each drape's pose, and a small part
+//! of every effect that each scan has of its own (Laplace's method: the least squares are quadratic
+//! around the fit).
 //!
-//! The discrepancy is what no parameter makes: cells, minima beside the scan's, noise that is alike over a stretch. Its standard deviation is
-//! a share of the one that the fit takes for the distances, the same for all drapes, and unknown. Of drapes of the model it follows from the
-//! scans' noise ([`Discrepancy::usual`]), or from how far two pictures of one drape differ ([`Discrepancy::of_pictures`]); where something else is there, it is larger.
+//! The discrepancy is what no parameter makes: cells, minima beside the scan's, noise that is alike
+//! over a stretch. Its standard deviation is a share of the one that the fit takes for the
+//! distances, the same for all drapes, and unknown. Of drapes of the model it follows from the
+//! scans' noise ([`Discrepancy::usual`]), or from how far two pictures of one drape differ
+//! ([`Discrepancy::of_pictures`]); where something else is there, it is larger.
 //!
 //! Where it fails: an effect that is so large that its moves are not linear has to be fitted first.
 
@@ -59,18 +63,21 @@ pub(super) struct Discrepancy {
 }
 
 impl Discrepancy {
-    /// Of drapes of the model: what the scans' stated noise \[m\] holds beyond its floor, and a little for cells and minima.
+    /// Of drapes of the model: what the scans' stated noise \[m\] holds beyond its floor, and a
+    /// little for cells and minima.
     pub fn usual(noise_m: f64, model_m: f64) -> Self {
         Self { median: expected_m(noise_m, MINIMA_M) / noise_m.hypot(model_m), ln_sigma: 0.3 }
     }
 
-    /// The same where rims have no sheets: a drape that its edge alone ties rests in one of more minima.
+    /// The same where rims have no sheets: a drape that its edge alone ties rests in one of more
+    /// minima.
     pub fn of_rims(noise_m: f64, model_m: f64) -> Self {
         Self { median: expected_m(noise_m, RIM_MINIMA_M) / noise_m.hypot(model_m), ln_sigma: 0.6 }
     }
 
-    /// Of outlines in pictures whose captures of one drape lie so far apart \[m\], where the distances' standard deviation is `sigma_m`. Captures
-    /// that are farther apart than any that were measured are no captures of one drape.
+    /// Of outlines in pictures whose captures of one drape lie so far apart \[m\], where the
+    /// distances' standard deviation is `sigma_m`. Captures that are farther apart than any that
+    /// were measured are no captures of one drape.
     pub fn of_pictures(apart_m: Option<f64>, sigma_m: f64) -> Self {
         let apart_m = apart_m.unwrap_or(CAPTURES_M).min(CAPTURES_M);
         Self { median: OF_CAPTURES * apart_m / sigma_m, ln_sigma: 0.4 }
@@ -92,12 +99,14 @@ impl Discrepancy {
     }
 }
 
-/// What a scan's stated noise has at least, of which drapes leave nothing \[m\]; the part of the rest that they leave, and what cells and minima
-/// leave \[m\]. Set on the drapes without effects of seeds 50 (handheld, misfits of 0.10 to 0.20) and 51 (phone, 0.53) of sealed cases.
+/// What a scan's stated noise has at least, of which drapes leave nothing \[m\]; the part of the
+/// rest that they leave, and what cells and minima leave \[m\]. Set on the drapes without effects
+/// of seeds 50 (handheld, misfits of 0.10 to 0.20) and 51 (phone, 0.53) of sealed cases.
 const NOISE_FLOOR_M: f64 = 0.147e-3;
 const NOISE: f64 = 1.08;
 const MINIMA_M: f64 = 0.05e-3;
-/// The same of rims without sheets: the true fabric of a test, tied by its rim and released, rests 0.26 mm off (`sim/drop.rs`).
+/// The same of rims without sheets: the true fabric of a test, tied by its rim and released, rests
+/// 0.26 mm off (`sim/drop.rs`).
 const RIM_MINIMA_M: f64 = 0.26e-3;
 
 /// Distance that drapes of the model leave from scans of such noise \[m\].
@@ -106,8 +115,8 @@ fn expected_m(noise_m: f64, minima_m: f64) -> f64 {
     (NOISE * beyond_m).hypot(minima_m)
 }
 
-/// Distance of two captures of one drape where nothing is known \[m\], and the part of it that a drape of the model leaves: 0.5 mm of drawn
-/// pictures, 0.8 to 2 mm of photographs.
+/// Distance of two captures of one drape where nothing is known \[m\], and the part of it that a
+/// drape of the model leaves: 0.5 mm of drawn pictures, 0.8 to 2 mm of photographs.
 const CAPTURES_M: f64 = 1.4e-3;
 const OF_CAPTURES: f64 = 0.75;
 /// How many times the usual is left where something else is there.
@@ -151,11 +160,13 @@ pub(super) fn ln_sum(all: &[f64]) -> f64 {
     }
 }
 
-/// `exp(ln - (c - 2 b x + x A x) / 2)` over changes of stiffnesses and numbers, one for each of [`SHARES`].
+/// `exp(ln - (c - 2 b x + x A x) / 2)` over changes of stiffnesses and numbers, one for each of
+/// [`SHARES`].
 pub(super) struct Forms(Vec<Form>);
 
 impl Around {
-    /// The drapes' forms, poses and what each scan has of its own integrated out; `None` where they have no solution.
+    /// The drapes' forms, poses and what each scan has of its own integrated out; `None` where they
+    /// have no solution.
     pub fn forms(&self) -> Option<Forms> {
         let own = self.own();
         let of = |share: f64| -> Option<Form> {
@@ -186,8 +197,8 @@ impl Around {
         SHARES.into_iter().map(of).collect::<Option<_>>().map(Forms)
     }
 
-    /// The evidence where the stiffnesses and some numbers are unknown, those of the bench are nearly what they are said to be, and all others
-    /// are nothing.
+    /// The evidence where the stiffnesses and some numbers are unknown, those of the bench are
+    /// nearly what they are said to be, and all others are nothing.
     pub fn evidence(&self, forms: &Forms, unknown: &[&'static Number]) -> Option<Evidence> {
         let (of, precision) = self.unknowns(unknown);
         self.with_precision(&forms.0, &of, &precision)
@@ -207,8 +218,9 @@ impl Around {
         (self.indices(&all), precision)
     }
 
-    /// The evidence of something that is not on the list, beside some numbers: of smooth fields on the cloth, as [`Self::fields`] has them,
-    /// since whatever is there acts at some places of the cloth; of pictures of patterns of the outline too.
+    /// The evidence of something that is not on the list, beside some numbers: of smooth fields on
+    /// the cloth, as [`Self::fields`] has them, since whatever is there acts at some places of the
+    /// cloth; of pictures of patterns of the outline too.
     pub fn of_something_else(&self, forms: &Forms, beside: &[&'static Number]) -> Option<Evidence> {
         let patterns = if self.has_pictures() { &PATTERNS[..] } else { &[] };
         let of_pattern = |pattern: &'static Effect| {
@@ -257,7 +269,8 @@ impl Around {
         Some([values, errors])
     }
 
-    /// The unknowns where a field and some numbers are, and the precision of all with the field so smooth.
+    /// The unknowns where a field and some numbers are, and the precision of all with the field so
+    /// smooth.
     fn with_field(
         &self,
         beside: &[&'static Number],
@@ -275,7 +288,8 @@ impl Around {
         (of, precision)
     }
 
-    /// The fields that are asked for: of pictures of curvature alone. Outlines have been seen to ask for cloth of negative weight.
+    /// The fields that are asked for: of pictures of curvature alone. Outlines have been seen to
+    /// ask for cloth of negative weight.
     pub fn fields(&self) -> &'static [(Effect, Layers)] {
         if self.has_pictures() { &FIELDS[..1] } else { &FIELDS }
     }
@@ -306,7 +320,8 @@ impl Around {
         Some(Evidence(ln))
     }
 
-    /// The logarithm of a form's integral over some unknowns; a number that would leave what is tried of it stays at the end.
+    /// The logarithm of a form's integral over some unknowns; a number that would leave what is
+    /// tried of it stays at the end.
     fn ln_of(&self, form: &Form, of: &[usize], precision: &DMatrix<f64>) -> Option<f64> {
         let mut of = of.to_vec();
         loop {
@@ -339,8 +354,8 @@ impl Around {
         (0..STIFFNESSES).chain(numbers).collect()
     }
 
-    /// The changes that every scan has of its own, and their standard deviations: by so much a bench is not what it is said to be, a scan not what was
-    /// there, cells not the cloth.
+    /// The changes that every scan has of its own, and their standard deviations: by so much a
+    /// bench is not what it is said to be, a scan not what was there, cells not the cloth.
     fn own(&self) -> Vec<(usize, f64)> {
         let number = |(k, number): (usize, &&'static Number)| {
             let sigma = match number.acts {
@@ -398,7 +413,8 @@ impl Form {
         self.without(inner, &coupled, &pulled)
     }
 
-    /// The same with a factor of the specimen's own on the three bending stiffnesses integrated out.
+    /// The same with a factor of the specimen's own on the three bending stiffnesses integrated
+    /// out.
     fn of_specimen(mut self) -> Option<Self> {
         let is_bending = |k: usize| if (3..STIFFNESSES).contains(&k) { 1.0 } else { 0.0 };
         let stiffer = DVector::from_fn(self.b.len(), |k, _| is_bending(k));
@@ -443,11 +459,12 @@ fn half_ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
 const FIXED: f64 = 1e17;
 /// Part of the points that the fit takes as independent which are so of the discrepancy.
 const INDEPENDENT: f64 = 0.1;
-/// The same of outlines in pictures. What fits leave of the measured fabrics' outlines is not alike in neighbouring sectors of 15 degrees,
-/// some 32 mm.
+/// The same of outlines in pictures. What fits leave of the measured fabrics' outlines is not alike
+/// in neighbouring sectors of 15 degrees, some 32 mm.
 const INDEPENDENT_OF_OUTLINE: f64 = 0.7;
-/// Standard deviation of the logarithm by which the bending of specimens of one cloth differs: the 3 to 4 points by which
-/// drape coefficients of one face scatter over the specimens of the measured fabrics.
+/// Standard deviation of the logarithm by which the bending of specimens of one cloth differs: the
+/// 3 to 4 points by which drape coefficients of one face scatter over the specimens of the measured
+/// fabrics.
 const SPECIMENS_DIFFER: f64 = 0.15;
 /// Part of what may be expected of each effect that every scan has of its own.
 const OF_EACH_SCAN: f64 = 0.03;
@@ -499,7 +516,8 @@ mod tests {
         (columns, off_m, around)
     }
 
-    /// The logarithm of the normal density of all distances, with everything that is unknown in their covariance.
+    /// The logarithm of the normal density of all distances, with everything that is unknown in
+    /// their covariance.
     fn density(
         columns: &DMatrix<f64>,
         off_m: &DVector<f64>,

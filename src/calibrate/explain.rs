@@ -1,17 +1,20 @@
 //! What explains the drapes of a fabric, and how probable each explanation is.
 //!
-//! In: a plain fit. Out: the explanations with their probabilities, and the fit with the most probable effects. An
-//! explanation is nothing beyond the plain model, one effect of the list, two, or something else. All are compared by their evidence
-//! (`evidence.rs`) in one sum, so that one drape is enough to ask.
+//! In: a plain fit. Out: the explanations with their probabilities, and the fit with the most
+//! probable effects. An explanation is nothing beyond the plain model, one effect of the list, two,
+//! or something else. All are compared by their evidence (`evidence.rs`) in one sum, so that one
+//! drape is enough to ask.
 //!
-//! Around the plain fit the evidence of every effect is known without simulating a drape. Then the most probable explanation that has not been
-//! fitted is fitted, and so on, until none that counts is left: an effect's moves are not linear, and its own fit says what it
-//! is worth. What then has some probability is fitted again from sheets that are started anew. Pairs are asked for around these fits. Where something else is most probable, the
-//! likeliest effects and softening are fitted too. Then the plain fit begins again from other starts: it may have ended beside the scans for no
-//! reason but its start.
+//! Around the plain fit the evidence of every effect is known without simulating a drape. Then the
+//! most probable explanation that has not been fitted is fitted, and so on, until none that counts
+//! is left: an effect's moves are not linear, and its own fit says what it is worth. What then has
+//! some probability is fitted again from sheets that are started anew. Pairs are asked for around
+//! these fits. Where something else is most probable, the likeliest effects and softening are
+//! fitted too. Then the plain fit begins again from other starts: it may have ended beside the
+//! scans for no reason but its start.
 //!
-//! Something else is what smooth fields on the cloth explain better than the list, or what leaves every fit with a discrepancy that the
-//! model's own drapes do not have.
+//! Something else is what smooth fields on the cloth explain better than the list, or what leaves
+//! every fit with a discrepancy that the model's own drapes do not have.
 
 use super::effect::{EFFECTS, Effect, Number, known};
 use super::evidence::{Around, Discrepancy, Evidence, Forms, ln_sum};
@@ -46,7 +49,8 @@ const MOSTLY: f64 = 0.5;
 /// Explanations with effects that count as one, since the scans do not tell them apart.
 const MOST_ALIKE: usize = 4;
 
-/// The explanations of the scans of a fabric, the most probable first; the sum of their probabilities is 1.
+/// The explanations of the scans of a fabric, the most probable first; the sum of their
+/// probabilities is 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explanations(pub Vec<Explanation>);
 
@@ -58,8 +62,9 @@ impl Explanations {
         own.map_or(0.0, |explanation| explanation.probability)
     }
 
-    /// The most probable effects, and those that the scans do not tell from them: all that are at least a twentieth as probable. An
-    /// explanation with an effect more counts for the one without it: that is there either way, and the other one is not sure.
+    /// The most probable effects, and those that the scans do not tell from them: all that are at
+    /// least a twentieth as probable. An explanation with an effect more counts for the one without
+    /// it: that is there either way, and the other one is not sure.
     #[must_use]
     pub fn alike(&self) -> Vec<(&[&'static Effect], f64)> {
         let of_effects = |e: &Explanation| matches!(e.cause, Cause::Effects(_));
@@ -104,7 +109,8 @@ impl Explanations {
     }
 }
 
-/// The measurement that would tell the two most probable explanations apart, told whether drapes of both faces were measured.
+/// The measurement that would tell the two most probable explanations apart, told whether drapes of
+/// both faces were measured.
 #[must_use]
 pub fn next_measurement(explanations: &Explanations, both_faces: bool) -> Option<&'static str> {
     let [first, second, ..] = &explanations.0[..] else { return None };
@@ -134,16 +140,19 @@ pub fn next_measurement(explanations: &Explanations, both_faces: bool) -> Option
     })
 }
 
-/// The explanations, with the fit of the most probable effects where these are more probable than nothing.
+/// The explanations, with the fit of the most probable effects where these are more probable than
+/// nothing.
 pub(super) struct Explained {
     pub explanations: Explanations,
     /// What smooth fields on the cloth would explain beside these effects.
     pub fields: Vec<Field>,
-    /// The most probable effects with their fit, each with those that the drapes do not tell from them.
+    /// The most probable effects with their fit, each with those that the drapes do not tell from
+    /// them.
     pub added: Option<(Vec<FoundEffect>, Fitted)>,
 }
 
-/// Explains the drapes of a fit, some effects left out of the list; `None` where a sheet has no sensitivities.
+/// Explains the drapes of a fit, some effects left out of the list; `None` where a sheet has no
+/// sensitivities.
 pub(super) fn explain(
     fit: &mut Fit<'_>,
     without: &[&'static Effect],
@@ -225,7 +234,8 @@ impl Hunt {
         Some(hunt)
     }
 
-    /// The explanations with one effect more than some have, by their linear evidence around the fit of those.
+    /// The explanations with one effect more than some have, by their linear evidence around the
+    /// fit of those.
     fn beside(&self, first: &[&'static Effect], around: &Around, forms: &Forms) -> Vec<Trial> {
         let with = |&effect: &&'static Effect| {
             let effects = sorted(&[first, &[effect]].concat());
@@ -244,7 +254,8 @@ impl Hunt {
         self.declared.iter().copied().chain(own).collect()
     }
 
-    /// Fits the most probable explanation that was not fitted, as long as one counts. Then starts the sheets of those anew that count still.
+    /// Fits the most probable explanation that was not fitted, as long as one counts. Then starts
+    /// the sheets of those anew that count still.
     fn fit_probable(&mut self, fit: &mut Fit<'_>) {
         while let Some((at, tried)) = self.next() {
             match tried {
@@ -266,7 +277,8 @@ impl Hunt {
         untried.or_else(|| most(Tried::Fitted, MAY_COUNT))
     }
 
-    /// Fits the likeliest single effects that were not fitted, and softening: of a large effect the linear evidence says little.
+    /// Fits the likeliest single effects that were not fitted, and softening: of a large effect the
+    /// linear evidence says little.
     fn fit_in_doubt(&mut self, fit: &mut Fit<'_>) {
         let mut untried: Vec<usize> = (0..self.trials.len())
             .filter(|&k| self.trials[k].tried == Tried::No && self.trials[k].effects.len() == 1)
@@ -296,9 +308,10 @@ impl Hunt {
         self.trials[at].tried = Tried::Fitted;
     }
 
-    /// Fits an explanation from sheets that are started anew by the cloth of its fit: sheets bring along what friction remembers of their way. A
-    /// cloth that softens much is far from the plain one: its fit begins from the balance of forces as well. The nearest is kept, and what
-    /// a second effect would be worth is asked around it.
+    /// Fits an explanation from sheets that are started anew by the cloth of its fit: sheets bring
+    /// along what friction remembers of their way. A cloth that softens much is far from the plain
+    /// one: its fit begins from the balance of forces as well. The nearest is kept, and what a
+    /// second effect would be worth is asked around it.
     fn lead_anew(&mut self, fit: &mut Fit<'_>, at: usize) {
         self.trials[at].tried = Tried::LedAnew;
         let Some(first) = self.trials[at].found.clone() else { return };
@@ -383,7 +396,8 @@ impl Hunt {
         Explained { explanations, fields, added }
     }
 
-    /// Whether a plain fit that leaves so much may have ended beside the scans for no reason but its start.
+    /// Whether a plain fit that leaves so much may have ended beside the scans for no reason but
+    /// its start.
     fn may_end_elsewhere(&self, misfit: f64) -> bool {
         match self.leads() {
             Cause::Else => true,
@@ -427,7 +441,8 @@ fn sorted(effects: &[&'static Effect]) -> Vec<&'static Effect> {
 
 /// The effect whose fit may begin from the balance of forces.
 const SOFTENING: &str = "softening";
-/// Probabilities before anything is measured: of nothing, of any one effect, of any two. And of something else beside each of them.
+/// Probabilities before anything is measured: of nothing, of any one effect, of any two. And of
+/// something else beside each of them.
 const PRIOR_NOTHING: f64 = 0.5;
 const PRIOR_ONE: f64 = 0.35;
 const PRIOR_TWO: f64 = 0.15;

@@ -1,14 +1,17 @@
-//! Smooth fields on the cloth that would explain what a fit leaves, of natural curvature, of weight or of bending: a tracer of effects
-//! that are on no list.
+//! Smooth fields on the cloth that would explain what a fit leaves, of natural curvature, of weight
+//! or of bending: a tracer of effects that are on no list.
 //!
-//! In: the least squares around a plain fit, the numbers of the effects found. Out: [`Field`]s, numbers at 5 x 5 nodes over the specimen.
-//! Curvatures along weft and warp come in two layers: what turns over with the specimen, as the cloth's own curl does, and what bends it
-//! upwards whichever face is up. Weight and bending are what they are with either face up. How far neighbouring nodes may
-//! differ is what is most probable of what is tried; the least of that leaves a field that is even.
+//! In: the least squares around a plain fit, the numbers of the effects found. Out: [`Field`]s,
+//! numbers at 5 x 5 nodes over the specimen. Curvatures along weft and warp come in two layers:
+//! what turns over with the specimen, as the cloth's own curl does, and what bends it upwards
+//! whichever face is up. Weight and bending are what they are with either face up. How far
+//! neighbouring nodes may differ is what is most probable of what is tried; the least of that
+//! leaves a field that is even.
 //!
-//! It shows where on the cloth something is, and hardly what: whatever moves the sheet as a curvature at that place would is
-//! drawn as one. The three are told beside each other, the most probable first. Where drapes are seen from above alone, much of
-//! the plate's cloth moves nothing, and the field there is that of its neighbours.
+//! It shows where on the cloth something is, and hardly what: whatever moves the sheet as a
+//! curvature at that place would is drawn as one. The three are told beside each other, the most
+//! probable first. Where drapes are seen from above alone, much of the plate's cloth moves nothing,
+//! and the field there is that of its neighbours.
 
 use super::effect::{Effect, FieldOf, LAYER_NODES, Layer, Layers, Number};
 use super::evidence::{Around, Discrepancy, Forms};
@@ -22,7 +25,8 @@ pub struct FieldLayer {
     pub of: FieldOf,
     /// What it does when the specimen is turned over.
     pub layer: Layer,
-    /// Its numbers \[1/m of curvatures, else 1\]; curvatures are positive towards the face of a specimen that lies with it up.
+    /// Its numbers \[1/m of curvatures, else 1\]; curvatures are positive towards the face of a
+    /// specimen that lies with it up.
     pub values: NodeField,
     /// Standard errors of these.
     pub errors: NodeField,
@@ -37,7 +41,8 @@ pub struct Field {
     pub layers: Vec<FieldLayer>,
     /// How far neighbouring nodes may differ: standard deviation, in the layers' unit.
     pub step: f64,
-    /// Whether that is the least of what is tried, so that the field is the same all over the cloth.
+    /// Whether that is the least of what is tried, so that the field is the same all over the
+    /// cloth.
     pub is_even: bool,
     /// Logarithm of how many times as probable what was measured is with it as without.
     pub ln_gain: f64,
@@ -117,8 +122,8 @@ impl FieldLayer {
         }
     }
 
-    /// What is left of it at a place, given as fractions of the specimen's sides along warp and weft, less two standard errors, with
-    /// its sign.
+    /// What is left of it at a place, given as fractions of the specimen's sides along warp and
+    /// weft, less two standard errors, with its sign.
     #[must_use]
     pub fn sure_at(&self, [warp, weft]: [f64; 2]) -> f64 {
         let (value, error) = (self.values.at(warp, weft), self.errors.at(warp, weft));
@@ -127,7 +132,8 @@ impl FieldLayer {
 }
 
 impl Field {
-    /// Whether it is twenty times as probable as nothing. The smoothness is the best of those tried, so that the odds are a little too good.
+    /// Whether it is twenty times as probable as nothing. The smoothness is the best of those
+    /// tried, so that the odds are a little too good.
     #[must_use]
     pub fn is_something(&self) -> bool {
         self.ln_gain > SURE_LN
@@ -169,7 +175,8 @@ mod tests {
     fn a_field_is_strongest_where_its_node_is_unless_there_is_no_cloth() {
         let (_, layers) = &FIELDS[0];
         let mut values = vec![0.0; 4 * LAYER_NODES];
-        // what stays, along the warp, node 3 along the warp and 1 along the weft; and a larger one in a corner
+        // what stays, along the warp, node 3 along the warp and 1 along the weft; and a larger one
+        // in a corner
         values[3 * LAYER_NODES + 3 * CURL_NODES + 1] = -7.0;
         values[3 * LAYER_NODES] = 9.0;
         // and a still larger one that is not sure

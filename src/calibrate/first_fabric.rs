@@ -1,4 +1,5 @@
-//! The fabric that a fit begins with: soft enough for the folds that were measured, so that sheets are not brought to folds that they cannot hold.
+//! The fabric that a fit begins with: soft enough for the folds that were measured, so that sheets
+//! are not brought to folds that they cannot hold.
 //!
 //! In: what was measured, and the prior of fabrics. Out: the prior's mean with its bending scaled.
 
@@ -13,8 +14,8 @@ use super::target::Target;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::{Fabric, STIFFNESSES};
 
-/// The fabric to begin with: by the drape coefficient of the discs \[%\], or, where rims were scanned, of some bending lengths
-/// the one whose drape lies closest to the first rim.
+/// The fabric to begin with: by the drape coefficient of the discs \[%\], or, where rims were
+/// scanned, of some bending lengths the one whose drape lies closest to the first rim.
 pub(super) fn first_fabric(
     targets: &[Target],
     believed: &Believed,
@@ -56,7 +57,8 @@ fn bending(believed: &Believed, length_m: f64) -> Fabric {
     Fabric::from_ln_stiffnesses(&ln, believed.density_kg_m2)
 }
 
-/// Bending length over drape coefficient of standard Cusick drapes: roughly a line, `docs/validation/simulator.md`.
+/// Bending length over drape coefficient of standard Cusick drapes: roughly a line,
+/// `docs/validation/simulator.md`.
 const LENGTH_AT_50_M: f64 = 18.6e-3;
 const LENGTH_PER_PERCENT_M: f64 = 0.36e-3;
 const LENGTHS_M: [f64; 2] = [9e-3, 35e-3];

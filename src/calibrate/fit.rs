@@ -1,20 +1,24 @@
-//! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with effects.
+//! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with
+//! effects.
 //!
-//! Each outline guides a sheet to its branch and holds it there by weak springs (`lead.rs`); at rest on them, the
-//! sheet is continued from fabric to fabric. A scanned sheet is held to its scan, and laid once on finer cells, so that it is known
-//! what cells do to it; a given rim guides a sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the sizes of the
-//! effects that are asked for, shared by all drapes, and the pose of each, with the prior's Gaussian on the former. Where
-//! the steps end, the outlines lead sheets of the fabric found, and the steps continue as long as that gains.
+//! Each outline guides a sheet to its branch and holds it there by weak springs (`lead.rs`); at
+//! rest on them, the sheet is continued from fabric to fabric. A scanned sheet is held to its scan,
+//! and laid once on finer cells, so that it is known what cells do to it; a given rim guides a
+//! sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the
+//! sizes of the effects that are asked for, shared by all drapes, and the pose of each, with the
+//! prior's Gaussian on the former. Where the steps end, the outlines lead sheets of the fabric
+//! found, and the steps continue as long as that gains.
 //!
-//! The first fabric is the prior's mean with its bending scaled to the outlines' drape coefficient, so that the sheets are
-//! not brought to folds that they cannot hold.
+//! The first fabric is the prior's mean with its bending scaled to the outlines' drape coefficient,
+//! so that the sheets are not brought to folds that they cannot hold.
 //!
-//! Why they are held: released, sheets leave the measured arrangement of folds for nearly regular waves, whatever the outline
-//! ([calibration.md](../../docs/design/calibration.md)), and a comparison over branches says little about a fabric.
+//! Why they are held: released, sheets leave the measured arrangement of folds for nearly regular
+//! waves, whatever the outline ([calibration.md](../../docs/design/calibration.md)), and a
+//! comparison over branches says little about a fabric.
 //!
-//! Where it fails: tied drapes differ less from their outlines than free ones would, in all but their mean extent, which is
-//! free; the force of the springs ([`Beside::held_share`]) says what that cost. A drape that does not come to rest is left
-//! out of the fit, and the result says so.
+//! Where it fails: tied drapes differ less from their outlines than free ones would, in all but
+//! their mean extent, which is free; the force of the springs ([`Beside::held_share`]) says what
+//! that cost. A drape that does not come to rest is left out of the fit, and the result says so.
 
 use rayon::prelude::*;
 
@@ -66,10 +70,12 @@ pub enum FitError {
 /// The fabric found.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The fabric, of the density of [`Believed`], and the sizes of the effects that were asked for.
+    /// The fabric, of the density of [`Believed`], and the sizes of the effects that were asked
+    /// for.
     pub cloth: Cloth,
-    /// Its stiffnesses, paper's order, for the density of [`Believed`]. The intervals are of the least squares' curvature,
-    /// the misfit counted in, and have not been held against known fabrics.
+    /// Its stiffnesses, paper's order, for the density of [`Believed`]. The intervals are of the
+    /// least squares' curvature, the misfit counted in, and have not been held against known
+    /// fabrics.
     pub stiffnesses: [RefinedStiffness; STIFFNESSES],
     /// 90 % intervals of the effects' numbers, SI, in the order of [`Cloth::effects`].
     pub intervals90: Vec<[f64; 2]>,
@@ -137,7 +143,8 @@ pub fn fit<'a>(
     if fit.lost.iter().all(Option::is_none) {
         return Ok(fit);
     }
-    // sheets that the first fabric did not bring to rest are guided by the one that the others found
+    // sheets that the first fabric did not bring to rest are guided by the one that the others
+    // found
     let nearer = fit.squares(&fit.declared).cloth(&fit.plain.shared);
     match begun(&nearer) {
         Ok(mut again) if again.targets.len() > fit.targets.len() => {
@@ -227,8 +234,8 @@ impl Fit<'_> {
         self.look_finer();
     }
 
-    /// Lays the tied sheets on finer cells once, with the plain cloth: what these move them by is what cells do, and no effect. Then
-    /// continues with the plain fit.
+    /// Lays the tied sheets on finer cells once, with the plain cloth: what these move them by is
+    /// what cells do, and no effect. Then continues with the plain fit.
     fn look_finer(&mut self) {
         let declared = self.declared.clone();
         let cloth = self.squares(&declared).cloth(&self.plain.shared);
@@ -258,8 +265,8 @@ impl Fit<'_> {
         self.lost.iter().map(Option::is_some).collect()
     }
 
-    /// The prior of the discrepancy of what was measured from drapes of the model; of pictures it follows from the distance of two
-    /// captures of one drape \[m\].
+    /// The prior of the discrepancy of what was measured from drapes of the model; of pictures it
+    /// follows from the distance of two captures of one drape \[m\].
     pub(super) fn usual(&self, captures_m: Option<f64>) -> Discrepancy {
         let rims: Vec<&Rim> = self.targets.iter().filter_map(|t| t.rim.as_deref()).collect();
         let noise_m: Vec<f64> = rims.iter().map(|rim| rim.boundary.mean_sigma_m()).collect();
@@ -276,7 +283,8 @@ impl Fit<'_> {
         }
     }
 
-    /// The numbers of effects that are declared to be known no better: a part of every fit, and no effects.
+    /// The numbers of effects that are declared to be known no better: a part of every fit, and no
+    /// effects.
     #[must_use]
     pub fn declared(&self) -> &[&'static Number] {
         &self.declared
@@ -294,16 +302,16 @@ impl Fit<'_> {
         self.fitted(&self.declared, self.plain.clone(), self.ended)
     }
 
-    /// The least squares around the plain fit's drapes with more unknowns; `None` where a sheet has no sensitivities to
-    /// them.
+    /// The least squares around the plain fit's drapes with more unknowns; `None` where a sheet has
+    /// no sensitivities to them.
     pub(super) fn state_with(&mut self, numbers: &[&'static Number]) -> Option<State> {
         self.restore();
         let (plain, declared) = (self.plain.clone(), self.declared.clone());
         self.with_more(&plain, &declared, numbers)
     }
 
-    /// The least squares around a state, to whose numbers the sheets are led, with more unknowns; `None` where a sheet has no
-    /// sensitivities to them.
+    /// The least squares around a state, to whose numbers the sheets are led, with more unknowns;
+    /// `None` where a sheet has no sensitivities to them.
     fn with_more(
         &mut self,
         state: &State,
@@ -333,8 +341,8 @@ impl Fit<'_> {
         Some(self.around_state(numbers, &state))
     }
 
-    /// The least squares around a state, to which the sheets are led, with every effect's numbers; `None` where a sheet has no
-    /// sensitivities to them.
+    /// The least squares around a state, to which the sheets are led, with every effect's numbers;
+    /// `None` where a sheet has no sensitivities to them.
     fn around_found(&mut self, state: &State, own: &[&'static Number]) -> Option<Around> {
         let stays = std::mem::replace(&mut self.stays, vec![false; self.followers.len()]);
         let numbers: Vec<_> =
@@ -363,7 +371,8 @@ impl Fit<'_> {
         Around { drapes, specimens: specimens_of(&specimens), precision, off, room, numbers }
     }
 
-    /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no sensitivities to them.
+    /// The fit with some effects' numbers, from the plain one on; `None` where a sheet has no
+    /// sensitivities to them.
     pub fn with(&mut self, numbers: &[&'static Number]) -> Option<Fitted> {
         let (state, ended) = self.descended(numbers)?;
         Some(self.fitted(numbers, state, ended))
@@ -390,17 +399,18 @@ impl Fit<'_> {
         Some((self.plain(), around))
     }
 
-    /// The fit with some effects' numbers, softening among them, from sheets led with the cloth that balances the forces on the plain
-    /// fit's sheets (`softened.rs`), and with what finer cells do to that cloth; `None` where nothing softens, or a sheet does not
-    /// come to rest.
+    /// The fit with some effects' numbers, softening among them, from sheets led with the cloth
+    /// that balances the forces on the plain fit's sheets (`softened.rs`), and with what finer
+    /// cells do to that cloth; `None` where nothing softens, or a sheet does not come to rest.
     pub(super) fn softened(&mut self, numbers: &[&'static Number]) -> Option<Found> {
         let state = self.state_with(numbers)?;
         let shared = softened(&state, numbers, &self.squares(numbers).limits())?;
         self.around_shared(numbers, &shared, Self::plain_found)?
     }
 
-    /// Does something with the fit around the cloth of another one, whose effects' numbers are unknowns of the model there as those
-    /// declared are, its sheets started anew; `None` where one does not come to rest.
+    /// Does something with the fit around the cloth of another one, whose effects' numbers are
+    /// unknowns of the model there as those declared are, its sheets started anew; `None` where one
+    /// does not come to rest.
     pub(super) fn around<T>(
         &mut self,
         numbers: &[&'static Number],
@@ -410,7 +420,8 @@ impl Fit<'_> {
         self.around_shared(numbers, &shared_of(&from.cloth), act)
     }
 
-    /// The same around a cloth of some shared unknowns: what finer cells do to it is known before the first step.
+    /// The same around a cloth of some shared unknowns: what finer cells do to it is known before
+    /// the first step.
     fn around_shared<T>(
         &mut self,
         numbers: &[&'static Number],
@@ -434,7 +445,8 @@ impl Fit<'_> {
         done
     }
 
-    /// Where the least squares end from sheets started anew with some shared unknowns, with what finer cells do to that cloth.
+    /// Where the least squares end from sheets started anew with some shared unknowns, with what
+    /// finer cells do to that cloth.
     fn finely_led(
         &mut self,
         numbers: &[&'static Number],
@@ -450,8 +462,8 @@ impl Fit<'_> {
         Some(self.descend(numbers, state, most))
     }
 
-    /// Sheets of a cloth guided by the outlines anew, in the plain fit's poses, and the least squares around them; `None`, and
-    /// the sheets as they were, where one does not come to rest.
+    /// Sheets of a cloth guided by the outlines anew, in the plain fit's poses, and the least
+    /// squares around them; `None`, and the sheets as they were, where one does not come to rest.
     fn led(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<State> {
         let cloth = self.squares(numbers).cloth(shared);
         let poses = self.plain.poses.clone();
@@ -532,15 +544,16 @@ impl Fit<'_> {
         }
     }
 
-    /// Predicted fall of the cost, as a share of it, that is not worth a round of drapes: more where scanned sheets say that the model is not theirs.
+    /// Predicted fall of the cost, as a share of it, that is not worth a round of drapes: more
+    /// where scanned sheets say that the model is not theirs.
     fn least_share(&self, state: &State) -> f64 {
         let held = self.targets.iter().all(|target| target.is_held(self.options));
         LEAST_SHARE[usize::from(held && state.misfit() >= MUCH)]
     }
 
-    /// The sheets brought to another cloth, held by their outlines in the poses of the state before, and the least squares around
-    /// them; `None` where one does not come to rest there. A sheet that lost its fold on the way, or does not find it, is guided by its
-    /// outline again.
+    /// The sheets brought to another cloth, held by their outlines in the poses of the state
+    /// before, and the least squares around them; `None` where one does not come to rest there. A
+    /// sheet that lost its fold on the way, or does not find it, is guided by its outline again.
     fn moved(
         &mut self,
         numbers: &[&'static Number],
@@ -575,7 +588,8 @@ impl Fit<'_> {
         Some(state)
     }
 
-    /// The same state with some sheets guided by their outlines again, where that brings them nearer.
+    /// The same state with some sheets guided by their outlines again, where that brings them
+    /// nearer.
     fn recovered(
         &mut self,
         numbers: &[&'static Number],
@@ -662,11 +676,13 @@ fn extended(shared: &[f64], had: &[&'static Number], numbers: &[&'static Number]
 /// How often the outlines lead at most, and the fall of the cost for which they do so again.
 const LEADINGS: usize = 2;
 const LED_GAIN: f64 = 1.0;
-/// Change of a logarithm of bending within which the sheets that the outlines led stay what they are.
+/// Change of a logarithm of bending within which the sheets that the outlines led stay what they
+/// are.
 const NEAR: f64 = 0.2;
 /// The shares of the cost that [`Fit::least_share`] gives.
 const LEAST_SHARE: [f64; 2] = [1e-3, 2e-2];
-/// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off its fold.
+/// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off
+/// its fold.
 const LOST: [f64; 2] = [1.2, 15.0];
 /// Quantile of the standard normal beyond which 5 % lie on each side.
 const Z90: f64 = 1.6449;

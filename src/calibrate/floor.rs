@@ -1,9 +1,10 @@
-//! How well an outline is known: what two pictures of one drape differ by, and what a drape differs by from its
-//! specimen's other face and from other specimens.
+//! How well an outline is known: what two pictures of one drape differ by, and what a drape differs
+//! by from its specimen's other face and from other specimens.
 //!
-//! In: outlines of one fabric, each with its independent unit (specimen and face). Out: for each pair its root mean
-//! square distance \[m\], at the best translation, and at the best translation and rotation. Two captures of one unit
-//! give the floor: no model of the drape comes nearer to one of them than by this over the square root of two.
+//! In: outlines of one fabric, each with its independent unit (specimen and face). Out: for each
+//! pair its root mean square distance \[m\], at the best translation, and at the best translation
+//! and rotation. Two captures of one unit give the floor: no model of the drape comes nearer to one
+//! of them than by this over the square root of two.
 //!
 //! The distance is that of even points of each outline from the other curve, both ways.
 
@@ -41,7 +42,8 @@ impl Pairing {
         }
     }
 
-    /// Of two outlines of a fabric; `None` for different specimens on different faces, or where one is unknown.
+    /// Of two outlines of a fabric; `None` for different specimens on different faces, or where one
+    /// is unknown.
     #[must_use]
     pub fn of(a: &Observed<'_>, b: &Observed<'_>) -> Option<Self> {
         match (a.unit.0? == b.unit.0?, a.unit.1? == b.unit.1?) {
@@ -116,7 +118,8 @@ pub fn distance_m(a: &Outline, b: &Outline) -> f64 {
     aligned(&centred(a, POINTS), &centred(b, POINTS), false)
 }
 
-/// The same at the best translation and rotation; with `mirrored`, of the one and the other seen from below.
+/// The same at the best translation and rotation; with `mirrored`, of the one and the other seen
+/// from below.
 #[must_use]
 pub fn turned_distance_m(a: &Outline, b: &Outline, mirrored: bool) -> f64 {
     let flip = if mirrored { -1.0 } else { 1.0 };

@@ -1,11 +1,12 @@
 //! Sheets guided by what was measured of them, and from cloth to cloth.
 //!
-//! In: a cloth, a [`Target`], the pose it lies in. Out: a sheet at rest with what is seen of it, or why it does not come to rest. A sheet is laid
-//! where it was scanned and held there, guided by a rim that nothing holds, or by an outline, which continues to hold it; after that
-//! it follows the cloth.
+//! In: a cloth, a [`Target`], the pose it lies in. Out: a sheet at rest with what is seen of it, or
+//! why it does not come to rest. A sheet is laid where it was scanned and held there, guided by a
+//! rim that nothing holds, or by an outline, which continues to hold it; after that it follows the
+//! cloth.
 //!
-//! A sheet that comes to rest on a saddle slides off it on the way to a cloth a little stiffer and back; where it does not, it is taken as if a little
-//! inertia held it there.
+//! A sheet that comes to rest on a saddle slides off it on the way to a cloth a little stiffer and
+//! back; where it does not, it is taken as if a little inertia held it there.
 
 use rayon::prelude::*;
 
@@ -46,8 +47,8 @@ impl Lead<'_> {
         targets.par_iter().zip(poses).map(lead).collect()
     }
 
-    /// What is seen of a sheet at rest; of one that rests on a saddle once it has slid off it, or, where it does not, as if a
-    /// little inertia held it there.
+    /// What is seen of a sheet at rest; of one that rests on a saddle once it has slid off it, or,
+    /// where it does not, as if a little inertia held it there.
     pub(super) fn seen(
         &self,
         sheet: &mut Follower,
@@ -111,7 +112,8 @@ impl Lead<'_> {
         }
     }
 
-    /// A sheet that could not be brought to the cloth, brought to it by what was measured: what is seen of it there.
+    /// A sheet that could not be brought to the cloth, brought to it by what was measured: what is
+    /// seen of it there.
     pub(super) fn anew(
         &self,
         sheet: &mut Follower,
@@ -122,8 +124,8 @@ impl Lead<'_> {
         self.seen(sheet, target, pose)
     }
 
-    /// What finer cells move a tied sheet by, beside its trial; `None` where nothing holds it, or it does not come to rest there,
-    /// or in other folds.
+    /// What finer cells move a tied sheet by, beside its trial; `None` where nothing holds it, or
+    /// it does not come to rest there, or in other folds.
     pub(super) fn finer(&self, target: &Target, pose: &Pose, trial: &Trial) -> Option<Box<Finer>> {
         let options = self.options;
         if options.finer <= 1.0 || !target.is_held(options) {
@@ -148,7 +150,8 @@ impl Lead<'_> {
     }
 }
 
-/// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle slides off it on the way there and back.
+/// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle
+/// slides off it on the way there and back.
 fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     let mut ln = cloth.ln();
     ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += by);
@@ -156,7 +159,8 @@ fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     Cloth { fabric, ..cloth.clone() }
 }
 
-/// How a sheet is brought to a target's branch: tied to the scanned sheet or rim, or guided by the outline, which continues to hold it.
+/// How a sheet is brought to a target's branch: tied to the scanned sheet or rim, or guided by the
+/// outline, which continues to hold it.
 fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> DropStart {
     let in_plan = || target.in_plan(&scaled(pose, view.ln_scale), view);
     target.start(view, options).unwrap_or_else(|| match options.hold_per_m > 0.0 {
@@ -169,5 +173,6 @@ fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> D
 pub(super) const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
 /// Changes of bending's logarithms that bring a sheet off a saddle, tried in turn.
 const OFF_A_SADDLE: [f64; 2] = [0.03, 0.1];
-/// Root mean square move of a rim to finer cells from which on the sheet has other folds there \[m\].
+/// Root mean square move of a rim to finer cells from which on the sheet has other folds there
+/// \[m\].
 const OTHER_FOLDS_M: f64 = 3e-3;

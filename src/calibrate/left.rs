@@ -1,7 +1,9 @@
-//! What stays between drapes and what was measured: how large it is, and over which length of rim it is alike.
+//! What stays between drapes and what was measured: how large it is, and over which length of rim
+//! it is alike.
 //!
-//! In: drapes beside their outlines or rims. Out: [`Left`]. The fit counts one point of a rim on every
-//! [`super::options::FitOptions::alike_m`]; where what stays is alike over more, its intervals are too narrow.
+//! In: drapes beside their outlines or rims. Out: [`Left`]. The fit counts one point of a rim on
+//! every [`super::options::FitOptions::alike_m`]; where what stays is alike over more, its
+//! intervals are too narrow.
 
 use super::beside::Beside;
 

@@ -1,12 +1,13 @@
 //! The manifest: a table of what was measured of which fabric, one row per file.
 //!
-//! In: CSV with a title line that names, in any order, `file, kind, fabric, specimen, face, capture, density_g_m2,
-//! experiment, mm_per_pixel, role, warp_toward, observation, camera_height_mm`; a column may be missing where every cell would be empty. Commas,
-//! semicolons or tabs; lines that begin with `#` are passed over. Out: the rows in SI, in the file's order. What is
-//! empty is unknown, but for file, kind, fabric and role, which every row has.
+//! In: CSV with a title line that names, in any order, `file, kind, fabric, specimen, face,
+//! capture, density_g_m2, experiment, mm_per_pixel, role, warp_toward, observation,
+//! camera_height_mm`; a column may be missing where every cell would be empty. Commas, semicolons
+//! or tabs; lines that begin with `#` are passed over. Out: the rows in SI, in the file's order.
+//! What is empty is unknown, but for file, kind, fabric and role, which every row has.
 //!
-//! All faults are told at once, each with line, column and remedy. Nothing is looked up: whether the files are
-//! there is found out when they are read.
+//! All faults are told at once, each with line, column and remedy. Nothing is looked up: whether
+//! the files are there is found out when they are read.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -105,7 +106,8 @@ pub struct Entry {
     pub specimen: Option<String>,
     /// Which side is up.
     pub face: Option<Face>,
-    /// Number or name of the capture: two captures of one specimen and face are one drape seen twice, or dropped twice.
+    /// Number or name of the capture: two captures of one specimen and face are one drape seen
+    /// twice, or dropped twice.
     pub capture: Option<String>,
     /// Areal density \[kg/m^2\].
     pub density_kg_m2: Option<f64>,
@@ -124,7 +126,8 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The independent unit that the file belongs to: fabric, specimen and face; captures of one unit share it.
+    /// The independent unit that the file belongs to: fabric, specimen and face; captures of one
+    /// unit share it.
     #[must_use]
     pub fn unit(&self) -> (&str, Option<&str>, Option<Face>) {
         (&self.fabric, self.specimen.as_deref(), self.face)
@@ -202,7 +205,8 @@ const NEEDED: [&str; 4] = ["file", "kind", "fabric", "role"];
 /// Limits of a pixel's extent \[mm\]: finer than any camera resolves, coarser than shows a fold.
 const PIXEL_LIMITS_MM: [f64; 2] = [0.005, 10.0];
 
-/// Limits of a camera's height \[mm\]: nearer it sees the plate's edge alone, farther off no perspective is left.
+/// Limits of a camera's height \[mm\]: nearer it sees the plate's edge alone, farther off no
+/// perspective is left.
 const CAMERA_LIMITS_MM: [f64; 2] = [200.0, 100_000.0];
 /// Most looks at one drape.
 const OBSERVATIONS: f64 = 1e6;

@@ -20,7 +20,8 @@ pub struct Measured {
     pub bench: Experiment,
     /// What is counted on it.
     pub measures: Measures,
-    /// Bearing of the warp in the picture or in the scan's frame, from +x towards +z, if it is known \[rad\].
+    /// Bearing of the warp in the picture or in the scan's frame, from +x towards +z, if it is
+    /// known \[rad\].
     pub warp_rad: Option<f64>,
 }
 

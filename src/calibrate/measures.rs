@@ -1,8 +1,10 @@
-//! What is counted on an outline, measured or simulated: drape coefficient, folds, Fourier amplitudes.
+//! What is counted on an outline, measured or simulated: drape coefficient, folds, Fourier
+//! amplitudes.
 //!
-//! In: an outline \[m\], specimen and plate. Out: numbers. All of them go by the distance of the outline from its own
-//! centroid over the bearing, so that they need neither the plate's centre nor the specimen's orientation;
-//! where a ray meets the outline more than once, the farthest point counts.
+//! In: an outline \[m\], specimen and plate. Out: numbers. All of them go by the distance of the
+//! outline from its own centroid over the bearing, so that they need neither the plate's centre nor
+//! the specimen's orientation; where a ray meets the outline more than once, the farthest point
+//! counts.
 
 use crate::base::Outline;
 use crate::sim::Experiment;
@@ -60,7 +62,8 @@ impl Measures {
     }
 }
 
-/// The drape coefficient \[%\] of a drape that covers `area_m2` from above: of a disc, or of a square by the same formula.
+/// The drape coefficient \[%\] of a drape that covers `area_m2` from above: of a disc, or of a
+/// square by the same formula.
 #[must_use]
 pub fn drape_coefficient(area_m2: f64, experiment: &Experiment) -> f64 {
     let disc = |radius: f64| std::f64::consts::PI * radius * radius;
@@ -73,8 +76,8 @@ pub fn drape_coefficient(area_m2: f64, experiment: &Experiment) -> f64 {
     100.0 * (area_m2 - plate) / (specimen - plate)
 }
 
-/// Farthest distance of the outline from `centre` at each of [`BEARINGS`] bearings, from +x towards +z \[m\]; 0 where a
-/// ray does not meet it.
+/// Farthest distance of the outline from `centre` at each of [`BEARINGS`] bearings, from +x towards
+/// +z \[m\]; 0 where a ray does not meet it.
 #[must_use]
 pub fn distances_m(outline: &Outline, centre: [f64; 2]) -> Vec<f64> {
     let mut farthest = vec![0.0_f64; BEARINGS];
@@ -89,8 +92,8 @@ pub fn distances_m(outline: &Outline, centre: [f64; 2]) -> Vec<f64> {
     farthest
 }
 
-/// Calls `meet` with each whole multiple of `step` (its number, not reduced), the distance from the origin and the
-/// fraction of the segment from `a` to `b`, where the segment crosses that bearing.
+/// Calls `meet` with each whole multiple of `step` (its number, not reduced), the distance from the
+/// origin and the fraction of the segment from `a` to `b`, where the segment crosses that bearing.
 pub(super) fn each_bearing(
     a: [f64; 2],
     b: [f64; 2],
@@ -126,8 +129,8 @@ pub fn folds(distances: &[f64], rule: &FoldRule) -> usize {
     (0..n).filter(|&i| prominence(&smooth, i) >= rule.prominence_m).count()
 }
 
-/// How far a closed row rises at `i` above the higher of the two lowest places between it and higher ground; 0 where
-/// `i` is no maximum. The highest place of all rises above the lowest.
+/// How far a closed row rises at `i` above the higher of the two lowest places between it and
+/// higher ground; 0 where `i` is no maximum. The highest place of all rises above the lowest.
 fn prominence(row: &[f64], i: usize) -> f64 {
     let n = row.len();
     // of equal neighbours the first one is the maximum

@@ -1,4 +1,5 @@
-//! How a fabric is fitted: how well drapes are measured and simulated, how they lie, how they are held.
+//! How a fabric is fitted: how well drapes are measured and simulated, how they lie, how they are
+//! held.
 
 use super::effect::{Acts, Effect, Number, SENSOR_EDGE};
 use super::pose::Pose;
@@ -20,27 +21,31 @@ pub struct FitOptions {
     pub outlier: f64,
     /// Standard deviation of a place of a rim along it, beside that across it \[m\].
     pub along_m: f64,
-    /// Standard deviations of the numbers of a pose in a picture, in the order of [`Pose`]. With 0 a number stays what it is.
+    /// Standard deviations of the numbers of a pose in a picture, in the order of [`Pose`]. With 0
+    /// a number stays what it is.
     pub pose_sigma: Pose,
     /// The same in a scan's frame, which the scan path has laid on plate and specimen.
     pub scan_pose_sigma: Pose,
-    /// How many times finer the cells are on which tied sheets are laid once more, so that it is known what cells do to them; with 1
-    /// none are.
+    /// How many times finer the cells are on which tied sheets are laid once more, so that it is
+    /// known what cells do to them; with 1 none are.
     pub finer: f64,
-    /// How far cloth lies beyond those finer cells, in parts of what an error that falls with the square of the cell predicts:
-    /// mean and standard deviation, as `refine::FitOptions` has them.
+    /// How far cloth lies beyond those finer cells, in parts of what an error that falls with the
+    /// square of the cell predicts: mean and standard deviation, as `refine::FitOptions` has them.
     pub cells: [f64; 2],
     /// Standard deviation of the warp's bearing where it is not known \[rad\].
     pub unknown_bearing: f64,
-    /// Standard deviation of the logarithm of the pictures' scale, which all pictures of a fabric share; with 0 the scale is
-    /// as it is given, and is looked for as an effect.
+    /// Standard deviation of the logarithm of the pictures' scale, which all pictures of a fabric
+    /// share; with 0 the scale is as it is given, and is looked for as an effect.
     pub scale_sigma: f64,
-    /// By how much scanned edges lie farther out than the cloth ends, which all scans of a fabric share: mean and standard
-    /// deviation \[m\]. With a standard deviation of 0 the edges are where they are scanned.
+    /// By how much scanned edges lie farther out than the cloth ends, which all scans of a fabric
+    /// share: mean and standard deviation \[m\]. With a standard deviation of 0 the edges are where
+    /// they are scanned.
     pub sensor_edge_m: [f64; 2],
-    /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\]; with 0 it is released.
+    /// How strongly a drape is held across its outline, see [`crate::sim::Hold::per_m`] \[1/m\];
+    /// with 0 it is released.
     pub hold_per_m: f64,
-    /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet \[m\]; with 0 it is released.
+    /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet
+    /// \[m\]; with 0 it is released.
     pub scan_hold_sag_m: f64,
     /// Standard deviation of the springs' mean stretch from none \[m\].
     pub stretch_m: f64,
@@ -53,8 +58,8 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
-    /// How far the weight of a piece of cloth stretches the springs that hold it to a rim without a sheet \[m\]: so that they, who are
-    /// fewer, pull together as much as a sheet's.
+    /// How far the weight of a piece of cloth stretches the springs that hold it to a rim without a
+    /// sheet \[m\]: so that they, who are fewer, pull together as much as a sheet's.
     #[must_use]
     pub fn rim_hold_sag_m(&self) -> f64 {
         let cells = (self.sim.vertices - 1) as f64;
@@ -74,8 +79,8 @@ impl Default for FitOptions {
             // a quarter of a fold of seven
             alike_m: 25e-3,
             outlier: 3.0,
-            // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is marked to 3 degrees; the
-            // pull is what it must be
+            // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is
+            // marked to 3 degrees; the pull is what it must be
             pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3, 0.0, 0.0, 0.0, 0.0],
             along_m: refined.data.along_m,
             // as `refine::FitOptions` has them
@@ -87,7 +92,8 @@ impl Default for FitOptions {
             unknown_bearing: 0.5,
             scale_sigma: 0.0,
             sensor_edge_m: [0.0; 2],
-            // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on the way
+            // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on
+            // the way
             hold_per_m: 150.0,
             scan_hold_sag_m: refined.hold_sag_m,
             stretch_m: 0.02e-3,
@@ -99,8 +105,8 @@ impl Default for FitOptions {
 }
 
 impl FitOptions {
-    /// The effects' numbers that are no effects here, since it is declared how well they are known: they are fitted from the
-    /// plain model on.
+    /// The effects' numbers that are no effects here, since it is declared how well they are known:
+    /// they are fitted from the plain model on.
     #[must_use]
     pub fn declared(&self) -> Vec<&'static Number> {
         let scale = Effect::named("scale").filter(|_| self.scale_sigma > 0.0);
@@ -108,7 +114,8 @@ impl FitOptions {
         scale.into_iter().chain(edge).flat_map(|effect| effect.numbers).collect()
     }
 
-    /// How far cloth lies beyond the drapes' cells, in moves from them to the finer ones: mean and standard deviation.
+    /// How far cloth lies beyond the drapes' cells, in moves from them to the finer ones: mean and
+    /// standard deviation.
     pub(super) fn believed_of_cells(&self) -> [f64; 2] {
         let second_order = 1.0 / (self.finer.powi(2) - 1.0);
         let [mean, sigma] = self.cells.map(|part| part * second_order);
@@ -148,11 +155,13 @@ impl FitOptions {
     }
 }
 
-/// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself leave 0.16 to 0.25 with
-/// structured light and 0.40 to 0.45 with a TrueDepth-like sensor (`docs/design/calibration.md`).
+/// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself
+/// leave 0.16 to 0.25 with structured light and 0.40 to 0.45 with a TrueDepth-like sensor
+/// (`docs/design/calibration.md`).
 pub(super) const LEAVES: f64 = 0.6;
-/// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and however long it continues.
+/// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and
+/// however long it continues.
 pub(super) const MUCH: f64 = 0.9;
-/// Standard deviations of what is declared up to which it is tried. Tied drapes always ask for more: of a softer cloth on a
-/// larger scale the springs leave less (`docs/closing_the_loop.md`).
+/// Standard deviations of what is declared up to which it is tried. Tied drapes always ask for
+/// more: of a softer cloth on a larger scale the springs leave less (`docs/closing_the_loop.md`).
 const DECLARED_LIMIT: f64 = 2.0;

@@ -20,11 +20,13 @@ pub const POSE_KEYS: [&str; POSE] = [
     "cells",
 ];
 
-/// How a drape lies: the plate's axis beside the origin of what was measured, x and z \[m\]; the warp's bearing there, from
-/// +x towards +z \[rad\]; the logarithm of the scale over the one given; the specimen's centre beside the plate's axis, along
-/// warp and weft \[m\]; how far beyond the outline its springs pull \[m\]; and of a scan, in which heights are seen, the
-/// height of the plate's face \[m\] and by how much what is measured leans, as rises along warp and weft \[rad\]; and how far cloth
-/// lies beyond the drape's cells, in moves from them to finer ones ([`super::target::Finer`]).
+/// How a drape lies: the plate's axis beside the origin of what was measured, x and z \[m\]; the
+/// warp's bearing there, from +x towards +z \[rad\]; the logarithm of the scale over the one given;
+/// the specimen's centre beside the plate's axis, along warp and weft \[m\]; how far beyond the
+/// outline its springs pull \[m\]; and of a scan, in which heights are seen, the height of the
+/// plate's face \[m\] and by how much what is measured leans, as rises along warp and weft \[rad\];
+/// and how far cloth lies beyond the drape's cells, in moves from them to finer ones
+/// ([`super::target::Finer`]).
 pub type Pose = [f64; POSE];
 
 /// A pose in a picture whose scale is off by a logarithm.

@@ -1,7 +1,8 @@
 //! Drapes that are predicted: those of a cloth that was fitted to others, or is known.
 //!
-//! In: targets, a cloth with its effects. Out: each target [`Beside`] its drape, led and held as those of the fit are, and of scanned sheets
-//! how far off they are once they are released; or why a sheet did not come to rest.
+//! In: targets, a cloth with its effects. Out: each target [`Beside`] its drape, led and held as
+//! those of the fit are, and of scanned sheets how far off they are once they are released; or why
+//! a sheet did not come to rest.
 
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! What was found of a fabric, what it amounts to ([`Verdict`]), and its drapes by role and face.
 //!
-//! In: a plain fit and one with the effects that were chosen, each drape beside what was measured of it. The verdict compares the drapes held
-//! out before and after as pairs.
+//! In: a plain fit and one with the effects that were chosen, each drape beside what was measured
+//! of it. The verdict compares the drapes held out before and after as pairs.
 
 use super::believed::Believed;
 use super::beside::Beside;
@@ -45,9 +45,11 @@ pub struct FabricResult {
     pub fitted: Result<Fitted, FitError>,
     /// The drapes that were fitted, then those that were predicted.
     pub drapes: Vec<DrapeBeside>,
-    /// What explains the drapes, with probabilities; `None` where a sheet does not say how it moves.
+    /// What explains the drapes, with probabilities; `None` where a sheet does not say how it
+    /// moves.
     pub explanations: Option<Explanations>,
-    /// What smooth fields on the cloth would explain beside the effects that were found, the most probable first.
+    /// What smooth fields on the cloth would explain beside the effects that were found, the most
+    /// probable first.
     pub fields: Vec<Field>,
     /// The fit with the effects that were chosen, if any were.
     pub after: Option<After>,
@@ -69,12 +71,15 @@ pub struct After {
 /// What was found of a fabric beyond the plain model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// One effect, or one of a few that the drapes do not tell apart, is as good as sure, and drapes held out confirm it where there are any.
+    /// One effect, or one of a few that the drapes do not tell apart, is as good as sure, and
+    /// drapes held out confirm it where there are any.
     Found,
-    /// Several explanations are probable, or the drapes held out do not confirm the one that is; or a face that was not fitted is off; or
-    /// nothing is found while the edges of the scans are where a sensor alone is not held to have them.
+    /// Several explanations are probable, or the drapes held out do not confirm the one that is; or
+    /// a face that was not fitted is off; or nothing is found while the edges of the scans are
+    /// where a sensor alone is not held to have them.
     Undecided,
-    /// Something is there that is not on the list, or an effect is found that lets go of the drapes held out.
+    /// Something is there that is not on the list, or an effect is found that lets go of the drapes
+    /// held out.
     Unexplained,
     /// Nothing beyond the plain model is more probable than all else together.
     None,
@@ -130,7 +135,8 @@ pub struct Group {
     pub lost: usize,
     /// Mean and standard error of the outline's root mean square distance \[m\].
     pub rms_m: [f64; 2],
-    /// Mean force of the springs that hold a drape, as a share of the weight of the cloth beyond the plate's edge.
+    /// Mean force of the springs that hold a drape, as a share of the weight of the cloth beyond
+    /// the plate's edge.
     pub held_share: f64,
     /// Mean drape coefficient, measured and simulated \[%\].
     pub drape_coefficient: [f64; 2],
@@ -144,8 +150,8 @@ pub struct Group {
 type Together = (Role, Option<Face>, Option<u32>);
 
 impl FabricResult {
-    /// The measurement that would tell the two most probable explanations apart; where what was fitted does not hold for the other face, the
-    /// rows that have to be fitted too.
+    /// The measurement that would tell the two most probable explanations apart; where what was
+    /// fitted does not hold for the other face, the rows that have to be fitted too.
     #[must_use]
     pub fn next_measurement(&self) -> Option<&'static str> {
         if self.other_face_is_off().is_some() {
@@ -157,7 +163,8 @@ impl FabricResult {
         next_measurement(self.explanations.as_ref()?, has(Face::Up) && has(Face::Down))
     }
 
-    /// Number of specimens of which a drape was fitted; a drape of an unknown specimen is of one of its own.
+    /// Number of specimens of which a drape was fitted; a drape of an unknown specimen is of one of
+    /// its own.
     #[must_use]
     pub fn specimens_fitted(&self) -> usize {
         let is_fitted = |d: &&DrapeBeside| self.measured[d.measured].entry.role == Role::Fit;
@@ -194,7 +201,8 @@ impl FabricResult {
         both.filter_map(pair).collect()
     }
 
-    /// Why the fabric is not to be relied on as it stands: the verdict, and cells that are too coarse for the cloth.
+    /// Why the fabric is not to be relied on as it stands: the verdict, and cells that are too
+    /// coarse for the cloth.
     #[must_use]
     pub fn doubts(&self) -> Vec<Doubt> {
         let of_verdict = match self.verdict {
@@ -212,8 +220,8 @@ impl FabricResult {
         of_verdict.into_iter().chain(self.coarse_cells()).collect()
     }
 
-    /// Cells that are too coarse for the cloth, where the fit does not know what finer ones do: drapes then ask for a stiffness that is the
-    /// cells' own.
+    /// Cells that are too coarse for the cloth, where the fit does not know what finer ones do:
+    /// drapes then ask for a stiffness that is the cells' own.
     fn coarse_cells(&self) -> Option<Doubt> {
         let fitted =
             self.after.as_ref().map(|after| &after.fitted).or(self.fitted.as_ref().ok())?;
@@ -232,15 +240,16 @@ impl FabricResult {
         })
     }
 
-    /// What stays of the drapes, fitted and held out, with the effects that were added or without any.
+    /// What stays of the drapes, fitted and held out, with the effects that were added or without
+    /// any.
     #[must_use]
     pub fn left(&self) -> Option<Left> {
         let drapes = self.after.as_ref().map_or(&self.drapes, |after| &after.drapes);
         left(drapes.iter().filter_map(|drape| drape.beside.as_ref().ok()))
     }
 
-    /// By how much the squares of the distances of the drapes held out fall with the effects: of each drape, or of fewer than
-    /// [`FEWEST_DRAPES`] of each arc of their outlines \[m^2\].
+    /// By how much the squares of the distances of the drapes held out fall with the effects: of
+    /// each drape, or of fewer than [`FEWEST_DRAPES`] of each arc of their outlines \[m^2\].
     fn falls(&self) -> Vec<f64> {
         let pairs = self.pairs();
         if pairs.len() >= FEWEST_DRAPES {
@@ -263,7 +272,8 @@ impl FabricResult {
             .collect()
     }
 
-    /// Whether the plain fit has the scans' edges as far beside the cloth's as a sensor is held to shift them at most.
+    /// Whether the plain fit has the scans' edges as far beside the cloth's as a sensor is held to
+    /// shift them at most.
     #[must_use]
     pub fn edge_at_limit(&self) -> bool {
         let Ok(fitted) = &self.fitted else { return false };
@@ -271,8 +281,8 @@ impl FabricResult {
         all.any(|((number, _), at_limit)| number.acts == Acts::Edge && *at_limit)
     }
 
-    /// The verdict, by what explains the drapes. Drapes held out have to confirm an effect where there are any, and what is fitted to one
-    /// face has to hold for the other.
+    /// The verdict, by what explains the drapes. Drapes held out have to confirm an effect where
+    /// there are any, and what is fitted to one face has to hold for the other.
     pub(super) fn judge(&self) -> Verdict {
         let Some(explanations) = &self.explanations else { return Verdict::Undecided };
         let is_held_out = !self.pairs().is_empty();
@@ -297,8 +307,9 @@ impl FabricResult {
         }
     }
 
-    /// A face of which no drape was fitted, and whose drapes held out have another drape coefficient than is simulated, beyond two standard
-    /// errors of the mean and a point: measured and simulated \[%\].
+    /// A face of which no drape was fitted, and whose drapes held out have another drape
+    /// coefficient than is simulated, beyond two standard errors of the mean and a point: measured
+    /// and simulated \[%\].
     #[must_use]
     pub fn other_face_is_off(&self) -> Option<(Face, [f64; 2])> {
         let groups = self.groups_of(self.after.as_ref().map_or(&self.drapes, |a| &a.drapes));
@@ -313,15 +324,17 @@ impl FabricResult {
         groups.iter().filter(|group| group.role == Role::Holdout).find_map(is_off)
     }
 
-    /// Whether drapes held out lie nearer with the effects that were added than without, beyond two standard errors of the squares.
+    /// Whether drapes held out lie nearer with the effects that were added than without, beyond two
+    /// standard errors of the squares.
     #[must_use]
     pub fn is_confirmed(&self) -> bool {
         let [mean, error] = mean_and_error(&self.falls());
         self.after.is_some() && mean > CONFIRMED * error
     }
 
-    /// Whether scanned sheets held out, released, lie far from their scans with the effects that were added and not without: such effects bring
-    /// tied sheets nearer and are none that the cloth rests with.
+    /// Whether scanned sheets held out, released, lie far from their scans with the effects that
+    /// were added and not without: such effects bring tied sheets nearer and are none that the
+    /// cloth rests with.
     #[must_use]
     pub fn falls_away(&self) -> bool {
         let free: Vec<[f64; 2]> = self.pairs().iter().filter_map(|p| p.let_go_rms_m).collect();
@@ -376,24 +389,26 @@ impl FabricResult {
     }
 }
 
-/// Whether sheets that were released, at distances \[m\] without effects and with them, lie far off with these: half of them or more by both of
-/// [`FAR_OFF`].
+/// Whether sheets that were released, at distances \[m\] without effects and with them, lie far off
+/// with these: half of them or more by both of [`FAR_OFF`].
 fn fall_away(free: &[[f64; 2]]) -> bool {
     let [factor, more_m] = FAR_OFF;
     let far = |[without, with]: &&[f64; 2]| *with > (factor * without).max(without + more_m);
     !free.is_empty() && 2 * free.iter().filter(far).count() >= free.len()
 }
 
-/// Standard errors and points of the drape coefficient beyond which a face is off that was not fitted.
+/// Standard errors and points of the drape coefficient beyond which a face is off that was not
+/// fitted.
 const OFF_BY: (f64, f64) = (2.0, 1.0);
 /// Standard errors by which drapes held out must be nearer with an effect than without.
 const CONFIRMED: f64 = 2.0;
-/// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the arcs of their outlines does, each
-/// longer than what is alike along them.
+/// Drapes held out from which on their own scatter says how sure a fall is; of fewer that of the
+/// arcs of their outlines does, each longer than what is alike along them.
 const FEWEST_DRAPES: usize = 3;
 const ARCS: usize = 8;
-/// How many times as far from its scan a sheet that is released lies with effects as without, and how much farther \[m\], where it does not rest with
-/// them: 2 mm lie between neighbouring minima of one cloth.
+/// How many times as far from its scan a sheet that is released lies with effects as without, and
+/// how much farther \[m\], where it does not rest with them: 2 mm lie between neighbouring minima
+/// of one cloth.
 const FAR_OFF: [f64; 2] = [2.0, 2e-3];
 
 #[cfg(test)]

@@ -1,11 +1,14 @@
-//! A manifest's fabrics, one after another: outlines, floor, fit, prediction of the drapes held out.
+//! A manifest's fabrics, one after another: outlines, floor, fit, prediction of the drapes held
+//! out.
 //!
-//! In: the rows of a manifest. Out: for each fabric what was measured, what it is known by, the plain fit and each drape
-//! beside its outline. A file that cannot be used is named with the reason, and the rest continues.
+//! In: the rows of a manifest. Out: for each fabric what was measured, what it is known by, the
+//! plain fit and each drape beside its outline. A file that cannot be used is named with the
+//! reason, and the rest continues.
 //!
-//! Of the captures of one unit (specimen and face) those that show one drape make the floor, and the first of them is simulated.
-//! Silhouettes of a unit nearly always show one; rims in space tell by themselves whether the specimen was dropped anew. Of a
-//! drape that was looked at again while it settled, every observation is simulated, and those of the first make the floor.
+//! Of the captures of one unit (specimen and face) those that show one drape make the floor, and
+//! the first of them is simulated. Silhouettes of a unit nearly always show one; rims in space tell
+//! by themselves whether the specimen was dropped anew. Of a drape that was looked at again while
+//! it settled, every observation is simulated, and those of the first make the floor.
 
 use std::fmt;
 
@@ -313,7 +316,8 @@ fn of_scan(entry: &Entry, options: &Options) -> Result<Measured, String> {
     })
 }
 
-/// Degrees anticlockwise from the right as a bearing from +x towards +z, which a picture has downwards.
+/// Degrees anticlockwise from the right as a bearing from +x towards +z, which a picture has
+/// downwards.
 fn bearing(text: &str) -> Option<f64> {
     let degrees: f64 = text.parse().ok()?;
     degrees.is_finite().then(|| -degrees.to_radians())
@@ -409,16 +413,18 @@ pub fn fabric(
     Ok(result)
 }
 
-/// The shift of scanned edges, mean and standard deviation \[m\]: as it is known, if it is, and otherwise none with the largest deviation
-/// that a scan says of its sensor; both 0 where there is no scan.
+/// The shift of scanned edges, mean and standard deviation \[m\]: as it is known, if it is, and
+/// otherwise none with the largest deviation that a scan says of its sensor; both 0 where there is
+/// no scan.
 fn sensor_edge_m(measured: &[Measured], known: [f64; 2]) -> [f64; 2] {
     let edges = measured.iter().filter_map(|m| m.rim.as_ref()?.edge);
     let sensor_m = edges.map(|edge| edge.sensor_m).fold(0.0, f64::max);
     if sensor_m > 0.0 && known[1] > 0.0 { known } else { [0.0, sensor_m] }
 }
 
-/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen show one each. Scans of one capture
-/// show one drape; of scans without a capture the distance of their rims decides.
+/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen
+/// show one each. Scans of one capture show one drape; of scans without a capture the distance of
+/// their rims decides.
 fn drapes_of(measured: &[Measured]) -> Vec<usize> {
     let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
     let mut drapes: Vec<usize> = Vec::new();
@@ -447,8 +453,9 @@ fn is_one_drape((a, b): (&Rim, &Rim)) -> bool {
     squared.is_empty() || mean(&squared).sqrt() < ANEW_M
 }
 
-/// Root mean square distance of two rims of a specimen from which on it was dropped anew between them \[m\]: scans of one drape
-/// differ by up to two, drapes of two drops mostly by more than ten (`docs/validation/network.md`).
+/// Root mean square distance of two rims of a specimen from which on it was dropped anew between
+/// them \[m\]: scans of one drape differ by up to two, drapes of two drops mostly by more than ten
+/// (`docs/validation/network.md`).
 const ANEW_M: f64 = 4e-3;
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
-//! A measured drape beside a simulated one, and how the distance between them changes with everything that is unknown.
+//! A measured drape beside a simulated one, and how the distance between them changes with
+//! everything that is unknown.
 //!
-//! Of a picture: even points of the measured outline, each from the simulated outline across the latter. Of a scan: the
-//! rim's points that were seen, each from its own place on the simulated rim, along three directions: across the rim and level,
-//! across the rim and upwards, and along it, which is known less well; and places within the sheet, each across it.
+//! Of a picture: even points of the measured outline, each from the simulated outline across the
+//! latter. Of a scan: the rim's points that were seen, each from its own place on the simulated
+//! rim, along three directions: across the rim and level, across the rim and upwards, and along it,
+//! which is known less well; and places within the sheet, each across it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,9 +25,11 @@ const POINTS: usize = 240;
 /// One measured point beside a drape.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// Bearing of its place on the drape about the plate's axis, from the warp towards the weft \[rad\].
+    /// Bearing of its place on the drape about the plate's axis, from the warp towards the weft
+    /// \[rad\].
     pub bearing_rad: f64,
-    /// Distance of the measured point from the drape's outline or rim, level and across it, positive outwards \[m\].
+    /// Distance of the measured point from the drape's outline or rim, level and across it,
+    /// positive outwards \[m\].
     pub outwards_m: f64,
     /// Its whole distance across outline or rim \[m\].
     pub across_m: f64,
@@ -36,12 +40,14 @@ pub struct Row {
 pub(super) struct Seen {
     /// The measured points.
     pub rows: Vec<Row>,
-    /// Distances of the measured from the simulated \[m\], and the standard deviation of each \[m\].
+    /// Distances of the measured from the simulated \[m\], and the standard deviation of each
+    /// \[m\].
     pub off_m: DVector<f64>,
     pub sigma_m: DVector<f64>,
     /// Share of an independent one that each of these is.
     pub counts: DVector<f64>,
-    /// Moves of the drape along these distances with each unknown: shared ones, then the pose \[m per unit\].
+    /// Moves of the drape along these distances with each unknown: shared ones, then the pose \[m
+    /// per unit\].
     pub columns: DMatrix<f64>,
     /// Mean stretch of the springs \[m\], and its change with each unknown.
     pub stretch_m: f64,
@@ -190,8 +196,8 @@ struct Distance<'a> {
     counts: f64,
 }
 
-/// A measured drape beside a simulated one in a pose: the latter is moved by the specimen's place and the springs' pull as far
-/// as these differ from the trial's.
+/// A measured drape beside a simulated one in a pose: the latter is moved by the specimen's place
+/// and the springs' pull as far as these differ from the trial's.
 pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>) -> Seen {
     let moved = [pose[4], pose[5], pose[6] - trial.hold.pull_m];
     let view = of.cloth.view();
@@ -325,7 +331,8 @@ fn on_rim<'a>(
     (rows, distances)
 }
 
-/// How a point of a scanned rim moves as its edge is shifted outwards along the cloth, all round \[-\]; corners along both their sides.
+/// How a point of a scanned rim moves as its edge is shifted outwards along the cloth, all round
+/// \[-\]; corners along both their sides.
 fn along_the_cloth(rim: &Rim, index: usize, posed: &Pose) -> Vector3 {
     let (Some(sheet), Some(_)) = (&rim.sheet, rim.edge) else { return Vector3::zeros() };
     let last = sheet.side() - 1;
@@ -341,7 +348,8 @@ fn along_the_cloth(rim: &Rim, index: usize, posed: &Pose) -> Vector3 {
     along(warp) * out[0] + along(weft) * out[1]
 }
 
-/// The places of a scanned sheet that were seen, each from its own place on the simulated one across the former.
+/// The places of a scanned sheet that were seen, each from its own place on the simulated one
+/// across the former.
 fn on_sheet_of<'a>(
     sheet: &'a Surface,
     target: &'a Target,

@@ -1,18 +1,21 @@
 //! From a picture of a drape from above to its outline.
 //!
-//! In: a grey picture (PNG or JPEG), the extent of a pixel on the plate's plane \[m\]. Out: the outline of the one
-//! figure on it \[m\], x along the columns and z along the rows, from the picture's upper left corner; nothing
-//! says where the plate's centre is, so that the caller takes the centroid for it first.
+//! In: a grey picture (PNG or JPEG), the extent of a pixel on the plate's plane \[m\]. Out: the
+//! outline of the one figure on it \[m\], x along the columns and z along the rows, from the
+//! picture's upper left corner; nothing says where the plate's centre is, so that the caller takes
+//! the centroid for it first.
 //!
-//! The level is halfway between the mean greys of figure and background, which Otsu's threshold (1979) tells apart;
-//! background is what most of the picture's border is. The outline is the contour at that level
-//! of the picture taken as bilinear between the pixels' centres (marching squares, the crossings interpolated), so that an edge
-//! that the camera or the picture's reduction has blurred evenly is found within a tenth of a pixel.
+//! The level is halfway between the mean greys of figure and background, which Otsu's threshold
+//! (1979) tells apart; background is what most of the picture's border is. The outline is the
+//! contour at that level of the picture taken as bilinear between the pixels' centres (marching
+//! squares, the crossings interpolated), so that an edge that the camera or the picture's reduction
+//! has blurred evenly is found within a tenth of a pixel.
 //!
-//! Where it fails: a scale that changes over the picture (perspective, a lens) is not seen. A rim that
-//! hangs in the shade of the cloth above it is not seen by any camera from above.
+//! Where it fails: a scale that changes over the picture (perspective, a lens) is not seen. A rim
+//! that hangs in the shade of the cloth above it is not seen by any camera from above.
 //!
-//! Contours along whole pixels, as `imageproc` has them, would lie half a pixel outside on one side.
+//! Contours along whole pixels, as `imageproc` has them, would lie half a pixel outside on one
+//! side.
 
 use std::path::{Path, PathBuf};
 
@@ -238,7 +241,8 @@ struct Field<V: Fn(u32, u32) -> f64> {
 }
 
 impl<V: Fn(u32, u32) -> f64> Field<V> {
-    /// The value at column `i` and row `j` of the pixels with a frame of background around them, which begins at 0.
+    /// The value at column `i` and row `j` of the pixels with a frame of background around them,
+    /// which begins at 0.
     fn at(&self, i: usize, j: usize) -> f64 {
         let inside = (1..=self.size[0]).contains(&i) && (1..=self.size[1]).contains(&j);
         // an exact zero would be a crossing at a corner of four squares
@@ -246,7 +250,8 @@ impl<V: Fn(u32, u32) -> f64> Field<V> {
         if inside { nudged((self.values)(i as u32 - 1, j as u32 - 1)) } else { -1e-9 }
     }
 
-    /// All closed contours of the value zero, the figure to the left of each as x runs to the right and y upwards.
+    /// All closed contours of the value zero, the figure to the left of each as x runs to the right
+    /// and y upwards.
     fn contours(&self) -> Vec<Loop> {
         let mut next = self.crossings();
         let mut loops = Vec::new();
@@ -270,8 +275,8 @@ impl<V: Fn(u32, u32) -> f64> Field<V> {
         loops
     }
 
-    /// From each edge of the raster that the contour crosses to the next one along it. An edge is its lower left
-    /// corner, and 0 for along x or 1 for along y.
+    /// From each edge of the raster that the contour crosses to the next one along it. An edge is
+    /// its lower left corner, and 0 for along x or 1 for along y.
     fn crossings(&self) -> std::collections::BTreeMap<[usize; 3], [usize; 3]> {
         let mut next = std::collections::BTreeMap::new();
         for j in 0..=self.size[1] {
@@ -281,12 +286,14 @@ impl<V: Fn(u32, u32) -> f64> Field<V> {
                 let edges = [[i, j, 0], [i + 1, j, 1], [i, j + 1, 0], [i, j, 1]];
                 let leaves: Vec<usize> =
                     (0..4).filter(|&k| values[k] > 0.0 && values[(k + 1) % 4] <= 0.0).collect();
-                // around the square the contour enters where the figure ends: the figure lies to its left
+                // around the square the contour enters where the figure ends: the figure lies to
+                // its left
                 for &leave in &leaves {
                     let enters = |k: &usize| values[*k % 4] <= 0.0 && values[(*k + 1) % 4] > 0.0;
                     let saddle = leaves.len() == 2;
                     let joined = values.iter().sum::<f64>() > 0.0;
-                    // on a saddle the mean of the four decides whether the two corners of the figure are joined
+                    // on a saddle the mean of the four decides whether the two corners of the
+                    // figure are joined
                     let forwards = (leave + 1..leave + 4).find(enters);
                     let backwards = (leave + 1..leave + 4).rev().find(enters);
                     let enter = if saddle && !joined { backwards } else { forwards };

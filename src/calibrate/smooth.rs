@@ -1,4 +1,5 @@
-//! How smooth a field on the cloth is expected to be: each number near nothing, and neighbours near each other.
+//! How smooth a field on the cloth is expected to be: each number near nothing, and neighbours near
+//! each other.
 
 use nalgebra::DMatrix;
 
@@ -12,7 +13,8 @@ const SIGMA: f64 = 1.2;
 /// The same of the mean over the cloth of weight and of bending, which are the cloth's own.
 const MEAN: f64 = 0.01;
 
-/// A large number of a field: curvature \[1/m\], share of the weight, logarithm of a factor on bending.
+/// A large number of a field: curvature \[1/m\], share of the weight, logarithm of a factor on
+/// bending.
 pub(super) fn unit_of(of: FieldOf) -> f64 {
     match of {
         FieldOf::CurvatureWeft | FieldOf::CurvatureWarp => 50.0,

@@ -1,14 +1,19 @@
-//! Where the fit of a cloth that softens begins, from the balance of forces on the plain fit's sheets.
+//! Where the fit of a cloth that softens begins, from the balance of forces on the plain fit's
+//! sheets.
 //!
-//! A plain cloth that was fitted to the drapes of one that softens is too soft to bend by then: its moment is the other's where the
-//! sheets are bent, `B' k = B k (1 - s k)`. From there the way to the truth is long and crooked in ln B and s. But the forces on a
-//! sheet as it lies are linear in B and in s B, and how a sheet answers forces is known of the plain fit's. So for some s the factors on the
-//! three bending stiffnesses under which its sheets come nearest to what was scanned are one linear solution, whatever their size.
+//! A plain cloth that was fitted to the drapes of one that softens is too soft to bend by then: its
+//! moment is the other's where the sheets are bent, `B' k = B k (1 - s k)`. From there the way to
+//! the truth is long and crooked in ln B and s. But the forces on a sheet as it lies are linear in
+//! B and in s B, and how a sheet answers forces is known of the plain fit's. So for some s the
+//! factors on the three bending stiffnesses under which its sheets come nearest to what was scanned
+//! are one linear solution, whatever their size.
 //!
-//! In: the least squares around the plain fit's sheets with the three numbers of softening, which are nothing there. Out: shared unknowns.
+//! In: the least squares around the plain fit's sheets with the three numbers of softening, which
+//! are nothing there. Out: shared unknowns.
 //!
-//! Where it fails: a sheet that would move far answers otherwise, and a curvature beyond the measured ones follows another law
-//! ([`crate::sim::experiment::Softening`]); it is a start and no answer.
+//! Where it fails: a sheet that would move far answers otherwise, and a curvature beyond the
+//! measured ones follows another law ([`crate::sim::experiment::Softening`]); it is a start and no
+//! answer.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,7 +22,8 @@ use super::squares::State;
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::Parameter;
 
-/// Softening that is tried, the same in all directions \[m\]; of 618 measured fabrics half have less than 2.7 mm and one of twenty more than 6.
+/// Softening that is tried, the same in all directions \[m\]; of 618 measured fabrics half have
+/// less than 2.7 mm and one of twenty more than 6.
 const TRIED_M: [f64; 6] = [1e-3, 2e-3, 3e-3, 4e-3, 5.5e-3, 7e-3];
 /// Least and largest logarithm of a factor on bending.
 const FACTORS: [f64; 2] = [-0.5, 2.0];
@@ -31,8 +37,9 @@ const OF_BENDING: [(usize, Parameter); 3] =
 /// A bending stiffness and its softening: their places among the unknowns.
 type Pair = (usize, usize);
 
-/// Shared unknowns of a cloth that softens, from those of a state in which it does not; `None` where softening is not among
-/// `numbers`, or nothing is nearer with it. `limits` are those of the unknowns.
+/// Shared unknowns of a cloth that softens, from those of a state in which it does not; `None`
+/// where softening is not among `numbers`, or nothing is nearer with it. `limits` are those of the
+/// unknowns.
 pub(super) fn softened(
     at: &State,
     numbers: &[&'static Number],
@@ -78,8 +85,8 @@ struct Sums<'a> {
 }
 
 impl Sums<'_> {
-    /// The change of all unknowns, of bending as a share of it, beside which softening of these sizes costs least, and by how much the
-    /// cost changes.
+    /// The change of all unknowns, of bending as a share of it, beside which softening of these
+    /// sizes costs least, and by how much the cost changes.
     fn beside(&self, pairs: &[Pair; 3], sizes: [f64; 3]) -> Option<(DVector<f64>, f64)> {
         let unknowns = self.right.len();
         // B (1 + b) k (1 - s k) is linear in b and in (1 + b) s
@@ -107,7 +114,8 @@ impl Sums<'_> {
 mod tests {
     use super::*;
 
-    /// Moments of three strips at some curvatures, each with B and s of its own, seen from plain strips: unknown are the logarithms of B and s.
+    /// Moments of three strips at some curvatures, each with B and s of its own, seen from plain
+    /// strips: unknown are the logarithms of B and s.
     #[test]
     fn strips_that_soften_are_found_from_plain_ones_at_one_go() {
         let curvatures: Vec<f64> = (1..40).map(|k| f64::from(k) * 2.0).collect();

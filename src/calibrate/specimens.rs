@@ -1,6 +1,8 @@
-//! Which drapes are of one specimen: specimens differ, and what the drapes of one have in common may be its own.
+//! Which drapes are of one specimen: specimens differ, and what the drapes of one have in common
+//! may be its own.
 
-/// The specimen of each of some drapes, from 0 on; a drape of an unknown specimen is of one of its own.
+/// The specimen of each of some drapes, from 0 on; a drape of an unknown specimen is of one of its
+/// own.
 pub(super) fn specimens_of(specimens: &[Option<&str>]) -> Vec<usize> {
     let mut names: Vec<Option<&str>> = Vec::new();
     let mut of = Vec::new();

@@ -1,17 +1,20 @@
 //! The least squares around the drapes of one fabric.
 //!
-//! Unknown are the logarithms of the six stiffnesses and the numbers of the effects that are looked for, which all drapes
-//! share (the latter in units of what may be expected, [`Number::sigma`]), and the pose of each drape where it was measured. The
-//! distance of a measured point from the simulated drape ([`seen`]) is predicted by the moves of the cloth there. Neighbouring
-//! points err alike: of all points on a stretch one counts. A distance of more than a few standard deviations pulls no harder
-//! than one at that distance (Huber 1964).
+//! Unknown are the logarithms of the six stiffnesses and the numbers of the effects that are looked
+//! for, which all drapes share (the latter in units of what may be expected, [`Number::sigma`]),
+//! and the pose of each drape where it was measured. The distance of a measured point from the
+//! simulated drape ([`seen`]) is predicted by the moves of the cloth there. Neighbouring points err
+//! alike: of all points on a stretch one counts. A distance of more than a few standard deviations
+//! pulls no harder than one at that distance (Huber 1964).
 //!
-//! Where a sensor has the edges of scanned sheets is known no better than sensors are: one number for all scans of a fabric
-//! ([`super::effect::SENSOR_EDGE`]), in every fit to them. The scan path, told the specimen's size, takes what it can out of each rim
-//! ([`crate::scan::EdgeShift`]); that is counted in, so that specimens of another size are no sensor's.
+//! Where a sensor has the edges of scanned sheets is known no better than sensors are: one number
+//! for all scans of a fabric ([`super::effect::SENSOR_EDGE`]), in every fit to them. The scan path,
+//! told the specimen's size, takes what it can out of each rim ([`crate::scan::EdgeShift`]); that
+//! is counted in, so that specimens of another size are no sensor's.
 //!
-//! A drape that springs hold across its outline has one unknown more, how far outwards they pull, and one row more: that
-//! they pull nowhere on the whole. Its arrangement of folds is then the measured one, and its mean extent its own.
+//! A drape that springs hold across its outline has one unknown more, how far outwards they pull,
+//! and one row more: that they pull nowhere on the whole. Its arrangement of folds is then the
+//! measured one, and its mean extent its own.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -168,8 +171,8 @@ impl Squares<'_> {
         }
     }
 
-    /// Precision of the shared unknowns before any drape is seen, what draws them to what is expected, and how far they
-    /// are from that in squared standard deviations.
+    /// Precision of the shared unknowns before any drape is seen, what draws them to what is
+    /// expected, and how far they are from that in squared standard deviations.
     pub fn prior(&self, shared: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
         let common = self.shared();
         let mut precision = DMatrix::identity(common, common);

@@ -25,7 +25,8 @@ pub struct Target {
     pub turned_over: bool,
     /// How far it has settled, see [`Lies`].
     pub settled: f64,
-    /// One over the camera's height above the plate's face, as far as it is known \[1/m\]; 0 from afar.
+    /// One over the camera's height above the plate's face, as far as it is known \[1/m\]; 0 from
+    /// afar.
     pub per_height: f64,
     /// Specimen and plate.
     pub bench: Experiment,
@@ -53,7 +54,8 @@ pub struct Rim {
     pub boundary: Boundary,
     /// The whole sheet, if it was scanned.
     pub sheet: Option<Surface>,
-    /// By how much farther out the scan had its edge than the rim has it; `None` of a rim that was given.
+    /// By how much farther out the scan had its edge than the rim has it; `None` of a rim that was
+    /// given.
     pub edge: Option<EdgeShift>,
 }
 
@@ -82,7 +84,8 @@ impl Target {
         }
     }
 
-    /// Of a rim whose frame has the warp along x, face up; `None` where seen from above it does not go around the plate.
+    /// Of a rim whose frame has the warp along x, face up; `None` where seen from above it does not
+    /// go around the plate.
     #[must_use]
     pub fn of_rim(rim: Rim, bench: &Experiment) -> Option<Self> {
         let outline = rim.from_above()?;
@@ -112,7 +115,8 @@ impl Target {
         self.rim.is_some() && options.scan_hold_sag_m > 0.0
     }
 
-    /// Force of the springs that tie a drape to what was scanned, root mean square, as a share of the cloth's weight; 0 where none do.
+    /// Force of the springs that tie a drape to what was scanned, root mean square, as a share of
+    /// the cloth's weight; 0 where none do.
     pub(super) fn tied_share(&self, trial: &Trial, view: View, options: &FitOptions) -> f64 {
         match self.start(view, options) {
             Some(DropStart::HeldSurface(held)) => share_of(&held, &trial.places),
@@ -129,7 +133,8 @@ impl Target {
         }
     }
 
-    /// What a drape of a scanned sheet or of a rim starts from; tied to it, if it is, at the scale that a view has. `None` of a picture.
+    /// What a drape of a scanned sheet or of a rim starts from; tied to it, if it is, at the scale
+    /// that a view has. `None` of a picture.
     pub(super) fn start(&self, view: View, options: &FitOptions) -> Option<DropStart> {
         let rim = self.rim.as_deref()?;
         let held = self.is_held(options);
@@ -168,8 +173,9 @@ impl Target {
         self.per_height + view.per_height
     }
 
-    /// The outline in the plan of the simulation frame, as a pose has it whose scale is the true one: what looks smaller since it
-    /// hangs lower is drawn outwards again, its depth that of nearly straight cloth.
+    /// The outline in the plan of the simulation frame, as a pose has it whose scale is the true
+    /// one: what looks smaller since it hangs lower is drawn outwards again, its depth that of
+    /// nearly straight cloth.
     #[must_use]
     pub fn in_plan(&self, posed: &Pose, view: View) -> Outline {
         let per_height = self.seen_from(view);
@@ -190,12 +196,14 @@ impl Target {
     }
 }
 
-/// How much farther from the frame's origin than it was scanned a sheet lies at the scale of a view, as a share.
+/// How much farther from the frame's origin than it was scanned a sheet lies at the scale of a
+/// view, as a share.
 pub(super) fn farther(view: View) -> f64 {
     (-view.ln_scale).exp_m1()
 }
 
-/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a share of the sheet's weight.
+/// Force of the springs that hold a sheet whose compared places lie there, root mean square, as a
+/// share of the sheet's weight.
 fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
     let points = held.surface.points();
     let both = compared().map(|[i, j]| &points[i * Surface::SIDE + j]).zip(places);
@@ -207,7 +215,8 @@ fn share_of(held: &HeldSurface, places: &[Vector3]) -> f64 {
 }
 
 impl Rim {
-    /// The farthest cloth at each bearing, of the rim and of the sheet; `None` where some bearing has none.
+    /// The farthest cloth at each bearing, of the rim and of the sheet; `None` where some bearing
+    /// has none.
     #[must_use]
     pub fn from_above(&self) -> Option<Outline> {
         let mut farthest = [0.0_f64; BEARINGS];

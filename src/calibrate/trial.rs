@@ -1,16 +1,19 @@
-//! One fabric's drape as it is seen, from above and at its rim, and how it moves with everything that is asked for.
+//! One fabric's drape as it is seen, from above and at its rim, and how it moves with everything
+//! that is asked for.
 //!
-//! In: a sheet at rest. Out: its outline about the plate's axis, the farthest point of cloth at each of
-//! [`BEARINGS`] bearings, in the plan of the simulation frame \[m\], and the moves of these points \[m per unit\]. The cloth is the
-//! rim's 244 points and the cells that lie wholly on the specimen. Likewise the rim's points themselves, in space.
+//! In: a sheet at rest. Out: its outline about the plate's axis, the farthest point of cloth at
+//! each of [`BEARINGS`] bearings, in the plan of the simulation frame \[m\], and the moves of these
+//! points \[m per unit\]. The cloth is the rim's 244 points and the cells that lie wholly on the
+//! specimen. Likewise the rim's points themselves, in space.
 //!
-//! Where springs hold the sheet ([`crate::sim::Hold`]), how far they are stretched on the mean is told with its moves.
+//! Where springs hold the sheet ([`crate::sim::Hold`]), how far they are stretched on the mean is
+//! told with its moves.
 //!
-//! A point of the outline that is no rim lies where the sheet turns over, and the outline moves there, across itself,
-//! as the cloth under it does: the sheet's tangent there is vertical.
+//! A point of the outline that is no rim lies where the sheet turns over, and the outline moves
+//! there, across itself, as the cloth under it does: the sheet's tangent there is vertical.
 //!
-//! Where it fails: cloth that hangs back under a fold is not seen, as from above, and an outline that goes back on its
-//! bearing is cut off radially.
+//! Where it fails: cloth that hangs back under a fold is not seen, as from above, and an outline
+//! that goes back on its bearing is cut off radially.
 
 use crate::base::boundary::POINTS;
 use crate::base::{Outline, Surface, Vector3};
@@ -33,13 +36,15 @@ pub struct Trial {
     pub heights_m: Vec<f64>,
     /// Its rim's points \[m\].
     pub rim: Vec<Vector3>,
-    /// The places of a scanned sheet that are compared, see [`compared`] \[m\]; none where the rim alone is.
+    /// The places of a scanned sheet that are compared, see [`compared`] \[m\]; none where the rim
+    /// alone is.
     pub places: Vec<Vector3>,
     /// How it moves with each parameter asked for.
     pub moves: Vec<Move>,
     /// The springs that hold it; nothing of a sheet that was released.
     pub hold: Held,
-    /// Whether its rest is not stable, and its moves those of a sheet that a little inertia holds there.
+    /// Whether its rest is not stable, and its moves those of a sheet that a little inertia holds
+    /// there.
     pub is_steadied: bool,
 }
 
@@ -95,8 +100,8 @@ impl Trial {
     }
 }
 
-/// The cloth under a point of the outline: on the way from one node to another. Nodes are the rim's points, then the
-/// grid's vertices.
+/// The cloth under a point of the outline: on the way from one node to another. Nodes are the rim's
+/// points, then the grid's vertices.
 #[derive(Clone, Copy, Debug)]
 struct Source {
     from: usize,
@@ -114,7 +119,8 @@ pub enum Compared {
     Sheet,
 }
 
-/// Vertices of [`crate::base::Surface`] that are compared with a drape, as warp and weft: every third within the border. Neighbours err alike.
+/// Vertices of [`crate::base::Surface`] that are compared with a drape, as warp and weft: every
+/// third within the border. Neighbours err alike.
 pub fn compared() -> impl Iterator<Item = [usize; 2]> {
     let inside = || (STRIDE..Surface::SIDE - 1).step_by(STRIDE);
     inside().flat_map(move |i| inside().map(move |j| [i, j]))
@@ -189,7 +195,8 @@ pub fn outline_of(drape: &Drape) -> Outline {
     curve(drape, &sources(drape))
 }
 
-/// The same as a camera above the plate's axis sees it, on the plate's face; one over its height \[1/m\].
+/// The same as a camera above the plate's axis sees it, on the plate's face; one over its height
+/// \[1/m\].
 #[must_use]
 pub fn outline_seen(drape: &Drape, per_height: f64) -> Outline {
     let sources = sources(drape);

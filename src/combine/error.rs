@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::drape::LeftOut;
 
-/// Largest over smallest density that are taken for one fabric's: specimens of one cloth differ by a per cent or two.
-/// Chosen.
+/// Largest over smallest density that are taken for one fabric's: specimens of one cloth differ by
+/// a per cent or two. Chosen.
 pub const DENSITY_RATIO: f64 = 1.05;
 
 /// Why drapes cannot be combined.

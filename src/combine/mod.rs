@@ -1,13 +1,15 @@
 //! Repeated drapes of one fabric, each estimated, as one fabric with its scatter.
 //!
-//! In: the params.json files of drapes ([`read()`]). Out: a [`Combined`]: for each stiffness the geometric mean with its 90 %
-//! interval, standard deviation and coefficient of variation ([`pooled`] has the method and its sources); the folds of each
-//! drape; what was left out and why; which drapes lie apart.
+//! In: the params.json files of drapes ([`read()`]). Out: a [`Combined`]: for each stiffness the
+//! geometric mean with its 90 % interval, standard deviation and coefficient of variation
+//! ([`pooled`] has the method and its sources); the folds of each drape; what was left out and why;
+//! which drapes lie apart.
 //!
-//! Left out, and named: drapes whose verdict is `do not use`; of several results of one scan all but the refined one; scans
-//! that another drape's refinement has used already; where weft and warp are known in some, those in which they are not.
-//! Nothing else is: outlying drapes are named and stay. Refused: drapes of different densities, and results of different
-//! models or numerics, which are not of one measurement.
+//! Left out, and named: drapes whose verdict is `do not use`; of several results of one scan all
+//! but the refined one; scans that another drape's refinement has used already; where weft and warp
+//! are known in some, those in which they are not. Nothing else is: outlying drapes are named and
+//! stay. Refused: drapes of different densities, and results of different models or numerics, which
+//! are not of one measurement.
 
 mod drape;
 mod error;
@@ -26,8 +28,9 @@ pub use show::{SCHEMA_VERSION, json, table};
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::numeric::moments::{mean, mean_and_error};
 
-/// Share of what an answer states as its variance that all drapes of a fabric err by alike, for each stiffness: what the network does not
-/// know of a fabric. Set on sixty-eight fabrics of four simulated drops (`docs/validation/network.md`, "Several drops of one fabric").
+/// Share of what an answer states as its variance that all drapes of a fabric err by alike, for
+/// each stiffness: what the network does not know of a fabric. Set on sixty-eight fabrics of four
+/// simulated drops (`docs/validation/network.md`, "Several drops of one fabric").
 pub const COMMON: [f64; STIFFNESSES] = [0.65, 0.65, 0.75, 0.4, 0.4, 0.4];
 
 /// A drape that is in the mean.

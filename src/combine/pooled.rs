@@ -1,23 +1,28 @@
-//! Repeated drapes of one fabric as one value: the random-effects mean of one stiffness, and where the fabric's lies.
+//! Repeated drapes of one fabric as one value: the random-effects mean of one stiffness, and where
+//! the fabric's lies.
 //!
-//! In: of each drape the logarithm of the value and the standard deviation s_k that its own interval states, and the share r
-//! of s_k^2 that all drapes of a fabric have in common. Out: a [`Pooled`].
+//! In: of each drape the logarithm of the value and the standard deviation s_k that its own
+//! interval states, and the share r of s_k^2 that all drapes of a fabric have in common. Out: a
+//! [`Pooled`].
 //!
-//! A drape errs by c + u_k: c is the same in all drapes of the fabric, with variance r s^2; u_k is its own, with (1 - r) s_k^2, and
-//! only that averages out. The mean has weights 1 / (tau^2 + s_k^2), so that equal drapes count alike and a vague one
-//! little; tau is the restricted maximum likelihood estimate of what drapes scatter beyond what they state, by
-//! Fisher scoring (Viechtbauer, J. Educ. Behav. Stat. 30, 2005, eq. 15 ff.).
+//! A drape errs by c + u_k: c is the same in all drapes of the fabric, with variance r s^2; u_k is
+//! its own, with (1 - r) s_k^2, and only that averages out. The mean has weights 1 / (tau^2 +
+//! s_k^2), so that equal drapes count alike and a vague one little; tau is the restricted maximum
+//! likelihood estimate of what drapes scatter beyond what they state, by Fisher scoring
+//! (Viechtbauer, J. Educ. Behav. Stat. 30, 2005, eq. 15 ff.).
 //!
-//! Drapes may scatter by more than they state (folds, specimens, handling), and few cannot tell by how much. What they
-//! state is therefore taken for as much as `STATED_COUNTS` drapes more: the variance of u_k is scaled by
-//! (nu + Q) / (nu + n - 1), where Q is the weighted sum of squares about the mean, and its part of the interval is
-//! Student's with nu + n - 1 degrees (a scaled inverse chi-squared prior, Gelman et al., Bayesian Data Analysis, 2013, sec. 2.6).
-//! Scatter alone has one degree of two drapes, and made of two good intervals one that was three times as long.
+//! Drapes may scatter by more than they state (folds, specimens, handling), and few cannot tell by
+//! how much. What they state is therefore taken for as much as `STATED_COUNTS` drapes more: the
+//! variance of u_k is scaled by (nu + Q) / (nu + n - 1), where Q is the weighted sum of squares
+//! about the mean, and its part of the interval is Student's with nu + n - 1 degrees (a scaled
+//! inverse chi-squared prior, Gelman et al., Bayesian Data Analysis, 2013, sec. 2.6). Scatter alone
+//! has one degree of two drapes, and made of two good intervals one that was three times as long.
 //! Logarithms make the mean geometric and the interval positive.
 //!
-//! Where it fails: two drapes that scatter by as much again as they state hold 74 % of draws, for what they state is
-//! believed. The share in common was set on the network's answers to simulated drops, and is taken for refined ones too.
-//! What all specimens of a fabric differ in from the fabric is not in it.
+//! Where it fails: two drapes that scatter by as much again as they state hold 74 % of draws, for
+//! what they state is believed. The share in common was set on the network's answers to simulated
+//! drops, and is taken for refined ones too. What all specimens of a fabric differ in from the
+//! fabric is not in it.
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
@@ -48,13 +53,14 @@ pub struct Pooled {
     pub between: f64,
     /// What they state of themselves, root mean square.
     pub within: f64,
-    /// For each drape, how far it lies from the others: in standard deviations of that difference, and the number of
-    /// them beyond which it is named. `None` where the others are fewer than three.
+    /// For each drape, how far it lies from the others: in standard deviations of that difference,
+    /// and the number of them beyond which it is named. `None` where the others are fewer than
+    /// three.
     pub off: Vec<Option<[f64; 2]>>,
 }
 
-/// Standard deviation of the logarithm that a value with this 90 % interval states, from the longer half of it: an end that was cut
-/// at the model's range says too little on its side. None is exact.
+/// Standard deviation of the logarithm that a value with this 90 % interval states, from the longer
+/// half of it: an end that was cut at the model's range says too little on its side. None is exact.
 #[must_use]
 pub fn stated_sigma(value: f64, [low, high]: [f64; 2]) -> f64 {
     ((high / value).ln().max((value / low).ln()) / Z90).max(LEAST_SIGMA)
@@ -65,8 +71,8 @@ fn student(degrees: f64, below: f64) -> f64 {
     StudentsT::new(0.0, 1.0, degrees).map_or(f64::INFINITY, |t| t.inverse_cdf(below))
 }
 
-/// Pools drapes: at least one, each with a standard deviation above 0, of whose squares the share `common` is of errors that all
-/// have in common.
+/// Pools drapes: at least one, each with a standard deviation above 0, of whose squares the share
+/// `common` is of errors that all have in common.
 #[must_use]
 pub fn pool(ln: &[f64], sigma: &[f64], common: f64) -> Pooled {
     let mean_of = RandomEffects::of(ln, sigma);
@@ -83,8 +89,9 @@ pub fn pool(ln: &[f64], sigma: &[f64], common: f64) -> Pooled {
     }
 }
 
-/// How far a drape lies from the others (Viechtbauer and Cheung, Res. Synth. Methods 1, 2010: deleted residuals), held
-/// against Student's t with as many degrees as give the others' scatter, at 5 % over all drapes.
+/// How far a drape lies from the others (Viechtbauer and Cheung, Res. Synth. Methods 1, 2010:
+/// deleted residuals), held against Student's t with as many degrees as give the others' scatter,
+/// at 5 % over all drapes.
 fn off(ln: &[f64], sigma: &[f64], k: usize) -> Option<[f64; 2]> {
     let without = |values: &[f64]| -> Vec<f64> {
         values.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, v)| *v).collect()
@@ -142,7 +149,8 @@ impl RandomEffects {
         Self { mean, error, tau_sq }
     }
 
-    /// Half of the mean's 90 % interval: what the drapes' own errors leave in it, and what they have in common.
+    /// Half of the mean's 90 % interval: what the drapes' own errors leave in it, and what they
+    /// have in common.
     fn half90(&self, ln: &[f64], sigma: &[f64], common: f64) -> f64 {
         let own: Vec<f64> = sigma.iter().map(|s| (1.0 - common) * s * s).collect();
         let off = ln.iter().zip(&own).map(|(y, own)| (y - self.mean).powi(2) / own);
@@ -206,8 +214,8 @@ mod tests {
         assert!((half / (Z90 * 0.12) - 1.0).abs() < 1e-3, "{half}");
     }
 
-    /// What two drapes say: they agree, and the interval is shorter than either's; they differ by far more than they state, and it
-    /// spans nine tenths of what lies between them.
+    /// What two drapes say: they agree, and the interval is shorter than either's; they differ by
+    /// far more than they state, and it spans nine tenths of what lies between them.
     #[test]
     fn two_good_intervals_make_a_better_one() {
         let both = |apart: f64| {
@@ -218,8 +226,9 @@ mod tests {
         assert!(both(1.0) * 0.1 * Z90 > 0.45, "{}", both(1.0));
     }
 
-    /// The case of metafor's documentation: BCG vaccine, log risk ratios and variances of 13 trials; REML gives
-    /// tau^2 = 0.3132 and mu = -0.7145, with Knapp and Hartung's standard error 0.1808.
+    /// The case of metafor's documentation: BCG vaccine, log risk ratios and variances of 13
+    /// trials; REML gives tau^2 = 0.3132 and mu = -0.7145, with Knapp and Hartung's standard error
+    /// 0.1808.
     #[test]
     fn a_published_case_is_reproduced() {
         let ln = [
@@ -237,8 +246,9 @@ mod tests {
         assert!((found.error - 0.1808).abs() < 5e-4, "{}", found.error);
     }
 
-    /// Share of draws whose interval holds the truth: drapes that scatter by `between` beyond what they state, `within`, of whose
-    /// square the share `common` is the same for all drapes of a draw.
+    /// Share of draws whose interval holds the truth: drapes that scatter by `between` beyond what
+    /// they state, `within`, of whose square the share `common` is the same for all drapes of a
+    /// draw.
     fn coverage(count: usize, between: f64, within: f64, common: f64) -> f64 {
         const DRAWS: usize = 4000;
         let mut rng = ChaCha8Rng::seed_from_u64(count as u64);
@@ -258,7 +268,8 @@ mod tests {
         held as f64 / DRAWS as f64
     }
 
-    /// Binomial standard error at 90 % of 4000: 0.5 %. Two drapes that scatter by as much again as they state hold 0.74.
+    /// Binomial standard error at 90 % of 4000: 0.5 %. Two drapes that scatter by as much again as
+    /// they state hold 0.74.
     #[test]
     fn intervals_hold_the_truth_in_about_nine_of_ten_draws() {
         for count in [2, 3, 5, 10] {

@@ -1,7 +1,8 @@
 //! params.json files of drapes, as `estimate --out` and `batch` write them.
 //!
-//! In: paths of files, and folders that are looked through for `*.params.json` (hidden entries and `*.truth.*` are passed
-//! over). Out: what combining needs of each. Fails with the file and what it lacks.
+//! In: paths of files, and folders that are looked through for `*.params.json` (hidden entries and
+//! `*.truth.*` are passed over). Out: what combining needs of each. Fails with the file and what it
+//! lacks.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,8 @@ use crate::io::boundary_csv;
 use crate::job::verdict::Level;
 use crate::sim::rim_nodes;
 
-/// The files that are meant: each file itself, each folder's `*.params.json`, in the order of their paths and each once.
+/// The files that are meant: each file itself, each folder's `*.params.json`, in the order of their
+/// paths and each once.
 ///
 /// # Errors
 /// When a folder cannot be listed, or holds none.

@@ -10,8 +10,8 @@ use crate::base::units::DENSITY_UNIT;
 /// Version of the layout of the JSON.
 pub const SCHEMA_VERSION: u32 = 2;
 
-/// The combination as JSON. Stiffnesses and density stand where params.json has them, so that `simulate --params` reads
-/// it.
+/// The combination as JSON. Stiffnesses and density stand where params.json has them, so that
+/// `simulate --params` reads it.
 #[must_use]
 pub fn json(found: &Combined) -> Value {
     let mut parameters = Map::new();

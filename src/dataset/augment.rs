@@ -104,7 +104,8 @@ pub enum Step<'a> {
         /// Variants of the run.
         of: u64,
     },
-    /// A drape's sheet is too coarse for the scans of it to pass for those of cloth: see [`COARSEST_CELL_M`].
+    /// A drape's sheet is too coarse for the scans of it to pass for those of cloth: see
+    /// [`COARSEST_CELL_M`].
     Coarse {
         /// Of the drape.
         name: &'a str,
@@ -115,9 +116,10 @@ pub enum Step<'a> {
     Ended(&'a Made),
 }
 
-/// Sheets of larger cells are scanned all the same and told of ([`Step::Coarse`]) \[m\]: their facets round off the
-/// plate's edge and bend along lines, and `scan` refuses most of them. Observed: drapes of two fabrics with 61 vertices a
-/// side (5 mm) pass, with 49 (6.3 mm) one of two, with 41, 37 and 31 none.
+/// Sheets of larger cells are scanned all the same and told of ([`Step::Coarse`]) \[m\]: their
+/// facets round off the plate's edge and bend along lines, and `scan` refuses most of them.
+/// Observed: drapes of two fabrics with 61 vertices a side (5 mm) pass, with 49 (6.3 mm) one of
+/// two, with 41, 37 and 31 none.
 pub const COARSEST_CELL_M: f64 = 0.0055;
 
 /// The side of a sheet's cells, of two triangles each, on the average \[m\].
@@ -377,8 +379,9 @@ fn turned_ring(seed: u64) -> Vec<CameraPose> {
     default_ring().into_iter().map(rotated).collect()
 }
 
-/// Scans a drape on the stand of the experiment from the default ring of cameras, as [`one_ply`] does: `drape` in the
-/// simulation frame \[m\], with a mark in the middle of the side to which the warp runs if one is wanted.
+/// Scans a drape on the stand of the experiment from the default ring of cameras, as [`one_ply`]
+/// does: `drape` in the simulation frame \[m\], with a mark in the middle of the side to which the
+/// warp runs if one is wanted.
 ///
 /// # Errors
 /// When the drape makes no scene, or there is a mark but no square grid of vertices.

@@ -27,7 +27,8 @@ pub fn walk_options() -> SimOptions {
 /// drape like any other here.
 const LONGEST_STEP: f64 = 0.5;
 
-/// Simulates a sample that falls: canonically, or in a drop drawn from the run's seed and the index.
+/// Simulates a sample that falls: canonically, or in a drop drawn from the run's seed and the
+/// index.
 #[must_use]
 pub fn simulate(sample: &Sample, options: &SimOptions) -> SimulatedRow {
     row(drape(&sample.fabric, &drop_of(sample), options), false)

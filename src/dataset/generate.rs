@@ -9,8 +9,8 @@
 //! the next one continues from the rest. Which rows came from there does not show in the
 //! file: a boundary of f32 millimetres survives reading, and the fabric is drawn again.
 //!
-//! Samples of a walk are made one after the other by one thread, and kept when the walk is whole: its
-//! sheet is in no file, so that a walk that breaks off begins again.
+//! Samples of a walk are made one after the other by one thread, and kept when the walk is whole:
+//! its sheet is in no file, so that a walk that breaks off begins again.
 //!
 //! One run at a time makes a shard in a folder; another is told who does.
 
@@ -67,8 +67,9 @@ pub struct Summary {
 /// Makes the samples of a shard that its folder does not have yet.
 ///
 /// `simulate` gets the sample, from which alone it derives the drop, and what it gave with the
-/// sample before in a walk (`None` at the beginning of one, and without walks always). `progress` is
-/// called after every drape and may end the run: the samples and walks under way are then dropped.
+/// sample before in a walk (`None` at the beginning of one, and without walks always). `progress`
+/// is called after every drape and may end the run: the samples and walks under way are then
+/// dropped.
 ///
 /// # Errors
 /// When the options make no sense or are not those of the folder, or a file

@@ -1,9 +1,9 @@
 //! A sheet of the specimen read from a mesh: what `simulate --start` takes.
 //!
 //! In: an OBJ or PLY in mm, simulation frame, of which each vertex's place on the flat cloth is
-//! known: by its number, where the vertices are the square grid that `simulate` writes (vertex
-//! (i, j) at i n + j, i along the warp, any n from 5), or by the OBJ's texture coordinates. These
-//! run along warp and weft from the flat specimen's corner (-x, -z): shares from 0 to 1, or mm where
+//! known: by its number, where the vertices are the square grid that `simulate` writes (vertex (i,
+//! j) at i n + j, i along the warp, any n from 5), or by the OBJ's texture coordinates. These run
+//! along warp and weft from the flat specimen's corner (-x, -z): shares from 0 to 1, or mm where
 //! one of them is larger than 2. Out: a [`Surface`]. Between the vertices of an unwrapped mesh the
 //! sheet is linear; what no triangle covers is refused.
 

@@ -1,11 +1,11 @@
 //! From the boundary vector to the six stiffnesses, with intervals.
 //!
 //! In: a [`Boundary`] (simulation frame), the areal density, to which all stiffnesses are in
-//! proportion, and whether weft and warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval on each
-//! stiffness, and what is to be said against it. Method: convolutions along the rim before the two
-//! streams of the paper's SNN (section IV), with a sigma beside each mean, averaged over the symmetric views
-//! of the specimen; intervals by split conformal prediction, wider or narrower by the bending
-//! length (docs/design/estimation.md).
+//! proportion, and whether weft and warp are known. Out: an [`Estimate`]: a fabric, a 90 % interval
+//! on each stiffness, and what is to be said against it. Method: convolutions along the rim before
+//! the two streams of the paper's SNN (section IV), with a sigma beside each mean, averaged over
+//! the symmetric views of the specimen; intervals by split conformal prediction, wider or narrower
+//! by the bending length (docs/design/estimation.md).
 //!
 //! Where it fails: outside the trained range the network extrapolates, and says
 //! so (`in_range`, `novelty`); the coverage of the intervals holds on average over
@@ -258,8 +258,8 @@ impl Estimator {
         Ok(self.assemble(&mixture, &asked, orientation_known, novelty))
     }
 
-    /// The density for which the network is asked. A drape at rest depends on stiffness over weight alone, so that the answer
-    /// for the specimen's is that one in proportion.
+    /// The density for which the network is asked. A drape at rest depends on stiffness over weight
+    /// alone, so that the answer for the specimen's is that one in proportion.
     fn asked_kg_m2(&self, density_kg_m2: f64) -> f64 {
         self.model.input.asked_density_g_m2.map_or(density_kg_m2, |asked| asked * KG_M2_PER_G_M2)
     }
@@ -336,8 +336,8 @@ impl Estimator {
         outside.then_some(EstimateWarning::DensityOutsideTraining { value, min, max })
     }
 
-    /// Values and intervals, cut to the trained range, for a density and a noise. The middle is made the
-    /// bending set of one plate, so that it can be simulated.
+    /// Values and intervals, cut to the trained range, for a density and a noise. The middle is
+    /// made the bending set of one plate, so that it can be simulated.
     fn candidate(
         &self,
         mixture: &Normalised,

@@ -89,8 +89,9 @@ impl Output {
     }
 }
 
-/// Conformal calibration: the interval is mean -+ quantile * sigma, and with `by_length` times a factor by the fabric's
-/// bending length, with `by_noise` times one by the rim's noise (`scripts/calibrate_intervals.py`).
+/// Conformal calibration: the interval is mean -+ quantile * sigma, and with `by_length` times a
+/// factor by the fabric's bending length, with `by_noise` times one by the rim's noise
+/// (`scripts/calibrate_intervals.py`).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Interval {
@@ -102,8 +103,8 @@ pub(super) struct Interval {
     by_noise: Option<ByNoise>,
 }
 
-/// Factor on all intervals of a fabric: straight in the logarithm of its bending length between some lengths, that of the first and
-/// the last beyond them.
+/// Factor on all intervals of a fabric: straight in the logarithm of its bending length between
+/// some lengths, that of the first and the last beyond them.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ByLength {
@@ -121,8 +122,9 @@ struct ByNoise {
 }
 
 impl Interval {
-    /// Half the widths of the intervals in sigmas, for a fabric whose shortest bending length is this \[m\] and a rim whose
-    /// points are known to within this, per coordinate, in the mean \[m\].
+    /// Half the widths of the intervals in sigmas, for a fabric whose shortest bending length is
+    /// this \[m\] and a rim whose points are known to within this, per coordinate, in the mean
+    /// \[m\].
     pub fn half_in_sigmas(&self, bending_length_m: f64, noise_m: f64) -> [f64; STIFFNESSES] {
         let [length_mm, noise_mm] = [bending_length_m, noise_m].map(|m| m / M_PER_MM);
         let by_length = self.by_length.as_ref().map_or(1.0, |by_length| by_length.at(length_mm));
@@ -169,7 +171,8 @@ fn straight(nodes: &[f64], values: &[f64], x: f64) -> f64 {
     values[k - 1] + part * (values[k] - values[k - 1])
 }
 
-/// Whether there are as many factors as nodes, one at least, all of them factors, and the nodes rise.
+/// Whether there are as many factors as nodes, one at least, all of them factors, and the nodes
+/// rise.
 fn are_nodes(nodes: &[f64], factors: &[f64]) -> bool {
     let rises = nodes.windows(2).all(|pair| pair[0] < pair[1]);
     !nodes.is_empty()

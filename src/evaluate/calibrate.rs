@@ -5,8 +5,8 @@
 //! the true experiment, guided by the same outlines on the calibration's own cells, which no answer
 //! can be blamed for. [`Summary`] has the figures that are promised.
 //!
-//! A case's folder is made, its manifest calibrated, and the truth looked at last; what was said is kept in the folder
-//! for the next run of the same program (`kept.rs`).
+//! A case's folder is made, its manifest calibrated, and the truth looked at last; what was said is
+//! kept in the folder for the next run of the same program (`kept.rs`).
 
 use std::path::{Path, PathBuf};
 
@@ -83,8 +83,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// Runs the cases one after another, each on all cores; `tell` hears of each as it ends. A case whose drapes never come
-    /// to rest is an error; a fabric that is not fitted is scored as such.
+    /// Runs the cases one after another, each on all cores; `tell` hears of each as it ends. A case
+    /// whose drapes never come to rest is an error; a fabric that is not fitted is scored as such.
     ///
     /// # Errors
     /// The first case that cannot be made or calibrated.
@@ -147,7 +147,8 @@ impl Series {
         if self.bench == Bench::Square {
             let scale = Effect::named("scale").into_iter().flat_map(|effect| effect.numbers);
             effects.extend(scale.map(|number| (number, case.scale_by().ln_1p())));
-            // the sensor's edges are no part of the truth, and are taken as they are known, or else as they were found
+            // the sensor's edges are no part of the truth, and are taken as they are known, or else
+            // as they were found
             let [mean_m, sigma_m] = self.calibrate.fit.sensor_edge_m;
             let after = result.after.as_ref().map(|after| &after.fitted);
             let last = after.or(result.fitted.as_ref().ok());
@@ -179,7 +180,8 @@ impl Series {
     }
 }
 
-/// How many floors the effects of a case must move an outline by for it to count as one that can be seen.
+/// How many floors the effects of a case must move an outline by for it to count as one that can be
+/// seen.
 pub const LEAST_FLOORS: f64 = 3.0;
 
 impl Scored {
@@ -199,7 +201,8 @@ impl Scored {
         self.sealed.left_m().map(|left_m| left_m / M_PER_MM)
     }
 
-    /// Whether the effects move an outline by more than [`LEAST_FLOORS`]; where nothing was said, by any known distance.
+    /// Whether the effects move an outline by more than [`LEAST_FLOORS`]; where nothing was said,
+    /// by any known distance.
     #[must_use]
     pub fn is_large(&self) -> bool {
         self.is_above(self.size_mm())
@@ -222,7 +225,8 @@ impl Scored {
         own.find_map(|effect| Some((effect, effect.share(&self.bench)?)))
     }
 
-    /// Whether the tracer's field is strongest where the effect acts; `None` where the effect has no region, or no field is anything.
+    /// Whether the tracer's field is strongest where the effect acts; `None` where the effect has
+    /// no region, or no field is anything.
     #[must_use]
     pub fn is_in_region(&self) -> Option<bool> {
         let (effect, _) = self.regional()?;
@@ -235,8 +239,9 @@ impl Scored {
         self.regional().map(|(_, share)| share)
     }
 
-    /// Whether what was said is right. Of cases with effects on the list: each is named or within the group, and nothing
-    /// else is named. Of one with none: `none`. Of one that is on no list, or was left out of it: `unexplained`.
+    /// Whether what was said is right. Of cases with effects on the list: each is named or within
+    /// the group, and nothing else is named. Of one with none: `none`. Of one that is on no list,
+    /// or was left out of it: `unexplained`.
     #[must_use]
     pub fn is_right(&self) -> bool {
         let Ok(said) = &self.said else { return false };
@@ -312,7 +317,8 @@ pub struct Summary {
     pub large: usize,
     /// Share of the large ones that are right.
     pub named: Option<f64>,
-    /// Those whose effect moves outlines by more than [`LEAST_FLOORS`] after six stiffnesses and the poses took up what they can.
+    /// Those whose effect moves outlines by more than [`LEAST_FLOORS`] after six stiffnesses and
+    /// the poses took up what they can.
     pub staying: usize,
     /// Share of these that are right.
     pub staying_named: Option<f64>,
@@ -320,7 +326,8 @@ pub struct Summary {
     pub both_named: Option<f64>,
     /// Cases without effects.
     pub none: usize,
-    /// Share of which something else was said than that there is none, of these less the ones of which nothing was said.
+    /// Share of which something else was said than that there is none, of these less the ones of
+    /// which nothing was said.
     pub false_alarms: Option<f64>,
     /// Cases with an effect that is on no list.
     pub unlisted: usize,

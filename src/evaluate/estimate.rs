@@ -7,12 +7,12 @@
 //! logarithms, as the network is trained; the root mean square is divided by the logarithmic
 //! width of the prior's box, as in Table 3 of the paper.
 //!
-//! [`noisy`] has the same rims with the scan noise of the training, [`quarters`] the scores by bending length,
-//! [`by_likeness`] by the part of the prior that the answer is said to be like; [`repeats`] takes the drops of one fabric together;
-//! [`pictures`] has them as charts.
+//! [`noisy`] has the same rims with the scan noise of the training, [`quarters`] the scores by
+//! bending length, [`by_likeness`] by the part of the prior that the answer is said to be like;
+//! [`repeats`] takes the drops of one fabric together; [`pictures`] has them as charts.
 //!
-//! Where it fails: rims of the simulator, drawn from the prior of the training (or, [`anywhere`], from the whole box);
-//! nothing here says how the estimate does on real cloth.
+//! Where it fails: rims of the simulator, drawn from the prior of the training (or, [`anywhere`],
+//! from the whole box); nothing here says how the estimate does on real cloth.
 
 pub mod pictures;
 pub mod repeats;
@@ -102,8 +102,8 @@ pub(super) fn answered(
     Ok(Answer::of(&estimator.estimate(rim, density_kg_m2, true)?))
 }
 
-/// The rows as scans with the training's noise give them: rim and density; the truth that scores are held against is
-/// that of the rows themselves.
+/// The rows as scans with the training's noise give them: rim and density; the truth that scores
+/// are held against is that of the rows themselves.
 #[must_use]
 pub fn noisy(rows: &[Row], noise: &RimNoise, seed: u64) -> Vec<Row> {
     let with_noise = |row: &Row| {
@@ -119,8 +119,8 @@ pub fn noisy(rows: &[Row], noise: &RimNoise, seed: u64) -> Vec<Row> {
 /// Areal density of the fabrics of [`anywhere`] \[g/m^2\]; which one it is moves no drape.
 const ANYWHERE_G_M2: f64 = 200.0;
 
-/// Fabric `index` drawn evenly over the logarithms of a prior's box, with a positive bending energy: most of them are like
-/// none of its fabrics.
+/// Fabric `index` drawn evenly over the logarithms of a prior's box, with a positive bending
+/// energy: most of them are like none of its fabrics.
 #[must_use]
 pub fn anywhere(prior: &Mixture, seed: u64, index: u64) -> Fabric {
     let [low, high] = prior.limits();
@@ -323,14 +323,15 @@ impl Scores {
 /// The scores of some of the drapes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Group {
-    /// Which drapes: their bending lengths \[mm\], or the parts of the prior that the answers are like.
+    /// Which drapes: their bending lengths \[mm\], or the parts of the prior that the answers are
+    /// like.
     pub name: String,
     /// Their scores. Shares of variance are within the group.
     pub scores: Scores,
 }
 
-/// The scores of each quarter of the drapes by their true bending length, softest first; fewer than four groups for fewer
-/// than four drapes.
+/// The scores of each quarter of the drapes by their true bending length, softest first; fewer than
+/// four groups for fewer than four drapes.
 #[must_use]
 pub fn quarters(
     truths: &[Fabric],

@@ -1,11 +1,13 @@
 //! Linear regression from rim to stiffnesses, the baseline of the paper and of `scripts/train.py`.
 //!
-//! In: drapes with known fabrics. Out: logarithms of stiffness as a linear function of the 732 coordinates and the density,
-//! by least squares with a ridge that the doubled corners need (1e-3 on inputs scaled to [0, 1]), on all eight symmetric
-//! views, as `linear_regression` of `scripts/train.py` has it.
+//! In: drapes with known fabrics. Out: logarithms of stiffness as a linear function of the 732
+//! coordinates and the density, by least squares with a ridge that the doubled corners need (1e-3
+//! on inputs scaled to [0, 1]), on all eight symmetric views, as `linear_regression` of
+//! `scripts/train.py` has it.
 //!
-//! Where it fails: with fewer drapes than coordinates it follows each of them. Its error falls slowly with their number, so
-//! that no figure of it is worth reading without that number ([`Linear::rows`]).
+//! Where it fails: with fewer drapes than coordinates it follows each of them. Its error falls
+//! slowly with their number, so that no figure of it is worth reading without that number
+//! ([`Linear::rows`]).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,7 +18,8 @@ use crate::dataset::Row;
 use crate::estimate::{SWAPPED, View, views};
 use crate::fabric::{Fabric, Mixture, STIFFNESSES};
 
-/// Ridge on scaled inputs, and the least range that an input is scaled by \[mm, g/m^2\]: those of `scripts/train.py`.
+/// Ridge on scaled inputs, and the least range that an input is scaled by \[mm, g/m^2\]: those of
+/// `scripts/train.py`.
 const RIDGE: f64 = 1e-3;
 const LEAST_RANGE: f64 = 5.0;
 

@@ -1,12 +1,15 @@
 //! Fabrics draped again from their estimates, for `evaluate redrape`: Figs. 8 and 9 of the paper.
 //!
-//! In: fabrics of a prior. Out: one [`Redraped`] each: the fabric falls canonically on the network's cells, its rim is
-//! answered for by the network, by a linear regression where there is one, and by the fit where that is asked for, and each answer falls
-//! as the true fabric did; so does, where it is asked for, the true fabric with stiffnesses that are wrong by a known share. What counts is the mean distance of the rims, and the shares below 5 and 10 mm ([`Tally`]). The drops, the
-//! fit and the comparison are those of `evaluate refine --canonical` ([`Series`]).
+//! In: fabrics of a prior. Out: one [`Redraped`] each: the fabric falls canonically on the
+//! network's cells, its rim is answered for by the network, by a linear regression where there is
+//! one, and by the fit where that is asked for, and each answer falls as the true fabric did; so
+//! does, where it is asked for, the true fabric with stiffnesses that are wrong by a known share.
+//! What counts is the mean distance of the rims, and the shares below 5 and 10 mm ([`Tally`]). The
+//! drops, the fit and the comparison are those of `evaluate refine --canonical` ([`Series`]).
 //!
-//! Where it fails: a soft knit's drop ends on another branch with hardly another fabric, so that its distance says little of
-//! its stiffnesses; hence the tally by bending length. The paper's figures are of its own simulator and fabrics.
+//! Where it fails: a soft knit's drop ends on another branch with hardly another fabric, so that
+//! its distance says little of its stiffnesses; hence the tally by bending length. The paper's
+//! figures are of its own simulator and fabrics.
 
 use image::RgbImage;
 use rayon::prelude::*;
@@ -21,7 +24,8 @@ use crate::sim::experiment::bending_length_m;
 
 /// Distances of which the shares below are counted \[mm\]: the paper's 5 and 10.
 pub const WITHIN_MM: [f64; 2] = [5.0, 10.0];
-/// Bending length from which on cloth falls where its like fell (docs/validation/refine.md, "Rims alone") \[mm\].
+/// Bending length from which on cloth falls where its like fell (docs/validation/refine.md, "Rims
+/// alone") \[mm\].
 pub const STIFFER_MM: f64 = 6.0;
 /// Bars of the histogram, and the end of its axis \[mm\]; what lies beyond is in the last bar.
 const BAR_MM: f64 = 2.5;
@@ -37,7 +41,8 @@ pub enum By {
     Linear,
     /// The fit that the network begins.
     Refined,
-    /// Nobody: the true fabric with all stiffnesses somewhat higher, which shows what the drop itself makes of an error.
+    /// Nobody: the true fabric with all stiffnesses somewhat higher, which shows what the drop
+    /// itself makes of an error.
     Off,
 }
 
@@ -64,8 +69,9 @@ pub struct Redraped {
     pub index: u64,
     /// The true fabric.
     pub fabric: Fabric,
-    /// Mean distance of each answer's rim from the true one \[m\], in the order of [`By::ALL`]: NaN where that does not come to
-    /// rest, `None` where nobody was asked; or why the fabric has no true drape.
+    /// Mean distance of each answer's rim from the true one \[m\], in the order of [`By::ALL`]: NaN
+    /// where that does not come to rest, `None` where nobody was asked; or why the fabric has no
+    /// true drape.
     pub distances_m: Result<[Option<f64>; 4], NoAnswer>,
 }
 
@@ -80,8 +86,8 @@ pub struct Beside<'a> {
     pub off: Option<f64>,
 }
 
-/// Drapes the fabrics of a series and their answers, on all cores, in order; `tell` hears of each as it ends. The series has one
-/// prior and canonical drops.
+/// Drapes the fabrics of a series and their answers, on all cores, in order; `tell` hears of each
+/// as it ends. The series has one prior and canonical drops.
 ///
 /// # Errors
 /// The first case that cannot be made.
@@ -130,7 +136,8 @@ fn of_fabric(series: &Series<'_>, beside: &Beside<'_>, index: u64) -> Result<Red
     Ok(Redraped { index, fabric, distances_m })
 }
 
-/// The fabric with all stiffnesses higher by a share: as a drape depends on stiffness over weight alone, a lighter one.
+/// The fabric with all stiffnesses higher by a share: as a drape depends on stiffness over weight
+/// alone, a lighter one.
 fn stiffer(fabric: &Fabric, share: f64) -> Fabric {
     let mut values = fabric.to_paper_units();
     values[..STIFFNESSES].iter_mut().for_each(|value| *value *= 1.0 + share);
@@ -222,7 +229,8 @@ impl Tally {
     }
 }
 
-/// Histogram of the distances, those of each who answers beside each other; the last bar has all that lie beyond.
+/// Histogram of the distances, those of each who answers beside each other; the last bar has all
+/// that lie beyond.
 #[must_use]
 pub fn histogram(cases: &[Redraped]) -> RgbImage {
     let bars = (MOST_MM / BAR_MM).round() as usize;

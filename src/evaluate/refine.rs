@@ -1,8 +1,9 @@
 //! Refinement held against fabrics that are known, for `evaluate refine`.
 //!
-//! In: priors, sensors, seeds. Out: one [`Case`] a virtual scan: a fabric draped by a perturbed drop on cells finer than any
-//! that the fit uses, so that the fit never meets its own mesh; scanned; taken through the whole path; estimated by
-//! the shipped network; refined. [`Summary`] has the figures that are promised, by sensor and bending length.
+//! In: priors, sensors, seeds. Out: one [`Case`] a virtual scan: a fabric draped by a perturbed
+//! drop on cells finer than any that the fit uses, so that the fit never meets its own mesh;
+//! scanned; taken through the whole path; estimated by the shipped network; refined. [`Summary`]
+//! has the figures that are promised, by sensor and bending length.
 //!
 //! Drapes on fine cells take up to two minutes each; a folder keeps them from run to run.
 
@@ -56,8 +57,8 @@ pub struct Answer {
     pub rim_error_m: f64,
     /// The same of its sheets tied to the scans, which is what was fitted \[m\].
     pub held_rim_error_m: f64,
-    /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no fit
-    /// can be blamed for. NaN where it does not come to rest.
+    /// The same of the true fabric, laid from the scanned sheets on the fit's last cells: what no
+    /// fit can be blamed for. NaN where it does not come to rest.
     pub floor_m: f64,
     /// The same of the refined fabric's rims and of those of the floor, each turned about the
     /// plate's axis to where it lies best: a sheet that is released may rotate as a whole \[m\].
@@ -68,15 +69,16 @@ pub struct Answer {
     /// dropped as the true one was, on its cells, and not guided: the paper's comparison. NaN where
     /// the drop was perturbed, or a drape does not come to rest.
     pub redropped_m: [f64; 2],
-    /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several drops, which
-    /// share the machine's cores.
+    /// Processor time of the fit \[s\]; NaN where the system does not tell it, and for several
+    /// drops, which share the machine's cores.
     pub cpu_s: f64,
 }
 
 /// Why a scan has no fit.
 #[derive(Debug, thiserror::Error)]
 pub enum NoAnswer {
-    /// The drape on fine cells did not come to rest, or crosses itself in so many pairs of triangles.
+    /// The drape on fine cells did not come to rest, or crosses itself in so many pairs of
+    /// triangles.
     #[error("the true drape ended as `{}`, with {intersections} crossings", .stop.name())]
     Truth {
         /// Why its search for rest ended.
@@ -95,7 +97,8 @@ pub enum NoAnswer {
     Fit(#[from] FitError),
 }
 
-/// How the search for rest of a true drape ended that is no truth, and its crossing pairs of triangles.
+/// How the search for rest of a true drape ended that is no truth, and its crossing pairs of
+/// triangles.
 pub(super) type Unfit = (Stop, usize);
 
 /// Why a case cannot be made.
@@ -201,7 +204,8 @@ pub struct Series<'a> {
     pub fall: Fall,
     /// Vertices a side of the true drapes.
     pub truth_vertices: usize,
-    /// Where the true drapes and those of the paper's comparison end ([`SimOptions::energy_drop`]): 0 for full rest.
+    /// Where the true drapes and those of the paper's comparison end ([`SimOptions::energy_drop`]):
+    /// 0 for full rest.
     pub energy_drop: f64,
     /// Folder that keeps the true drapes.
     pub keep: Option<PathBuf>,
@@ -386,8 +390,8 @@ impl Series<'_> {
 }
 
 impl Series<'_> {
-    /// Mean distance of a true rim from that of a fabric that is dropped as the true one was; NaN where no canonical drop
-    /// was, or it does not come to rest.
+    /// Mean distance of a true rim from that of a fabric that is dropped as the true one was; NaN
+    /// where no canonical drop was, or it does not come to rest.
     pub(super) fn redropped_m(&self, rim: &Boundary, fabric: &Fabric) -> f64 {
         if self.fall != Fall::Canonical {
             return f64::NAN;
@@ -397,7 +401,8 @@ impl Series<'_> {
     }
 }
 
-/// Logarithms of the mean fabric of a prior, at a density: a drape depends on stiffness over weight.
+/// Logarithms of the mean fabric of a prior, at a density: a drape depends on stiffness over
+/// weight.
 fn mean_of(prior: &Mixture, density_kg_m2: f64) -> Result<[f64; STIFFNESSES], MixtureError> {
     let mut sum = [0.0; STIFFNESSES];
     for index in 0..MEAN_OF {
@@ -412,7 +417,8 @@ fn mean_of(prior: &Mixture, density_kg_m2: f64) -> Result<[f64; STIFFNESSES], Mi
 const MEAN_OF: u64 = 1000;
 const MEAN_SEED: u64 = 1;
 
-/// Mean distance of two rims, as they lie and once the second is turned about the plate's axis onto the first.
+/// Mean distance of two rims, as they lie and once the second is turned about the plate's axis onto
+/// the first.
 fn beside(rim: &Boundary, other: &Boundary) -> [f64; 2] {
     [rim.mean_distance_m(other), rim.mean_distance_m(&other.turned_onto(rim))]
 }
@@ -530,8 +536,8 @@ pub struct Summary {
     pub network_rim_median_mm: f64,
     /// Share of those within 5 mm.
     pub network_within_5_mm: f64,
-    /// Of canonical drops, shares of the refined fabrics and of the network's that fall to within 5 mm of the true rim when they are
-    /// dropped the same way; null in files for perturbed drops.
+    /// Of canonical drops, shares of the refined fabrics and of the network's that fall to within 5
+    /// mm of the true rim when they are dropped the same way; null in files for perturbed drops.
     pub redropped_within_5_mm: [Option<f64>; 2],
     /// The medians of these distances \[mm\].
     pub redropped_median_mm: [Option<f64>; 2],

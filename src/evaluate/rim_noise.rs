@@ -1,11 +1,11 @@
 //! Scan noise on rims, as the training adds it.
 //!
-//! In: a rim (simulation frame), a density, what `noise` of the model's file says, a seed. Out: both as a scan would
-//! give them. The distribution is that of `noisy` in `scripts/train.py` on the numbers of `Noise` in
-//! `scripts/drape_data.py`; the draws are others (another generator).
+//! In: a rim (simulation frame), a density, what `noise` of the model's file says, a seed. Out:
+//! both as a scan would give them. The distribution is that of `noisy` in `scripts/train.py` on the
+//! numbers of `Noise` in `scripts/drape_data.py`; the draws are others (another generator).
 //!
-//! Where it fails: it is the model of a scan's errors that the network was trained with, not a scan's own errors; those
-//! are in `evaluate scan`.
+//! Where it fails: it is the model of a scan's errors that the network was trained with, not a
+//! scan's own errors; those are in `evaluate scan`.
 
 use std::f64::consts::PI;
 
@@ -45,8 +45,9 @@ pub struct RimNoise {
 }
 
 impl RimNoise {
-    /// The rim and the density as scan `index` of the run `seed` gives them. The rim's sigma is that of the smooth and the
-    /// white part: a motion of the whole moves no answer, and a scan that counts it errs on the side of wider intervals.
+    /// The rim and the density as scan `index` of the run `seed` gives them. The rim's sigma is
+    /// that of the smooth and the white part: a motion of the whole moves no answer, and a scan
+    /// that counts it errs on the side of wider intervals.
     #[must_use]
     pub fn on(&self, rim: &Boundary, density_kg_m2: f64, seed: u64, index: u64) -> (Boundary, f64) {
         let mut rng = seed::rng(seed, "rim noise", index);
@@ -70,7 +71,8 @@ impl RimNoise {
         (noisy, density_kg_m2 * (1.0 + self.density_relative * normal()))
     }
 
-    /// A closed random curve of unit variance in each coordinate; both counts of a corner are one place on the rim.
+    /// A closed random curve of unit variance in each coordinate; both counts of a corner are one
+    /// place on the rim.
     fn smooth(&self, rng: &mut Rng) -> Vec<Vector3> {
         let weight = |wave: usize| {
             (-0.25 * (2.0 * PI * wave as f64 * self.correlation_mm / RIM_MM).powi(2)).exp()
@@ -144,8 +146,8 @@ mod tests {
         sum / count
     }
 
-    /// The training's own numbers: variance a third of `smooth_mm` squared (the size is drawn evenly), correlation
-    /// exp(-(lag / L)^2 / 2). Sampling error of a variance here is 3 %.
+    /// The training's own numbers: variance a third of `smooth_mm` squared (the size is drawn
+    /// evenly), correlation exp(-(lag / L)^2 / 2). Sampling error of a variance here is 3 %.
     #[test]
     fn the_smooth_part_has_the_variance_and_the_correlation_of_the_training() {
         let all = only(RimNoise { smooth_mm: 1.0, ..NONE });

@@ -81,7 +81,8 @@ pub fn case(made: &VirtualScan, drape: &Mesh, truth: &Boundary, tuning: &Tuning)
     Case { answer: found.map(|found| rim_error(&found, drape, truth)), seconds }
 }
 
-/// How far a rim lies from the true one and says that it does, root mean squares of a coordinate \[mm\].
+/// How far a rim lies from the true one and says that it does, root mean squares of a coordinate
+/// \[mm\].
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct RimOff {
     /// The error.

@@ -1,12 +1,13 @@
-//! The estimate on canonical and on perturbed drops, seen clean and by sensors, for `evaluate sensors`.
+//! The estimate on canonical and on perturbed drops, seen clean and by sensors, for `evaluate
+//! sensors`.
 //!
 //! In: fabrics of a prior, networks, ways to see a drape ([`Sight`]). Out: one [`Cell`] for each
 //! network, drop and sight: the scores of its answers, and how many scans the scan path refused.
 //! Every network gets the same rims, the fabrics lie at full rest on the network's cells, and all
 //! errors are over the prior's box.
 //!
-//! Where it fails: scans of the simulator's own drapes; finer cells and real cloth are elsewhere (`evaluate refine`,
-//! docs/validation/refine.md).
+//! Where it fails: scans of the simulator's own drapes; finer cells and real cloth are elsewhere
+//! (`evaluate refine`, docs/validation/refine.md).
 
 use std::ops::Range;
 
@@ -238,7 +239,8 @@ mod tests {
             assert_eq!(cell.row().split(", ").count(), Cell::COLUMNS.split(", ").count());
             assert_eq!((cell.refused, cell.not_at_rest), (0, 0));
             let RimOff { off_mm, deformed_mm, sigma_mm } = cell.rim.unwrap();
-            // a rim that is seen as it is has no error and says so; a scan's is of the size that it says
+            // a rim that is seen as it is has no error and says so; a scan's is of the size that it
+            // says
             match cell.sight.as_str() {
                 "rim" => assert_eq!([off_mm, deformed_mm, sigma_mm], [0.0; 3]),
                 _ => assert!(deformed_mm < off_mm && (0.5..2.0).contains(&(off_mm / sigma_mm))),

@@ -1,8 +1,8 @@
 //! A soak: many fabrics, those at the edge of what is allowed among them, each draped once.
 //!
-//! In: a prior, how many, a seed. Out: one row a drape, and a table of how they ended. Fabrics come in
-//! turn from the prior and from the corners of Table 2's box, where soft meets heavy
-//! and stiff to stretch meets limp to bend.
+//! In: a prior, how many, a seed. Out: one row a drape, and a table of how they ended. Fabrics come
+//! in turn from the prior and from the corners of Table 2's box, where soft meets heavy and stiff
+//! to stretch meets limp to bend.
 
 use std::collections::BTreeMap;
 

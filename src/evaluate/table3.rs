@@ -1,11 +1,11 @@
 //! The paper's Table 3 beside ours, for `evaluate table3`.
 //!
-//! In: the shipped model's record (`shipped.json`), perhaps scores on a folder of drapes. Out: [`Line`]s of RMSE and R2 on
-//! normalised outputs, each with the drapes that it was trained on and tested on: none of these numbers says anything without
-//! them.
+//! In: the shipped model's record (`shipped.json`), perhaps scores on a folder of drapes. Out:
+//! [`Line`]s of RMSE and R2 on normalised outputs, each with the drapes that it was trained on and
+//! tested on: none of these numbers says anything without them.
 //!
-//! Where it fails: the rows are of different drapes. The paper's are canonical drops of its knits in its simulator, ours
-//! perturbed drops and walks of both priors.
+//! Where it fails: the rows are of different drapes. The paper's are canonical drops of its knits
+//! in its simulator, ours perturbed drops and walks of both priors.
 
 use serde::Serialize;
 use serde_json::Value;

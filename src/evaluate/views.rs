@@ -1,13 +1,14 @@
-//! Views whose poses miss, brought together: how far off they lie before and after, for `evaluate views`.
+//! Views whose poses miss, brought together: how far off they lie before and after, for `evaluate
+//! views`.
 //!
 //! In: sensors, a folder of drapes ([`super::scenes::drapes`]), a seed. Each scene draws stand,
 //! surroundings and fabric; its parts are single views, or passes of several. Each part is moved by
 //! a drawn miss of up to 20 mm and 5 degrees about the drape. Out: a [`Record`] of each scene.
 //!
-//! The error of parts is how far they move points of the cloth apart, root mean square, without the motion
-//! that all have in common. Within a pass the views keep their drift, of which the mean counts.
-//! A turntable's views begin where the step and the plates put them.
-//! The figure to reach is 0.2 mm for structured light and half of the noise of single points for others.
+//! The error of parts is how far they move points of the cloth apart, root mean square, without the
+//! motion that all have in common. Within a pass the views keep their drift, of which the mean
+//! counts. A turntable's views begin where the step and the plates put them. The figure to reach is
+//! 0.2 mm for structured light and half of the noise of single points for others.
 
 mod record;
 mod turntable;

@@ -1,13 +1,13 @@
 //! ARCSim: material JSON with `density`, `stretching` and `bending`.
 //!
-//! Source: ARCSim 0.2.1, `dde.cpp`, `physics.cpp`, `conf.cpp`; Wang, O'Brien and Ramamoorthi 2011. Its
-//! energy is (k0 e00^2 + k2 e11^2) / 2 + k1 e00 e11 + k3 e01^2 of Green's strain, with e01 half the shear,
-//! and `evaluate_stretching_sample` doubles what is read: c11 and c22 are half of the stretch
-//! stiffnesses, c12 is 0, and c33 is the shear stiffness. All six rows are alike: the fabric is linear.
-//! `bending_energy` bends with a fourth of what is entered ([`super::hinge`]) and reads it as it is: four
-//! times the stiffness. Its rows belong to edges at 0, 45 and 90 degrees from the u axis of the cloth's
-//! texture; with u along the weft, cloth bent about the first is curved along the warp. Rows have five
-//! columns, of growing curvature, here alike.
+//! Source: ARCSim 0.2.1, `dde.cpp`, `physics.cpp`, `conf.cpp`; Wang, O'Brien and Ramamoorthi 2011.
+//! Its energy is (k0 e00^2 + k2 e11^2) / 2 + k1 e00 e11 + k3 e01^2 of Green's strain, with e01 half
+//! the shear, and `evaluate_stretching_sample` doubles what is read: c11 and c22 are half of the
+//! stretch stiffnesses, c12 is 0, and c33 is the shear stiffness. All six rows are alike: the
+//! fabric is linear. `bending_energy` bends with a fourth of what is entered ([`super::hinge`]) and
+//! reads it as it is: four times the stiffness. Its rows belong to edges at 0, 45 and 90 degrees
+//! from the u axis of the cloth's texture; with u along the weft, cloth bent about the first is
+//! curved along the warp. Rows have five columns, of growing curvature, here alike.
 //!
 //! Not tried in ARCSim itself, which no package registry has; the hinge's weight is tested.
 

@@ -1,20 +1,21 @@
 //! Blender: a preset of its cloth, in Python, for a mesh of square cells of a given edge.
 //!
-//! Blender's stiffnesses have no unit; they follow from its source (`cloth.cc`, `implicit_blender.cc`,
-//! bending model angular). Gravity is scaled by 0.001, so that a vertex with 1000 times its mass weighs
-//! what it should and forces are in N. A hinge between two quads of edge h turns by q h at the curvature
-//! q, and its spring of 0.1 k h per radian spreads the force F over four corners of each quad: two of them
-//! at the distance h, which makes the moment F h / 2. Per width that is 0.05 k h^2 q, so k = 20 B / h^2:
-//! it depends on the mesh, and on triangles it is another.
-//! A spring's stiffness is the setting over the mean length of edges. The two diagonals of a quad resist
-//! shear with it, and stretch as well: shear = H h, tension = compression = (S - H) h.
+//! Blender's stiffnesses have no unit; they follow from its source (`cloth.cc`,
+//! `implicit_blender.cc`, bending model angular). Gravity is scaled by 0.001, so that a vertex with
+//! 1000 times its mass weighs what it should and forces are in N. A hinge between two quads of edge
+//! h turns by q h at the curvature q, and its spring of 0.1 k h per radian spreads the force F over
+//! four corners of each quad: two of them at the distance h, which makes the moment F h / 2. Per
+//! width that is 0.05 k h^2 q, so k = 20 B / h^2: it depends on the mesh, and on triangles it is
+//! another. A spring's stiffness is the setting over the mean length of edges. The two diagonals of
+//! a quad resist shear with it, and stretch as well: shear = H h, tension = compression = (S - H)
+//! h.
 //!
-//! With fewer than some 40 steps a frame (`quality`) such soft springs end elsewhere, and with its own
-//! damping of bending, which is made for stiffer ones, cloth creeps for hundreds of frames: the preset sets
-//! both.
+//! With fewer than some 40 steps a frame (`quality`) such soft springs end elsewhere, and with its
+//! own damping of bending, which is made for stiffer ones, cloth creeps for hundreds of frames: the
+//! preset sets both.
 //!
-//! Vertices have one mass each, also those of the rim, which carry less cloth: it is the cloth's mass
-//! over the number of vertices that should be entered for a small piece.
+//! Vertices have one mass each, also those of the rim, which carry less cloth: it is the cloth's
+//! mass over the number of vertices that should be entered for a small piece.
 
 use std::fmt::Write as _;
 
@@ -79,7 +80,8 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
     Ok(Exported { text, beside: None, lost, notes })
 }
 
-/// How the script finds the cloth: Blender gives a preset its `cloth`; run by itself it takes the selected object.
+/// How the script finds the cloth: Blender gives a preset its `cloth`; run by itself it takes the
+/// selected object.
 const HEAD: &str = "\
 import bpy
 

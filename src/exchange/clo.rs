@@ -1,9 +1,10 @@
 //! CLO and Marvelous Designer: a .jfab file, JSON with the stiffnesses in `mapPhysical`.
 //!
-//! CLO's units are the paper's, but for the density, g/mm^2 (the factors of an importer of CLO's data,
-//! Unreal's Chaos cloth: g/s^2, g mm^2/s^2, g/mm^2, mm). fSuK, fBuK belong to the weft and fSvK, fBvK
-//! to the warp; this order of u and v is second-hand, so that it can be exchanged. Thickness and
-//! friction are written where they are given. Not tried in CLO: there is none to be had here.
+//! CLO's units are the paper's, but for the density, g/mm^2 (the factors of an importer of CLO's
+//! data, Unreal's Chaos cloth: g/s^2, g mm^2/s^2, g/mm^2, mm). fSuK, fBuK belong to the weft and
+//! fSvK, fBvK to the warp; this order of u and v is second-hand, so that it can be exchanged.
+//! Thickness and friction are written where they are given. Not tried in CLO: there is none to be
+//! had here.
 
 use serde_json::{Value, json};
 

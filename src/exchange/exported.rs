@@ -99,8 +99,8 @@ pub enum ExchangeError {
     },
 }
 
-/// The name under which a target's `beside` file lies: `out` is the name of the first file. U3M names
-/// it in the first file.
+/// The name under which a target's `beside` file lies: `out` is the name of the first file. U3M
+/// names it in the first file.
 #[must_use]
 pub fn beside_name(out_stem: &str, ending: &str) -> String {
     format!("{out_stem}{ending}")

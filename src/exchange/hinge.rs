@@ -1,8 +1,8 @@
-//! What other simulators make of a bending stiffness: the weights of their hinges, and what to enter
-//! so that their cloth bends as a plate of stiffness B.
+//! What other simulators make of a bending stiffness: the weights of their hinges, and what to
+//! enter so that their cloth bends as a plate of stiffness B.
 //!
-//! In: B \[N m\], a mesh. Out: the number of the target. Each target sums over the edges of triangles,
-//! with the dihedral angle theta, the edge's length l and the area A of both triangles:
+//! In: B \[N m\], a mesh. Out: the number of the target. Each target sums over the edges of
+//! triangles, with the dihedral angle theta, the edge's length l and the area A of both triangles:
 //!
 //! | target | energy of an edge | source |
 //! |---|---|---|
@@ -10,19 +10,19 @@
 //! | Newton's VBD solver | k/2 . l . theta^2 | `evaluate_dihedral_angle_based_bending_force_hessian` |
 //! | ARCSim | k/8 . l^2 / A . theta^2 | Wang, O'Brien and Ramamoorthi 2011; `bending_energy` |
 //!
-//! Cloth bent to the curvature q about one axis has the energy B q^2 / 2 per area. On right triangles
-//! of legs h, bent about the direction of a leg, only the legs along the axis are bent, by theta = q h,
-//! one to an area h^2 of A = h^2: the three sums are 3 k, k h and k/4 times q^2 / 2. On equilateral
-//! triangles of side a the sum over the three directions gives 3 k, k a sqrt(3)/2 and k/4 about every
-//! axis. So the first is 3 times too stiff where k = B is entered, on any mesh, the second has
-//! a stiffness that grows with the mesh's spacing, the third is 4 times too soft. The tests sum over
-//! real meshes.
+//! Cloth bent to the curvature q about one axis has the energy B q^2 / 2 per area. On right
+//! triangles of legs h, bent about the direction of a leg, only the legs along the axis are bent,
+//! by theta = q h, one to an area h^2 of A = h^2: the three sums are 3 k, k h and k/4 times q^2 /
+//! 2. On equilateral triangles of side a the sum over the three directions gives 3 k, k a sqrt(3)/2
+//! and k/4 about every axis. So the first is 3 times too stiff where k = B is entered, on any mesh,
+//! the second has a stiffness that grows with the mesh's spacing, the third is 4 times too soft.
+//! The tests sum over real meshes.
 //!
-//! Where it fails: bent about a diagonal, right triangles whose diagonals all run one way are another
-//! plate. With k_u and k_v on the legs along weft and warp and k_d on the diagonals the stiffness is
-//! c k_d about one diagonal and c (k_d + k_u + k_v) about the other (c = 3, or 1/4), and bending is
-//! coupled to twist. No numbers mend that. Other triangles do, or diagonals that alternate; until then
-//! [`diagonal`] makes the geometric mean of the two B^h.
+//! Where it fails: bent about a diagonal, right triangles whose diagonals all run one way are
+//! another plate. With k_u and k_v on the legs along weft and warp and k_d on the diagonals the
+//! stiffness is c k_d about one diagonal and c (k_d + k_u + k_v) about the other (c = 3, or 1/4),
+//! and bending is coupled to twist. No numbers mend that. Other triangles do, or diagonals that
+//! alternate; until then [`diagonal`] makes the geometric mean of the two B^h.
 
 /// What kind of triangles the target's mesh has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,8 +39,8 @@ pub const CROUZEIX_RAVIART: f64 = 3.0;
 /// Stiffness over entered number of ARCSim's hinge.
 pub const ARCSIM: f64 = 0.25;
 
-/// What Newton's VBD solver needs \[N\] for a bending stiffness on a mesh with edges of `edge_m`: the
-/// stiffness over the distance of two rows of triangles.
+/// What Newton's VBD solver needs \[N\] for a bending stiffness on a mesh with edges of `edge_m`:
+/// the stiffness over the distance of two rows of triangles.
 #[must_use]
 pub fn per_length(bending_nm: f64, edge_m: f64, mesh: Mesh) -> f64 {
     let row_m = match mesh {
@@ -50,8 +50,8 @@ pub fn per_length(bending_nm: f64, edge_m: f64, mesh: Mesh) -> f64 {
     bending_nm / row_m
 }
 
-/// What a target whose hinges are `factor` times as stiff as what is entered needs for weft, warp and
-/// bias.
+/// What a target whose hinges are `factor` times as stiff as what is entered needs for weft, warp
+/// and bias.
 #[must_use]
 pub fn weft_warp_bias([weft, warp, bias]: [f64; 3], factor: f64, mesh: Mesh) -> [f64; 3] {
     let diagonal = match mesh {
@@ -61,9 +61,9 @@ pub fn weft_warp_bias([weft, warp, bias]: [f64; 3], factor: f64, mesh: Mesh) -> 
     [weft, warp, diagonal].map(|b| b / factor)
 }
 
-/// What Newton's Style3D solver needs for weft, warp and bias. It gives an edge at the bearing t from the
-/// weft warp cos^12 t + weft sin^12 t + 4 bias (sin t cos t)^2: on the diagonals of a grid a 64th of weft and
-/// warp beside the bias.
+/// What Newton's Style3D solver needs for weft, warp and bias. It gives an edge at the bearing t
+/// from the weft warp cos^12 t + weft sin^12 t + 4 bias (sin t cos t)^2: on the diagonals of a grid
+/// a 64th of weft and warp beside the bias.
 #[must_use]
 pub fn style3d(bending_nm: [f64; 3], mesh: Mesh) -> [f64; 3] {
     let [weft, warp, bias] = weft_warp_bias(bending_nm, CROUZEIX_RAVIART, mesh);
@@ -93,7 +93,8 @@ mod tests {
         area: f64,
     }
 
-    /// One period of a mesh of triangles that repeats along two steps: the hinges around the origin.
+    /// One period of a mesh of triangles that repeats along two steps: the hinges around the
+    /// origin.
     fn repeated(steps: [[f64; 2]; 2]) -> Flat {
         // points of a 4 x 4 patch of the lattice
         let n = 4;

@@ -1,8 +1,8 @@
 //! One stiffness for three directions, for targets that know only one.
 //!
-//! Bending: the mean over all directions. A plate's stiffness in the direction t is
-//! B^u c^4 + B^v s^4 + 2 D3 c^2 s^2 with D3 = 2 B^h - (B^u + B^v) / 2 (docs/symbols.md), and its mean
-//! (B^u + B^v + 2 B^h) / 4. Stretch: the mean of weft and warp.
+//! Bending: the mean over all directions. A plate's stiffness in the direction t is B^u c^4 + B^v
+//! s^4 + 2 D3 c^2 s^2 with D3 = 2 B^h - (B^u + B^v) / 2 (docs/symbols.md), and its mean (B^u + B^v
+//! + 2 B^h) / 4. Stretch: the mean of weft and warp.
 
 use crate::fabric::Fabric;
 

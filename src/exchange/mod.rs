@@ -1,11 +1,11 @@
 //! Fabrics for other programs: files that simulators and material libraries read ([`export`]), and
 //! numbers in the units of papers, laboratories and programs ([`units`], [`systems`]).
 //!
-//! In: what a params.json says ([`Params`]), and what the target asks for beyond it ([`Options`]). Out:
-//! the text of a file, what of the fabric is lost in it, and what is to be known of it. One file here
-//! per target says what is converted how and from which source; bending, which several targets make
-//! too stiff or dependent on the mesh, is [`hinge`]'s. `docs/export.md` has the strips with which the
-//! numbers were tried in the programs themselves.
+//! In: what a params.json says ([`Params`]), and what the target asks for beyond it ([`Options`]).
+//! Out: the text of a file, what of the fabric is lost in it, and what is to be known of it. One
+//! file here per target says what is converted how and from which source; bending, which several
+//! targets make too stiff or dependent on the mesh, is [`hinge`]'s. `docs/export.md` has the strips
+//! with which the numbers were tried in the programs themselves.
 //!
 //! Fails for a result that is not to be used, unless forced, for a fabric that cannot be
 //! simulated, and where the target needs a number that no params.json has.

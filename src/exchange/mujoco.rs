@@ -1,12 +1,12 @@
 //! `MuJoCo` 4.0: MJCF with the specimen as a flex of dimension 2.
 //!
-//! A flex knows Young's modulus E, Poisson's ratio nu and a thickness t. Since 4.0 its membrane is a
-//! plane isotropic one (stretch E t, shear E t / (2 (1 + nu))) and its bending that of a plate,
-//! E t^3 / (12 (1 - nu^2)). So nu = S / (2 H) - 1 within 0 to 0.49, t = sqrt(12 B (1 - nu^2) / S) and
-//! E = S / t: a thickness that makes both stiffnesses, not the fabric's. Before 4.0 stretching used a
-//! quarter of the shear modulus and bending 3/4 (1 - nu) of the plate's; the numbers for these versions
-//! follow from the changelog's rule and are in the file's comment. The often quoted
-//! t = sqrt(48 B (1 + nu) / S) makes bending 4 times too stiff since 4.0.
+//! A flex knows Young's modulus E, Poisson's ratio nu and a thickness t. Since 4.0 its membrane is
+//! a plane isotropic one (stretch E t, shear E t / (2 (1 + nu))) and its bending that of a plate, E
+//! t^3 / (12 (1 - nu^2)). So nu = S / (2 H) - 1 within 0 to 0.49, t = sqrt(12 B (1 - nu^2) / S) and
+//! E = S / t: a thickness that makes both stiffnesses, not the fabric's. Before 4.0 stretching used
+//! a quarter of the shear modulus and bending 3/4 (1 - nu) of the plate's; the numbers for these
+//! versions follow from the changelog's rule and are in the file's comment. The often quoted t =
+//! sqrt(48 B (1 + nu) / S) makes bending 4 times too stiff since 4.0.
 
 use std::fmt::Write as _;
 
@@ -141,7 +141,8 @@ mod tests {
         assert!((plate / 1.5e-6 - 1.0).abs() < 1e-12, "{plate}");
     }
 
-    /// Old stretch: a quarter of mu and half of the 3D lambda; old bending: 3/4 (1 - nu) of the plate's.
+    /// Old stretch: a quarter of mu and half of the 3D lambda; old bending: 3/4 (1 - nu) of the
+    /// plate's.
     #[test]
     fn before_4_the_old_formulas_give_the_same_cloth() {
         for shear_n_m in [60.0, 75.0, 100.0] {

@@ -1,15 +1,16 @@
 //! NVIDIA Newton: JSON with the arguments of its cloth builders, for two solvers. Newton has no
 //! own material file; `json.load` and a line hand them over (docs/export.md).
 //!
-//! `SolverStyle3D`: `tri_aniso_ke` (weft, warp, shear) \[N/m\], of the energy of Baraff and Witkin that
-//! this simulator has too, so that stiffnesses go as they are. `edge_aniso_ke`: the second belongs to
-//! edges along the panel's x, bent about which the cloth is curved along y; with x along the weft that
-//! is (weft, warp, bias). Its Crouzeix-Raviart hinge is 3 times as stiff as what is entered
-//! ([`super::hinge`]).
+//! `SolverStyle3D`: `tri_aniso_ke` (weft, warp, shear) \[N/m\], of the energy of Baraff and Witkin
+//! that this simulator has too, so that stiffnesses go as they are. `edge_aniso_ke`: the second
+//! belongs to edges along the panel's x, bent about which the cloth is curved along y; with x along
+//! the weft that is (weft, warp, bias). Its Crouzeix-Raviart hinge is 3 times as stiff as what is
+//! entered ([`super::hinge`]).
 //!
-//! `SolverVBD`, where the length of the mesh's edges is given: `edge_ke` is a stiffness over a length,
-//! and its membrane (Saint Venant-Kirchhoff, mu = `tri_ke`, lambda = `tri_ka`) has no directions: mu + the
-//! lambda that give stretch and shear in the mean, where a plane isotropic material has both.
+//! `SolverVBD`, where the length of the mesh's edges is given: `edge_ke` is a stiffness over a
+//! length, and its membrane (Saint Venant-Kirchhoff, mu = `tri_ke`, lambda = `tri_ka`) has no
+//! directions: mu + the lambda that give stretch and shear in the mean, where a plane isotropic
+//! material has both.
 
 use serde_json::{Value, json};
 

@@ -1,11 +1,11 @@
 //! CLO's slider from 0 to 100, the "GUI value" of a stiffness.
 //!
-//! In: a position, or a stiffness \[N/m\]. Out: the other. The curve runs through six known pairs and
-//! is straight between them in position and logarithm of the stiffness. The pairs are second-hand and
-//! name no field. They are taken for stretch and shear in g/s^2, where 100 is 2000 N/m and the paper's
-//! Table 2 lies between 24 and 95; in CLO's unit of bending the top would be 46 times the stiffest
-//! fabric of that table. So it holds for stretch and shear, and bending has no slider here.
-//! Fails (`None`) outside the pairs: below 10, above 100.
+//! In: a position, or a stiffness \[N/m\]. Out: the other. The curve runs through six known pairs
+//! and is straight between them in position and logarithm of the stiffness. The pairs are
+//! second-hand and name no field. They are taken for stretch and shear in g/s^2, where 100 is 2000
+//! N/m and the paper's Table 2 lies between 24 and 95; in CLO's unit of bending the top would be 46
+//! times the stiffest fabric of that table. So it holds for stretch and shear, and bending has no
+//! slider here. Fails (`None`) outside the pairs: below 10, above 100.
 
 use crate::base::units::N_M_PER_G_S2;
 

@@ -1,8 +1,8 @@
 //! A fabric in the units of the paper, in SI, in those of textile laboratories and in CLO's.
 //!
-//! In: what a params.json says. Out: a row for each parameter, with its value and its 90 % interval in
-//! each unit; bending also as the length (B / (rho g))^(1/3), with the interval of B alone, since the
-//! density is weighed. A stiffness beyond CLO's slider has no position there.
+//! In: what a params.json says. Out: a row for each parameter, with its value and its 90 % interval
+//! in each unit; bending also as the length (B / (rho g))^(1/3), with the interval of B alone,
+//! since the density is weighed. A stiffness beyond CLO's slider has no position there.
 
 use std::fmt::Write as _;
 

@@ -1,12 +1,13 @@
 //! U3M 1.1: the material's JSON, and next to it the physics file that it names, in which
 //! Browzwear's programs look for stiffnesses.
 //!
-//! Source: the schemas `u3m1.1/spec/u3m_schema.json` and `u3m1.1/physics/physics_schema.json` and their
-//! examples. The material has thickness \[mm\] and weight \[g/m^2\]. The physics file has no measurements
-//! (`raw_data` null: nothing was pulled or pressed) and in `custom.browzwear` what a FAB derives from
-//! them: bend \[dyn cm\], stretch and shear \[N/m\], mass \[g/m^2\], along the length (warp) and the width
-//! (weft). Visuals are null. The identity is drawn from the content: the same fabric is the same
-//! material. Not tried in Browzwear's programs: there are none to be had here.
+//! Source: the schemas `u3m1.1/spec/u3m_schema.json` and `u3m1.1/physics/physics_schema.json` and
+//! their examples. The material has thickness \[mm\] and weight \[g/m^2\]. The physics file has no
+//! measurements (`raw_data` null: nothing was pulled or pressed) and in `custom.browzwear` what a
+//! FAB derives from them: bend \[dyn cm\], stretch and shear \[N/m\], mass \[g/m^2\], along the
+//! length (warp) and the width (weft). Visuals are null. The identity is drawn from the content:
+//! the same fabric is the same material. Not tried in Browzwear's programs: there are none to be
+//! had here.
 
 use std::time::SystemTime;
 
@@ -105,7 +106,8 @@ fn identity(text: &str) -> String {
 fn date_time(time: SystemTime) -> String {
     let seconds = time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let (days, second) = (seconds / 86_400, seconds % 86_400);
-    // Years begin in March here, so that a leap day is the last of its year; 1970-01-01 is day 719468.
+    // Years begin in March here, so that a leap day is the last of its year; 1970-01-01 is day
+    // 719468.
     let day = days + 719_468;
     let era = day / 146_097;
     let of_era = day % 146_097;

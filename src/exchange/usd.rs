@@ -1,14 +1,14 @@
 //! OpenUSD, as text (.usda): the specimen as a mesh with the fabric on it, in two vocabularies.
 //!
 //! CLO's, as Unreal's importer reads it: a `GeomSubset` with `CloFabricAPI` and the primvars
-//! `clo:stretchWeft` ... `clo:density`, constant arrays of one, in g/s^2, g mm^2/s^2, g/mm^2 and mm. Left
-//! and right bias and shear are alike. Nothing is lost there.
-//! The one proposed for OpenUSD's physics, as NVIDIA Newton's importer reads it: a material with
-//! `physics:surfaceStretchStiffness`, `surfaceShearStiffness` \[N/m\] and `surfaceBendStiffness` \[N m\],
-//! which knows no directions, and a mass on the mesh.
+//! `clo:stretchWeft` ... `clo:density`, constant arrays of one, in g/s^2, g mm^2/s^2, g/mm^2 and
+//! mm. Left and right bias and shear are alike. Nothing is lost there. The one proposed for
+//! OpenUSD's physics, as NVIDIA Newton's importer reads it: a material with
+//! `physics:surfaceStretchStiffness`, `surfaceShearStiffness` \[N/m\] and `surfaceBendStiffness`
+//! \[N m\], which knows no directions, and a mass on the mesh.
 //!
-//! The mesh lies in the plane of x (warp) and z (weft), as the simulation frame has it, in metres; its
-//! texture coordinates are (weft, warp) from 0 to 1.
+//! The mesh lies in the plane of x (warp) and z (weft), as the simulation frame has it, in metres;
+//! its texture coordinates are (weft, warp) from 0 to 1.
 
 use std::fmt::Write as _;
 

@@ -1,14 +1,16 @@
 //! Which part of a prior a fabric belongs to.
 //!
-//! In: a prior, and a fabric known within 90 % intervals. Out: for each part of the prior (`knit-2020` and
-//! `measured` of the union, the prior itself else) the probability that the fabric is of it, and how far
-//! the fabric lies from it, in standard deviations. All of it is of the logarithms of
-//! stiffness over density, on which alone a drape depends: there a part is a mixture of Gaussians in six dimensions, and an interval
-//! a Gaussian beside them, whose variance is added (the integral of the density over the interval).
+//! In: a prior, and a fabric known within 90 % intervals. Out: for each part of the prior
+//! (`knit-2020` and `measured` of the union, the prior itself else) the probability that the fabric
+//! is of it, and how far the fabric lies from it, in standard deviations. All of it is of the
+//! logarithms of stiffness over density, on which alone a drape depends: there a part is a mixture
+//! of Gaussians in six dimensions, and an interval a Gaussian beside them, whose variance is added
+//! (the integral of the density over the interval).
 //!
-//! Where it fails: the parts' truncation to their boxes and to positive bending is left out (their components keep 56 to 95 %
-//! of their draws). On the priors' own fabrics the probabilities hold all the same: of fabrics called 0.1 to 0.3, 0.3 to 0.5,
-//! ... likely one finds that share, within 0.06 (*test* `a_probability_is_the_share_of_fabrics_that_it_says`).
+//! Where it fails: the parts' truncation to their boxes and to positive bending is left out (their
+//! components keep 56 to 95 % of their draws). On the priors' own fabrics the probabilities hold
+//! all the same: of fabrics called 0.1 to 0.3, 0.3 to 0.5, ... likely one finds that share, within
+//! 0.06 (*test* `a_probability_is_the_share_of_fabrics_that_it_says`).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -19,8 +21,9 @@ use super::values::Fabric;
 type Vector = SVector<f64, STIFFNESSES>;
 type Matrix = SMatrix<f64, STIFFNESSES, STIFFNESSES>;
 
-/// 99 of 100 fabrics of either part lie within so many standard deviations of the nearest component of their own
-/// (3.76 of `knit-2020`, 3.71 of `measured`; *test* `one_in_a_hundred_lies_outside_its_own_part`).
+/// 99 of 100 fabrics of either part lie within so many standard deviations of the nearest component
+/// of their own (3.76 of `knit-2020`, 3.71 of `measured`; *test*
+/// `one_in_a_hundred_lies_outside_its_own_part`).
 const MOST_DISTANCE: f64 = 3.75;
 /// A part of less probability is not called: the rest is a 90 % interval.
 const LEAST_PROBABILITY: f64 = 0.1;
@@ -41,16 +44,19 @@ pub struct Likeness {
 pub struct PartLikeness {
     /// Name of the part.
     pub name: String,
-    /// Probability that the fabric is of it, if it is of the prior and the parts are as likely as each other.
+    /// Probability that the fabric is of it, if it is of the prior and the parts are as likely as
+    /// each other.
     pub probability: f64,
-    /// Distance from the nearest component of it, in standard deviations of component and interval (Mahalanobis).
+    /// Distance from the nearest component of it, in standard deviations of component and interval
+    /// (Mahalanobis).
     pub distance: f64,
     /// What 99 of 100 of the part's own fabrics stay below.
     pub limit: f64,
 }
 
 impl PartLikeness {
-    /// Whether the fabric is like those of the part: not outside of it, and not far better explained by another.
+    /// Whether the fabric is like those of the part: not outside of it, and not far better
+    /// explained by another.
     #[must_use]
     pub fn is_like(&self) -> bool {
         self.distance <= self.limit && self.probability >= LEAST_PROBABILITY
@@ -68,8 +74,9 @@ impl PartLikeness {
 }
 
 impl Likeness {
-    /// Of a fabric whose six stiffnesses lie within intervals of 90 %; several readings of one scan (weft and warp
-    /// exchanged) are as likely as each other, and the nearest one counts for the distance.
+    /// Of a fabric whose six stiffnesses lie within intervals of 90 %; several readings of one scan
+    /// (weft and warp exchanged) are as likely as each other, and the nearest one counts for the
+    /// distance.
     #[must_use]
     pub fn of(prior: &Mixture, readings: &[(Fabric, [Fabric; 2])]) -> Self {
         let points: Vec<(Vector, Vector)> =
@@ -96,7 +103,8 @@ impl Likeness {
         like
     }
 
-    /// The part that the fabric is likeliest of, however far it lies from it; `None` for a prior without parts.
+    /// The part that the fabric is likeliest of, however far it lies from it; `None` for a prior
+    /// without parts.
     #[must_use]
     pub fn likeliest(&self) -> Option<&PartLikeness> {
         self.parts.iter().max_by(|a, b| a.probability.total_cmp(&b.probability))
@@ -137,7 +145,8 @@ fn point(fabric: &Fabric, interval90: &[Fabric; 2]) -> (Vector, Vector) {
     (at, Vector::from_fn(|i, _| sd(i) * sd(i)))
 }
 
-/// Logarithm of the mean density of a part over the readings, and the least distance from a component.
+/// Logarithm of the mean density of a part over the readings, and the least distance from a
+/// component.
 fn density_and_distance(components: &[RatioComponent], points: &[(Vector, Vector)]) -> (f64, f64) {
     let (mut logs, mut least_sq) = (Vec::new(), f64::INFINITY);
     for RatioComponent { mean, covariance } in components {

@@ -27,7 +27,8 @@ pub struct ParamsError {
 pub struct Params {
     /// The fabric.
     pub fabric: Fabric,
-    /// 90 % interval of each stiffness, in the paper's order and units; `None` where the file has none.
+    /// 90 % interval of each stiffness, in the paper's order and units; `None` where the file has
+    /// none.
     pub interval90: [Option<[f64; 2]>; STIFFNESSES],
     /// The verdict as the file has it, an object with `level` and `grounds`; `None` of a truth.
     pub verdict: Option<Value>,

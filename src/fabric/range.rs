@@ -166,8 +166,8 @@ impl std::fmt::Display for FabricError {
     }
 }
 
-/// What a density below the limits may have been meant as: the units that fabrics are weighed in and whose numbers
-/// are that small.
+/// What a density below the limits may have been meant as: the units that fabrics are weighed in
+/// and whose numbers are that small.
 fn other_unit(g_m2: f64) -> String {
     let [min, max] = DENSITY_LIMITS_G_M2;
     let meant: Vec<String> = [("kg/m^2", 1e3), ("g/cm^2", 1e4)]

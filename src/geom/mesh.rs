@@ -52,8 +52,8 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// The part that lies inside of something: points with their colours, triangles on them. A corner of
-    /// triangles that are all cut off goes with them, inside or not.
+    /// The part that lies inside of something: points with their colours, triangles on them. A
+    /// corner of triangles that are all cut off goes with them, inside or not.
     #[must_use]
     pub fn part(&self, is_inside: impl Fn(&Point3) -> bool) -> Self {
         let mut kept: Vec<bool> = self.points.iter().map(is_inside).collect();

@@ -1,4 +1,5 @@
-//! Geometry: meshes and clouds, and the one place each where they meet parry's types and kiddo's trees.
+//! Geometry: meshes and clouds, and the one place each where they meet parry's types and kiddo's
+//! trees.
 
 pub mod adjacency;
 pub mod mesh;

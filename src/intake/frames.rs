@@ -1,4 +1,5 @@
-//! Frames of passes that have nothing to do with each other: an app begins each recording in another one.
+//! Frames of passes that have nothing to do with each other: an app begins each recording in
+//! another one.
 //!
 //! In: passes in metres, each in its own frame. Out: for each a pose in the first one's frame from
 //! which [`Register`] continues. Passes that agree as they are keep their frames. Of others the
@@ -26,12 +27,13 @@ pub(super) const BETTER: f64 = 0.8;
 pub(super) struct Start {
     /// The first pass's frame from its own.
     pub pose: Isometry3,
-    /// Whether it fits half a turn round about as well: so does the drape, and one is as good as the other.
+    /// Whether it fits half a turn round about as well: so does the drape, and one is as good as
+    /// the other.
     pub or_half_round: bool,
 }
 
-/// A start for each pass; `None` for a pass whose place among the others is not found. Where the frames
-/// are held to have nothing to do with each other (`anew`), none is kept.
+/// A start for each pass; `None` for a pass whose place among the others is not found. Where the
+/// frames are held to have nothing to do with each other (`anew`), none is kept.
 pub(super) fn starts(
     views: &[SeenView],
     register: &Register,

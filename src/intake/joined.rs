@@ -1,13 +1,14 @@
 //! Several views, or several passes, of one drape as one cloud.
 //!
 //! In: a set of views with the poses that it states, or the files of passes, whose frames are one
-//! up to misses of some 20 mm and 5 degrees, or have nothing to do with each other (see `frames`). Out: their points in one frame, each view brought to
-//! the others ([`super::register`]), with a note of what was done with each.
+//! up to misses of some 20 mm and 5 degrees, or have nothing to do with each other (see `frames`).
+//! Out: their points in one frame, each view brought to the others ([`super::register`]), with a
+//! note of what was done with each.
 //!
-//! A set's poses are first held against other conventions (`Convention`): inverses, millimetres, the other
-//! axes of a camera. One is taken in place of what is written where it alone makes the views agree.
-//! Views that lie on one another as their poses say are not moved. A view that does not fit is left out by
-//! name; where most do not, the input is refused.
+//! A set's poses are first held against other conventions (`Convention`): inverses, millimetres,
+//! the other axes of a camera. One is taken in place of what is written where it alone makes the
+//! views agree. Views that lie on one another as their poses say are not moved. A view that does
+//! not fit is left out by name; where most do not, the input is refused.
 
 use std::path::{Path, PathBuf};
 
@@ -24,8 +25,8 @@ use crate::io::{
 };
 use crate::scan::{ScanOptions, likely_unit};
 
-/// Another convention is taken if the views share so many times what they share as they are written, and by
-/// the next best one.
+/// Another convention is taken if the views share so many times what they share as they are
+/// written, and by the next best one.
 const TIMES_SHARED: f64 = 3.0;
 /// Poses stay as they are unless a view's misfit shrinks by this factor.
 const IMPROVES: f64 = 1.1;
@@ -43,8 +44,8 @@ const POSED: &str = "give poses to 20 mm and 5 degrees, and let nothing move bet
 /// Points of a view that say how far it was moved.
 const ASKED: usize = 1000;
 
-/// Reads a scan, be it one file, a set of views, or several passes. Views are in metres; passes are in
-/// the unit and the frame of the first.
+/// Reads a scan, be it one file, a set of views, or several passes. Views are in metres; passes are
+/// in the unit and the frame of the first.
 ///
 /// # Errors
 /// When a file cannot be read, or most of the views or passes do not lie on one another.
@@ -225,7 +226,8 @@ fn together(
     let (placed, faults): (Vec<Placed>, Vec<Option<Unfit>>) = settled.into_iter().unzip();
     let improves = |view: &Placed| view.before.misfit_m > IMPROVES * view.after.misfit_m;
     let moves = placed.iter().zip(&faults).any(|(view, fault)| fault.is_none() && improves(view));
-    // The first pass stays where it is: what a caller says of places and directions is of its frame.
+    // The first pass stays where it is: what a caller says of places and directions is of its
+    // frame.
     let back = match (begun.first(), placed.first()) {
         (Some(begun), Some(first)) if !posed => begun * first.pose.inverse(),
         _ => Isometry3::identity(),
@@ -324,8 +326,8 @@ impl Convention {
         })
     }
 
-    /// The poses by the one convention with which the views agree, and what to say of it; as written where
-    /// that agrees or none does.
+    /// The poses by the one convention with which the views agree, and what to say of it; as
+    /// written where that agrees or none does.
     fn of(register: &Register, written: &[Isometry3]) -> (Vec<Isometry3>, Option<String>) {
         let as_written = register.shared(written);
         if written.len() < 2 || as_written > TIMES_SHARED * LEAST_SHARED {

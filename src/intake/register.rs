@@ -1,16 +1,18 @@
 //! Views of one scene that does not move, brought together.
 //!
-//! In: the points of each view \[m\], and poses that are right up to misses of some 20 mm and 5 degrees.
-//! Out: better poses, how well each view lies on the others, and how well its place is known ([`Placed`]).
+//! In: the points of each view \[m\], and poses that are right up to misses of some 20 mm and 5
+//! degrees. Out: better poses, how well each view lies on the others, and how well its place is
+//! known ([`Placed`]).
 //!
-//! Each view is thinned to the means of cells of 2 mm (4 mm of noisy sensors), each with the normal of its
-//! neighbours. All poses are solved for together: each cell's mean is held against the nearest one of each
-//! other view, point to plane with the mean of both normals (after Rusinkiewicz 2019, which is exact on
-//! round things). The weights are Geman and McClure's; their reach shrinks from 50 mm to the views' own
-//! noise. Cells are drawn evenly over the directions of their normals, so that a wide floor does not
-//! outweigh the folds. A weak prior keeps a pose where the scene does not fix it, such as along a floor.
-//! A view that began nearer to another fold lies worse than the others: it is placed anew, from twelve starts.
-//! The last rounds count those cells alone that lie about as near as most.
+//! Each view is thinned to the means of cells of 2 mm (4 mm of noisy sensors), each with the normal
+//! of its neighbours. All poses are solved for together: each cell's mean is held against the
+//! nearest one of each other view, point to plane with the mean of both normals (after Rusinkiewicz
+//! 2019, which is exact on round things). The weights are Geman and McClure's; their reach shrinks
+//! from 50 mm to the views' own noise. Cells are drawn evenly over the directions of their normals,
+//! so that a wide floor does not outweigh the folds. A weak prior keeps a pose where the scene does
+//! not fix it, such as along a floor. A view that began nearer to another fold lies worse than the
+//! others: it is placed anew, from twelve starts. The last rounds count those cells alone that lie
+//! about as near as most.
 //!
 //! Where it fails: several views that all began nearer to other folds, which
 //! [`Fit::misfit_m`] tells; a view with little in common with the others has a large
@@ -34,19 +36,22 @@ use thinned::{COARSE, FINE, Fineness, Thinned};
 pub use fit::Fit;
 pub use thinned::View;
 
-/// Views are noisy from here on: distance of a fine cell's neighbours from their plane, root mean square \[m\].
+/// Views are noisy from here on: distance of a fine cell's neighbours from their plane, root mean
+/// square \[m\].
 const ROUGH_M: f64 = 0.3e-3;
 /// Reach of the weights at first \[m\], and of views that lie about right.
 const REACH_M: f64 = 50e-3;
 const FINE_REACH_M: f64 = 5e-3;
 /// Views that share at least this in some poses may be meant to lie so \[-\].
 pub(super) const LEAST_SHARED: f64 = 0.15;
-/// A view lies apart with more cells astray: 0.08 at most of views of one drape, 0.16 and more of two.
+/// A view lies apart with more cells astray: 0.08 at most of views of one drape, 0.16 and more of
+/// two.
 const MOST_ASTRAY: f64 = 0.1;
 /// It also does if its misfit is so many times the usual one, and this more \[m\],
 const APART: f64 = 3.0;
 const APART_M: f64 = 0.3e-3;
-/// or beyond this \[m\] and so many times the noise of single points, which is correlated: 8 for a D435.
+/// or beyond this \[m\] and so many times the noise of single points, which is correlated: 8 for a
+/// D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
 /// A view is placed anew with more cells astray, or a misfit of so many times the usual one,
@@ -114,7 +119,8 @@ impl Register {
         Self { views: which.iter().map(|&k| Arc::clone(&self.views[k])).collect() }
     }
 
-    /// Noise of single points against the plane of their cell, of the middle view \[m\]; 0 if it is not seen.
+    /// Noise of single points against the plane of their cell, of the middle view \[m\]; 0 if it is
+    /// not seen.
     #[must_use]
     pub fn noise_m(&self) -> f64 {
         median(self.views.iter().map(|view| view.noise_m).collect()).unwrap_or(0.0)
@@ -162,16 +168,17 @@ impl Register {
         (0..views.len()).map(placed).collect()
     }
 
-    /// Of two views the second in the first one's frame, from a pose there on; and how it then lies.
+    /// Of two views the second in the first one's frame, from a pose there on; and how it then
+    /// lies.
     pub(super) fn second(&self, pose: &Isometry3) -> (Isometry3, Placed) {
         let placed = self.placed(&[Isometry3::identity(), *pose]);
         let [first, second] = placed[..] else { unreachable!("two views were placed") };
         (first.pose.inverse() * second.pose, second)
     }
 
-    /// Brings the views together without those that lie apart, each of which pulls the others along, or are
-    /// loose, each of which makes the mean of all unsure: the worst is left out, and again, until none is or half
-    /// of them are. With each view whether it may be used.
+    /// Brings the views together without those that lie apart, each of which pulls the others
+    /// along, or are loose, each of which makes the mean of all unsure: the worst is left out, and
+    /// again, until none is or half of them are. With each view whether it may be used.
     #[must_use]
     pub fn settled(&self, poses: &[Isometry3]) -> Vec<(Placed, Option<Unfit>)> {
         let judged = |placed: Vec<Placed>| {
@@ -198,8 +205,8 @@ impl Register {
         }
     }
 
-    /// The poses, with each view that lies worse than the others placed anew: from several starts onto those that
-    /// lie well, and then all together; as they were where that is no better.
+    /// The poses, with each view that lies worse than the others placed anew: from several starts
+    /// onto those that lie well, and then all together; as they were where that is no better.
     fn strays_placed(&self, all: &Moving<'_>, ended: Vec<Isometry3>) -> Vec<Isometry3> {
         let views = &self.views;
         let found = fits(views, &partners(views, &ended), &ended);
@@ -228,7 +235,8 @@ impl Register {
         if agreeing(&again) > agreeing(&ended) { again } else { ended }
     }
 
-    /// The pose in which a view lies best on some others, found from several starts about where it is.
+    /// The pose in which a view lies best on some others, found from several starts about where it
+    /// is.
     fn placed_on(
         &self,
         others: &[usize],

@@ -1,9 +1,9 @@
 //! The rim that an estimate is made from: found in a scan, or read from a boundary
 //! CSV that a user may have corrected by hand.
 //!
-//! In: a path, or what is in memory already. Out: a [`Rim`], 244 points in the simulation frame. A boundary CSV
-//! is known by its first line; what was typed wrong in it shows as a jump, an
-//! open corner or a side of impossible length, and is refused with its line.
+//! In: a path, or what is in memory already. Out: a [`Rim`], 244 points in the simulation frame. A
+//! boundary CSV is known by its first line; what was typed wrong in it shows as a jump, an open
+//! corner or a side of impossible length, and is refused with its line.
 //!
 //! A boundary CSV says whether weft and warp were known when it was written, and then
 //! `--warp-toward`, which was of the scan's frame, is not needed and not used. For a file that
@@ -172,8 +172,9 @@ pub fn of_input(
     Ok(Rim::Scanned { scanned: Box::new(scanned), notes })
 }
 
-/// A rim that is in memory, checked and turned to the warp as that of a boundary CSV is. `name` stands for
-/// the file in messages, whose lines are those that the rim would have in one: a point's number and 2.
+/// A rim that is in memory, checked and turned to the warp as that of a boundary CSV is. `name`
+/// stands for the file in messages, whose lines are those that the rim would have in one: a point's
+/// number and 2.
 ///
 /// # Errors
 /// When it can be no rim of the specimen.
@@ -183,8 +184,9 @@ pub fn of_rim(name: &Path, rim: OrientedRim, options: &ScanOptions) -> Result<Ri
         .map_err(|source| IntakeError::RimRefused { path: name.to_owned(), source })
 }
 
-/// The rim of a cloud or a mesh that is in memory, in the unit of the options; `name` stands for the file in
-/// messages. Points that are none (NaN, infinite) are left out and noted, as the readers do.
+/// The rim of a cloud or a mesh that is in memory, in the unit of the options; `name` stands for
+/// the file in messages. Points that are none (NaN, infinite) are left out and noted, as the
+/// readers do.
 ///
 /// # Errors
 /// When there are no points, the colours or the triangles are not theirs, or the scan is refused.

@@ -4,12 +4,13 @@
 //! the next, where it is said. Out: the views without what stands still around the drape, and for
 //! each a pose in the first one's frame from which [`Register::settled`] continues.
 //!
-//! Each view's plate is found. Their normals are the axis' direction; their centres, which lie on a circle
-//! if the plate stands beside the axis, give its place. Where the step is not said it is looked for in steps of 5
-//! degrees, either way round: the one is taken with which neighbouring views lie best on one another.
-//! Then each view is brought to the one before.
+//! Each view's plate is found. Their normals are the axis' direction; their centres, which lie on a
+//! circle if the plate stands beside the axis, give its place. Where the step is not said it is
+//! looked for in steps of 5 degrees, either way round: the one is taken with which neighbouring
+//! views lie best on one another. Then each view is brought to the one before.
 //!
-//! Where it fails: steps that differ by more than some 5 degrees, and drapes that look alike from several sides.
+//! Where it fails: steps that differ by more than some 5 degrees, and drapes that look alike from
+//! several sides.
 
 use nalgebra::{Complex, Translation3, UnitQuaternion, UnitVector3};
 use rayon::prelude::*;
@@ -27,13 +28,14 @@ const GRID_RAD: f64 = 5.0_f64.to_radians();
 const FOLLOWED: usize = 8;
 /// with so many pairs of neighbours, spread over the views.
 const PAIRS: usize = 4;
-/// What lies so many sides of the specimen from the axis does not turn \[-\]: its corners lie at 0.71.
+/// What lies so many sides of the specimen from the axis does not turn \[-\]: its corners lie at
+/// 0.71.
 const REACH_SIDES: f64 = 0.8;
 /// So many views at a time are asked for their plate, until so many show one.
 const ASKED: usize = 6;
 const ENOUGH: usize = 4;
-/// A plate is another thing whose normal is turned by so much from the middle one \[rad\], or whose centre lies so far
-/// off \[m\].
+/// A plate is another thing whose normal is turned by so much from the middle one \[rad\], or whose
+/// centre lies so far off \[m\].
 const TURNED_RAD: f64 = 0.2;
 const BESIDE_M: f64 = 60e-3;
 /// Usual distance of a plate from the axis, and error of a view's centre \[m\].
@@ -64,13 +66,13 @@ pub struct Begun {
     pub register: Register,
     /// The first view's frame from each view's.
     pub poses: Vec<Isometry3>,
-    /// By how much the drape turns from one view to the next, in the middle; positive counter-clockwise from
-    /// above \[rad\].
+    /// By how much the drape turns from one view to the next, in the middle; positive
+    /// counter-clockwise from above \[rad\].
     pub step_rad: f64,
 }
 
-/// Where the views begin, with the step that is said (either way round) or found. Leaves of each what may turn with
-/// the drape.
+/// Where the views begin, with the step that is said (either way round) or found. Leaves of each
+/// what may turn with the drape.
 ///
 /// # Errors
 /// See [`NotFound`].
@@ -100,7 +102,8 @@ pub fn begin(
 }
 
 impl Plates {
-    /// The plates of the views, of which one is enough; `None` if none is seen, or most are elsewhere.
+    /// The plates of the views, of which one is enough; `None` if none is seen, or most are
+    /// elsewhere.
     fn of(views: &[SeenView], options: &ScanOptions) -> Option<Self> {
         let found = Self::found(views, options);
         let middle_of = |of: fn(&FoundPlate) -> Vector3| -> Option<Vector3> {
@@ -183,8 +186,8 @@ impl Plates {
         axis * UnitQuaternion::from_axis_angle(&self.up, -step_rad) * axis.inverse()
     }
 
-    /// A point of the axis, if the plates' centres go round it by this step: least squares, with the plate
-    /// near the axis where the centres do not say.
+    /// A point of the axis, if the plates' centres go round it by this step: least squares, with
+    /// the plate near the axis where the centres do not say.
     fn on_axis(&self, step_rad: f64) -> Point3 {
         // In the plane of the circle: centre = c + e exp(i k step).
         let across = level(&self.up);

@@ -17,8 +17,8 @@ pub struct ReadNotes {
     pub format: Option<Format>,
     /// Points in the file, the dropped ones included.
     pub points_in_file: usize,
-    /// Points dropped: NaN, infinite, beyond [`LARGEST_COORDINATE`], or invalid (E57) or withheld (LAS) as the
-    /// file says.
+    /// Points dropped: NaN, infinite, beyond [`LARGEST_COORDINATE`], or invalid (E57) or withheld
+    /// (LAS) as the file says.
     pub dropped_non_finite: usize,
     /// Pixels of depth images dropped beside depth jumps, if that was asked for.
     pub dropped_jumps: usize,
@@ -113,12 +113,12 @@ pub(super) fn finish(raw: Raw, format: Format) -> Result<(Cloud, ReadNotes), At>
     kept(raw, Some(format))
 }
 
-/// Points in memory, checked as those of a file are: what is no point is dropped, with the triangles that
-/// touch it, and noted. Colours are none, or one for each point.
+/// Points in memory, checked as those of a file are: what is no point is dropped, with the
+/// triangles that touch it, and noted. Colours are none, or one for each point.
 ///
 /// # Errors
-/// No points, none that is finite, colours that are more or fewer than the points, a triangle that names
-/// a point that is not there.
+/// No points, none that is finite, colours that are more or fewer than the points, a triangle that
+/// names a point that is not there.
 pub fn checked(cloud: Cloud) -> Result<(Cloud, ReadNotes), Fault> {
     let Cloud { points, colors, triangles } = cloud;
     if points.is_empty() {

@@ -101,7 +101,8 @@ impl Intrinsics {
     fn check_centre(&self, size_px: [usize; 2]) -> Result<(), String> {
         /// A principal point nearer to the border than this share of the image is of another image.
         const BORDER: f64 = 0.05;
-        /// So far from the middle, by the same share along both axes, is that of another resolution.
+        /// So far from the middle, by the same share along both axes, is that of another
+        /// resolution.
         const OFF_MIDDLE: f64 = 0.12;
         const SAME: f64 = 0.02;
         let [x, y] = [0, 1].map(|axis| (self.centre_px[axis] + 0.5) / size_px[axis] as f64);

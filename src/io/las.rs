@@ -58,7 +58,8 @@ impl Rows<'_> {
     }
 }
 
-/// Colours of 16 bits as the standard wants them, or of 8 where none is larger, as many programs write them.
+/// Colours of 16 bits as the standard wants them, or of 8 where none is larger, as many programs
+/// write them.
 fn eight_bits(colors: &[[u16; 3]]) -> Vec<[u8; 3]> {
     let wide = colors.iter().flatten().any(|&c| c > 255);
     let shift = if wide { 8 } else { 0 };

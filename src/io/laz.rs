@@ -19,7 +19,8 @@ use ::laz::{LazItem, LazItemType, LazVlr};
 use super::las_header::{Header, layout};
 use super::{At, Fault};
 
-/// A point in LAZ takes an eighth of a bit at least: a scan takes bytes, but a thousand equal points one.
+/// A point in LAZ takes an eighth of a bit at least: a scan takes bytes, but a thousand equal
+/// points one.
 const MOST_POINTS_PER_BYTE: u128 = 64;
 /// Bytes before the first chunk: where the table of chunks stands.
 const TABLE_OFFSET: usize = 8;
@@ -75,7 +76,8 @@ pub(super) fn unpack(bytes: &[u8], header: &Header, mut each: impl FnMut(&[u8]))
     Ok(())
 }
 
-/// What the file says of its packing: the parts of a point, which make up the whole of it, and the chunks.
+/// What the file says of its packing: the parts of a point, which make up the whole of it, and the
+/// chunks.
 fn packing(bytes: &[u8], header: &Header) -> Result<(Vec<LazItem>, Chunks), At> {
     let damaged = |text: &str| layout(header.payload, format!("the LAZ file {text}"));
     let vlr = header

@@ -86,8 +86,8 @@ pub fn read_scan(path: impl AsRef<Path>) -> Result<(Cloud, ReadNotes), ReadError
     read_scan_with(path, &ReadOptions::default())
 }
 
-/// [`read_scan`] of a file that may be a depth image, or that does not say its format; the path `-` with a format is the
-/// standard input.
+/// [`read_scan`] of a file that may be a depth image, or that does not say its format; the path `-`
+/// with a format is the standard input.
 ///
 /// # Errors
 /// As [`read_scan`], and when a depth image's camera is not known.

@@ -1,7 +1,7 @@
 //! The texture coordinates of an OBJ: where each vertex of a sheet lies on the flat cloth.
 //!
-//! In: the bytes of an OBJ whose faces name them (`f v/vt` or `f v/vt/vn`). Out: a pair a vertex, in
-//! the file's order. A vertex with two places is a seam, which a sheet does not have.
+//! In: the bytes of an OBJ whose faces name them (`f v/vt` or `f v/vt/vn`). Out: a pair a vertex,
+//! in the file's order. A vertex with two places is a seam, which a sheet does not have.
 
 use std::path::Path;
 

@@ -26,7 +26,8 @@ pub struct ReadOptions {
     /// together; the readers here read one input.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes: Vec<PathBuf>,
-    /// Lengths in the scan over true ones: `intake` divides them by it. `None`: the scan's are true.
+    /// Lengths in the scan over true ones: `intake` divides them by it. `None`: the scan's are
+    /// true.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rescale: Option<f64>,
 }

@@ -16,22 +16,22 @@
 //! }
 //! ```
 //!
-//! Files are named relative to it and lie in its folder or below: a list from elsewhere
-//! must not make its reader open the reader's other files. `world_from_camera` is rigid, row by row, its
-//! translation in metres. `intrinsics` is a file of [`super::intrinsics`] or such a
-//! JSON object; it and `depth_scale` may stand in a view as well. A view is a 16-bit
-//! depth PNG, or any other scan file in its camera's frame, in metres or in the
-//! `unit` named. `camera_axes`: `opencv` (x right, y down, z forward) or `opengl`
-//! (x right, y up, z backward).
+//! Files are named relative to it and lie in its folder or below: a list from elsewhere must not
+//! make its reader open the reader's other files. `world_from_camera` is rigid, row by row, its
+//! translation in metres. `intrinsics` is a file of [`super::intrinsics`] or such a JSON object; it
+//! and `depth_scale` may stand in a view as well. A view is a 16-bit depth PNG, or any other scan
+//! file in its camera's frame, in metres or in the `unit` named. `camera_axes`: `opencv` (x right,
+//! y down, z forward) or `opengl` (x right, y up, z backward).
 //!
-//! Views without any `world_from_camera` are those of a turntable before a camera that stands still, in order;
-//! `turntable_step_deg` may say by how much it turns from one to the next.
+//! Views without any `world_from_camera` are those of a turntable before a camera that stands
+//! still, in order; `turntable_step_deg` may say by how much it turns from one to the next.
 //!
 //! A folder with `camera-intrinsics.txt`, `NAME.depth.png` and `NAME.pose.txt`
 //! (7-Scenes and the tools after it; millimetres, 65535 for nothing) is read as
 //! such a set.
 //!
-//! The clouds are joined, not downsampled: `scan` weighs and downsamples. `intake` brings them together first.
+//! The clouds are joined, not downsampled: `scan` weighs and downsamples. `intake` brings them
+//! together first.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
@@ -78,7 +78,8 @@ pub(super) struct Views {
 /// A turntable before a camera that stands still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turntable {
-    /// By how much it turns from one view to the next, either way round \[rad\]; `None` if that is not said.
+    /// By how much it turns from one view to the next, either way round \[rad\]; `None` if that is
+    /// not said.
     pub step_rad: Option<f64>,
 }
 
@@ -244,8 +245,8 @@ fn turntable(list: &ListFile) -> Result<Option<Turntable>, String> {
     }
 }
 
-/// The views without those that stand in the list twice. A list is short, and what it names would be read
-/// as often as it is named.
+/// The views without those that stand in the list twice. A list is short, and what it names would
+/// be read as often as it is named.
 fn once(views: Vec<View>) -> Result<Vec<View>, String> {
     let mut poses: HashMap<PathBuf, Isometry3> = HashMap::new();
     let mut kept = Vec::with_capacity(views.len());
@@ -345,8 +346,8 @@ fn pose(value: &Value) -> Result<(Isometry3, bool), String> {
     rigid(&numbers.ok_or("world_from_camera holds something that is no number")?)
 }
 
-/// Sixteen numbers, row by row, as a rigid motion; and whether they stood column by column, which a last
-/// row tells that holds a shift.
+/// Sixteen numbers, row by row, as a rigid motion; and whether they stood column by column, which a
+/// last row tells that holds a shift.
 fn rigid(numbers: &[f64]) -> Result<(Isometry3, bool), String> {
     let remedy = "give the camera's pose as a rigid 4 x 4 matrix, row by row, in metres";
     if numbers.len() != 16 {
@@ -430,7 +431,8 @@ impl View {
     }
 }
 
-/// The axes of a camera that looks along -z with y up, in those of one that looks along z with y down.
+/// The axes of a camera that looks along -z with y up, in those of one that looks along z with y
+/// down.
 #[must_use]
 pub fn opengl() -> Isometry3 {
     Isometry3::rotation(Vector3::x() * std::f64::consts::PI)

@@ -107,8 +107,8 @@ fn of_png(error: EncodingError) -> io::Error {
     }
 }
 
-/// A mesh as binary STL in millimetres: 80 bytes of header, the count, and 50 bytes for each triangle with its
-/// normal.
+/// A mesh as binary STL in millimetres: 80 bytes of header, the count, and 50 bytes for each
+/// triangle with its normal.
 #[must_use]
 pub fn stl_bytes(mesh: &Mesh) -> Vec<u8> {
     const HEADER: &[u8; 80] =

@@ -1,7 +1,8 @@
 //! The main job: a scan file to six stiffnesses, and back to a drape.
 //!
-//! read -> rim -> the network's estimate -> refined by the simulator, with other scans of the same fabric -> released. In: a path and
-//! what the user knows; or, for [`Job::run_on`], a rim in place of the path. Out: an [`Outcome`], which `report` shows.
+//! read -> rim -> the network's estimate -> refined by the simulator, with other scans of the same
+//! fabric -> released. In: a path and what the user knows; or, for [`Job::run_on`], a rim in place
+//! of the path. Out: an [`Outcome`], which `report` shows.
 
 mod error;
 pub mod refinement;
@@ -42,8 +43,8 @@ pub struct Job {
     /// Other scans of the same fabric, or rims of it, which it is refined on together with `input`;
     /// read and scanned in the same way. Without `refine` they are not looked at.
     pub with: Vec<PathBuf>,
-    /// What is draped where the simulator is asked: the standard experiment, with what the cloth is known to have beyond
-    /// the seven parameters.
+    /// What is draped where the simulator is asked: the standard experiment, with what the cloth is
+    /// known to have beyond the seven parameters.
     pub experiment: Experiment,
 }
 
@@ -56,7 +57,8 @@ pub struct Outcome {
     pub rim: Rim,
     /// The stiffnesses: the refined ones where the refinement was taken, else the network's.
     pub estimate: Estimate,
-    /// Where the stiffnesses lie in the prior that the model was trained on; `None` if no such prior ships.
+    /// Where the stiffnesses lie in the prior that the model was trained on; `None` if no such
+    /// prior ships.
     pub likeness: Option<Likeness>,
     /// What refining found, if asked for.
     pub refinement: Option<Refinement>,
@@ -106,8 +108,8 @@ pub fn check_experiment(scan: &ScanOptions) -> Result<(), JobError> {
 }
 
 impl Job {
-    /// The answer on one scan, as the program gives it without further flags: the unit found from the scene, weft and
-    /// warp not known, refined.
+    /// The answer on one scan, as the program gives it without further flags: the unit found from
+    /// the scene, weft and warp not known, refined.
     ///
     /// ```
     /// use scan2params::Job;
@@ -196,9 +198,9 @@ impl Job {
         self.of_rim(rim, estimator, Stages::start(), &tell)?.refined_with(next, estimator, &tell)
     }
 
-    /// The other scans of the fabric, each taken in by `take`. Weft and warp must be known in all of them: two drops that are
-    /// read turned against each other are of two fabrics. One that cannot be trusted is refused with
-    /// its path, since it would pull the fabric to itself unseen.
+    /// The other scans of the fabric, each taken in by `take`. Weft and warp must be known in all
+    /// of them: two drops that are read turned against each other are of two fabrics. One that
+    /// cannot be trusted is refused with its path, since it would pull the fabric to itself unseen.
     fn companions(
         &self,
         rim: &Rim,

@@ -1,8 +1,9 @@
-//! Refining within the main job: from the network's estimate to the fabric whose drape lies closest to
-//! the scan, and whether that fabric is the answer.
+//! Refining within the main job: from the network's estimate to the fabric whose drape lies closest
+//! to the scan, and whether that fabric is the answer.
 //!
-//! It is where the fit has converged, within its bounds, and leaves no more than it should ([`NotTaken`] has what stands
-//! against it). If not, the network's estimate stays, and the verdict says so.
+//! It is where the fit has converged, within its bounds, and leaves no more than it should
+//! ([`NotTaken`] has what stands against it). If not, the network's estimate stays, and the verdict
+//! says so.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -14,8 +15,8 @@ use crate::fabric::{Fabric, Mixture, STIFFNESSES};
 use crate::refine::{Ended, FitError, FitOptions, Prior, Progress, Refined, Scan, ScanFit, fit};
 use crate::sim::Experiment;
 
-/// Another scan of the fabric, which it is refined on together with the first. A second drop shows the
-/// fabric on another branch and in another place, and tells apart what one drape leaves mixed.
+/// Another scan of the fabric, which it is refined on together with the first. A second drop shows
+/// the fabric on another branch and in another place, and tells apart what one drape leaves mixed.
 #[derive(Clone, Debug)]
 pub struct Companion {
     /// The scan.
@@ -33,7 +34,8 @@ pub struct Refinement {
     pub result: Result<Refined, FitError>,
     /// The network's answer for the first scan.
     pub network: Estimate,
-    /// The other scans that the fabric was refined on; their drapes are those of the result behind the first.
+    /// The other scans that the fabric was refined on; their drapes are those of the result behind
+    /// the first.
     pub companions: Vec<Companion>,
     /// Time that it took on the wall \[s\].
     pub wall_s: f64,
@@ -48,7 +50,8 @@ pub enum NotTaken {
     NotConverged(Ended),
     /// A stiffness ended at an end of what was allowed; its key.
     AtBound(&'static str),
-    /// Tied to the scan, the sheet is farther from it than scan and simulator err, in standard deviations of both.
+    /// Tied to the scan, the sheet is farther from it than scan and simulator err, in standard
+    /// deviations of both.
     Leaves {
         /// What it leaves.
         misfit: f64,
@@ -144,8 +147,8 @@ impl<'a> Taken<'a> {
         &self.0.scans[0]
     }
 
-    /// The answer in the form of an estimate. Values beyond what the network was trained on are in range: the
-    /// simulator was asked, not the network.
+    /// The answer in the form of an estimate. Values beyond what the network was trained on are in
+    /// range: the simulator was asked, not the network.
     pub(super) fn estimate(self, network: &Estimate) -> Estimate {
         let refined = self.0;
         let fabric_of = |values: [f64; STIFFNESSES]| {
@@ -154,7 +157,8 @@ impl<'a> Taken<'a> {
         };
         let end = |side: usize| fabric_of(refined.stiffnesses.map(|s| s.interval90[side]));
         let as_given = Candidate { fabric: refined.fabric, interval90: [end(0), end(1)] };
-        // The sheet knows nothing of the yarns' names: read the other way round, the same fit has them exchanged.
+        // The sheet knows nothing of the yarns' names: read the other way round, the same fit has
+        // them exchanged.
         let mut candidates = vec![as_given.clone()];
         if network.candidates.len() > 1 {
             candidates.push(as_given.exchanged());

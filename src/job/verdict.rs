@@ -100,7 +100,8 @@ macro_rules! codes {
 }
 
 codes! {
-    /// The scan's scale is off, by the four sides together, or by the cloth from edge to edge and the plate.
+    /// The scan's scale is off, by the four sides together, or by the cloth from edge to edge and
+    /// the plate.
     Scale = "scale",
     /// A side of the rim differs from the specimen's by more than cloth stretches.
     SideLength = "side_length",
@@ -144,7 +145,8 @@ codes! {
     FoldsForBending = "folds_for_bending",
     /// Refining found no fabric that is the answer: the values are the network's.
     NotRefined = "not_refined",
-    /// Held to the scan, the drape of the fabric that was found is farther from it than scan and simulator err.
+    /// Held to the scan, the drape of the fabric that was found is farther from it than scan and
+    /// simulator err.
     ModelLeaves = "model_leaves",
     /// A refined stiffness is hardly visible in this drape: its interval is the network's.
     HardlyVisible = "hardly_visible",
@@ -219,7 +221,8 @@ pub struct Verdict {
     pub not_the_experiment: bool,
     /// The grounds, worst first.
     pub grounds: Vec<Ground>,
-    /// The scan's scale; not there without an answer, or where the cloth was not seen from edge to edge.
+    /// The scan's scale; not there without an answer, or where the cloth was not seen from edge to
+    /// edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
 }
@@ -263,8 +266,8 @@ impl Verdict {
     }
 }
 
-/// The verdict on a job: everything known of the rim, the estimate, where it lies in the model's prior, and
-/// the released drape, held against the limits of this version.
+/// The verdict on a job: everything known of the rim, the estimate, where it lies in the model's
+/// prior, and the released drape, held against the limits of this version.
 #[must_use]
 pub fn of_job(
     rim: &Rim,

@@ -1,8 +1,8 @@
 //! What the experiment is made on: specimen, plate, post and base, in metres.
 //!
 //! In: which experiment. Out: its [`Bench`], whose specimen and plate are those of the simulator
-//! ([`Experiment`]) and whose stand is a choice of this kit: four or five printed parts, each on a flat face without
-//! supports.
+//! ([`Experiment`]) and whose stand is a choice of this kit: four or five printed parts, each on a
+//! flat face without supports.
 
 use crate::sim::Experiment;
 
@@ -28,7 +28,8 @@ impl Kind {
 
 /// Radius of the spigots that join the parts \[m\].
 const SPIGOT_RADIUS_M: f64 = 6.0e-3;
-/// By how much a hole is wider than its spigot, in the radius \[m\]: what a filament printer errs by.
+/// By how much a hole is wider than its spigot, in the radius \[m\]: what a filament printer errs
+/// by.
 const FIT_M: f64 = 0.15e-3;
 /// Depth of a socket, and how much shorter its spigot is \[m\].
 const SOCKET_M: f64 = 8.3e-3;
@@ -41,7 +42,8 @@ const POST_PIECE_M: f64 = 112.0e-3;
 const BASE_M: [f64; 2] = [70.0e-3, 6.0e-3];
 /// By how much the hole of the placement card is wider than the plate, in the radius \[m\].
 const CARD_GAP_M: f64 = 1.0e-3;
-/// By how much hanging cloth may be longer than the flat one \[-\], what `estimate` allows the rim of a file.
+/// By how much hanging cloth may be longer than the flat one \[-\], what `estimate` allows the rim
+/// of a file.
 const DEEPEST_STRETCH: f64 = 1.25;
 /// Room left between the lowest cloth and the base \[m\].
 const ROOM_M: f64 = 20.0e-3;

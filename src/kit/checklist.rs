@@ -1,7 +1,8 @@
 //! What makes a scan refused, with the numbers of the scan path itself.
 //!
-//! In: the options of a scan. Out: one [`Refusal`] for each variant of [`crate::scan::ScanError`], a test holds that none is
-//! missing; every number is read from [`ScanOptions`], from which `scan` takes its limits.
+//! In: the options of a scan. Out: one [`Refusal`] for each variant of [`crate::scan::ScanError`],
+//! a test holds that none is missing; every number is read from [`ScanOptions`], from which `scan`
+//! takes its limits.
 
 use crate::scan::ScanOptions;
 

@@ -53,7 +53,8 @@ fn section(part: &Part, axis: f64, foot: f64, upside_down: bool) -> Shape {
     Shape::Line { points: [right, left].concat(), closed: true }
 }
 
-/// The part of an outline that is seen from the side: from the axis to the foot's outer end, and up to the top.
+/// The part of an outline that is seen from the side: from the axis to the foot's outer end, and up
+/// to the top.
 fn outer(profile: &[[f64; 2]], extent: f64) -> Vec<[f64; 2]> {
     let from = profile.iter().skip_while(|p| p[0] < extent).take_while(|p| p[0] > 0.0);
     let mut seen = vec![[0.0, 0.0]];

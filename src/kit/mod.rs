@@ -1,15 +1,18 @@
 //! Everything that is needed to make the experiment: templates, stand, protocol.
 //!
-//! In: which experiment ([`Kind`]), the colour of the mark. Out: files, as bytes ([`files`]) or in a folder ([`write()`]): cutting
-//! template and placement card as SVG and as PDF at 1:1 (one page or tiles), the stand's parts as STL and as a
-//! dimensioned drawing, the protocol as Markdown and HTML with the checklist of what is refused, and an example of the
-//! table that `batch` or `calibrate` reads.
+//! In: which experiment ([`Kind`]), the colour of the mark. Out: files, as bytes ([`files`]) or in
+//! a folder ([`write()`]): cutting template and placement card as SVG and as PDF at 1:1 (one page
+//! or tiles), the stand's parts as STL and as a dimensioned drawing, the protocol as Markdown and
+//! HTML with the checklist of what is refused, and an example of the table that `batch` or
+//! `calibrate` reads.
 //!
-//! Dimensions come from the simulator's [`crate::sim::Experiment`], limits from the scan path's options: a kit is that of the
-//! version that wrote it. Nothing but specimen and plate is assumed by an estimate; post, base and card are choices.
+//! Dimensions come from the simulator's [`crate::sim::Experiment`], limits from the scan path's
+//! options: a kit is that of the version that wrote it. Nothing but specimen and plate is assumed
+//! by an estimate; post, base and card are choices.
 //!
-//! Drawings are made once, as [`sheet::Sheet`]s, which `svg` and `pdf` write; the latter through `pdf-writer`, which depends on
-//! four small crates. `svg2pdf` would parse again what is drawn here.
+//! Drawings are made once, as [`sheet::Sheet`]s, which `svg` and `pdf` write; the latter through
+//! `pdf-writer`, which depends on four small crates. `svg2pdf` would parse again what is drawn
+//! here.
 
 pub mod bench;
 pub mod checklist;

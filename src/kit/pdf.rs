@@ -1,9 +1,9 @@
 //! Sheets as pages of a PDF at 1:1.
 //!
-//! In: pages of given sizes, each with the parts of sheets that show on it. Out: the file's bytes. One millimetre is
-//! 72 / 25.4 points by the first matrix of each page; print dialogues are asked not to scale. Content is not
-//! compressed, so that its lengths can be read. Helvetica is not embedded: it is one of the fonts that every reader
-//! has.
+//! In: pages of given sizes, each with the parts of sheets that show on it. Out: the file's bytes.
+//! One millimetre is 72 / 25.4 points by the first matrix of each page; print dialogues are asked
+//! not to scale. Content is not compressed, so that its lengths can be read. Helvetica is not
+//! embedded: it is one of the fonts that every reader has.
 
 use pdf_writer::types::{LineCapStyle, LineJoinStyle};
 use pdf_writer::{Content, Finish as _, Name, Pdf, Rect, Ref, Str, TextStr};

@@ -1,7 +1,7 @@
 //! How the experiment is made, as Markdown and as HTML to print.
 //!
-//! In: a [`Bench`] and the colour of the mark. Out: text whose numbers come from the simulator, the scan path and the
-//! readers, so that none can drift. What is a choice of this protocol says so.
+//! In: a [`Bench`] and the colour of the mark. Out: text whose numbers come from the simulator, the
+//! scan path and the readers, so that none can drift. What is a choice of this protocol says so.
 
 use super::bench::{Bench, Kind};
 use super::checklist::checklist;
@@ -112,7 +112,8 @@ fn specimens(bench: &Bench, mark: &str) -> String {
     )
 }
 
-/// Squares or discs whose weight is known to [`WEIGHING_PERCENT`] on a scale that shows steps of `step_g`.
+/// Squares or discs whose weight is known to [`WEIGHING_PERCENT`] on a scale that shows steps of
+/// `step_g`.
 fn pieces(area_m2: f64, density_g_m2: f64, step_g: f64) -> usize {
     let least_g = 0.5 * step_g / (0.01 * WEIGHING_PERCENT);
     (least_g / (area_m2 * density_g_m2)).ceil().max(1.0) as usize
@@ -217,8 +218,8 @@ fn refusals() -> String {
          and says so.\n"
 }
 
-/// How much too small an outline appears that hangs `depth_m` below the plate, of radius `radius_m`, seen from `height_m`
-/// above the plate \[m\].
+/// How much too small an outline appears that hangs `depth_m` below the plate, of radius
+/// `radius_m`, seen from `height_m` above the plate \[m\].
 fn perspective_m(height_m: f64, depth_m: f64, radius_m: f64) -> f64 {
     radius_m * depth_m / (height_m + depth_m)
 }

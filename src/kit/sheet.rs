@@ -1,7 +1,7 @@
 //! A drawing, once: what `svg` and `pdf` write at 1:1.
 //!
-//! Frame: millimetres of paper from the upper left corner, x to the right, y down. Texts are ASCII in Helvetica, which
-//! every PDF reader has and for which browsers take Arial.
+//! Frame: millimetres of paper from the upper left corner, x to the right, y down. Texts are ASCII
+//! in Helvetica, which every PDF reader has and for which browsers take Arial.
 
 /// A colour: red, green, blue.
 pub type Ink = [u8; 3];
@@ -181,7 +181,8 @@ impl Sheet {
         self.filled(None, &[to, barb(1.0), barb(-1.0)], pen.ink);
     }
 
-    /// Adds a dimension between two places on one level or one above the other: arrows both ways, and its text.
+    /// Adds a dimension between two places on one level or one above the other: arrows both ways,
+    /// and its text.
     pub fn dimension(&mut self, from: [f64; 2], to: [f64; 2], text: &str) {
         let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
         let pen = Pen { width_mm: 0.18, ink: BLACK, dashed: false };
@@ -194,8 +195,8 @@ impl Sheet {
         }
     }
 
-    /// Adds a ruler of 100 mm and one of an inch, from a place to the right: what a print is checked with. Takes 144
-    /// by 8 mm.
+    /// Adds a ruler of 100 mm and one of an inch, from a place to the right: what a print is
+    /// checked with. Takes 144 by 8 mm.
     pub fn ruler(&mut self, [x, y]: [f64; 2]) {
         let pen = Pen { width_mm: 0.2, ink: BLACK, dashed: false };
         let shape =
@@ -217,7 +218,8 @@ impl Sheet {
     }
 }
 
-/// Widths of Helvetica's glyphs from the space on, thousandths of the font's size (Adobe's metrics of the 14 base fonts).
+/// Widths of Helvetica's glyphs from the space on, thousandths of the font's size (Adobe's metrics
+/// of the 14 base fonts).
 const HELVETICA: [u16; 95] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556,
     556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667,

@@ -1,8 +1,9 @@
-//! The parts of the stand as closed meshes, each as it is printed: standing on a flat face at z = 0, z up.
+//! The parts of the stand as closed meshes, each as it is printed: standing on a flat face at z =
+//! 0, z up.
 //!
-//! In: a [`Bench`]. Out: solids of revolution \[m\]. The plate is two halves that part where it is widest, so that its
-//! rounded edge has no overhang; a spigot of the post aligns them. Vertices lie on the true surface: chords are at most
-//! 0.01 mm inside it.
+//! In: a [`Bench`]. Out: solids of revolution \[m\]. The plate is two halves that part where it is
+//! widest, so that its rounded edge has no overhang; a spigot of the post aligns them. Vertices lie
+//! on the true surface: chords are at most 0.01 mm inside it.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -24,7 +25,8 @@ pub struct Part {
     pub count: usize,
     /// What it is, and how its faces lie.
     pub what: &'static str,
-    /// Closed outline of its half section: distance from the axis and height \[m\], counter-clockwise.
+    /// Closed outline of its half section: distance from the axis and height \[m\],
+    /// counter-clockwise.
     pub profile: Vec<[f64; 2]>,
 }
 
@@ -88,8 +90,8 @@ pub fn parts(bench: &Bench) -> Vec<Part> {
     parts
 }
 
-/// Half of the plate, its parting plane at z = 0: with the blind hole of the upper half, or the hole
-/// through the lower.
+/// Half of the plate, its parting plane at z = 0: with the blind hole of the upper half, or the
+/// hole through the lower.
 fn plate_half(bench: &Bench, upper: bool) -> Vec<[f64; 2]> {
     let (hole, edge) = (bench.hole_radius_m, bench.edge_radius_m);
     let mut outline = vec![[hole, 0.0]];
@@ -107,7 +109,8 @@ fn plate_half(bench: &Bench, upper: bool) -> Vec<[f64; 2]> {
     outline
 }
 
-/// A piece of the post: a socket below, whose roof is a cone that prints without supports, a spigot above.
+/// A piece of the post: a socket below, whose roof is a cone that prints without supports, a spigot
+/// above.
 fn post(bench: &Bench, spigot_m: f64) -> Vec<[f64; 2]> {
     let (hole, socket) = (bench.hole_radius_m, bench.socket_m);
     let (radius, length, spigot) = (bench.post_radius_m, bench.post_piece_m, bench.spigot_radius_m);
@@ -130,7 +133,8 @@ fn base(bench: &Bench) -> Vec<[f64; 2]> {
     vec![[0.0, 0.0], [radius, 0.0], [radius, high], [spigot, high], [spigot, top], [0.0, top]]
 }
 
-/// A closed outline in the half plane (distance from the axis, height), counter-clockwise, turned about the z axis.
+/// A closed outline in the half plane (distance from the axis, height), counter-clockwise, turned
+/// about the z axis.
 fn revolved(profile: &[[f64; 2]], around: usize) -> Mesh {
     let mut mesh = Mesh::default();
     let mut rings: Vec<Vec<u32>> = Vec::with_capacity(profile.len());

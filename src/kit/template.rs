@@ -1,5 +1,5 @@
-//! What is printed on paper at 1:1: the template that the specimen is cut by, the card that centres it on the plate, and
-//! the target that a camera's scale is measured on.
+//! What is printed on paper at 1:1: the template that the specimen is cut by, the card that centres
+//! it on the plate, and the target that a camera's scale is measured on.
 
 use super::bench::{Bench, Kind};
 #[cfg(test)]
@@ -12,7 +12,8 @@ const AROUND_MM: f64 = 20.0;
 const BELOW_MM: f64 = 12.0;
 /// The mark: from the edge inward, and along it \[mm\], as `augment --mark` colours it.
 pub const MARK_MM: [f64; 2] = [12.0, 80.0];
-/// Distance of the crosses of the scale target \[mm\]: all four lie on the plate of the standard experiment.
+/// Distance of the crosses of the scale target \[mm\]: all four lie on the plate of the standard
+/// experiment.
 pub const TARGET_MM: f64 = 120.0;
 
 const MM_PER_M: f64 = 1e3;
@@ -101,7 +102,8 @@ fn warp_arrow(sheet: &mut Sheet, from: [f64; 2], to: [f64; 2]) {
     sheet.arrow(from, to, 8.0, Pen { width_mm: 1.2, ink: BLUE, dashed: false });
 }
 
-/// The card that lies around the plate, level with it, while the cloth is laid, and is lowered to let it fall.
+/// The card that lies around the plate, level with it, while the cloth is laid, and is lowered to
+/// let it fall.
 #[must_use]
 pub fn placement(bench: &Bench) -> Sheet {
     let side = bench.specimen_m * MM_PER_M;

@@ -1,7 +1,7 @@
 //! Sheets on paper: one page where it is large enough, else tiles that overlap.
 //!
-//! Each page has a ruler to check the print with. Neighbouring tiles show the same crosses in the strip that they
-//! share; one is cut along the dashed line and laid on the other, cross on cross.
+//! Each page has a ruler to check the print with. Neighbouring tiles show the same crosses in the
+//! strip that they share; one is cut along the dashed line and laid on the other, cross on cross.
 
 use super::pdf::{Page, Placed};
 use super::sheet::{Item, Pen, Sheet};

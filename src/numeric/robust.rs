@@ -20,8 +20,9 @@ pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
-/// The standard deviation of some values, estimated by 1.4826 times their median absolute deviation,
-/// which is the ratio of the two for a normal distribution; `None` if there are no values.
+/// The standard deviation of some values, estimated by 1.4826 times their median absolute
+/// deviation, which is the ratio of the two for a normal distribution; `None` if there are no
+/// values.
 #[must_use]
 pub fn sigma(values: &[f64]) -> Option<f64> {
     let middle = median(values.to_vec())?;

@@ -308,8 +308,9 @@ impl<T: Real> Factor<T> {
         self.work.solve(&self.analysis, &self.l_values, &mut [x]);
     }
 
-    /// Solves for some right-hand sides as [`Factor::solve`] does for one, to the last bit, with a work space of the caller's, so that several
-    /// threads can share one factor. Reads the factor once for all of them.
+    /// Solves for some right-hand sides as [`Factor::solve`] does for one, to the last bit, with a
+    /// work space of the caller's, so that several threads can share one factor. Reads the factor
+    /// once for all of them.
     pub fn solve_with(&self, work: &mut Work<T>, all: &mut [&mut [Vector3<f64>]]) {
         work.solve(&self.analysis, &self.l_values, all);
     }

@@ -1,10 +1,12 @@
-//! Forward and backward substitution with a supernodal Cholesky factor, one right-hand side or some.
+//! Forward and backward substitution with a supernodal Cholesky factor, one right-hand side or
+//! some.
 //!
 //! faer solves panel by panel with kernels made for many right-hand sides; for one, most of the
-//! time goes into their set-up. Here a panel's columns are streamed once on the way down and
-//! once on the way up, which is as fast as the factor can be read, and serve all right-hand sides while they are in the
-//! cache. Each of these is computed as if it were alone, to the last bit. The machine's wider vector registers are used
-//! where it has some, with the same sums and no fused products.
+//! time goes into their set-up. Here a panel's columns are streamed once on the way down and once
+//! on the way up, which is as fast as the factor can be read, and serve all right-hand sides while
+//! they are in the cache. Each of these is computed as if it were alone, to the last bit. The
+//! machine's wider vector registers are used where it has some, with the same sums and no fused
+//! products.
 
 use std::ops::{AddAssign, Div, Mul, Sub};
 
@@ -23,8 +25,8 @@ impl Scalar for f64 {}
 /// Sums kept apart in a product, so that it runs in vector registers.
 const LANES: usize = 16;
 
-/// Solves L L^T x = b in place for each x of `all`; `l_values` as faer lays them out for `symbolic`, each x in the
-/// factor's order, `gathered` work space.
+/// Solves L L^T x = b in place for each x of `all`; `l_values` as faer lays them out for
+/// `symbolic`, each x in the factor's order, `gathered` work space.
 pub fn solve_in_place<T: Scalar>(
     symbolic: &SymbolicSupernodalCholesky<usize>,
     l_values: &[T],

@@ -1,5 +1,5 @@
-//! The steps of least squares whose every evaluation is a drape, and their damping (Marquardt 1963): what follows a step
-//! that lowered the cost, and one that did not.
+//! The steps of least squares whose every evaluation is a drape, and their damping (Marquardt
+//! 1963): what follows a step that lowered the cost, and one that did not.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -118,7 +118,8 @@ mod tests {
 
     #[test]
     fn a_step_that_meets_a_limit_goes_on_along_it() {
-        // the least of (x - 2)^2 + (x + y - 3)^2 + (y + z - 2)^2 / 4 + z^2 / 9, where z has no limits and x ends at 1
+        // the least of (x - 2)^2 + (x + y - 3)^2 + (y + z - 2)^2 / 4 + z^2 / 9, where z has no
+        // limits and x ends at 1
         let rows = [([1.0, 0.0, 0.0], 2.0), ([1.0, 1.0, 0.0], 3.0), ([0.0, 0.5, 0.5], 1.0)];
         let (mut whole, mut right) = (DMatrix::zeros(3, 3), DVector::zeros(3));
         for (row, value) in rows {

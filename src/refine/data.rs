@@ -1,13 +1,14 @@
 //! What a scan says of the sheet, place by place, and how surely.
 //!
-//! In: a rim and, where there is one, the scanned sheet. Out: [`Datum`]s, each with a place of the flat
-//! specimen, where it lies in space and the information on it (the inverse of its covariance).
+//! In: a rim and, where there is one, the scanned sheet. Out: [`Datum`]s, each with a place of the
+//! flat specimen, where it lies in space and the information on it (the inverse of its covariance).
 //!
-//! A scanned surface is sure across itself and not along itself: cloth that slides in its own surface looks the
-//! same, and where a place of the flat specimen lies on it was found by flattening, within some tenths of
-//! a millimetre. Inside the sheet the covariance is therefore wide along the surface; on the free edge, which
-//! was seen, only along the edge. Errors of neighbouring places, of the scan and of the model alike, are one
-//! and the same: of all places within a patch only one counts.
+//! A scanned surface is sure across itself and not along itself: cloth that slides in its own
+//! surface looks the same, and where a place of the flat specimen lies on it was found by
+//! flattening, within some tenths of a millimetre. Inside the sheet the covariance is therefore
+//! wide along the surface; on the free edge, which was seen, only along the edge. Errors of
+//! neighbouring places, of the scan and of the model alike, are one and the same: of all places
+//! within a patch only one counts.
 
 use nalgebra::Matrix3;
 
@@ -34,8 +35,8 @@ pub struct DataOptions {
     /// Standard deviation by which a drape of the true fabric lies off: cells, contact's
     /// memory, neighbouring minima \[m\].
     pub model_m: f64,
-    /// Distance on the cloth over which errors are alike \[m\]: of the places in a square with this side
-    /// one counts.
+    /// Distance on the cloth over which errors are alike \[m\]: of the places in a square with this
+    /// side one counts.
     pub alike_m: f64,
     /// Distance, in standard deviations, from which on a place pulls no harder.
     pub outlier: f64,

@@ -65,8 +65,9 @@ pub struct Progress {
     pub on_last_cells: bool,
 }
 
-/// Looks for the fabric of `scans`: one fabric of the given density \[kg/m^2\], dropped once or several times.
-/// Of `starts`, logarithms of SI values with their names, the first is taken with which the sheets come to rest ([`Prior::starts`]).
+/// Looks for the fabric of `scans`: one fabric of the given density \[kg/m^2\], dropped once or
+/// several times. Of `starts`, logarithms of SI values with their names, the first is taken with
+/// which the sheets come to rest ([`Prior::starts`]).
 ///
 /// # Errors
 /// [`FitError`].
@@ -123,7 +124,8 @@ impl Target<'_> {
         }
     }
 
-    /// Where a rim alone held the first drapes: the sheet of the last of them with the rim where it was scanned, and only the rim holds.
+    /// Where a rim alone held the first drapes: the sheet of the last of them with the rim where it
+    /// was scanned, and only the rim holds.
     fn start_beside(&self, first: &Trial, options: &FitOptions) -> Option<DropStart> {
         if self.scan.sheet.is_some() {
             return None;
@@ -150,7 +152,8 @@ fn held(surface: Surface, sag_m: f64) -> DropStart {
 
 /// Prior of cells without finer ones to compare: any number, since it moves nothing.
 const NO_FINER: [f64; 2] = [0.0, 1.0];
-/// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther from it.
+/// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther
+/// from it.
 const RIM_ALONE: usize = 600;
 /// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
 const UNKNOWN_M: f64 = 1.0;
@@ -171,11 +174,13 @@ enum First {
     Stays,
 }
 
-/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most.
+/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how
+/// often at most.
 const STIFFER: f64 = 1.0;
 const AGAIN: usize = 2;
-/// What a new beginning has to bring the misfit down to, as a share of it, for another to be tried. Of two scans whose misfit fell by a tenth
-/// at the first, neither came below what is allowed at the second.
+/// What a new beginning has to bring the misfit down to, as a share of it, for another to be tried.
+/// Of two scans whose misfit fell by a tenth at the first, neither came below what is allowed at
+/// the second.
 const WORTH_ANOTHER: f64 = 0.85;
 /// The first of the six stiffnesses, which are not bending.
 const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
@@ -188,7 +193,8 @@ struct Fit<'a> {
     squares: Squares<'a>,
     /// Vertices on a side of the present cells.
     vertices: usize,
-    /// The moves of each scan's places from the first cells to the last \[m\]; none before the last.
+    /// The moves of each scan's places from the first cells to the last \[m\]; none before the
+    /// last.
     finer: Vec<Vec<Vector3>>,
     /// Logarithms of the six after one undamped step from the first sheets of the present start.
     of_balance: Option<[f64; STIFFNESSES]>,
@@ -245,9 +251,10 @@ impl<'a> Fit<'a> {
         };
     }
 
-    /// Where a fit leaves more than the simulator should, where it ends if it begins again at stiffer stretch and shear, as long as that
-    /// is nearer. What coarse cells lock is taken for softer cloth before it is known what finer ones do, and from there no step
-    /// leads back; so the first cells take no step here.
+    /// Where a fit leaves more than the simulator should, where it ends if it begins again at
+    /// stiffer stretch and shear, as long as that is nearer. What coarse cells lock is taken for
+    /// softer cloth before it is known what finer ones do, and from there no step leads back; so
+    /// the first cells take no step here.
     fn begun_again(&mut self, mut best: Best) -> Best {
         for _ in 0..AGAIN {
             if best.state.misfit() < self.squares.options.leaves {
@@ -296,8 +303,8 @@ impl<'a> Fit<'a> {
         Ok(best)
     }
 
-    /// Sheets that are laid from now on start from what a rim alone has held so far, so that what they remember is of a fabric near the
-    /// one found; whether there are such.
+    /// Sheets that are laid from now on start from what a rim alone has held so far, so that what
+    /// they remember is of a fabric near the one found; whether there are such.
     fn begin_beside(&mut self, first: &State) -> bool {
         let options = self.squares.options;
         let trials = self.targets.iter().zip(&first.trials);
@@ -309,8 +316,9 @@ impl<'a> Fit<'a> {
         is_any
     }
 
-    /// The scanned sheets laid with one fabric, and where the steps from there end. `coarse` is the same fabric on coarser
-    /// cells: what the sheets move by from those to these, cloth may move on by.
+    /// The scanned sheets laid with one fabric, and where the steps from there end. `coarse` is the
+    /// same fabric on coarser cells: what the sheets move by from those to these, cloth may move on
+    /// by.
     fn laid_and_descended(
         &mut self,
         ln: &[f64; STIFFNESSES],
@@ -335,7 +343,8 @@ impl<'a> Fit<'a> {
         Ok(Best { state, followers, ended })
     }
 
-    /// Steps from `best`, to which the sheets of `followers` belong before and after, as long as they lower the cost.
+    /// Steps from `best`, to which the sheets of `followers` belong before and after, as long as
+    /// they lower the cost.
     fn descend(&mut self, best: &mut State, followers: &mut [Follower], most: usize) -> Ended {
         let mut kept: Vec<Kept> = followers.iter().map(Follower::keep).collect();
         let mut damping = Damping::first();
@@ -359,7 +368,8 @@ impl<'a> Fit<'a> {
             self.stages.add(self.of_cells("first led", "last led"), begun);
             let before = best.cost;
             let lower = |state: &State| state.cost < before;
-            // new sensitivities are made only where the old ones find the step a gain and predict another
+            // new sensitivities are made only where the old ones find the step a gain and predict
+            // another
             let near = led.then(|| self.state_near(followers, best)).filter(lower);
             let state = match near {
                 Some(near) if self.is_converged(&near) => {
@@ -410,7 +420,8 @@ impl<'a> Fit<'a> {
         self.targets.par_iter().zip(&self.starts).map(lay).collect()
     }
 
-    /// The least squares around the sheets of `followers`; the bench's numbers begin at those of `near`.
+    /// The least squares around the sheets of `followers`; the bench's numbers begin at those of
+    /// `near`.
     fn state(
         &mut self,
         followers: &mut [Follower],
@@ -432,7 +443,8 @@ impl<'a> Fit<'a> {
         Ok(self.squares.around(ln, trials, bench))
     }
 
-    /// The least squares around the sheets of `followers` with the sensitivities of `near`, a short step away: no solve.
+    /// The least squares around the sheets of `followers` with the sensitivities of `near`, a short
+    /// step away: no solve.
     fn state_near(&mut self, followers: &[Follower], near: &State) -> State {
         let moved = |(follower, trial): (&Follower, &Trial)| trial.at_sheet(follower.drape());
         let trials = followers.iter().zip(&near.trials).map(moved).collect();

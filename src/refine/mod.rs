@@ -1,9 +1,9 @@
-//! From an estimate back to the drape: does the simulator reproduce the scan, and which fabric does it
-//! reproduce it with best?
+//! From an estimate back to the drape: does the simulator reproduce the scan, and which fabric does
+//! it reproduce it with best?
 //!
-//! [`released_drape()`] drapes one fabric on the branch of a scan. [`fit()`] looks for the fabric whose drape
-//! on that branch lies closest to the scan: every fabric that it tries starts from the scanned sheet,
-//! so that the branch is the scan's and no fall decides on it.
+//! [`released_drape()`] drapes one fabric on the branch of a scan. [`fit()`] looks for the fabric
+//! whose drape on that branch lies closest to the scan: every fabric that it tries starts from the
+//! scanned sheet, so that the branch is the scan's and no fall decides on it.
 //!
 //! Flow: `data` (what a scan says of the sheet, and how surely) -> `trial` (one fabric's drape from
 //! the sheet, with its sensitivities) -> `squares` (the least squares around them, and the prior:

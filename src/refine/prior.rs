@@ -6,7 +6,8 @@ use crate::estimate::Estimate;
 use crate::fabric::Mixture;
 use crate::fabric::{Fabric, STIFFNESSES};
 
-/// What is known of the six stiffnesses without the scans' sheets; logarithms of SI values, paper's order.
+/// What is known of the six stiffnesses without the scans' sheets; logarithms of SI values, paper's
+/// order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     /// Means.
@@ -61,8 +62,8 @@ impl Prior {
         }
     }
 
-    /// Where a fit begins, with names: at the mean, and where no sheet comes to rest with that, with all six stiffer, and softer,
-    /// within the limits.
+    /// Where a fit begins, with names: at the mean, and where no sheet comes to rest with that,
+    /// with all six stiffer, and softer, within the limits.
     #[must_use]
     pub fn starts(&self) -> [(&'static str, [f64; STIFFNESSES]); 3] {
         let moved = |by: f64| {
@@ -101,8 +102,9 @@ impl Prior {
 #[cfg(feature = "estimate")]
 /// Factor beyond what the network was trained on up to which values are tried.
 const BEYOND: f64 = 3.0;
-/// Factor on the standard deviations of what the network says of a fabric outside of its prior: of 142 such fabrics, with a scan's noise,
-/// 47 % of the 90 % intervals hold (`evaluate estimate --count 200 --anywhere --seed 2`), as if they were 2.6 times too narrow.
+/// Factor on the standard deviations of what the network says of a fabric outside of its prior: of
+/// 142 such fabrics, with a scan's noise, 47 % of the 90 % intervals hold (`evaluate estimate
+/// --count 200 --anywhere --seed 2`), as if they were 2.6 times too narrow.
 #[cfg(feature = "estimate")]
 const OUTSIDE: f64 = 2.6;
 /// Least standard deviation of a prior.

@@ -36,8 +36,9 @@ pub struct Refined {
     pub drapes: usize,
     /// What was done, in the order of its beginning, with processor time and memory.
     pub stages: Vec<Stage>,
-    /// The six, SI, after one step from the first sheets tied to the scans, undamped: since the energy is linear in the six, the
-    /// stiffnesses that balance the forces on those sheets best, weighted by the compliance.
+    /// The six, SI, after one step from the first sheets tied to the scans, undamped: since the
+    /// energy is linear in the six, the stiffnesses that balance the forces on those sheets best,
+    /// weighted by the compliance.
     pub of_balance: [f64; STIFFNESSES],
 }
 
@@ -50,8 +51,8 @@ pub struct RefinedStiffness {
     pub value: f64,
     /// 90 % interval, SI unit.
     pub interval90: [f64; 2],
-    /// Share of the prior's variance that the scans took away: 0, the drape does not show it and the
-    /// interval is the prior's; 1, the drape alone tells.
+    /// Share of the prior's variance that the scans took away: 0, the drape does not show it and
+    /// the interval is the prior's; 1, the drape alone tells.
     pub shown: f64,
     /// Whether the value lies at an end of what was allowed.
     pub at_limit: bool,
@@ -76,22 +77,26 @@ impl RefinedStiffness {
 /// A scan beside the drapes of the fitted fabric.
 #[derive(Clone, Debug)]
 pub struct ScanFit {
-    /// The tied drape: at rest on weak springs that tie the sheet to the scan. It is what was fitted.
+    /// The tied drape: at rest on weak springs that tie the sheet to the scan. It is what was
+    /// fitted.
     pub tied: Drape,
     /// Mean distance of its rim's points from the scan's \[m\].
     pub tied_mean_m: f64,
     /// The largest \[m\].
     pub tied_largest_m: f64,
-    /// Force of those springs, root mean square, as a share of the sheet's weight: what a simulator would have to
-    /// bear beside the fabric for the sheet to stay on the scan.
+    /// Force of those springs, root mean square, as a share of the sheet's weight: what a simulator
+    /// would have to bear beside the fabric for the sheet to stay on the scan.
     pub springs_share: f64,
-    /// Eight stretches of the tied drape's rim, half a side each, from the boundary's first corner on.
+    /// Eight stretches of the tied drape's rim, half a side each, from the boundary's first corner
+    /// on.
     pub arcs: [ArcResidual; ARCS],
-    /// What the sheet does once the springs are gone; `None` where it was not asked for ([`FitOptions::release`](super::FitOptions::release)).
+    /// What the sheet does once the springs are gone; `None` where it was not asked for
+    /// ([`FitOptions::release`](super::FitOptions::release)).
     pub released: Option<ReleasedDrape>,
     /// What the bench is found to be.
     pub bench: [Nuisance; BENCH],
-    /// How far the scan lies beyond the drape on the last cells, in moves from the first cells to the last.
+    /// How far the scan lies beyond the drape on the last cells, in moves from the first cells to
+    /// the last.
     pub cells: f64,
     /// Whether tied drape and scan have as many folds, or lie as close as one branch does.
     pub on_branch: bool,
@@ -159,8 +164,9 @@ const ONE_BRANCH_M: f64 = 3e-3;
 /// proportion: on the 23 scans of `evaluate refine --seed 7` that it was set on, most intervals
 /// that missed the truth were of fits that left 0.4 and more.
 const USUAL_MISFIT: f64 = 0.25;
-/// Part of the variance of what misleads a fit (cells, contact, the scan path) that all scans of one fabric have in common: so many of
-/// them count for fewer. Set on four fabrics of four drops (`evaluate refine --seed 8 --drops 4`), whose intervals held 18 times of 24 with none.
+/// Part of the variance of what misleads a fit (cells, contact, the scan path) that all scans of
+/// one fabric have in common: so many of them count for fewer. Set on four fabrics of four drops
+/// (`evaluate refine --seed 8 --drops 4`), whose intervals held 18 times of 24 with none.
 const ALIKE: f64 = 0.25;
 /// How near an end of what is allowed a logarithm counts as there.
 const AT_LIMIT: f64 = 1e-3;

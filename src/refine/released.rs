@@ -1,4 +1,5 @@
-//! The released drape: what the simulator does with a fabric on a scan's branch when nothing holds the sheet.
+//! The released drape: what the simulator does with a fabric on a scan's branch when nothing holds
+//! the sheet.
 //!
 //! In: a scanned rim and, where there is one, the whole scanned sheet (simulation frame), and a
 //! fabric. Out: the simulated drape and its distance to the scan. A fabric has several stable

@@ -1,9 +1,9 @@
 //! The least squares around the drapes of one fabric: sums over the places of all scans, the
 //! bench's numbers at their best, and the step that is predicted to help.
 //!
-//! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of each scan's
-//! bench. A place that lies more than a few standard deviations off pulls no harder than one at that
-//! distance (Huber 1964); nor does the prior of a stiffness.
+//! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of
+//! each scan's bench. A place that lies more than a few standard deviations off pulls no harder
+//! than one at that distance (Huber 1964); nor does the prior of a stiffness.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -27,9 +27,11 @@ pub struct FitOptions {
     pub step_factorisations: usize,
     /// The same of a sheet that is laid on the last cells.
     pub last_factorisations: usize,
-    /// Vertices on a side of the cells of the first steps, and of the last; as many as the first have: no last steps.
+    /// Vertices on a side of the cells of the first steps, and of the last; as many as the first
+    /// have: no last steps.
     pub vertices: [usize; 2],
-    /// Vertices of the last cells of cloth whose bending length is `stiff_m` and more; as many as `vertices` has or fewer.
+    /// Vertices of the last cells of cloth whose bending length is `stiff_m` and more; as many as
+    /// `vertices` has or fewer.
     pub stiff_vertices: usize,
     /// Bending length from which on coarser last cells do \[m\].
     pub stiff_m: f64,
@@ -37,8 +39,8 @@ pub struct FitOptions {
     pub first_model_m: f64,
     /// Largest change of a logarithm in one step.
     pub longest_step: f64,
-    /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt towards x and z
-    /// \[rad\], height of the plate's face \[m\].
+    /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt
+    /// towards x and z \[rad\], height of the plate's face \[m\].
     pub bench_sigma: [f64; BENCH],
     /// Distance, in its standard deviations, from which on the prior of a stiffness pulls no
     /// harder.
@@ -49,7 +51,8 @@ pub struct FitOptions {
     /// with the square of the cell predicts from the moves between the first cells and the last:
     /// mean and standard deviation of the prior.
     pub cells: [f64; 2],
-    /// How far the weight of a piece of cloth stretches the springs that hold it to the scanned sheet \[m\].
+    /// How far the weight of a piece of cloth stretches the springs that hold it to the scanned
+    /// sheet \[m\].
     pub hold_sag_m: f64,
     /// The same of the springs on the rim of a scan that has no sheet; they are few.
     pub rim_hold_sag_m: f64,
@@ -60,8 +63,9 @@ pub struct FitOptions {
     pub sim: SimOptions,
 }
 
-/// Factorisations in which the sheet of one evaluation has to come to rest: fewer than a drape's, since a fit tries
-/// fabrics that are not the scan's, and one that finds no rest soon is no better than one that finds none.
+/// Factorisations in which the sheet of one evaluation has to come to rest: fewer than a drape's,
+/// since a fit tries fabrics that are not the scan's, and one that finds no rest soon is no better
+/// than one that finds none.
 const EVALUATION: usize = 200;
 
 impl Default for FitOptions {
@@ -227,7 +231,8 @@ impl Squares<'_> {
     }
 }
 
-/// Weight of what lies so many standard deviations off: from `outlier` on it pulls no harder (Huber 1964).
+/// Weight of what lies so many standard deviations off: from `outlier` on it pulls no harder (Huber
+/// 1964).
 fn tamed(far: f64, outlier: f64) -> f64 {
     if far > outlier { outlier / far } else { 1.0 }
 }
@@ -288,7 +293,8 @@ mod tests {
     #[test]
     fn less_is_believed_to_lie_beyond_finer_cells() {
         let options = FitOptions::default();
-        // an error of 4 on the first cells is one of 1 on cells half as wide: a third of the way between them
+        // an error of 4 on the first cells is one of 1 on cells half as wide: a third of the way
+        // between them
         let halved = FitOptions { cells: [1.0, 0.5], ..options };
         let [mean, sigma] = halved.believed_of_cells(121);
         assert!((mean - 1.0 / 3.0).abs() < 1e-12 && (sigma - 0.5 / 3.0).abs() < 1e-12);

@@ -8,8 +8,8 @@ use crate::sim::{Drape, Follower};
 
 use super::data::{SIDE, Scan, place_of};
 
-/// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the height of its face in
-/// the scan's frame.
+/// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the
+/// height of its face in the scan's frame.
 pub(super) const BENCH: usize = 6;
 /// What is not known beside the fabric: the bench, and how far the last cells are from cloth.
 pub(super) const NUISANCES: usize = BENCH + 1;
@@ -41,7 +41,8 @@ pub(super) struct Trial {
     pub moves: Vec<Vec<Vector3>>,
 }
 
-/// The sheet of `follower` as it is. `finer` is the move of its places from coarser cells to its own, where that is known \[m\].
+/// The sheet of `follower` as it is. `finer` is the move of its places from coarser cells to its
+/// own, where that is known \[m\].
 ///
 /// # Errors
 /// When it is not at a stable rest.
@@ -93,9 +94,10 @@ impl Trial {
         rim.positions_m().enumerate().map(distance).sum::<f64>() / POINTS as f64
     }
 
-    /// Force of the springs that hold it to a scan, root mean square, as a share of its weight; the springs are as weak as
-    /// [`FitOptions::hold_sag_m`](super::FitOptions::hold_sag_m) says, those of a rim alone as `rim_hold_sag_m`. Springs that are weaker where the scan is
-    /// less sure count as if they were not.
+    /// Force of the springs that hold it to a scan, root mean square, as a share of its weight; the
+    /// springs are as weak as [`FitOptions::hold_sag_m`](super::FitOptions::hold_sag_m) says, those
+    /// of a rim alone as `rim_hold_sag_m`. Springs that are weaker where the scan is less sure
+    /// count as if they were not.
     pub(super) fn held_share(&self, scan: &Scan<'_>, hold_sag_m: f64, rim_hold_sag_m: f64) -> f64 {
         let stretched = |(to, at): (Point3, &Vector3)| (to.coords - at).norm_squared();
         match scan.sheet {

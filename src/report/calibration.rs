@@ -1,6 +1,7 @@
 //! What is shown of a calibration: calibration.json, a table, a page, and a picture of each drape.
 //!
-//! Each fabric by itself is a [`Section`], all of it text, which can be kept; the whole is put together from sections.
+//! Each fabric by itself is a [`Section`], all of it text, which can be kept; the whole is put
+//! together from sections.
 
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,8 @@ pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Whether `calibration.json` and the page can be written into `folder` without any of `inputs` being lost.
+/// Whether `calibration.json` and the page can be written into `folder` without any of `inputs`
+/// being lost.
 ///
 /// # Errors
 /// When a file would be lost, `folder` is none, or the system refuses.
@@ -51,8 +53,9 @@ pub fn check(folder: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// A fabric's section. Writes its files into `folder`, which is there: `FABRIC.params.json` (the fabric with the effects that were
-/// added), `FABRIC_lineN.png` for each simulated drape, and `FABRIC_lineN_after.png` where effects were added.
+/// A fabric's section. Writes its files into `folder`, which is there: `FABRIC.params.json` (the
+/// fabric with the effects that were added), `FABRIC_lineN.png` for each simulated drape, and
+/// `FABRIC_lineN_after.png` where effects were added.
 ///
 /// # Errors
 /// When the system refuses.
@@ -111,7 +114,8 @@ fn write_files(fabric: &FabricResult, folder: &Path) -> Result<Vec<String>, Writ
     Ok(written)
 }
 
-/// Writes `report.html`, the page of a calibration, into `folder`, which is there. Returns its path.
+/// Writes `report.html`, the page of a calibration, into `folder`, which is there. Returns its
+/// path.
 ///
 /// # Errors
 /// When the system refuses.
@@ -212,7 +216,8 @@ fn of_effect(found: &FoundEffect) -> Vec<Value> {
     found.numbers.iter().map(of).collect()
 }
 
-/// The explanations, the most probable first; a cause is the names of its effects, `nothing`, or `else`.
+/// The explanations, the most probable first; a cause is the names of its effects, `nothing`, or
+/// `else`.
 fn of_explanations(explanations: &Explanations) -> Value {
     let of =
         |e: &Explanation| json!({"cause": cause_names(&e.cause), "probability": e.probability});
@@ -227,7 +232,8 @@ fn cause_names(cause: &Cause) -> Vec<&'static str> {
     }
 }
 
-/// A field's numbers at its nodes, along the warp and then along the weft, and where it is strongest.
+/// A field's numbers at its nodes, along the warp and then along the weft, and where it is
+/// strongest.
 fn of_field(field: &Field, specimen: &Specimen) -> Value {
     let layer = |own: &FieldLayer| json!({"of": own.of.name(), "layer": own.layer.name(), "nodes": own.values.nodes, "se": own.errors.nodes});
     let strongest = field.strongest(specimen).map(|strongest| {
@@ -254,7 +260,8 @@ fn of_field(field: &Field, specimen: &Specimen) -> Value {
     })
 }
 
-/// The drapes held out: before, and after effects were added; lengths in mm, drape coefficients in %.
+/// The drapes held out: before, and after effects were added; lengths in mm, drape coefficients in
+/// %.
 fn of_holdout(fabric: &FabricResult) -> Value {
     let before: Vec<f64> = fabric.held_out_rms_m().iter().map(|m| m / M_PER_MM).collect();
     if before.is_empty() {
@@ -413,8 +420,8 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
 /// Sectors of the rim that residuals are given by.
 const SECTORS: usize = 24;
 
-/// Mean distance of the measured outline outside the simulated one in each of 24 sectors from the warp on, towards
-/// the weft \[m\].
+/// Mean distance of the measured outline outside the simulated one in each of 24 sectors from the
+/// warp on, towards the weft \[m\].
 fn by_bearing(beside: &Beside) -> [f64; SECTORS] {
     let (mut sums, mut counts) = ([0.0; SECTORS], [0.0_f64; SECTORS]);
     for row in &beside.rows {
@@ -610,7 +617,8 @@ const SCALE: f64 = 1400.0;
 /// Distance that reaches half the height of the residual's chart \[m\].
 const REACH_M: f64 = 15e-3;
 
-/// The outlines of a drape, and how far the measured one lies outside the simulated one around the rim.
+/// The outlines of a drape, and how far the measured one lies outside the simulated one around the
+/// rim.
 #[must_use]
 pub fn picture(measured: &Measured, beside: &Beside) -> RgbImage {
     let mut image = RgbImage::from_pixel(2 * SIDE, SIDE + 40, WHITE);

@@ -1,7 +1,8 @@
-//! The standard Cusick test of a fabric, simulated: what a laboratory would compare with its own drapemeter.
+//! The standard Cusick test of a fabric, simulated: what a laboratory would compare with its own
+//! drapemeter.
 //!
-//! In: a fabric. Out: the drape coefficient and the folds of one drop of a disc of radius 150 mm on a plate of radius 90 mm. A
-//! fabric has several drapes; one of them is simulated.
+//! In: a fabric. Out: the drape coefficient and the folds of one drop of a disc of radius 150 mm on
+//! a plate of radius 90 mm. A fabric has several drapes; one of them is simulated.
 
 use crate::calibrate::measures::{FoldRule, Measures};
 use crate::calibrate::trial::outline_of;

@@ -20,7 +20,8 @@ pub fn write(outcome: &Outcome, folder: &Path) -> Result<Vec<PathBuf>, JobError>
     write_as(outcome, folder, &stem(&outcome.job.input))
 }
 
-/// Writes `<stem>.report.html`, the page of a scan, into `folder`, which is there. Returns its path.
+/// Writes `<stem>.report.html`, the page of a scan, into `folder`, which is there. Returns its
+/// path.
 ///
 /// # Errors
 /// When the system refuses.
@@ -46,8 +47,9 @@ pub fn write_thumbnail(outcome: &Outcome, folder: &Path, stem: &str) -> Result<(
     io::atomically(&path, |out| out.write_all(drawing.as_bytes()))
 }
 
-/// Writes `<stem>.inspect.png`, what was found in a scan that was refused, into `folder`, which is made if it is not
-/// there; the stem is that scan's. Returns its path; `None` where the job failed for another reason.
+/// Writes `<stem>.inspect.png`, what was found in a scan that was refused, into `folder`, which is
+/// made if it is not there; the stem is that scan's. Returns its path; `None` where the job failed
+/// for another reason.
 ///
 /// # Errors
 /// When the system refuses.
@@ -106,8 +108,8 @@ const PAGE: &str = "report.html";
 /// Ending of a rim's name.
 const RIM: &str = "boundary.csv";
 
-/// The name of an input without its ending, of a rim that a result wrote without all of that ending: `x` of `x.ply`
-/// and of `x.boundary.csv`; `stdin` for the standard input.
+/// The name of an input without its ending, of a rim that a result wrote without all of that
+/// ending: `x` of `x.ply` and of `x.boundary.csv`; `stdin` for the standard input.
 #[must_use]
 pub fn stem(input: &Path) -> String {
     if input == Path::new("-") {

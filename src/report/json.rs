@@ -114,7 +114,8 @@ fn likeness(likeness: &Likeness) -> Value {
     json!({ "name": likeness.prior, "like": like, "parts": parts, "text": likeness.words() })
 }
 
-/// What refining found; lengths in mm, angles in degrees, correlations of logarithms in the paper's order.
+/// What refining found; lengths in mm, angles in degrees, correlations of logarithms in the paper's
+/// order.
 fn refinement(found: &Refinement) -> Value {
     let network: Map<String, Value> = found
         .network

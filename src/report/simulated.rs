@@ -1,5 +1,5 @@
-//! The simulated drape that tables and figures show beside the scan: the tied drape where the answer is a refined fabric,
-//! else the released drape, if there is one.
+//! The simulated drape that tables and figures show beside the scan: the tied drape where the
+//! answer is a refined fabric, else the released drape, if there is one.
 
 use crate::job::Outcome;
 use crate::sim::Drape;

@@ -127,7 +127,8 @@ pub fn rim(rim: &Rim) -> String {
     }
 }
 
-/// What the reader left out of a file or took by a guess, as text; nothing if it took all as it stands.
+/// What the reader left out of a file or took by a guess, as text; nothing if it took all as it
+/// stands.
 #[must_use]
 pub fn notes(notes: &ReadNotes) -> String {
     let mut out = String::new();

@@ -149,8 +149,8 @@ fn smooth_twice(
 }
 
 /// Radius around the axis that the pedestal takes, which stands under the plate below the lowest
-/// that cloth can hang; `None` if nothing is seen. In the mean over heights, so that a floor that was not told for one is
-/// no pedestal.
+/// that cloth can hang; `None` if nothing is seen. In the mean over heights, so that a floor that
+/// was not told for one is no pedestal.
 fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Option<f64> {
     let tuning = &options.tuning.cloth;
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;

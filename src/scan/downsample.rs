@@ -17,9 +17,9 @@ pub struct Downsampled {
 /// Half of the cells that a key has room for in each direction.
 const HALF_CELLS: i64 = 1 << 20;
 
-/// The cell from which cells are counted: the origin's, or the median point's if some point
-/// is too far from the origin, as all are of a scan in a map's projection. Whole cells, so that which points
-/// share one does not depend on it; strays beyond all bounds share the outermost.
+/// The cell from which cells are counted: the origin's, or the median point's if some point is too
+/// far from the origin, as all are of a scan in a map's projection. Whole cells, so that which
+/// points share one does not depend on it; strays beyond all bounds share the outermost.
 fn middle_cell(points: &[Point3], cell: f64) -> [i64; 3] {
     let reach = cell * HALF_CELLS as f64;
     if points.iter().all(|p| p.iter().all(|c| (-reach..reach).contains(c))) {

@@ -293,7 +293,8 @@ pub enum ScanError {
         /// Largest accepted.
         limit_mm: f64,
     },
-    /// The fitted sheet and the scanned points disagree nearly everywhere, by less than the noise of single points.
+    /// The fitted sheet and the scanned points disagree nearly everywhere, by less than the noise
+    /// of single points.
     #[error(
         "the scan's noise of {noise_mm:.1} mm blurs the cloth's folds: nearly everywhere the fitted sheet lies off the \
          points, {rms_mm:.2} mm rms (limit {limit_mm:.2} mm); scan from nearer, or with a sensor of less noise"

@@ -110,8 +110,8 @@ pub(super) fn edge_points(
         .collect()
 }
 
-/// Registers the sheet to the raw points, without changing its lengths, and measures
-/// the free edge on it, alternately; the surface points' places follow. `None` if too few points carry it.
+/// Registers the sheet to the raw points, without changing its lengths, and measures the free edge
+/// on it, alternately; the surface points' places follow. `None` if too few points carry it.
 pub(super) fn register_sheet<'a>(
     sheet: Sheet,
     cloth: &Cloth,

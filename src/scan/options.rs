@@ -21,9 +21,9 @@ pub enum WarpToward {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crop {
-    /// What lies within a radius of the plate. Where [`ScanOptions::plate_near`] is given the plate is
-    /// looked for within a sphere about that place, and a sphere about the plate stays. Otherwise a
-    /// cylinder about the plate's axis stays, once the plate is found.
+    /// What lies within a radius of the plate. Where [`ScanOptions::plate_near`] is given the plate
+    /// is looked for within a sphere about that place, and a sphere about the plate stays.
+    /// Otherwise a cylinder about the plate's axis stays, once the plate is found.
     Radius {
         /// The radius \[mm\].
         radius_mm: f64,
@@ -81,10 +81,10 @@ pub struct ScanOptions {
     /// Largest area of scanned cloth near a point of the rim that lies off the fitted
     /// sheet \[m^2\]: more means that the sheet has missed a fold.
     pub max_unexplained_m2: f64,
-    /// Largest root mean square distance of the smoothed points to the fitted
-    /// sheet \[m\], beside `max_misfit_per_noise` times what it is over the plate, where the cloth
-    /// is smooth and only the scan's noise is left; more means that the sheet took a wrong turn, or that the
-    /// cloth has creases.
+    /// Largest root mean square distance of the smoothed points to the fitted sheet \[m\], beside
+    /// `max_misfit_per_noise` times what it is over the plate, where the cloth is smooth and only
+    /// the scan's noise is left; more means that the sheet took a wrong turn, or that the cloth has
+    /// creases.
     pub max_misfit_m: f64,
     /// See [`ScanOptions::max_misfit_m`].
     pub max_misfit_per_noise: f64,
@@ -95,8 +95,9 @@ pub struct ScanOptions {
     /// Shortest and longest accepted side of the specimen \[m\]: 300 mm less what
     /// smoothing takes, and plus the stretch of the softest knit.
     pub side_range_m: [f64; 2],
-    /// Most that a side's length may differ from the four sides' median \[m\], and what each
-    /// metre of noise adds. Where soft cloth lies double between folds that touch, sides are read up to 9 mm off.
+    /// Most that a side's length may differ from the four sides' median \[m\], and what each metre
+    /// of noise adds. Where soft cloth lies double between folds that touch, sides are read up to 9
+    /// mm off.
     pub max_uneven_m: f64,
     /// See [`ScanOptions::max_uneven_m`].
     pub max_uneven_per_noise: f64,

@@ -109,8 +109,8 @@ pub(super) fn find(
 }
 
 impl Pose {
-    /// Whether the cloth is as large as a specimen may be that was cut wrongly. Something square can
-    /// be found in one of many units.
+    /// Whether the cloth is as large as a specimen may be that was cut wrongly. Something square
+    /// can be found in one of many units.
     pub fn is_of_size(&self, options: &ScanOptions) -> bool {
         let share = self.side_m / options.specimen_side_m;
         (share - 1.0).abs() < options.tuning.pose.cut_wrongly
@@ -129,7 +129,8 @@ impl Verified {
         apart_m < options.plate_radius_m && self.plate.up.dot(&other.plate.up) > 0.9
     }
 
-    /// Whether a plate with this centre is so far beside this one that it is not under the same cloth.
+    /// Whether a plate with this centre is so far beside this one that it is not under the same
+    /// cloth.
     fn is_beside(&self, centre: &Point3, options: &ScanOptions) -> bool {
         let apart = centre - self.plate.centre;
         let up = self.plate.up.into_inner();
@@ -182,8 +183,9 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
     Flattened { local_from_scan, surface }
 }
 
-/// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the
-/// gentle bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if too little of a sheet is seen.
+/// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the gentle
+/// bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if too little of
+/// a sheet is seen.
 fn centred(points: &[Point3], found: Verified, options: &ScanOptions) -> Option<Plate> {
     let tuning = &options.tuning.pose;
     let Verified { mut plate, mut flattened, .. } = found;

@@ -70,8 +70,8 @@ pub struct Quality {
     /// How likely the scan shows a drape there: log-likelihood ratio of the specimen against
     /// anything \[nats\].
     pub drape_nats: f64,
-    /// By how much less likely the next place in the scene is a drape \[nats\]; `None` if there is no
-    /// other.
+    /// By how much less likely the next place in the scene is a drape \[nats\]; `None` if there is
+    /// no other.
     pub drape_ahead_nats: Option<f64>,
     /// Largest area of scanned cloth within 12 mm of a rim point that the sheet does
     /// not explain \[m^2\].

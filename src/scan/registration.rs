@@ -73,7 +73,8 @@ pub(super) struct Registration<'a> {
     last_move_m: f64,
 }
 
-/// By how much the free edge lies farther out than the cloth ends, all round, as far as the sensor is held for it.
+/// By how much the free edge lies farther out than the cloth ends, all round, as far as the sensor
+/// is held for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeShift {
     /// Outward shift, which was taken out of the rim \[m\].

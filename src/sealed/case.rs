@@ -56,8 +56,8 @@ const KINDS: [Kind; 10] = [
     Kind::Unlisted,
 ];
 
-/// Bending lengths, the shortest and the longest of the three, with which a standard Cusick drape makes folds that cells of 5
-/// mm resolve \[m\].
+/// Bending lengths, the shortest and the longest of the three, with which a standard Cusick drape
+/// makes folds that cells of 5 mm resolve \[m\].
 const BENDING_LENGTHS_M: [f64; 2] = [12e-3, 30e-3];
 /// Specimens that are scanned.
 const SCANNED: usize = 3;
@@ -67,7 +67,8 @@ const FABRICS: u64 = 20_000;
 /// Which drapes a case has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plan {
-    /// So many specimens, each draped with its face up and with its face down; the last ones are held out.
+    /// So many specimens, each draped with its face up and with its face down; the last ones are
+    /// held out.
     Specimens(usize),
     /// One specimen, dropped so often with its face up; nothing is held out.
     Drops(usize),

@@ -1,7 +1,9 @@
-//! What a sealed case's drapes differ by from those of even cloth on the standard plate, level and in still air.
+//! What a sealed case's drapes differ by from those of even cloth on the standard plate, level and
+//! in still air.
 //!
-//! In: random numbers. Out: an [`Effect`] of a size that can matter, and what it makes of the experiment and of the
-//! picture. Ranges are chosen: from what hardly shows to what a careful hand would notice.
+//! In: random numbers. Out: an [`Effect`] of a size that can matter, and what it makes of the
+//! experiment and of the picture. Ranges are chosen: from what hardly shows to what a careful hand
+//! would notice.
 
 use rand::RngExt as _;
 use serde::{Deserialize, Serialize};
@@ -71,7 +73,8 @@ pub enum Effect {
         /// By this share.
         by: f64,
     },
-    /// The camera stands no higher than this above the plate's face, and sees what hangs deeper smaller.
+    /// The camera stands no higher than this above the plate's face, and sees what hangs deeper
+    /// smaller.
     Perspective {
         /// Its height \[m\].
         height_m: f64,

@@ -1,8 +1,11 @@
-//! What is left of a case's effects once six stiffnesses and the drapes' poses have taken up what they can.
+//! What is left of a case's effects once six stiffnesses and the drapes' poses have taken up what
+//! they can.
 //!
-//! In: for each drape how the effects move what is measured of it, and how the six stiffnesses and a pose do, all of them at the drape
-//! itself, on its own cells ([`Moved`]). Out: the root mean square move that is left of each drape. The stiffnesses are shared by the drapes, the
-//! poses are not; both are weighed as a fit weighs them ([`FitOptions`]). What is left is what a calibration can see of the effects.
+//! In: for each drape how the effects move what is measured of it, and how the six stiffnesses and
+//! a pose do, all of them at the drape itself, on its own cells ([`Moved`]). Out: the root mean
+//! square move that is left of each drape. The stiffnesses are shared by the drapes, the poses are
+//! not; both are weighed as a fit weighs them ([`FitOptions`]). What is left is what a calibration
+//! can see of the effects.
 //!
 //! Where it fails: all of it is linear, and an effect of several millimetres is not.
 
@@ -18,7 +21,8 @@ use crate::numeric::moments::mean;
 use crate::sim::sensitivity::Parameter;
 use crate::sim::{Drape, Follower};
 
-/// How a drape's measured places move: with the effects, with the logarithm of each stiffness and with each number of its pose.
+/// How a drape's measured places move: with the effects, with the logarithm of each stiffness and
+/// with each number of its pose.
 pub(super) struct Moved {
     /// Moves by the effects, one a place and direction \[m\].
     pub effects_m: DVector<f64>,
@@ -28,14 +32,16 @@ pub(super) struct Moved {
     pub columns: DMatrix<f64>,
     /// Standard deviations of the pose's numbers.
     pub pose_sigma: Vec<f64>,
-    /// The first of the moves, of which the size is taken, and the number of points that they are of.
+    /// The first of the moves, of which the size is taken, and the number of points that they are
+    /// of.
     pub shown: [usize; 2],
 }
 
 /// Standard deviation of a stiffness's logarithm: what changes by more is no linear matter.
 const LN_SIGMA: f64 = 1.0;
 
-/// The root mean square move that is left of each drape \[m\]; `None` where the sums have no solution.
+/// The root mean square move that is left of each drape \[m\]; `None` where the sums have no
+/// solution.
 pub(super) fn left_m(drapes: &[&Moved]) -> Option<Vec<f64>> {
     let size = STIFFNESSES + drapes.iter().map(|d| d.pose_sigma.len()).sum::<usize>();
     let (mut normal, mut right) = (DMatrix::zeros(size, size), DVector::zeros(size));
@@ -119,7 +125,8 @@ pub(super) fn of_scan(trial: &Trial, by: &[Vector3], ln: &[f64], options: &FitOp
     moved(trial, &rows, ln, shown, &sigma)
 }
 
-/// How the outline of a drape moves that is seen from above; `by_m` are the moves of its points across it by the effects.
+/// How the outline of a drape moves that is seen from above; `by_m` are the moves of its points
+/// across it by the effects.
 pub(super) fn of_outline(trial: &Trial, by_m: &[f64], ln: &[f64], options: &FitOptions) -> Moved {
     let points = trial.outline.points_m();
     let count = points.len();
@@ -166,7 +173,8 @@ impl Placed {
     }
 }
 
-/// The columns of some places; the pose's numbers are shift x and z, rotation, the specimen's place along warp and weft, and of a scan height and leans.
+/// The columns of some places; the pose's numbers are shift x and z, rotation, the specimen's place
+/// along warp and weft, and of a scan height and leans.
 fn moved(
     trial: &Trial,
     rows: &[Placed],
@@ -271,7 +279,8 @@ mod tests {
     fn an_effect_that_moves_as_a_stiffness_does_leaves_nothing_and_one_across_all_stays_what_it_is()
     {
         let mut moved = still();
-        // stretch is hardly seen of a drape; a third off in bending along the weft, and laid 0.2 mm aside
+        // stretch is hardly seen of a drape; a third off in bending along the weft, and laid 0.2 mm
+        // aside
         moved.effects_m =
             moved.columns.column(3) * 0.3 + moved.columns.column(STIFFNESSES) * 0.2e-3;
         let size = size_m(&moved);

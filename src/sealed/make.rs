@@ -1,8 +1,9 @@
 //! A case's drapes, their pictures, the manifest, and the truth.
 //!
-//! In: a [`Case`], a folder. Out: two pictures of each disc (`S1_up_1.png`) or a virtual scan of each square (`S1_up_1.ply`), two
-//! of those held out, `manifest.csv` as `calibrate` reads it, and `sealed.json`, which it never reads. The first specimens, four discs
-//! or two squares, are to be fitted, the others are held out, both faces of each. The same case gives the same bytes.
+//! In: a [`Case`], a folder. Out: two pictures of each disc (`S1_up_1.png`) or a virtual scan of
+//! each square (`S1_up_1.ply`), two of those held out, `manifest.csv` as `calibrate` reads it, and
+//! `sealed.json`, which it never reads. The first specimens, four discs or two squares, are to be
+//! fitted, the others are held out, both faces of each. The same case gives the same bytes.
 //!
 //! Every drape has its own perturbed drop; one that does not come to rest is dropped again. The
 //! specimens lie with their warp to the picture's right, but for a degree or two. The size of what
@@ -95,11 +96,11 @@ pub struct SealedDrape {
     pub drop_seed: u64,
     /// Its folds.
     pub folds: usize,
-    /// Root mean square distance that the effects move its outline by on its branch \[m\]; none where there is no effect, or where
-    /// the branch ends.
+    /// Root mean square distance that the effects move its outline by on its branch \[m\]; none
+    /// where there is no effect, or where the branch ends.
     pub size_m: Option<f64>,
-    /// What is left of it once six stiffnesses, the same for all drapes, and the drape's pose have taken up what they can \[m\]; none where
-    /// `size_m` is, and in files of before this was asked.
+    /// What is left of it once six stiffnesses, the same for all drapes, and the drape's pose have
+    /// taken up what they can \[m\]; none where `size_m` is, and in files of before this was asked.
     #[serde(default)]
     pub left_m: Option<f64>,
 }
@@ -161,10 +162,11 @@ const MARK: [u8; 3] = [255, 0, 0];
 const DROPPED_ANEW: u64 = 1_000_000;
 /// Drops that are tried for a drape.
 const DROPS: u64 = 4;
-/// Parts of the effects that are taken away to see how far they move an outline: the first that keeps to the branch counts.
+/// Parts of the effects that are taken away to see how far they move an outline: the first that
+/// keeps to the branch counts.
 const TAKEN_AWAY: [f64; 2] = [0.2, 0.05];
-/// By how many pixels the plate's axis is off the picture's middle at most, and the specimen's bearing from the one
-/// given \[rad\].
+/// By how many pixels the plate's axis is off the picture's middle at most, and the specimen's
+/// bearing from the one given \[rad\].
 const OFF_MIDDLE_PX: f64 = 6.0;
 const OFF_BEARING_RAD: f64 = 0.03;
 
@@ -239,8 +241,8 @@ impl Sealed {
         folder.join(MANIFEST)
     }
 
-    /// Mean over the drapes of the distance that the effects move an outline by \[m\]; none where there is no effect, or
-    /// where no branch holds.
+    /// Mean over the drapes of the distance that the effects move an outline by \[m\]; none where
+    /// there is no effect, or where no branch holds.
     #[must_use]
     pub fn size_m(&self) -> Option<f64> {
         mean_of(self.drapes.iter().filter_map(|drape| drape.size_m))
@@ -297,15 +299,16 @@ fn units(plan: Plan) -> Vec<Unit> {
 }
 
 impl Unit {
-    /// The first specimens are fitted. Four discs, of which each is held out in turn; of squares, whose scans tell more, the four
-    /// drapes of two.
+    /// The first specimens are fitted. Four discs, of which each is held out in turn; of squares,
+    /// whose scans tell more, the four drapes of two.
     fn role(&self, bench: Bench) -> Role {
         let [discs, squares] = FITTED;
         let fitted = if bench == Bench::Cusick { discs } else { squares };
         if self.specimen <= fitted { Role::Fit } else { Role::Holdout }
     }
 
-    /// How often it is seen: of squares those held out are scanned twice, or the first drop, which gives the floor.
+    /// How often it is seen: of squares those held out are scanned twice, or the first drop, which
+    /// gives the floor.
     fn captures(&self, bench: Bench, options: &MakeOptions) -> usize {
         match (bench, self.role(bench), self.drop) {
             (Bench::Square, Role::Fit, None | Some(2..)) => 1,
@@ -434,8 +437,8 @@ impl Unit {
     }
 }
 
-/// Root mean square distance that the effects move a drape's outline or rim by \[m\], from a part of them, and the moves of what is measured
-/// of it, where it has sensitivities.
+/// Root mean square distance that the effects move a drape's outline or rim by \[m\], from a part
+/// of them, and the moves of what is measured of it, where it has sensitivities.
 fn size_of(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<(f64, Option<Moved>)> {
     if case.effects.is_empty() {
         return None;
@@ -455,7 +458,8 @@ fn size_of(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<(f64, 
     Some((size_m(case, drape, &now, part), moved))
 }
 
-/// Root mean square distance of a drape from one with a part of the effects taken away, as if it were all of them \[m\].
+/// Root mean square distance of a drape from one with a part of the effects taken away, as if it
+/// were all of them \[m\].
 fn size_m(case: &Case, drape: &Drape, now: &Drape, part: f64) -> f64 {
     let moved_m = match case.bench {
         Bench::Cusick => distance_m(&seen(case, drape, 1.0), &seen(case, now, 1.0 - part)),
@@ -602,7 +606,8 @@ mod tests {
             assert!(off.abs() < 0.3, "{}: {off}", entry.name);
             assert!(off_mm < 0.5, "{}: {off_mm}", entry.name);
             assert_eq!(own.folds, read.folds);
-            // two per cent of the mean distance from the axis, of which the part across the outline counts: observed 5 % less
+            // two per cent of the mean distance from the axis, of which the part across the outline
+            // counts: observed 5 % less
             let size_m = drape.size_m.unwrap();
             assert!((size_m / (0.02 * own.mean_m) - 0.95).abs() < 0.04, "{size_m}");
         }

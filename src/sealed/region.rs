@@ -1,9 +1,11 @@
-//! Where on a specimen an effect acts that is on no list: what a tracer's strongest place is held against.
+//! Where on a specimen an effect acts that is on no list: what a tracer's strongest place is held
+//! against.
 //!
-//! In: an [`Effect`], the bench, a place on the specimen as fractions of its sides along warp and weft, as
-//! [`crate::calibrate::field::Strongest`] has it. Out: whether the effect acts there, as far as a field of 5 x 5 nodes can say: a border or a
-//! line counts up to half of the distance of two nodes beyond it. And which share of the specimen such a region is, which a place
-//! drawn at random would score.
+//! In: an [`Effect`], the bench, a place on the specimen as fractions of its sides along warp and
+//! weft, as [`crate::calibrate::field::Strongest`] has it. Out: whether the effect acts there, as
+//! far as a field of 5 x 5 nodes can say: a border or a line counts up to half of the distance of
+//! two nodes beyond it. And which share of the specimen such a region is, which a place drawn at
+//! random would score.
 
 use super::effect::Effect;
 use crate::calibrate::field::is_on;
@@ -14,7 +16,8 @@ use crate::sim::experiment::CURL_NODES;
 const LOOKS: usize = 60;
 
 impl Effect {
-    /// Whether it acts at a place of the specimen; `None` of an effect that acts nowhere in particular.
+    /// Whether it acts at a place of the specimen; `None` of an effect that acts nowhere in
+    /// particular.
     #[must_use]
     pub fn acts_at(&self, bench: &Experiment, [warp, weft]: [f64; 2]) -> Option<bool> {
         let specimen = &bench.specimen;
@@ -35,7 +38,8 @@ impl Effect {
                 let last_m = specimen.reach_m(gradient.toward_rad);
                 Some(along_m(gradient.toward_rad).abs() >= 0.5 * last_m)
             }
-            // the air stays where it is when the cloth is turned over: the half that it meets first with either face up
+            // the air stays where it is when the cloth is turned over: the half that it meets first
+            // with either face up
             Self::Draught(draught) => {
                 let hangs = x.hypot(z) > bench.plate.radius_m;
                 let windward = along_m(draught.toward_rad).min(along_m(-draught.toward_rad)) < 0.0;
@@ -87,7 +91,8 @@ mod tests {
             [[0.5, 0.0], [0.5, 1.0], [1.0, 0.5]].map(|p| at(gradient, p)),
             [true, true, false].map(Some)
         );
-        // air that blows along the warp meets the other end first, and presses on no cloth on the plate
+        // air that blows along the warp meets the other end first, and presses on no cloth on the
+        // plate
         let draught = Effect::Draught(Draught { pressure_pa: 0.2, toward_rad: 0.0 });
         assert_eq!(
             [[0.0, 0.5], [0.4, 0.5], [1.0, 0.5]].map(|p| at(draught, p)),

@@ -5,7 +5,8 @@
 //! autocorrelation is the sum of theirs. Real depth cameras match patches of several pixels, and
 //! some smooth what they give; `profile` has what was measured.
 //!
-//! Limits: the same in all directions and everywhere in the image; nothing is shared from view to view.
+//! Limits: the same in all directions and everywhere in the image; nothing is shared from view to
+//! view.
 
 use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;

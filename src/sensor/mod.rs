@@ -14,8 +14,8 @@
 //! edges, pose errors) are empirical. `profile.rs` says of each size where it is
 //! from.
 //!
-//! Limits: the older profiles' noise is independent from pixel to pixel; no interreflection, no lens distortion,
-//! no motion; the cloth is a sheet without thickness, seen from both sides.
+//! Limits: the older profiles' noise is independent from pixel to pixel; no interreflection, no
+//! lens distortion, no motion; the cloth is a sheet without thickness, seen from both sides.
 
 mod around;
 mod camera;

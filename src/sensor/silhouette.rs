@@ -5,8 +5,8 @@
 //! edges are shifted by a smooth random field, as by the threshold that cut the figure out, then
 //! blurred, and every pixel has its own noise.
 //!
-//! The cloth is what triangles and the polygon of the rim cover, so that hidden folds and a rim that hangs back need no
-//! care. A camera at a height sees what hangs deeper a little smaller.
+//! The cloth is what triangles and the polygon of the rim cover, so that hidden folds and a rim
+//! that hangs back need no care. A camera at a height sees what hangs deeper a little smaller.
 
 use rand::RngExt as _;
 use rand_distr::StandardNormal;
@@ -14,7 +14,8 @@ use rand_distr::StandardNormal;
 use crate::base::{Boundary, Point3, seed};
 use crate::geom::Mesh;
 
-/// A camera that looks straight down: columns of its picture run along +x turned by the rotation, rows along +z.
+/// A camera that looks straight down: columns of its picture run along +x turned by the rotation,
+/// rows along +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SilhouetteCamera {
     /// Columns and rows.
@@ -25,7 +26,8 @@ pub struct SilhouetteCamera {
     pub axis_px: [f64; 2],
     /// Bearing of the simulation frame's +x in the picture, from its right downwards \[rad\].
     pub rotation_rad: f64,
-    /// One over its height above the plate's face, over whose axis it stands \[1/m\]; 0 for parallel rays.
+    /// One over its height above the plate's face, over whose axis it stands \[1/m\]; 0 for
+    /// parallel rays.
     pub per_height: f64,
     /// What is wrong with the picture.
     pub errors: SilhouetteErrors,

@@ -68,7 +68,8 @@ const ARRIVED_M: f64 = 1e-9;
 const MOST_STEPS: usize = 4000;
 
 impl Solid {
-    /// A block that stands on a floor of this height, turned by `yaw_rad`, its middle above `at` (x, z).
+    /// A block that stands on a floor of this height, turned by `yaw_rad`, its middle above `at`
+    /// (x, z).
     #[must_use]
     pub fn standing_block(at: [f64; 2], floor_y: f64, sides: [f64; 3], yaw_rad: f64) -> Self {
         let half = sides.map(|side| 0.5 * side);

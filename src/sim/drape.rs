@@ -62,9 +62,9 @@ pub struct Drape {
 }
 
 impl Drape {
-    /// The sheet as a mesh of triangles, simulation frame \[m\]: as many vertices as were simulated,
-    /// at even steps of the flat specimen, so that a vertex's number tells its place on the cloth.
-    /// Where the drape's own lines are uneven, the sheet between them is cubic.
+    /// The sheet as a mesh of triangles, simulation frame \[m\]: as many vertices as were
+    /// simulated, at even steps of the flat specimen, so that a vertex's number tells its place on
+    /// the cloth. Where the drape's own lines are uneven, the sheet between them is cubic.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         let even = self.grid.evenly(self.grid.n);
@@ -333,7 +333,8 @@ pub fn count_nodes(rim: &Boundary) -> usize {
     nodes_at(rim).len()
 }
 
-/// Folds of a rim, each by the point that it lies at: maxima of the distance from the axis, after smoothing over 45 mm.
+/// Folds of a rim, each by the point that it lies at: maxima of the distance from the axis, after
+/// smoothing over 45 mm.
 #[must_use]
 pub fn nodes_at(rim: &Boundary) -> Vec<usize> {
     let rho: Vec<f64> = rim.positions_m().map(|p| p.x.hypot(p.z)).collect();

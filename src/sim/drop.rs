@@ -52,14 +52,17 @@ pub enum DropStart {
 /// A surface that a sheet starts from and stays tied to by weak springs, until
 /// [`crate::sim::Follower::let_go`].
 ///
-/// They act along all directions and by area, weaker where the surface's standard deviation is large.
+/// They act along all directions and by area, weaker where the surface's standard deviation is
+/// large.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldSurface {
     /// The surface, simulation frame.
     pub surface: Surface,
-    /// How far the weight of a piece of cloth stretches the springs on it \[m\]: the larger, the weaker they are.
+    /// How far the weight of a piece of cloth stretches the springs on it \[m\]: the larger, the
+    /// weaker they are.
     pub sag_m: f64,
-    /// By how much farther from the frame's origin the surface lies than it is given, as a share \[-\].
+    /// By how much farther from the frame's origin the surface lies than it is given, as a share
+    /// \[-\].
     pub farther: f64,
 }
 
@@ -77,15 +80,16 @@ pub struct HeldRim {
 
 /// Weak springs that hold a disc's rim across an outline.
 ///
-/// They act in the plan alone, across the outline, and not on the mean: [`crate::sim::Follower::hold`] sets how far
-/// outwards they pull, all alike, and where that is such that they pull nowhere on the whole, the drape's mean
-/// extent is the cloth's own.
+/// They act in the plan alone, across the outline, and not on the mean:
+/// [`crate::sim::Follower::hold`] sets how far outwards they pull, all alike, and where that is
+/// such that they pull nowhere on the whole, the drape's mean extent is the cloth's own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
     /// The outline seen from above, plan of the simulation frame \[m\].
     pub outline: Outline,
-    /// Force of all springs, each stretched by a distance, over that distance and the weight of the cloth beyond the
-    /// plate's edge \[1/m\]: 10 for a hundredth of that weight for each millimetre.
+    /// Force of all springs, each stretched by a distance, over that distance and the weight of the
+    /// cloth beyond the plate's edge \[1/m\]: 10 for a hundredth of that weight for each
+    /// millimetre.
     pub per_m: f64,
 }
 
@@ -139,8 +143,9 @@ impl Fall {
 
 /// The springs of a guided drop; `None` if nothing guides the sheet.
 ///
-/// They are of such a stiffness that a cell's weight stretches one by 8 mm (the best of 0.5 to 50 mm, tried on
-/// one drape). They choose the branch and are released before the search for equilibrium.
+/// They are of such a stiffness that a cell's weight stretches one by 8 mm (the best of 0.5 to 50
+/// mm, tried on one drape). They choose the branch and are released before the search for
+/// equilibrium.
 pub(super) fn guide(
     start: &DropStart,
     grid: &Grid,
@@ -225,7 +230,8 @@ fn hanging_n(fabric: &Fabric, experiment: &Experiment) -> f64 {
     fabric.density_kg_m2 * GRAVITY_M_S2 * area_m2
 }
 
-/// Each vertex of the border and where the rim has it; the weight of its spring by the rim's point next to it.
+/// Each vertex of the border and where the rim has it; the weight of its spring by the rim's point
+/// next to it.
 fn rim_targets(grid: &Grid, rim: &Boundary, weight: impl Fn(&BoundaryPoint) -> f64) -> Vec<Target> {
     let points = rim.points();
     let border = grid.border();
@@ -251,15 +257,16 @@ fn rim_targets(grid: &Grid, rim: &Boundary, weight: impl Fn(&BoundaryPoint) -> f
 /// across the outline: the rim lies below its outline so deep that the cloth from the plate's edge
 /// to it is nearly straight, and the vertex between them.
 ///
-/// The true fabric ends 0.1 to 0.5 mm from the drape whose outline led it, in three of three. An earlier start with springs
-/// in the plan alone, which left the height free, and with other places for vertices behind the rim lost folds in two of
-/// them.
+/// The true fabric ends 0.1 to 0.5 mm from the drape whose outline led it, in three of three. An
+/// earlier start with springs in the plan alone, which left the height free, and with other places
+/// for vertices behind the rim lost folds in two of them.
 fn outline_targets(grid: &Grid, outline: &Outline, experiment: &Experiment) -> Vec<Target> {
     let even = outline.evenly(OUTLINE_POINTS);
     let [cx, cz] = outline.centroid_m();
     let count = OUTLINE_POINTS as f64;
     let angle_of = |k: usize| std::f64::consts::TAU * k as f64 / count;
-    // by how many steps the outline's first point is ahead of the rim's, on the mean over the circle
+    // by how many steps the outline's first point is ahead of the rim's, on the mean over the
+    // circle
     let (sin, cos) = even.iter().enumerate().fold((0.0, 0.0), |(s, c), (k, p)| {
         let (ds, dc) = ((p[1] - cz).atan2(p[0] - cx) - angle_of(k)).sin_cos();
         (s + ds, c + dc)
@@ -287,8 +294,8 @@ fn outline_targets(grid: &Grid, outline: &Outline, experiment: &Experiment) -> V
     (0..grid.vertices()).filter(near).map(target).collect()
 }
 
-/// How deep a disc's rim hangs below the plate's face where it lies so far from the axis \[m\]: the cloth from the plate's edge
-/// to it is nearly straight.
+/// How deep a disc's rim hangs below the plate's face where it lies so far from the axis \[m\]: the
+/// cloth from the plate's edge to it is nearly straight.
 #[must_use]
 pub fn rim_depth_m(experiment: &Experiment, distance_m: f64) -> f64 {
     let plate_m = experiment.plate.radius_m;
@@ -297,8 +304,9 @@ pub fn rim_depth_m(experiment: &Experiment, distance_m: f64) -> f64 {
     (chord * chord - out * out).max(0.0).sqrt()
 }
 
-/// Distance of a disc's rim from the plate's edge, as a part of the cloth between them: observed on three drapes
-/// with a bending length of 24 mm as 0.990 to 0.992 on the mean, 0.01 from place to place.
+/// Distance of a disc's rim from the plate's edge, as a part of the cloth between them: observed on
+/// three drapes with a bending length of 24 mm as 0.990 to 0.992 on the mean, 0.01 from place to
+/// place.
 const CHORD: f64 = 0.99;
 /// Even steps that an outline is cut into, finer than any grid's.
 const OUTLINE_POINTS: usize = 720;

@@ -3,8 +3,9 @@
 use std::ops::{AddAssign, Sub};
 use std::time::Instant;
 
-/// Counts and times of a search for rest. Times are those of a clock on the wall \[s\]; a drape runs
-/// on one thread, so that their shares are those of processor time unless the machine is crowded.
+/// Counts and times of a search for rest. Times are those of a clock on the wall \[s\]; a drape
+/// runs on one thread, so that their shares are those of processor time unless the machine is
+/// crowded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
     /// Number of Cholesky factorisations.

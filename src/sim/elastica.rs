@@ -103,8 +103,8 @@ impl Elastica {
 }
 
 /// Where the free end of a strip of weight over stiffness `gamma` comes to rest whose curvature
-/// (positive downward) under a moment is `curvature`, both without dimensions; `None` where that gives
-/// no curvature for a moment that the strip has.
+/// (positive downward) under a moment is `curvature`, both without dimensions; `None` where that
+/// gives no curvature for a moment that the strip has.
 pub fn end_under(gamma: f64, curvature: impl Fn(f64) -> Option<f64>) -> Option<End> {
     end_in(gamma, curvature, STEPS)
 }
@@ -200,7 +200,8 @@ mod tests {
         let droop = |softening| Elastica { gamma: 5.0, natural: 0.0, softening }.end();
         let (linear, soft) = (droop(0.0).unwrap(), droop(0.05).unwrap());
         assert!(soft.droop > linear.droop + 0.01);
-        // of 0.2 an end was given until it was asked whether its clamp is level (it was 43 degrees off)
+        // of 0.2 an end was given until it was asked whether its clamp is level (it was 43 degrees
+        // off)
         for softening in [0.2, 3.0] {
             assert_eq!(droop(softening), Err(BeyondParabola { gamma: 5.0, softening }));
         }

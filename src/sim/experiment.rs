@@ -32,26 +32,27 @@ pub struct Experiment {
     pub specimen: Specimen,
     /// The plate: its radius, its edge and its friction.
     pub plate: Plate,
-    /// How far the plate is from level. The simulation frame stays the plate's: y is its normal, and
-    /// it is gravity that tilts.
+    /// How far the plate is from level. The simulation frame stays the plate's: y is its normal,
+    /// and it is gravity that tilts.
     pub tilt: Tilt,
     /// Natural curvature of the sheet; zero for a fabric that is flat when weightless.
     #[serde(skip_serializing_if = "Curl::is_off")]
     pub curl: Curl,
     /// Bending that softens with curvature; zero for linear bending.
     pub softening: Softening,
-    /// Bending that is stiffer towards one face than towards the other; zero for a fabric with equal
-    /// faces.
+    /// Bending that is stiffer towards one face than towards the other; zero for a fabric with
+    /// equal faces.
     #[serde(skip_serializing_if = "AsymmetricBending::is_off")]
     pub asymmetric_bending: AsymmetricBending,
     /// Friction inside the cloth against bending; zero for bending that is elastic.
     #[serde(skip_serializing_if = "Hysteresis::is_off")]
     pub hysteresis: Hysteresis,
-    /// What makes one part of the drape unlike another; nothing for even cloth in still air. No fit knows of it.
+    /// What makes one part of the drape unlike another; nothing for even cloth in still air. No fit
+    /// knows of it.
     #[serde(skip_deserializing, skip_serializing_if = "Uneven::is_off")]
     pub uneven: Uneven,
-    /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs in
-    /// addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
+    /// The factor beta of the energy beta B h^2 k^4 / 4 per area that a fold of curvature k costs
+    /// in addition on cells of side h. It corrects the mesh and is no effect of the cloth: second
     /// differences make tight folds too soft. With 0.04 cantilever strips keep to 2 % from two
     /// cells a bending length on (`docs/validation/simulator.md`); with 0 nothing is corrected.
     pub fold_correction: f64,
@@ -110,8 +111,8 @@ impl Specimen {
         Vector3::new(x, flat.y, z)
     }
 
-    /// Distance of the specimen's last point from its centre along a bearing on the flat specimen, from the warp towards
-    /// the weft \[m\].
+    /// Distance of the specimen's last point from its centre along a bearing on the flat specimen,
+    /// from the warp towards the weft \[m\].
     #[must_use]
     pub fn reach_m(&self, toward_rad: f64) -> f64 {
         let (sin, cos) = toward_rad.sin_cos();
@@ -124,8 +125,8 @@ impl Specimen {
         }
     }
 
-    /// Flat (x, z), from the specimen's centre, of the point that [`Self::place`] lays on the plate's
-    /// centre \[m\].
+    /// Flat (x, z), from the specimen's centre, of the point that [`Self::place`] lays on the
+    /// plate's centre \[m\].
     #[must_use]
     pub fn plate_centre_m(&self) -> [f64; 2] {
         let (sin, cos) = self.rotation_rad.sin_cos();
@@ -190,8 +191,8 @@ pub struct Curl {
     pub edge: EdgeCurl,
     /// Curvature along a line, a crease, added to that of the nodes.
     pub line: LineCurl,
-    /// The same along a second line, as of a specimen that was folded twice. Where it is left out it lies
-    /// along the weft.
+    /// The same along a second line, as of a specimen that was folded twice. Where it is left out
+    /// it lies along the weft.
     pub cross_line: LineCurl,
 }
 
@@ -224,9 +225,9 @@ impl Default for EdgeCurl {
     }
 }
 
-/// Natural curvature across a straight line on the specimen, a crease: full on the line, and falling
-/// linearly to zero over a width on both sides. Weightless cloth is bent by the angle curvature times
-/// width.
+/// Natural curvature across a straight line on the specimen, a crease: full on the line, and
+/// falling linearly to zero over a width on both sides. Weightless cloth is bent by the angle
+/// curvature times width.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LineCurl {
@@ -255,7 +256,8 @@ impl LineCurl {
         }
     }
 
-    /// The numbers a fraction `t` of the way to those of `other`; one that is off has a place of no meaning, that of the other.
+    /// The numbers a fraction `t` of the way to those of `other`; one that is off has a place of no
+    /// meaning, that of the other.
     #[must_use]
     pub fn between(&self, other: &Self, t: f64) -> Self {
         let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
@@ -303,8 +305,8 @@ impl Curl {
             && self.cross_line.curvature_per_m == 0.0
     }
 
-    /// That of the same cloth turned over about its warp: curvatures change their sign, places on the cloth are mirrored
-    /// along the weft. A twist does both and stays what it is.
+    /// That of the same cloth turned over about its warp: curvatures change their sign, places on
+    /// the cloth are mirrored along the weft. A twist does both and stays what it is.
     #[must_use]
     pub fn face_down(&self) -> Self {
         let node = |i: usize, j: usize| {
@@ -420,8 +422,8 @@ impl Experiment {
         }
     }
 
-    /// The same with the specimen turned over about its warp: what belongs to the cloth changes its sign or its side, what
-    /// belongs to the plate and to the room stays.
+    /// The same with the specimen turned over about its warp: what belongs to the cloth changes its
+    /// sign or its side, what belongs to the plate and to the room stays.
     #[must_use]
     pub fn face_down(&self) -> Self {
         Self {
@@ -546,8 +548,9 @@ pub enum MeshWarning {
     },
 }
 
-/// Number of cells that a bending length must span: from there on a cantilever's droop is within 4 %
-/// of the elastica's, within 2 % with the fold correction (`docs/validation/simulator.md`, "Physics").
+/// Number of cells that a bending length must span: from there on a cantilever's droop is within 4
+/// % of the elastica's, within 2 % with the fold correction (`docs/validation/simulator.md`,
+/// "Physics").
 pub const CELLS_PER_BENDING_LENGTH: f64 = 2.0;
 
 /// The shortest of a fabric's three bending lengths (B / (D g))^(1/3) \[m\].

@@ -1,11 +1,11 @@
 //! Continuation: from a drape at rest to the drape of another fabric or in another experiment, on
 //! the same branch.
 //!
-//! In: a sheet at rest with its contacts and what it remembers of its bending, and a setup to go to. Out: the sheet at rest there, what
-//! the way cost, and the events on it. Each step changes the model under the sheet, friction's
-//! grips carried along, moves the sheet by the sensitivity of the last rest (one solve with the
-//! factor at hand) and corrects it by Newton steps on the exact energy
-//! (`newton/correct.rs`); where those do not come to rest, the descents of `rest.rs` do.
+//! In: a sheet at rest with its contacts and what it remembers of its bending, and a setup to go
+//! to. Out: the sheet at rest there, what the way cost, and the events on it. Each step changes the
+//! model under the sheet, friction's grips carried along, moves the sheet by the sensitivity of the
+//! last rest (one solve with the factor at hand) and corrects it by Newton steps on the exact
+//! energy (`newton/correct.rs`); where those do not come to rest, the descents of `rest.rs` do.
 //!
 //! A branch that ends shows as an event: the sheet left the place that the sensitivity predicted by
 //! more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims before
@@ -162,7 +162,8 @@ impl Follower {
         Self { rested, setup, options: *options }
     }
 
-    /// From now on a search for rest ends after so many factorisations ([`SimOptions::iterations`]).
+    /// From now on a search for rest ends after so many factorisations
+    /// ([`SimOptions::iterations`]).
     pub fn search_at_most(&mut self, factorisations: usize) {
         self.options.iterations = factorisations;
     }
@@ -205,8 +206,8 @@ impl Follower {
         self.rested.model.guide.outwards_m
     }
 
-    /// Holds the sheet across another outline, `outwards_m` beyond it; it has not moved yet: [`Self::follow`] leads it
-    /// to rest.
+    /// Holds the sheet across another outline, `outwards_m` beyond it; it has not moved yet:
+    /// [`Self::follow`] leads it to rest.
     pub fn hold(&mut self, hold: &Hold, outwards_m: f64) {
         self.rested.newton.forget_place();
         let model = &mut self.rested.model;
@@ -215,15 +216,16 @@ impl Follower {
         model.guide.outwards_m = outwards_m;
     }
 
-    /// Holds a sheet that is held to a surface to the same one of another scale, farther from the frame's origin by this share of what it was
-    /// laid on; it has not moved yet, as in [`Self::hold`].
+    /// Holds a sheet that is held to a surface to the same one of another scale, farther from the
+    /// frame's origin by this share of what it was laid on; it has not moved yet, as in
+    /// [`Self::hold`].
     pub fn hold_farther(&mut self, by: f64) {
         self.rested.newton.forget_place();
         self.rested.model.guide.farther = by;
     }
 
-    /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs, from the grips
-    /// that its friction has. Gives why the search for rest ended.
+    /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs,
+    /// from the grips that its friction has. Gives why the search for rest ended.
     pub fn let_go(&mut self) -> Stop {
         self.rested.model.guide = Guide::default();
         let setup = self.setup;
@@ -291,9 +293,9 @@ impl Follower {
     /// Continues the sheet to `to`, in steps of at most [`FollowOptions::longest_step`].
     ///
     /// # Errors
-    /// [`FollowError`] where the sheet is not at rest (or as near to it as its options ask), or has another outline than `to`. A sheet
-    /// that does not come to rest on the way is a result: [`Followed::stop`] says so, and
-    /// [`Followed::reached`] where.
+    /// [`FollowError`] where the sheet is not at rest (or as near to it as its options ask), or has
+    /// another outline than `to`. A sheet that does not come to rest on the way is a result:
+    /// [`Followed::stop`] says so, and [`Followed::reached`] where.
     pub fn follow(&mut self, to: &Setup, how: &FollowOptions) -> Result<Followed, FollowError> {
         if !self.rested.stop.is_as_asked() {
             return Err(FollowError::NotAtRest(self.rested.stop));

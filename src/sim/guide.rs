@@ -1,7 +1,7 @@
 //! Springs that guide a sheet to a branch, or tie it there.
 //!
-//! `E = k/2 sum w |x - p|^2`, or `k/2 sum w (n . (x - p) - o)^2` for a spring that acts along a unit vector n alone, with
-//! one distance o by which all of these pull outwards  \[J\].
+//! `E = k/2 sum w |x - p|^2`, or `k/2 sum w (n . (x - p) - o)^2` for a spring that acts along a
+//! unit vector n alone, with one distance o by which all of these pull outwards \[J\].
 
 use nalgebra::Matrix3;
 
@@ -39,7 +39,8 @@ pub struct Guide {
     pub stiffness_n_m: f64,
     /// How far beyond their places the springs with one direction pull along it \[m\].
     pub outwards_m: f64,
-    /// By how much farther from the frame's origin than their places the springs without a direction pull, as a share \[-\].
+    /// By how much farther from the frame's origin than their places the springs without a
+    /// direction pull, as a share \[-\].
     pub farther: f64,
 }
 

@@ -9,9 +9,10 @@
 //! in the plate are pushed out along its normal, each with the vertices of its cell and no others.
 //! Where triangles cross, the cloth around them is smoothed (each vertex moves halfway to the mean
 //! of its neighbours), over a neighbourhood that grows until nothing crosses; the springs then pull
-//! the layers back towards the sheet, with contact between them. Where that leaves crossings, the cloth hung within the plate, as that
-//! of a smaller plate does, and what pushed it out up here and down there tore it apart: it begins again with all cloth that hangs
-//! moved outwards. Where even that leaves crossings, they stay and are counted in the drape.
+//! the layers back towards the sheet, with contact between them. Where that leaves crossings, the
+//! cloth hung within the plate, as that of a smaller plate does, and what pushed it out up here and
+//! down there tore it apart: it begins again with all cloth that hangs moved outwards. Where even
+//! that leaves crossings, they stay and are counted in the drape.
 //!
 //! Dropped: raising the whole sheet until the plate bears no more than its weight. Stiff cloth
 //! arches over the plate and touches it in few places, so that their error raises all of it.
@@ -36,7 +37,8 @@ pub(super) struct Laid {
     is_exact: bool,
     /// Weight of a cell \[N\].
     cell_n: f64,
-    /// By how much farther from the frame's origin it was laid than the surface is given, as a share.
+    /// By how much farther from the frame's origin it was laid than the surface is given, as a
+    /// share.
     farther: f64,
 }
 
@@ -66,7 +68,8 @@ impl Laid {
     }
 }
 
-/// Lays `surface` on the grid of `model`, `farther` from the frame's origin than it is given by this share.
+/// Lays `surface` on the grid of `model`, `farther` from the frame's origin than it is given by
+/// this share.
 pub(super) fn lay(
     (surface, farther): (&Surface, f64),
     experiment: &Experiment,
@@ -146,8 +149,9 @@ fn crosses(grid: &Grid, x: &[Vector3]) -> bool {
     !intersecting(&grid.triangles(), x).is_empty()
 }
 
-/// Moves all cloth outwards that hangs, so far that none of it hangs within the plate, and what lies on the plate the less the nearer it is
-/// to the axis: a map of the plan onto itself, which lets nothing cross that did not before.
+/// Moves all cloth outwards that hangs, so far that none of it hangs within the plate, and what
+/// lies on the plate the less the nearer it is to the axis: a map of the plan onto itself, which
+/// lets nothing cross that did not before.
 fn move_off(plate: &Plate, x: &mut [Vector3]) {
     let Plate { radius_m, edge_radius_m: edge_m, .. } = *plate;
     // how far from the axis cloth hangs within the plate, and by how much too near to it

@@ -40,7 +40,7 @@ pub use options::{OptionsError, OptionsFault, SimOptions, Stop};
 pub use plate::Plate;
 pub use setup::Setup;
 
-/// Version of the numbers that this simulator gives. It is raised whenever a change moves the rim of
-/// a drape, which `tests/physics/pinned.rs` holds; the shipped model's metadata carries the version
-/// that the model was trained on.
+/// Version of the numbers that this simulator gives. It is raised whenever a change moves the rim
+/// of a drape, which `tests/physics/pinned.rs` holds; the shipped model's metadata carries the
+/// version that the model was trained on.
 pub const NUMERICS_VERSION: u32 = 4;

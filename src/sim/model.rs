@@ -1,4 +1,5 @@
-//! The specimen's total energy: elastic, gravity, plate, self-contact, friction in the cloth, guide.
+//! The specimen's total energy: elastic, gravity, plate, self-contact, friction in the cloth,
+//! guide.
 //!
 //! In: vertex positions (simulation frame, m). Out: energy \[J\], gradient \[N\],
 //! Hessian \[N/m\] on the grid's fixed pattern plus the blocks of self-contact
@@ -94,9 +95,9 @@ impl Model {
         Self::with_numerics(grid, fabric, experiment, self_gap_cells, Numerics::default())
     }
 
-    /// The model of `fabric` on `grid` in `experiment`, with nothing in contact yet. Without natural
-    /// curvature it is at rest when flat and weightless. Self-contact begins where layers are
-    /// `self_gap_cells` mean cells apart.
+    /// The model of `fabric` on `grid` in `experiment`, with nothing in contact yet. Without
+    /// natural curvature it is at rest when flat and weightless. Self-contact begins where layers
+    /// are `self_gap_cells` mean cells apart.
     #[must_use]
     pub fn with_numerics(
         grid: &Arc<Grid>,
@@ -183,7 +184,8 @@ impl Model {
         }
     }
 
-    /// Whether the cloth remembers its bending, so that its Hessian changes with [`Self::remember`].
+    /// Whether the cloth remembers its bending, so that its Hessian changes with
+    /// [`Self::remember`].
     pub fn remembers(&self) -> bool {
         self.hysteresis.is_some()
     }
@@ -276,9 +278,9 @@ impl Model {
         }
     }
 
-    /// Sets the stress of the next Hessian's geometric stiffness to that at `x`, with `weight` times
-    /// the tension that the strain of second order of the last move `dx` would add: the geometric
-    /// stiffness lags one step behind. See [`Membrane::second_order_stress`].
+    /// Sets the stress of the next Hessian's geometric stiffness to that at `x`, with `weight`
+    /// times the tension that the strain of second order of the last move `dx` would add: the
+    /// geometric stiffness lags one step behind. See [`Membrane::second_order_stress`].
     pub fn lag_second_order_stress(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
         self.lagged_stress.clear();
         for (cell, membrane) in self.grid.cells.iter().zip(&self.membrane) {

@@ -70,8 +70,8 @@ pub struct Block {
     /// The pair's vertices; rows and columns `3 i .. 3 i + 3` of the Hessian belong to
     /// `vertices[i]`.
     pub vertices: [u32; 4],
-    /// How many of the vertices, from the first on, belong to the pair's first element: 1 of a point
-    /// and a triangle, 2 of two edges.
+    /// How many of the vertices, from the first on, belong to the pair's first element: 1 of a
+    /// point and a triangle, 2 of two edges.
     pub first: usize,
     /// The second derivatives, N/m.
     pub hessian: Hessian12,
@@ -210,8 +210,8 @@ impl SelfContact {
         energy_j
     }
 
-    /// Appends the Hessian of every pair that is nearer than the gap at the positions `x`: projected
-    /// for a Newton direction, exact for a test of stability.
+    /// Appends the Hessian of every pair that is nearer than the gap at the positions `x`:
+    /// projected for a Newton direction, exact for a test of stability.
     pub fn blocks(&self, x: &[Vector3], form: HessianForm, out: &mut Vec<Block>) {
         for (pair, corners) in self.near_pairs(x) {
             if let Some(hessian) =

@@ -11,12 +11,12 @@
 //! In: a sheet at rest, the parameters asked for. Out: moves of the vertices \[m\] in the
 //! simulation frame per SI unit of the parameter.
 //!
-//! Where it fails: friction is taken as it stands. The anchors and normal forces of its grips
-//! do not change, nor do the anchors of the friction inside the cloth (where that is off, its
-//! sensitivity is that of cloth bent one way from its natural shape), which holds for small changes of
-//! cloth that sticks; the specimen's place and rotation act through the plate's anchors alone. The pairs of self-contact are those at rest. On a
-//! fold's flank the sheet may leave this branch at a change far smaller than the linear solution
-//! suggests.
+//! Where it fails: friction is taken as it stands. The anchors and normal forces of its grips do
+//! not change, nor do the anchors of the friction inside the cloth (where that is off, its
+//! sensitivity is that of cloth bent one way from its natural shape), which holds for small changes
+//! of cloth that sticks; the specimen's place and rotation act through the plate's anchors alone.
+//! The pairs of self-contact are those at rest. On a fold's flank the sheet may leave this branch
+//! at a change far smaller than the linear solution suggests.
 
 use std::sync::Arc;
 
@@ -280,8 +280,9 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Derivative of each of the 244 points of the rim, in the order of [`crate::base::boundary`], simulation
-    /// frame \[m per SI unit of the parameter\]. The rim is linear in the vertices of `grid`, the drape's own.
+    /// Derivative of each of the 244 points of the rim, in the order of [`crate::base::boundary`],
+    /// simulation frame \[m per SI unit of the parameter\]. The rim is linear in the vertices of
+    /// `grid`, the drape's own.
     #[must_use]
     pub fn rim_moves(&self, grid: &Grid) -> Vec<Vector3> {
         grid.boundary(&self.moves).positions_m().map(|move_m| move_m.coords).collect()
@@ -314,7 +315,8 @@ pub enum SensitivityError {
 
 impl Setup {
     /// The same with `change` added to `parameter`. The specimen's place and rotation change
-    /// nothing here: they act through friction's anchors, as a hold's pull does through its springs.
+    /// nothing here: they act through friction's anchors, as a hold's pull does through its
+    /// springs.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, change: f64) -> Self {
         let (f, e) = (&mut self.fabric, &mut self.experiment);
@@ -394,8 +396,8 @@ impl Setup {
 /// `steadied`, those of its projected Hessian, which is stable for any exact one.
 ///
 /// # Errors
-/// [`SensitivityError::Unstable`] where the exact Hessian at `x` is wanted and is not positive definite,
-/// [`SensitivityError::NoSuchNode`] for a node that the natural curvature does not have.
+/// [`SensitivityError::Unstable`] where the exact Hessian at `x` is wanted and is not positive
+/// definite, [`SensitivityError::NoSuchNode`] for a node that the natural curvature does not have.
 pub(super) fn sensitivities(
     model: &mut Model,
     newton: &mut Newton,

@@ -83,9 +83,9 @@ impl Strip {
     }
 }
 
-/// Lets a strip of `fabric` that is clamped level at one end bend under its weight, with the effects
-/// of `experiment`; the experiment's specimen and plate do not matter. The known answer for a strip
-/// along a yarn is the heavy elastica, [`crate::sim::elastica`].
+/// Lets a strip of `fabric` that is clamped level at one end bend under its weight, with the
+/// effects of `experiment`; the experiment's specimen and plate do not matter. The known answer for
+/// a strip along a yarn is the heavy elastica, [`crate::sim::elastica`].
 #[must_use]
 pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip {
     let mut model = clamped(fabric, cut, experiment);
@@ -198,10 +198,10 @@ pub struct Slide {
 }
 
 /// Lays a square of `fabric` with sides of 40 mm on a wide plate, tilts the plate from level to
-/// `slope` (the tangent of its angle) within [`TILTING_S`], and leaves it so for `seconds`. The known
-/// answer is a block with the acceleration g (sin - mu cos) of the slope's angle, once that is
-/// positive. If the plate were tilted at once, the piece would gather speed while friction grows over
-/// its first 0.1 mm.
+/// `slope` (the tangent of its angle) within [`TILTING_S`], and leaves it so for `seconds`. The
+/// known answer is a block with the acceleration g (sin - mu cos) of the slope's angle, once that
+/// is positive. If the plate were tilted at once, the piece would gather speed while friction grows
+/// over its first 0.1 mm.
 #[must_use]
 pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide {
     let specimen = Specimen { warp_m: 0.04, weft_m: 0.04, ..Specimen::default() };

@@ -1,10 +1,12 @@
-//! Masses, bending and loads of a drape whose parts are unlike ([`Uneven`](crate::sim::experiment::Uneven)).
+//! Masses, bending and loads of a drape whose parts are unlike
+//! ([`Uneven`](crate::sim::experiment::Uneven)).
 //!
-//! In: a grid and an experiment. Out: at each vertex the mass that a hem or a field of weight adds \[kg\], the factor of the plate energy of
-//! `energy/bending.rs`, the horizontal load of a draught \[N\]. Borders of a hem and of a draught rise over one mean cell.
+//! In: a grid and an experiment. Out: at each vertex the mass that a hem or a field of weight adds
+//! \[kg\], the factor of the plate energy of `energy/bending.rs`, the horizontal load of a draught
+//! \[N\]. Borders of a hem and of a draught rise over one mean cell.
 //!
-//! The factor is that of the linear plate energy alone: natural curvature, softening, asymmetry and friction in the
-//! cloth act as on even cloth.
+//! The factor is that of the linear plate energy alone: natural curvature, softening, asymmetry and
+//! friction in the cloth act as on even cloth.
 
 use crate::base::Vector3;
 use crate::sim::experiment::Experiment;

@@ -1,4 +1,5 @@
-//! Defaults from a file: where it is found, what wins, what is refused and with which place, and that results say what held.
+//! Defaults from a file: where it is found, what wins, what is refused and with which place, and
+//! that results say what held.
 
 use crate::program;
 use std::fs;

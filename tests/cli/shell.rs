@@ -1,4 +1,5 @@
-//! What a shell user expects: version, completions, manual, quiet and verbose, threads, colours, standard input.
+//! What a shell user expects: version, completions, manual, quiet and verbose, threads, colours,
+//! standard input.
 
 use crate::program;
 use std::fs;
@@ -236,7 +237,8 @@ fn every_verb_that_computes_takes_threads() {
     assert_eq!(run(&format!("inspect {SCAN} --threads 5000")).status.code(), Some(2));
 }
 
-/// Whether a line in a terminal, that of `script` (util-linux), sets colours or weights (`ESC [ ... m`).
+/// Whether a line in a terminal, that of `script` (util-linux), sets colours or weights (`ESC [ ...
+/// m`).
 fn is_styled(line: &str, no_color: bool) -> Option<bool> {
     let command = format!("{} {line}", program::PATH);
     let mut script = program::shielded("script");

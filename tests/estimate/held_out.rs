@@ -79,7 +79,8 @@ fn the_rims_are_of_this_simulator_and_new_to_the_model() {
         let manifest = Manifest::read(&promises::root().join(name)).unwrap();
         check_folder(&Estimator::shipped().unwrap(), &manifest).unwrap();
         assert_eq!(manifest.simulator["vertices"], vertices, "{name}");
-        // what the fixture says it is, it is: each fabric is that of the prior, the seed and the index
+        // what the fixture says it is, it is: each fabric is that of the prior, the seed and the
+        // index
         let prior = Mixture::named(&manifest.prior).unwrap();
         assert_eq!(prior.sha256(), manifest.prior_sha256);
         let rows = of_folder(name);

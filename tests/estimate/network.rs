@@ -176,7 +176,8 @@ fn density_is_refused_outside_its_limits_and_flagged_outside_the_training() {
     }
     let inside = estimator.estimate(&case.boundary, case.density_kg_m2, true).unwrap();
     assert!(inside.in_range.iter().any(|known| *known), "{:?}", inside.warnings);
-    // the answer is in proportion to the density: one that training did not have is told, and takes nothing out of its range
+    // the answer is in proportion to the density: one that training did not have is told, and takes
+    // nothing out of its range
     let told = |estimate: &Estimate| {
         estimate.warnings.iter().any(|w| w.to_string().contains("density 900"))
     };

@@ -25,7 +25,8 @@ fn on_falls(vertices: u64, rims: &str) -> serde_json::Value {
     tests.iter().find(|test| test["vertices"] == vertices).unwrap()[rims].clone()
 }
 
-/// Share of the intervals that hold there, and in the quarters of bending length where it is least and most.
+/// Share of the intervals that hold there, and in the quarters of bending length where it is least
+/// and most.
 fn coverage(vertices: u64, rims: &str) -> [f64; 3] {
     let measured = on_falls(vertices, rims);
     let quarters = measured["coverage_quarters"].as_array().unwrap();
@@ -67,7 +68,8 @@ fn its_record_is_as_promised_and_better_than_linear_regression() {
     hold("model.rmse_finer_noisy", on_falls(121, "noisy")["rmse"].as_f64().unwrap());
     hold("model.linear_rmse", metric(["linear_regression", "rmse"]));
     hold("model.linear_r2", metric(["linear_regression", "r2"]));
-    // the paper's network, trained on the same drapes, breaks the promises, and so does the baseline on drapes that are easier
+    // the paper's network, trained on the same drapes, breaks the promises, and so does the
+    // baseline on drapes that are easier
     let snn =
         |test: &str, metric: &str| sidecar()["beside"]["snn8"][test][metric].as_f64().unwrap();
     assert!(!promise("model.rmse").is_kept_by(snn("other_test", "rmse")));
@@ -94,7 +96,8 @@ fn stiffnesses_are_in_proportion_to_the_density() {
             assert_eq!(a.in_range, b.in_range);
         }
     }
-    // 18 g/m^2 and 900 g/m^2: the latter is no fabric of the training, which is told and alters nothing
+    // 18 g/m^2 and 900 g/m^2: the latter is no fabric of the training, which is told and alters
+    // nothing
     let told = |density_kg_m2: f64| {
         let warnings = of(density_kg_m2).warnings;
         warnings.iter().any(|w| matches!(w, EstimateWarning::DensityOutsideTraining { .. }))

@@ -1,4 +1,5 @@
-//! The numbers of docs/model_card.md: they are those of the model's own file, `src/estimate/model/shipped.json`.
+//! The numbers of docs/model_card.md: they are those of the model's own file,
+//! `src/estimate/model/shipped.json`.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,5 @@
-//! What is said of the package: the oldest Rust is the same everywhere and is enough for every crate of the lock file; the changelog has
-//! what a release needs.
+//! What is said of the package: the oldest Rust is the same everywhere and is enough for every
+//! crate of the lock file; the changelog has what a release needs.
 
 use std::process::Command;
 

@@ -1,5 +1,6 @@
-//! E57, LAS and LAZ: round trips through the crates' writers, files that other programs have written,
-//! damage that checksums do not tell, counts beyond the file, and the rim of a scan in each.
+//! E57, LAS and LAZ: round trips through the crates' writers, files that other programs have
+//! written, damage that checksums do not tell, counts beyond the file, and the rim of a scan in
+//! each.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::io::{Cursor, Write as _};
@@ -389,8 +390,8 @@ fn las_header(format: u8, minor: u8, points: u64, offset: [f64; 3], vlr: &[u8]) 
     header
 }
 
-/// A file of the known points in the map's projection. `chunk`: compressed, in chunks of so many points, or of varying
-/// length.
+/// A file of the known points in the map's projection. `chunk`: compressed, in chunks of so many
+/// points, or of varying length.
 fn las_file(format: u8, minor: u8, points: u64, chunk: Option<Option<u32>>) -> Vec<u8> {
     let records = (0..points).map(|i| record(format, i)).collect();
     las_of(format, minor, records, PLACE, chunk)
@@ -434,7 +435,8 @@ fn las_and_laz_of_every_point_format() {
     let at: Vec<[f64; 3]> = expected.iter().map(|&i| moved(known_point(i))).collect();
     let colors: Vec<[u8; 3]> = expected.iter().map(|&i| known_color(i)).collect();
     for format in 0..=10 {
-        // In chunks that end before, with and after the file, and of varying length where there are layers.
+        // In chunks that end before, with and after the file, and of varying length where there are
+        // layers.
         let mut chunks = vec![None, Some(Some(300)), Some(Some(1000)), Some(Some(50_000))];
         chunks.extend((format >= 6).then_some(Some(None)));
         for chunk in chunks {
@@ -526,7 +528,8 @@ fn files_of_other_programs_read_as_they_were_meant() {
         assert_eq!((cloud.colors.as_slice(), notes.dropped_non_finite), (&colors[..], 6));
     }
     let (cloud, notes) = read_scan(fixture("formats/two_scans.e57")).unwrap();
-    // The first a quarter turn about z, the second off by 1, 2, 3 m, all but its first point spherical.
+    // The first a quarter turn about z, the second off by 1, 2, 3 m, all but its first point
+    // spherical.
     let second = (0..300).filter(|i| i % 50 != 7);
     let first = expected.iter().map(|&i| known_point(i)).map(|[x, y, z]| moved([-y, x, z]));
     let spherical =

@@ -58,7 +58,8 @@ fn read(path: &Path, passes: &[PathBuf]) -> (Cloud, ReadNotes) {
     joined::read(path, &options, &ScanOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// How far parts that were read lie from the true ones in the frame of the first, root mean square \[mm\].
+/// How far parts that were read lie from the true ones in the frame of the first, root mean square
+/// \[mm\].
 fn off_mm(read: &[Point3], truth: &[Vec<Point3>], frame: &Isometry3) -> f64 {
     let truth: Vec<Point3> = truth.iter().flatten().map(|p| frame * p).collect();
     assert_eq!(read.len(), truth.len());
@@ -142,8 +143,8 @@ fn views(
     std::fs::write(folder.join("views.json"), document.to_string()).unwrap();
 }
 
-/// A `views.json` without poses: a fixture that turns by a step before a camera that stands still, and a wall that does
-/// not; and the whole turn of each view in the first one's frame.
+/// A `views.json` without poses: a fixture that turns by a step before a camera that stands still,
+/// and a wall that does not; and the whole turn of each view in the first one's frame.
 fn turntable(folder: &Path, step_deg: f64, count: usize) -> Vec<Isometry3> {
     let (points, unit_m) = drape("mean_structured-light.ply");
     let points: Vec<Point3> = points.iter().map(|p| p * unit_m).collect();

@@ -328,7 +328,8 @@ fn shards_of_any_number_merge_into_what_one_run_gives() {
     assert!(said.contains("2 of 5 scans have not been done"), "{said}");
     assert!(said.contains("damaged.ply, woven.boundary.csv; run"), "{said}");
     assert_eq!(run("shared", &["--shard", "0/2"]).0, Some(3));
-    // Again in three: only what failed is tried again, and a line that another run is writing stays whole.
+    // Again in three: only what failed is tried again, and a line that another run is writing stays
+    // whole.
     let torn = folder.path().join("shared/journal-1-of-2.jsonl");
     let mut text = std::fs::read(&torn).unwrap();
     text.extend(br#"{"schema"#);

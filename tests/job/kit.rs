@@ -1,5 +1,6 @@
-//! The kit's files, read back: lengths in SVG and PDF, the parts as the package's own reader sees them, tables by the readers
-//! that take them, limits against what a refused scan says, and the stand under a drape before a virtual scanner.
+//! The kit's files, read back: lengths in SVG and PDF, the parts as the package's own reader sees
+//! them, tables by the readers that take them, limits against what a refused scan says, and the
+//! stand under a drape before a virtual scanner.
 
 use crate::program;
 use std::collections::HashMap;
@@ -292,7 +293,8 @@ fn tiles_meet_in_their_crosses() {
             page.paths.iter().filter(|p| p.len() == 9 && (distance(p[0], p[4]) - 4.0).abs() < 1e-3);
         circles.filter(|p| (0.5 * (p[0][0] + p[4][0]) - x).abs() < 0.01).count()
     };
-    // 10 mm of margin; the shared strip is the last 10 of 190 mm on the left tile, the first on the right one
+    // 10 mm of margin; the shared strip is the last 10 of 190 mm on the left tile, the first on the
+    // right one
     assert_eq!((crosses(&tiles[0], 195.0), crosses(&tiles[1], 15.0)), (4, 4));
     let titles: Vec<bool> =
         tiles.iter().map(|p| p.texts.iter().any(|t| t.contains("row 2 of 2"))).collect();
@@ -359,8 +361,8 @@ fn placed(part: &solid::Part, foot_m: f64, upside_down: bool, into: &mut Mesh) {
     into.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
 }
 
-/// The drape of a fixture's fabric on the printed parts, scanned: the rim is found as well as on the stand that the
-/// fixtures have.
+/// The drape of a fixture's fabric on the printed parts, scanned: the rim is found as well as on
+/// the stand that the fixtures have.
 #[test]
 fn a_drape_on_the_printed_stand_is_answered() {
     let stiff = Path::new("fixtures/drapes/stiff.params.json");

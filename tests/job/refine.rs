@@ -1,4 +1,5 @@
-//! From a scan to the fabric that the simulator finds: the committed scan of a drape on cells finer than the fit's.
+//! From a scan to the fabric that the simulator finds: the committed scan of a drape on cells finer
+//! than the fit's.
 
 use crate::program;
 use crate::promises::{hold, root};

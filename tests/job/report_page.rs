@@ -1,5 +1,6 @@
-//! The pages: one file each that asks for nothing, escapes what users named, says what it must in its order, and is small; and
-//! the script that they carry is the one that `scripts/viewer` says it is.
+//! The pages: one file each that asks for nothing, escapes what users named, says what it must in
+//! its order, and is small; and the script that they carry is the one that `scripts/viewer` says it
+//! is.
 
 use crate::program;
 use crate::schema_support;
@@ -43,8 +44,8 @@ fn program(arguments: &[&str]) -> Output {
 /// Letters of the longest text that is no base64.
 const LONGEST_WORD: usize = 200;
 
-/// What holds of every page: no address but the names of XML's forms, nothing that loads anything, every drawing named, every
-/// section reached, no number that is none.
+/// What holds of every page: no address but the names of XML's forms, nothing that loads anything,
+/// every drawing named, every section reached, no number that is none.
 fn check(page: &str) {
     for scheme in ["http://", "https://"] {
         for (at, _) in page.match_indices(scheme) {
@@ -111,7 +112,8 @@ fn the_script_of_the_pages_is_the_one_that_its_lock_names() {
     assert!(bundle.contains("three.js authors") && !bundle.to_lowercase().contains("</script"));
 }
 
-/// A folder with the fixture's scan under a name that a page must escape, and the laboratory's fields.
+/// A folder with the fixture's scan under a name that a page must escape, and the laboratory's
+/// fields.
 fn named(folder: &Path) -> [PathBuf; 2] {
     let scan = folder.join("a <b> & \"c'.ply");
     std::fs::copy(root().join("fixtures/scans/mean_structured-light.ply"), &scan).unwrap();

@@ -9,8 +9,8 @@ use crate::schema_support::{faults, folder, json, must_fit, names, schema};
 use scan2params::job::verdict::Code;
 use serde_json::{Value, json};
 
-/// Verbs with `--json`, with the schemas of what they print; `evaluate` prints measurements for developers, which may change
-/// with any version.
+/// Verbs with `--json`, with the schemas of what they print; `evaluate` prints measurements for
+/// developers, which may change with any version.
 const PRINTED: [(&str, &str); 7] = [
     ("estimate", "params"),
     ("inspect", "inspect"),

@@ -1,10 +1,10 @@
 //! With every effect of the experiment off the energies keep their bits.
 //!
-//! The numbers were first recorded before experiments, material frames, discs, natural curvature and
-//! softening existed, and again for numerics 3 (bending by differences of positions, a wall
-//! close to the plate); those of numerics 4 stand beside them. Whole drapes, too, kept every bit then; they are not held here,
-//! since they also depend on the solver. A change that only regroups sums moves these
-//! numbers as well: then hold the old and new energies against each other before
+//! The numbers were first recorded before experiments, material frames, discs, natural curvature
+//! and softening existed, and again for numerics 3 (bending by differences of positions, a wall
+//! close to the plate); those of numerics 4 stand beside them. Whole drapes, too, kept every bit
+//! then; they are not held here, since they also depend on the solver. A change that only regroups
+//! sums moves these numbers as well: then hold the old and new energies against each other before
 //! recording new ones.
 
 use std::sync::Arc;

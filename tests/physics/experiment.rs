@@ -178,8 +178,8 @@ fn cut(degrees: f64) -> Cut {
     Cut { angle_rad: degrees.to_radians(), cell_m: 5e-3, along: 29, across: 6 }
 }
 
-/// Equal bending in all directions with this weight over stiffness on the strip of [`cut`], and that
-/// stiffness \[N m\].
+/// Equal bending in all directions with this weight over stiffness on the strip of [`cut`], and
+/// that stiffness \[N m\].
 fn strip_fabric(gamma: f64) -> (Fabric, f64) {
     let rigidity_nm = 0.2 * 9.80665 * cut(0.0).clamped_length_m().powi(3) / gamma;
     let units = rigidity_nm / 1e-9;
@@ -196,8 +196,8 @@ fn inverse(law: impl Fn(f64) -> f64, moment: f64) -> Option<f64> {
     Some(low * moment.signum())
 }
 
-/// Distance of a strip's end from the known one, and of the known one from that of linear bending, in
-/// lengths of the strip.
+/// Distance of a strip's end from the known one, and of the known one from that of linear bending,
+/// in lengths of the strip.
 fn end_error(
     experiment: &Experiment,
     degrees: f64,
@@ -224,8 +224,8 @@ fn bending_that_is_stiffer_to_one_side_bends_a_strip_as_the_elastica_with_that_l
         for a in [0.3, -0.3] {
             let asymmetric_bending = AsymmetricBending::uniform(a);
             let experiment = Experiment { asymmetric_bending, ..Experiment::default() };
-            // A strip that hangs from a clamp bends towards its back. At 45 degrees weft and warp have
-            // half of the curvature each, and the twist has the other half of the stiffness.
+            // A strip that hangs from a clamp bends towards its back. At 45 degrees weft and warp
+            // have half of the curvature each, and the twist has the other half of the stiffness.
             let law = |k: f64| match degrees {
                 45.0 => k * (1.0 - 0.5 * a * k / k.hypot(2.0 * smoothing)),
                 _ => k * (1.0 - a * k / k.hypot(smoothing)),
@@ -293,8 +293,8 @@ fn hysteresis_bends_a_strip_as_the_elastica_with_b_k_plus_hb() {
             let law = |k: f64| k + 5.0 * length_m * grip(k / slip);
             let [error, effect] = end_error(&experiment, degrees, gamma, law);
             println!("{slip_per_m} {degrees}: {error:.1e} of {effect:.1e}");
-            // observed: 1.9e-4 along the yarns; on the bias 8 % of the effect, since the strip curls across,
-            // where that takes friction out of both elements
+            // observed: 1.9e-4 along the yarns; on the bias 8 % of the effect, since the strip
+            // curls across, where that takes friction out of both elements
             let limit = if degrees == 45.0 { 0.1 * effect } else { 1e-3 };
             assert!(effect > 0.05 && error < limit, "{degrees}: {error:e} of {effect:e}");
         }

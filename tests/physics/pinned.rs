@@ -6,8 +6,9 @@
 //!     cargo test --release --test physics pinned -- --ignored
 //!
 //! which writes a rim only where there is none: a rim of a version that has been given out is not
-//! to change, and the earlier ones that the simulator still knows are held too. A test that fails here says that drapes have moved, and so that the shipped model,
-//! which was trained on drapes, no longer belongs to this simulator.
+//! to change, and the earlier ones that the simulator still knows are held too. A test that fails
+//! here says that drapes have moved, and so that the shipped model, which was trained on drapes, no
+//! longer belongs to this simulator.
 
 use std::path::PathBuf;
 
@@ -24,10 +25,10 @@ use scan2params::sim::{
 /// point by 2e-8 m at most: so much does a density changed by 1e-13 of itself, observed on all of
 /// these drapes. A constant changed by a thousandth of itself moves a point by more: those of the
 /// fabric and the plate by 3e-7 m (slip) to 5e-2 m (radius, another branch), as the test
-/// `a_thousandth_of_any_constant_moves_the_rim` holds; gravity 3e-2, the stiffness of the plate 9e-6
-/// and of its wall 5e-7, of self-contact 1.4e-6 and its gap 4e-5, the hold of the in-plane twist
-/// 1.2e-5, D66 6e-6, the damping of the fall 1.7e-6 m (planted once). A wrong sign of one tilt scores
-/// 1.5e-2 m, of the natural twist 3.3e-2 m.
+/// `a_thousandth_of_any_constant_moves_the_rim` holds; gravity 3e-2, the stiffness of the plate
+/// 9e-6 and of its wall 5e-7, of self-contact 1.4e-6 and its gap 4e-5, the hold of the in-plane
+/// twist 1.2e-5, D66 6e-6, the damping of the fall 1.7e-6 m (planted once). A wrong sign of one
+/// tilt scores 1.5e-2 m, of the natural twist 3.3e-2 m.
 const TOLERANCE_M: f64 = 2e-7;
 
 struct Case {

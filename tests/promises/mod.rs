@@ -66,7 +66,8 @@ pub struct Table {
 /// A limit is at most so many times farther from perfect than what was observed, or says why.
 pub const MARGIN: f64 = 1.5;
 
-/// The repository's root: of the checkout that the tests are run in, also where they were compiled in another one.
+/// The repository's root: of the checkout that the tests are run in, also where they were compiled
+/// in another one.
 pub fn root() -> &'static Path {
     static ROOT: OnceLock<PathBuf> = OnceLock::new();
     ROOT.get_or_init(|| {

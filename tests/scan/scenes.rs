@@ -1,5 +1,5 @@
-//! Committed scenes with real sensors' errors, stands and surroundings: each is answered, the rim lies on the
-//! true one, and cutting the surroundings off moves it by little.
+//! Committed scenes with real sensors' errors, stands and surroundings: each is answered, the rim
+//! lies on the true one, and cutting the surroundings off moves it by little.
 
 use std::path::{Path, PathBuf};
 
@@ -23,8 +23,8 @@ fn scene(name: &str) -> (Cloud, ScanOptions) {
     (cloud, ScanOptions { warp_toward, ..ScanOptions::default() })
 }
 
-/// Answers a scene whole, within a mean distance from the true rim, and cut to the drape and its stand:
-/// that moves the rim by at most 0.2 mm.
+/// Answers a scene whole, within a mean distance from the true rim, and cut to the drape and its
+/// stand: that moves the rim by at most 0.2 mm.
 fn answered(name: &str, off_limit_m: f64) {
     let (cloud, options) = scene(name);
     let rim = |options: &ScanOptions| -> Boundary {

@@ -1,5 +1,6 @@
-//! The measured silhouettes against their index: outlines, drape coefficients and folds of every picture. Skipped where
-//! the data is absent; the same stages run on drawn and simulated pictures in the modules' own tests.
+//! The measured silhouettes against their index: outlines, drape coefficients and folds of every
+//! picture. Skipped where the data is absent; the same stages run on drawn and simulated pictures
+//! in the modules' own tests.
 
 use std::collections::BTreeMap;
 use std::path::Path;

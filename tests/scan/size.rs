@@ -67,7 +67,8 @@ fn a_scale_that_is_off_is_named_with_its_size() {
             let refusal =
                 match boundary_in_stages(scaled(&cloud, factor), &options, &mut Stages::off()) {
                     Err(refusal) => refusal,
-                    // as the sheet's sharp folds are smoothed, 3 % pass as a size; the cloth's width tells them
+                    // as the sheet's sharp folds are smoothed, 3 % pass as a size; the cloth's
+                    // width tells them
                     Ok(found) => {
                         let said = verdict::of_scan(&found, &options);
                         assert!(

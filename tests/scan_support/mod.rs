@@ -19,8 +19,9 @@ use scan2params::sim::{Drop, DropStart, Numerics, SimOptions, drape};
 pub const SIDE: usize = POINTS_PER_SIDE;
 const STEP_M: f64 = 0.005;
 
-/// How the tests' drapes are made. They are shapes to scan, and the promises of the scan path are about these very shapes:
-/// under numerics 4 other drops have other folds, some of which hide behind each other.
+/// How the tests' drapes are made. They are shapes to scan, and the promises of the scan path are
+/// about these very shapes: under numerics 4 other drops have other folds, some of which hide
+/// behind each other.
 pub fn shapes() -> SimOptions {
     SimOptions { numerics: Numerics::THREE, ..dataset_options() }
 }

@@ -1,9 +1,11 @@
 //! The schemas of docs/schemas, and whether a document fits one.
 //!
-//! The validator is one of its own: those on the registry ask other features of hashbrown, ahash, num-bigint or syn than the
-//! program does, so that parquet, the network's runtime and this library would be compiled twice in every check. It knows the keywords that the
-//! schemas use and no other: an unknown one panics, so that none is passed over. That it reads them as the standard means them is held
-//! by `verdicts.txt`, which the reference implementation writes (`scripts/check_schemas.py`).
+//! The validator is one of its own: those on the registry ask other features of hashbrown, ahash,
+//! num-bigint or syn than the program does, so that parquet, the network's runtime and this library
+//! would be compiled twice in every check. It knows the keywords that the schemas use and no other:
+//! an unknown one panics, so that none is passed over. That it reads them as the standard means
+//! them is held by `verdicts.txt`, which the reference implementation writes
+//! (`scripts/check_schemas.py`).
 
 #![allow(dead_code, reason = "shared by several test programs, each of which uses a part")]
 

@@ -1,8 +1,10 @@
 //! A plain fit begun again where scanned sheets leave more than the plain model should.
 //!
-//! The least squares over tied sheets has more than one end: cells lock where stretch is stiff over weight, and a sheet may rest in a
-//! minimum beside its scan's. Each other beginning is taken if it ends nearer. Where much is left and another beginning comes back to the same
-//! end, it is the model that does not reach the scans, and no beginning that is in the way: nothing further is tried.
+//! The least squares over tied sheets has more than one end: cells lock where stretch is stiff over
+//! weight, and a sheet may rest in a minimum beside its scan's. Each other beginning is taken if it
+//! ends nearer. Where much is left and another beginning comes back to the same end, it is the
+//! model that does not reach the scans, and no beginning that is in the way: nothing further is
+//! tried.
 
 use super::{Fit, LED_GAIN};
 use crate::calibrate::lead::STRETCH_AND_SHEAR;
@@ -12,13 +14,15 @@ use crate::numeric::moments::mean;
 use crate::sim::Follower;
 
 impl Fit<'_> {
-    /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch and shear, as long as that helps.
+    /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch
+    /// and shear, as long as that helps.
     ///
-    /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch before it is known what finer ones do, and
-    /// what they do to that softer cloth says nothing of the true one: from there no step leads back. So what cells do is known here before
-    /// the first step. Then, where stretch or shear has run off, once more at the prior of them; where one sheet lies worse than the
-    /// others, at the cloth of these; last at the cloth found, with sheets that come straight to it.
-    /// Whether that brought it nearer.
+    /// Cells lock where stretch is stiff over weight. A fit on such cells runs to a softer stretch
+    /// before it is known what finer ones do, and what they do to that softer cloth says nothing of
+    /// the true one: from there no step leads back. So what cells do is known here before the first
+    /// step. Then, where stretch or shear has run off, once more at the prior of them; where one
+    /// sheet lies worse than the others, at the cloth of these; last at the cloth found, with
+    /// sheets that come straight to it. Whether that brought it nearer.
     pub(in crate::calibrate) fn start_otherwise(&mut self) -> bool {
         let before = self.plain.cost;
         if self.targets.iter().all(|target| target.is_held(self.options)) {
@@ -27,8 +31,8 @@ impl Fit<'_> {
         self.plain.cost < before - LED_GAIN
     }
 
-    /// Begins again at the cloth found, with sheets that come straight to it: sheets that were continued from cloth to cloth bring along what friction
-    /// remembers of the way.
+    /// Begins again at the cloth found, with sheets that come straight to it: sheets that were
+    /// continued from cloth to cloth bring along what friction remembers of the way.
     pub(in crate::calibrate) fn begin_again_here(&mut self) {
         self.begin_again(&self.plain.shared.clone());
     }
@@ -55,14 +59,16 @@ impl Fit<'_> {
         if self.plain.misfit() >= AGAIN {
             self.follow_the_others();
         }
-        // sheets that were continued from fabric to fabric bring along what friction remembers of the way
+        // sheets that were continued from fabric to fabric bring along what friction remembers of
+        // the way
         if self.plain.misfit() >= AGAIN {
             self.begin_again(&self.plain.shared.clone());
         }
     }
 
-    /// Where one sheet lies far worse than the others, begins again at the cloth that these have without it: a sheet that rests beside its
-    /// scan's minimum draws the cloth its way, and keeps itself there. More than once, since that sheet's turn may come after another's.
+    /// Where one sheet lies far worse than the others, begins again at the cloth that these have
+    /// without it: a sheet that rests beside its scan's minimum draws the cloth its way, and keeps
+    /// itself there. More than once, since that sheet's turn may come after another's.
     fn follow_the_others(&mut self) {
         let (mut shared, mut odd) = (self.plain.shared.clone(), odd_one(&self.plain.costs()));
         for _ in 0..ROUNDS {
@@ -75,7 +81,8 @@ impl Fit<'_> {
         }
     }
 
-    /// The shared unknowns of the plain fit to all sheets but one, laid anew with some shared unknowns.
+    /// The shared unknowns of the plain fit to all sheets but one, laid anew with some shared
+    /// unknowns.
     fn fit_without(&mut self, odd: usize, shared: &[f64]) -> Option<Vec<f64>> {
         let mut targets = self.targets.clone();
         targets.remove(odd);
@@ -96,7 +103,8 @@ impl Fit<'_> {
         (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt())
     }
 
-    /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is tried.
+    /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is
+    /// tried.
     fn with_stretch(&self, other: impl Fn(usize, f64) -> f64) -> Vec<f64> {
         let mut shared = self.plain.shared.clone();
         for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
@@ -106,8 +114,9 @@ impl Fit<'_> {
         shared
     }
 
-    /// Begins the plain fit again with sheets started anew by a cloth, and with what finer cells do to that cloth, and takes the end if that is
-    /// nearer. Gives the end either way; `None` where a sheet does not come to rest.
+    /// Begins the plain fit again with sheets started anew by a cloth, and with what finer cells do
+    /// to that cloth, and takes the end if that is nearer. Gives the end either way; `None` where a
+    /// sheet does not come to rest.
     fn begin_again(&mut self, shared: &[f64]) -> Option<State> {
         let declared = self.declared.clone();
         let before: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
@@ -132,7 +141,8 @@ fn is_same_end(one: f64, other: f64) -> bool {
     (other - one).abs() < SAME_END * one
 }
 
-/// Of sheets that cost so much the one that lies worse than the others by far, if there is one and enough of those.
+/// Of sheets that cost so much the one that lies worse than the others by far, if there is one and
+/// enough of those.
 fn odd_one(costs: &[f64]) -> Option<usize> {
     let (odd, most) = costs.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
     let others: Vec<f64> = [&costs[..odd], &costs[odd + 1..]].concat();
@@ -141,18 +151,20 @@ fn odd_one(costs: &[f64]) -> Option<usize> {
 
 /// Standard deviations from the prior beyond which stretch or shear has run off.
 const RAN_OFF: f64 = 2.0;
-/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how often at most: locked cells have been seen
-/// to end 0.5 too low, and a start that is too stiff comes down by itself.
+/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how
+/// often at most: locked cells have been seen to end 0.5 too low, and a start that is too stiff
+/// comes down by itself.
 const STIFFER: f64 = 1.0;
-/// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows leaves half to four fifths of it (structured light).
+/// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows
+/// leaves half to four fifths of it (structured light).
 const AGAIN: f64 = 0.3;
 const STARTS: usize = 2;
 /// Difference of costs, as a part, within which two beginnings have come to the same end.
 const SAME_END: f64 = 0.05;
 /// The same logarithm on the prior of a stretch or shear that has run off.
 const OTHERWISE: f64 = 1.8;
-/// How many times as much as the others on the mean a sheet costs that these are fitted without, how many others there must be, and how often
-/// this is done at most.
+/// How many times as much as the others on the mean a sheet costs that these are fitted without,
+/// how many others there must be, and how often this is done at most.
 const ODD: f64 = 1.3;
 const FEWEST_OTHERS: usize = 2;
 const ROUNDS: usize = 3;

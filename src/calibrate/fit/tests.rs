@@ -52,7 +52,8 @@ fn specimen(drape: u64) -> Option<String> {
     Some((drape / 2).to_string())
 }
 
-/// What explains the drapes of a fit, and the names of the effects that are not told apart, the most probable first.
+/// What explains the drapes of a fit, and the names of the effects that are not told apart, the
+/// most probable first.
 fn explained(fit: &mut Fit<'_>, without: &[&'static Effect]) -> (Explained, Vec<&'static str>) {
     let usual = fit.usual(None);
     let explained = explain(fit, without, usual).unwrap();

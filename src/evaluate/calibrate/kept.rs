@@ -1,9 +1,10 @@
 //! A calibration's result for a sealed case, kept in the case's folder: an interrupted run
 //! continues, and the figures of many cases are those of one build.
 //!
-//! In: the options of a calibration. Out: a file in the case's folder with what was said and the truth's own error, under a name that
-//! stands for the options and for the program itself, so that neither another build nor other options ever read it. What cannot be
-//! read counts as not there, and the case is calibrated again.
+//! In: the options of a calibration. Out: a file in the case's folder with what was said and the
+//! truth's own error, under a name that stands for the options and for the program itself, so that
+//! neither another build nor other options ever read it. What cannot be read counts as not there,
+//! and the case is calibrated again.
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,7 @@
 //! A calibration's result for a fabric, as a score reads it.
 //!
-//! In: a fabric's result. Out: [`Said`], verdict, effects and errors, which files keep with null where a number is none.
+//! In: a fabric's result. Out: [`Said`], verdict, effects and errors, which files keep with null
+//! where a number is none.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -18,7 +19,8 @@ pub struct Said {
     pub effects: Vec<String>,
     /// Names of those that the drapes do not tell from the ones found.
     pub group: Vec<String>,
-    /// Mean distance of the held-out outlines without any effect \[mm\]; NaN, in files null, where none came to rest.
+    /// Mean distance of the held-out outlines without any effect \[mm\]; NaN, in files null, where
+    /// none came to rest.
     #[serde(deserialize_with = "nan_of_null")]
     pub before_mm: f64,
     /// The same with the effects found \[mm\].

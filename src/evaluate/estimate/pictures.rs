@@ -1,8 +1,9 @@
 //! Pictures of answers beside the true fabrics, as in Figs. 2, 4 and 7 of Ju & Choi 2020.
 //!
-//! In: true fabrics and what was answered for each. Out: charts, six to an image, of stiffnesses in the paper's units. A drape knows
-//! stiffness over density alone, so what [`pairs`] shows is of stiffness at 1 g/m^2: with the densities in it all six would go together
-//! though no drape says so.
+//! In: true fabrics and what was answered for each. Out: charts, six to an image, of stiffnesses in
+//! the paper's units. A drape knows stiffness over density alone, so what [`pairs`] shows is of
+//! stiffness at 1 g/m^2: with the densities in it all six would go together though no drape says
+//! so.
 
 use image::RgbImage;
 
@@ -12,10 +13,12 @@ use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series, grid};
 
 /// Charts to a row.
 const COLUMNS: usize = 3;
-/// Pairs of stiffnesses that are drawn over each other: those within stretch and within bending, and one from each to the other.
+/// Pairs of stiffnesses that are drawn over each other: those within stretch and within bending,
+/// and one from each to the other.
 const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [3, 4], [3, 5], [0, 3], [2, 5]];
 
-/// A chart for each stiffness: the answer over the truth, with the 90 % interval as a bar and the line on which both are the same.
+/// A chart for each stiffness: the answer over the truth, with the 90 % interval as a bar and the
+/// line on which both are the same.
 #[must_use]
 pub fn answers(truths: &[Fabric], answers: &[Answer]) -> RgbImage {
     let charts: Vec<Chart> = (0..STIFFNESSES).map(|i| answers_of(i, truths, answers)).collect();
@@ -47,7 +50,8 @@ fn answers_of(i: usize, truths: &[Fabric], answers: &[Answer]) -> Chart {
     }
 }
 
-/// Charts of one stiffness over another, at 1 g/m^2, of true fabrics and of answers: whether the answers go together as the fabrics do.
+/// Charts of one stiffness over another, at 1 g/m^2, of true fabrics and of answers: whether the
+/// answers go together as the fabrics do.
 #[must_use]
 pub fn pairs(truths: &[Fabric], answers: &[Answer]) -> RgbImage {
     let charts: Vec<Chart> = PAIRS.iter().map(|pair| pair_of(*pair, truths, answers)).collect();

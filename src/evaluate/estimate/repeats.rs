@@ -1,11 +1,14 @@
 //! Several drops of one fabric, each answered for, taken together as `combine` does.
 //!
-//! In: the true fabrics, which fabric each drape is of, and the answers. Out: [`Repeats`]: what the mean of a fabric's answers is off by beside
-//! a single one, how much of a single answer's error all drops of the fabric have in common, and how often the interval of a
-//! combination holds the truth, of all drops and of two. Errors are of natural logarithms, root mean squares normalised as [`super::Scores`] has them.
+//! In: the true fabrics, which fabric each drape is of, and the answers. Out: [`Repeats`]: what the
+//! mean of a fabric's answers is off by beside a single one, how much of a single answer's error
+//! all drops of the fabric have in common, and how often the interval of a combination holds the
+//! truth, of all drops and of two. Errors are of natural logarithms, root mean squares normalised
+//! as [`super::Scores`] has them.
 //!
-//! Where it fails: the share in common is known to 0.05 to 0.08 (one standard deviation) from forty fabrics of four drops. All drops are of the simulator: what real
-//! specimens of one fabric scatter is not in it.
+//! Where it fails: the share in common is known to 0.05 to 0.08 (one standard deviation) from forty
+//! fabrics of four drops. All drops are of the simulator: what real specimens of one fabric scatter
+//! is not in it.
 
 use std::collections::BTreeMap;
 
@@ -29,9 +32,11 @@ pub struct RepeatScore {
     pub common_share: f64,
     /// Share of the fabrics whose interval holds the truth.
     pub interval_holds: f64,
-    /// Geometric mean of the factor f with which the interval runs from its middle / f to its middle * f.
+    /// Geometric mean of the factor f with which the interval runs from its middle / f to its
+    /// middle * f.
     pub half_width_factor: f64,
-    /// The same two of two drops each: the first and the second of a fabric, the third and the fourth.
+    /// The same two of two drops each: the first and the second of a fabric, the third and the
+    /// fourth.
     pub two_hold: f64,
     /// See `two_hold`.
     pub two_half_width_factor: f64,
@@ -51,8 +56,8 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// Of the fabrics that have two answers and more; none where no fabric has. `fabric_of` says which fabric an answer is for;
-    /// `box_limits` are the prior's.
+    /// Of the fabrics that have two answers and more; none where no fabric has. `fabric_of` says
+    /// which fabric an answer is for; `box_limits` are the prior's.
     ///
     /// # Panics
     /// When there is not one truth and one fabric for each answer.
@@ -103,7 +108,8 @@ impl Told {
         Self { errors, together: ln_mean - truth, interval: ln_interval90.map(|end| end - truth) }
     }
 
-    /// Mean square of the errors, and of what all have in common: of the mean, less what drops that scatter so much leave in it.
+    /// Mean square of the errors, and of what all have in common: of the mean, less what drops that
+    /// scatter so much leave in it.
     fn squares(&self) -> [f64; 2] {
         let count = self.errors.len() as f64;
         let mean = self.errors.iter().sum::<f64>() / count;
@@ -159,7 +165,8 @@ mod tests {
 
     #[test]
     fn what_drops_have_in_common_stays_and_the_rest_averages_out() {
-        // by hand: fabric 7 is 0.2 too high in both drops, fabric 8 0.1 too high and too low; fabric 9 fell once
+        // by hand: fabric 7 is 0.2 too high in both drops, fabric 8 0.1 too high and too low;
+        // fabric 9 fell once
         let truths = fabrics(&[100.0, 50.0, 100.0, 50.0, 1.0]);
         let value = |truth: f64, off: f64| answer_of(truth * f64::exp(off), 1.5);
         let answers = [
@@ -184,7 +191,8 @@ mod tests {
 
     #[test]
     fn the_interval_holds_where_drops_err_alike_and_is_shorter_than_one_drop_s() {
-        // 400 fabrics of four drops; half of what the drops state is in common to them, as for the mean of the six
+        // 400 fabrics of four drops; half of what the drops state is in common to them, as for the
+        // mean of the six
         let sigma = 0.2_f64;
         let mut normal = {
             let mut rng = seed::rng(5, "repeats", 0);

@@ -1,10 +1,11 @@
 //! What the verdict makes of the answers to rims, for `evaluate estimate`.
 //!
-//! In: rims of drapes that were made, and the estimates from them. Out: how many answers are reliable, doubtful and not to be
-//! used, and on which grounds. It is the verdict of `estimate` on a rim from a file: nothing of a scan, no drape of the
-//! answer.
+//! In: rims of drapes that were made, and the estimates from them. Out: how many answers are
+//! reliable, doubtful and not to be used, and on which grounds. It is the verdict of `estimate` on
+//! a rim from a file: nothing of a scan, no drape of the answer.
 //!
-//! Where it fails: what a scan shows of a wrong plate or specimen, and what the drape of an answer shows, is not in it.
+//! Where it fails: what a scan shows of a wrong plate or specimen, and what the drape of an answer
+//! shows, is not in it.
 
 use std::collections::BTreeMap;
 

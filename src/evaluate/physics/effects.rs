@@ -1,5 +1,5 @@
-//! What bending that is stiffer to one side and bending hysteresis do to a standard Cusick drape, for
-//! `evaluate physics`.
+//! What bending that is stiffer to one side and bending hysteresis do to a standard Cusick drape,
+//! for `evaluate physics`.
 //!
 //! In: for hysteresis a folder of measured data; else nothing. Out: rows of drape coefficients, one
 //! fabric with one strength of one effect over several drops each.
@@ -39,8 +39,8 @@ pub fn asymmetry(drops: u64, mut tell: impl FnMut(&str)) {
     }
 }
 
-/// The four KES fabrics without hysteresis, and with theirs, which slips at the default curvature, at
-/// half and at twice that.
+/// The four KES fabrics without hysteresis, and with theirs, which slips at the default curvature,
+/// at half and at twice that.
 ///
 /// # Errors
 /// When the file of the folder cannot be read.

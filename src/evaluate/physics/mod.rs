@@ -1,6 +1,6 @@
-//! The simulator against known answers and measured drapes, for `evaluate physics` and docs/validation:
-//! strips ([`strips`]), drapes on several meshes and of measured fabrics ([`drapes`]), with effects
-//! beyond the seven parameters ([`effects`]).
+//! The simulator against known answers and measured drapes, for `evaluate physics` and
+//! docs/validation: strips ([`strips`]), drapes on several meshes and of measured fabrics
+//! ([`drapes`]), with effects beyond the seven parameters ([`effects`]).
 //!
 //! In: nothing, or a folder of measured data. Out: [`Table`]s of numbers with their known
 //! answers, charts, pictures.

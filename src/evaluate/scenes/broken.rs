@@ -1,4 +1,5 @@
-//! Scenes that must be refused: what is wrong with each, how it is made, and which refusals name it.
+//! Scenes that must be refused: what is wrong with each, how it is made, and which refusals name
+//! it.
 //!
 //! In: a [`Cause`]. Out: what it does to the cloth, the scene, the views or the scan; and
 //! [`is_right`], the table of refusals that say what is wrong. Refusals are compared by the name
@@ -108,8 +109,8 @@ impl Cause {
         !matches!(self, Self::NoPlate | Self::Table | Self::Board | Self::Box)
     }
 
-    /// Whether it can be made of this drape: a fold can be pressed together only where the cloth has
-    /// folds.
+    /// Whether it can be made of this drape: a fold can be pressed together only where the cloth
+    /// has folds.
     #[must_use]
     pub fn suits(self, drape: &KeptDrape) -> bool {
         const SOFT_M: f64 = 0.014;

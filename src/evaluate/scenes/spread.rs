@@ -1,7 +1,7 @@
 //! Cloth that lies over something else than a plate, and lengths put right after a deformation.
 //!
-//! In: what is under the cloth. Out: a sheet of 61 x 61 vertices, simulation frame \[m\], at rest on
-//! it. Points with lengths between them (Mueller et al., "Position based dynamics", 2007): no
+//! In: what is under the cloth. Out: a sheet of 61 x 61 vertices, simulation frame \[m\], at rest
+//! on it. Points with lengths between them (Mueller et al., "Position based dynamics", 2007): no
 //! fabric's drape, and good enough for a scene that must be refused.
 
 use crate::base::frame::SPECIMEN_SIDE_M;

@@ -107,7 +107,8 @@ impl Truth<'_> {
     }
 }
 
-/// Root mean square distance of the parts' probes from the true ones, moved as all parts are in the mean.
+/// Root mean square distance of the parts' probes from the true ones, moved as all parts are in the
+/// mean.
 fn apart(probes: &[Point3], moved: &[Vec<Point3>]) -> f64 {
     let count = (probes.len() * moved.len()) as f64;
     let mean =
@@ -162,8 +163,8 @@ impl Record {
     /// Heads of [`Record::row`].
     pub const COLUMNS: &str = "scene  sensor            parts  views  points  before [mm]  after [mm]         figure [mm]  misfit before, after [mm]  astray  shared  unfit  sigma  noise [mm]  CPU [s]";
 
-    /// What came of it: `within` the figure; `named`, within it without parts that are named, or refused;
-    /// `beyond` it.
+    /// What came of it: `within` the figure; `named`, within it without parts that are named, or
+    /// refused; `beyond` it.
     #[must_use]
     pub fn outcome(&self) -> &'static str {
         match (self.is_within(), self.unfit) {

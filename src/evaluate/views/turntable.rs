@@ -1,7 +1,8 @@
-//! Scenes of a turntable: the drape turns before a camera that stands still, no pose is known, and the plate
-//! stands beside the axis.
+//! Scenes of a turntable: the drape turns before a camera that stands still, no pose is known, and
+//! the plate stands beside the axis.
 //!
-//! The sensor moves round the drape instead; what would stand still, a wall and a box, is put into each view.
+//! The sensor moves round the drape instead; what would stand still, a wall and a box, is put into
+//! each view.
 
 use nalgebra::{Translation3, UnitQuaternion, UnitVector3};
 use rand::RngExt as _;

@@ -21,9 +21,11 @@ const PARTNERS: usize = 8;
 /// How a view lies on the others. A view that shares nothing has no misfit (NaN).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// Share of the view's cells that lie opposite one of that other view of which this is most \[-\].
+    /// Share of the view's cells that lie opposite one of that other view of which this is most
+    /// \[-\].
     pub shared: f64,
-    /// Their distance from the other views' planes, robustly (1.48 of the median) \[m\]; NaN if none is shared.
+    /// Their distance from the other views' planes, robustly (1.48 of the median) \[m\]; NaN if
+    /// none is shared.
     pub misfit_m: f64,
     /// Share of the view's cells opposite others' that lie much farther off than that \[-\].
     pub astray: f64,
@@ -35,7 +37,8 @@ pub(super) fn usual_m(fits: &[Fit]) -> f64 {
     median(known.collect()).unwrap_or(0.0)
 }
 
-/// The share of the cells of view `a` that lie opposite one of view `b`, within three reaches \[-\].
+/// The share of the cells of view `a` that lie opposite one of view `b`, within three reaches
+/// \[-\].
 fn share(views: &[Arc<Thinned>], poses: &[Isometry3], [a, b]: [usize; 2], reach_m: f64) -> f64 {
     let found = pairs(&views[a], &poses[a], &views[b], &poses[b], reach_m, STRIDE);
     found.count() as f64 / views[a].asked.len().div_ceil(STRIDE).max(1) as f64

@@ -45,7 +45,8 @@ pub(super) struct Moving<'a> {
 }
 
 impl Moving<'_> {
-    /// The poses in which the views lie on one another best, from some on; the weights reach so far at first.
+    /// The poses in which the views lie on one another best, from some on; the weights reach so far
+    /// at first.
     pub(super) fn descend(&self, from: &[Isometry3], mut reach_m: f64) -> Vec<Isometry3> {
         let mut poses = from.to_vec();
         let least_m = LEAST_REACH_M.max(2.0 * self.noise_m);

@@ -63,7 +63,8 @@ pub(super) struct Thinned {
     pub(super) asked: Vec<usize>,
     has_eye: bool,
     pub(super) noise_m: f64,
-    /// Distance of a cell's neighbours from their plane, root mean square, of the middle cell \[m\].
+    /// Distance of a cell's neighbours from their plane, root mean square, of the middle cell
+    /// \[m\].
     pub(super) rough_m: f64,
     fineness: Fineness,
 }
@@ -77,8 +78,8 @@ pub(super) struct Pair {
     pub(super) off_m: f64,
 }
 
-/// Of the cells of `a` that are asked for each `stride`th that lies opposite one of `b`, no farther off
-/// than three reaches.
+/// Of the cells of `a` that are asked for each `stride`th that lies opposite one of `b`, no farther
+/// off than three reaches.
 pub(super) fn pairs(
     a: &Thinned,
     a_pose: &Isometry3,
@@ -186,8 +187,8 @@ fn cells(points: &[Point3], origin: &Vector3, cell_m: f64) -> Vec<Cell> {
     cells
 }
 
-/// The normal of the plane through some points, and their distance from it, root mean square \[m\]; `None`
-/// where they are few, or no sheet.
+/// The normal of the plane through some points, and their distance from it, root mean square \[m\];
+/// `None` where they are few, or no sheet.
 fn plane(points: &[Point3]) -> Option<(Vector3, f64)> {
     if points.len() < NORMAL_LEAST {
         return None;

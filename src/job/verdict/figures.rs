@@ -112,7 +112,8 @@ pub struct InPrior {
     pub network: bool,
     /// Whether the fabric is like any part of it.
     pub like: bool,
-    /// Distance from the part that it is likeliest of, in standard deviations of the part and the interval.
+    /// Distance from the part that it is likeliest of, in standard deviations of the part and the
+    /// interval.
     pub distance: f64,
     /// What 99 of 100 of that part's own fabrics stay below.
     pub limit: f64,
@@ -242,8 +243,8 @@ impl Figures {
         }
     }
 
-    /// The same figures with those of the estimate, of where it lies in the model's prior, and of its drape where there is
-    /// one.
+    /// The same figures with those of the estimate, of where it lies in the model's prior, and of
+    /// its drape where there is one.
     #[must_use]
     pub fn answered(
         self,
@@ -255,8 +256,8 @@ impl Figures {
         Self { answer, released: released.map(Fit::of), ..self }
     }
 
-    /// The same figures with those of the refinement. Where it was taken, the ends of the training are no
-    /// ends of the answer, and its intervals do not stand on the model's prior.
+    /// The same figures with those of the refinement. Where it was taken, the ends of the training
+    /// are no ends of the answer, and its intervals do not stand on the model's prior.
     #[must_use]
     pub fn refined(mut self, refinement: &Refinement) -> Self {
         let refining = Refining::of(refinement);
@@ -273,8 +274,8 @@ impl Figures {
 }
 
 impl Given {
-    /// For a scan of this noise, which leaves `on_plate_m` of itself on the smoothed surface, whose points are
-    /// `spacing_m` apart.
+    /// For a scan of this noise, which leaves `on_plate_m` of itself on the smoothed surface, whose
+    /// points are `spacing_m` apart.
     fn of(options: &ScanOptions, [noise_m, on_plate_m, spacing_m]: [f64; 3]) -> Self {
         Self {
             side_m: options.specimen_side_m,

@@ -116,7 +116,8 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let worst = (0..SIDES).max_by(|&a, &b| off_m[a].total_cmp(&off_m[b])).unwrap_or(0);
     let steps = limits.side_off_m.plus(more_m);
     if let Some((level, limit_m)) = steps.level(off_m[worst]) {
-        // Where folds touch one side may be read wrongly; a specimen of another size has more than one.
+        // Where folds touch one side may be read wrongly; a specimen of another size has more than
+        // one.
         let touches = bending_m[0] < limits.touching_bending_length_m;
         let alone = off_m.iter().filter(|off_m| **off_m > steps.doubtful).count() == 1;
         let level = if touches && alone { Level::Doubtful } else { level };

@@ -4,8 +4,8 @@
 //! Sources, by the letter behind each number:
 //!
 //! - M: measured on valid scans, by `evaluate verdict` (the whole main job on virtual scans of a
-//!   prior's fabrics with known truth; the runs are in docs/validation/verdict.md), or by `evaluate estimate`. The limit
-//!   stands a little beyond the worst of those that were answered well.
+//!   prior's fabrics with known truth; the runs are in docs/validation/verdict.md), or by `evaluate
+//!   estimate`. The limit stands a little beyond the worst of those that were answered well.
 //! - W: measured on scans that are wrong in a known way (other plates, other scales), as
 //!   docs/validation/verdict.md has them.
 //! - C: chosen, with the reason next to it.
@@ -41,12 +41,13 @@ pub struct Limits {
     pub uneven_per_noise: f64,
     /// What the mean of the four sides may differ from its expected length \[m\].
     pub scale_off_m: Steps,
-    /// What each metre of noise adds to both, of single points in a scan, of what a rim from a file says \[-\].
+    /// What each metre of noise adds to both, of single points in a scan, of what a rim from a file
+    /// says \[-\].
     pub side_off_per_noise: f64,
     /// Sensors see cloth end this far before its edges, both together \[m\].
     pub width_lead_m: f64,
-    /// Noisy sensors see cloth end this far beyond its edges, both together, over the noise of single
-    /// points \[-\].
+    /// Noisy sensors see cloth end this far beyond its edges, both together, over the noise of
+    /// single points \[-\].
     pub width_swell_per_noise: f64,
     /// Share of the stretch of hanging cloth that shows in its length from edge to edge \[-\].
     pub stretch_of_width: f64,
@@ -60,7 +61,8 @@ pub struct Limits {
     pub scale_sigma: f64,
     /// what each metre of noise adds \[1/m\],
     pub scale_sigma_per_noise: f64,
-    /// and what the stretch of hanging cloth adds: mean and standard deviation over the stretch \[-\].
+    /// and what the stretch of hanging cloth adds: mean and standard deviation over the stretch
+    /// \[-\].
     pub scale_per_stretch: [f64; 2],
     /// Standard deviation of the scale that the plate tells \[-\].
     pub scale_sigma_of_plate: f64,
@@ -91,7 +93,8 @@ pub struct Limits {
     pub plate_arched_sigmas: f64,
     /// and what each metre of noise adds, which hides the first of the fall \[-\].
     pub plate_arched_per_noise: f64,
-    /// How far off the plate's centre a specimen may lie whose answer is the network's, which knows of none \[m\].
+    /// How far off the plate's centre a specimen may lie whose answer is the network's, which knows
+    /// of none \[m\].
     pub off_centre_m: Steps,
     /// Folds times the square root of the bending length, least and largest \[m^0.5\].
     pub folds_root_m05: [f64; 2],
@@ -103,8 +106,8 @@ pub struct Limits {
     pub diagonal_deg: f64,
     /// Distance of the rim from those of the training, over what 99 % of these stay below \[-\].
     pub novelty: Steps,
-    /// Distance of the fabric from the part of the prior that it is likeliest of, over what 99 % of that part's own
-    /// fabrics stay below, where it is like no part \[-\].
+    /// Distance of the fabric from the part of the prior that it is likeliest of, over what 99 % of
+    /// that part's own fabrics stay below, where it is like no part \[-\].
     pub outside_prior: Steps,
     /// Share of an interval that is cut off at the end of what the model was trained on \[-\].
     pub interval_cut: f64,
@@ -114,14 +117,16 @@ pub struct Limits {
     pub refined_misfit: Steps,
     /// Share of what was uncertain of a stiffness that its drape has to take away to show it \[-\].
     pub shown: f64,
-    /// Mean distance of a refined fabric's released drape from the scanned rim beyond which it is said \[m\].
+    /// Mean distance of a refined fabric's released drape from the scanned rim beyond which it is
+    /// said \[m\].
     pub released_far_m: f64,
-    /// Mean distance of the released drape of the network's fabric from the scanned rim, of cloth so soft that it may fall
-    /// into another shape \[m\].
+    /// Mean distance of the released drape of the network's fabric from the scanned rim, of cloth
+    /// so soft that it may fall into another shape \[m\].
     pub released_m: Steps,
     /// The same of stiff cloth, which falls into one shape \[m\].
     pub released_stiff_m: Steps,
-    /// Bending lengths up to which cloth is soft and from which on it is stiff in this; straight between \[m\].
+    /// Bending lengths up to which cloth is soft and from which on it is stiff in this; straight
+    /// between \[m\].
     pub released_lengths_m: [f64; 2],
     /// Difference between the counts of folds of the two.
     pub released_folds: Steps,

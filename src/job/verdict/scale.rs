@@ -3,9 +3,9 @@
 //! The cloth from edge to opposite edge is held against the specimen's side and what hanging cloth
 //! stretches; the radius at which it leaves the plate against the plate's. The first tells the
 //! scale to 0.3 % under a sensor of little noise; the second to 2 %, since cloth leaves a plate
-//! earlier or later by its stiffness. Both were measured on valid scans (docs/validation/verdict.md,
-//! "Scale"). The sides of the rim tell a third of it: the sheet is fitted with the specimen's
-//! lengths.
+//! earlier or later by its stiffness. Both were measured on valid scans
+//! (docs/validation/verdict.md, "Scale"). The sides of the rim tell a third of it: the sheet is
+//! fitted with the specimen's lengths.
 
 use serde::Serialize;
 

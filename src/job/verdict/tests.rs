@@ -124,7 +124,8 @@ fn a_scale_is_doubtful_that_moves_bending_by_more_than_its_interval() {
         let scale = said.scale.unwrap();
         assert!((scale.value - by).abs() < 1e-3, "{scale:?}");
         assert!((0.003..0.004).contains(&scale.sigma) && is_said(&said), "{said:?}");
-        // Where bending is known less well, where it is hardly off, or where noise may have made it.
+        // Where bending is known less well, where it is hardly off, or where noise may have made
+        // it.
         assert!(!is_said(&scaled(by, 0.15, 0.0)) && !is_said(&scaled(by, 0.05, 2e-3)));
         assert!(!is_said(&scaled(1.0 + 0.4 * (by - 1.0), 0.01, 0.0)));
     }
@@ -351,8 +352,8 @@ fn a_rim_from_a_file_says_so_and_its_chords_may_be_short() {
     assert_eq!(verdict(&Figures { sides_m: [0.304; 4], ..file.clone() }).level, Level::DoNotUse);
     let bridged = Figures { observed_fraction: 0.0, longest_gap_m: 1.2, ..file.clone() };
     assert_eq!(verdict(&bridged).level, Level::DoNotUse);
-    // a scan shortens the folds of soft cloth; a rim that nobody scanned has them as they are, and one that says how noisy it
-    // is may be longer by that
+    // a scan shortens the folds of soft cloth; a rim that nobody scanned has them as they are, and
+    // one that says how noisy it is may be longer by that
     let soft = |sides_m: f64, noise_m: f64, figures: Figures| {
         let mut soft =
             Figures { sides_m: [sides_m; 4], folds: 12, released: None, noise_m, ..figures };
@@ -530,7 +531,8 @@ fn the_released_drape_of_the_networks_fabric_is_held_against_the_scan() {
     );
 }
 
-/// A refinement that was taken, whose drape took this share of what was uncertain of the first stiffness away.
+/// A refinement that was taken, whose drape took this share of what was uncertain of the first
+/// stiffness away.
 fn taken(share: f64) -> Refining {
     Refining::Taken(std::array::from_fn(|i| Shown {
         key: TABLE_2[i].key,

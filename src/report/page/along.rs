@@ -1,8 +1,10 @@
-//! The error along the rim: how far the simulated drape's rim lies from the scanned one, point by point, sides marked.
+//! The error along the rim: how far the simulated drape's rim lies from the scanned one, point by
+//! point, sides marked.
 //!
-//! In: two rims, point against point. Out: SVG of two panels over the place along the flat specimen's border (0 to 1200 mm,
-//! side after side): the distance in space, over twice the scan's own uncertainty; and its parts outwards and upwards, from
-//! the scanned to the simulated rim. Where the rim was bridged, the foot of the chart says so.
+//! In: two rims, point against point. Out: SVG of two panels over the place along the flat
+//! specimen's border (0 to 1200 mm, side after side): the distance in space, over twice the scan's
+//! own uncertainty; and its parts outwards and upwards, from the scanned to the simulated rim.
+//! Where the rim was bridged, the foot of the chart says so.
 
 use maud::{Markup, html};
 
@@ -26,7 +28,8 @@ fn share(index: usize) -> f64 {
     ((index / POINTS_PER_SIDE) as f64 + along) / SIDES as f64
 }
 
-/// Distance, part outwards (away from the plate's axis in the plan) and part upwards of each point \[mm\].
+/// Distance, part outwards (away from the plate's axis in the plan) and part upwards of each point
+/// \[mm\].
 fn errors(scanned: &Boundary, again: &Boundary) -> Vec<[f64; 3]> {
     let pairs = scanned.positions_m().zip(again.positions_m());
     let of = |(from, to): (crate::base::Point3, crate::base::Point3)| {

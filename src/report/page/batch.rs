@@ -1,8 +1,10 @@
-//! The page of a batch: how many may be used, every scan in a table, spread and outliers, overlays, failures with their reasons.
+//! The page of a batch: how many may be used, every scan in a table, spread and outliers, overlays,
+//! failures with their reasons.
 //!
-//! In: a [`Line`] for each scan. Out: one HTML file. Scans are taken together by folder and density: these are drops and
-//! specimens of one fabric, as far as a batch can know. A scan is an outlier in a stiffness where its value is farther from the
-//! median of the others than twice its own 90 % interval reaches, on a logarithmic axis; three scans at least.
+//! In: a [`Line`] for each scan. Out: one HTML file. Scans are taken together by folder and
+//! density: these are drops and specimens of one fabric, as far as a batch can know. A scan is an
+//! outlier in a stiffness where its value is farther from the median of the others than twice its
+//! own 90 % interval reaches, on a logarithmic axis; three scans at least.
 
 use std::collections::BTreeMap;
 
@@ -54,7 +56,8 @@ pub struct Line {
     pub density_g_m2: Option<f64>,
     /// The stiffnesses, paper's order.
     pub values: Option<[Value; STIFFNESSES]>,
-    /// Mean distance from the scanned rim of the tied drape's, or of the released one's of an answer that was not refined \[mm\].
+    /// Mean distance from the scanned rim of the tied drape's, or of the released one's of an
+    /// answer that was not refined \[mm\].
     pub mean_error_mm: Option<f64>,
     /// Share of the rim that was seen.
     pub seen: Option<f64>,

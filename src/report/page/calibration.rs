@@ -1,7 +1,8 @@
-//! The page of a calibration: per fabric the verdict, parameters and effects, the drapes held out before and after, what these
-//! data cannot decide; then the files that were not used.
+//! The page of a calibration: per fabric the verdict, parameters and effects, the drapes held out
+//! before and after, what these data cannot decide; then the files that were not used.
 //!
-//! In: the [`Section`]s of the fabrics and where they come from. Out: one HTML file that needs no script.
+//! In: the [`Section`]s of the fabrics and where they come from. Out: one HTML file that needs no
+//! script.
 
 mod charts;
 mod drapes;

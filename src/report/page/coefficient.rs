@@ -1,8 +1,10 @@
-//! The drape coefficient of the square: the part of the cloth beyond the plate that is seen from above.
+//! The drape coefficient of the square: the part of the cloth beyond the plate that is seen from
+//! above.
 //!
-//! In: a scanned and a simulated drape. Out: (A_projected - A_plate) / (A_specimen - A_plate) in per cent. The area is what
-//! the sheet's triangles and the rim's polygon cover, by a picture without errors: folds that hide each other count once. A rim
-//! that was read from a file has no sheet; what hangs out beyond it is then not counted.
+//! In: a scanned and a simulated drape. Out: (A_projected - A_plate) / (A_specimen - A_plate) in
+//! per cent. The area is what the sheet's triangles and the rim's polygon cover, by a picture
+//! without errors: folds that hide each other count once. A rim that was read from a file has no
+//! sheet; what hangs out beyond it is then not counted.
 
 use super::super::simulated::SimulatedDrape;
 use crate::base::{Boundary, Surface};

@@ -1,4 +1,5 @@
-//! The figures of a scan: what is told at a glance, how good the scan is, how much of the specimen is seen from above.
+//! The figures of a scan: what is told at a glance, how good the scan is, how much of the specimen
+//! is seen from above.
 
 use maud::{Markup, html};
 

@@ -1,7 +1,8 @@
 //! The laboratory's fields of a report: what no scan shows.
 //!
-//! In: a TOML or JSON file with some of the fields of [`Lab`], all of them texts. Out: the fields, of which those that are not
-//! given are blank lines on the page, to be filled by hand when it is printed.
+//! In: a TOML or JSON file with some of the fields of [`Lab`], all of them texts. Out: the fields,
+//! of which those that are not given are blank lines on the page, to be filled by hand when it is
+//! printed.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,5 @@
-//! Numbers as a reader of a page has them: significant digits, thin spaces between thousands, a true minus.
+//! Numbers as a reader of a page has them: significant digits, thin spaces between thousands, a
+//! true minus.
 
 /// Thin space that no line breaks at.
 const THIN: char = '\u{202f}';
@@ -91,7 +92,8 @@ pub fn raised(power: i32) -> String {
     power.to_string().chars().map(of).collect()
 }
 
-/// A sentence out of a text that begins in the middle of one: a capital letter first, a full stop last.
+/// A sentence out of a text that begins in the middle of one: a capital letter first, a full stop
+/// last.
 #[must_use]
 pub fn sentence(text: &str) -> String {
     let mut letters = text.chars();

@@ -1,9 +1,11 @@
-//! The scanned rim on those of the simulated drapes, from above: bands, plate, folds, bearings, the scan's own axes.
+//! The scanned rim on those of the simulated drapes, from above: bands, plate, folds, bearings, the
+//! scan's own axes.
 //!
-//! In: a job's outcome. Out: SVG, warp (x) to the right, weft (z) down, as large as the drape allows. The
-//! bands are what lies within 5 and 10 mm of the scanned rim in this view; the shares beside the drawing count distances
-//! in space. Bearings are those of every message about the scan: degrees counter-clockwise from the scan's x axis laid
-//! horizontal; of a rim from a file, from the warp.
+//! In: a job's outcome. Out: SVG, warp (x) to the right, weft (z) down, as large as the drape
+//! allows. The bands are what lies within 5 and 10 mm of the scanned rim in this view; the shares
+//! beside the drawing count distances in space. Bearings are those of every message about the scan:
+//! degrees counter-clockwise from the scan's x axis laid horizontal; of a rim from a file, from the
+//! warp.
 
 use maud::{Markup, html};
 
@@ -15,7 +17,8 @@ use crate::base::{Boundary, Vector3};
 use crate::job::Outcome;
 use crate::sim::rim_nodes_at;
 
-/// Half of the view, radius of the ring of bearings, and room between it and the drape, in the drawing's units.
+/// Half of the view, radius of the ring of bearings, and room between it and the drape, in the
+/// drawing's units.
 const HALF: f64 = 215.0;
 const RING: f64 = 192.0;
 const ROOM: f64 = 30.0;
@@ -129,7 +132,8 @@ fn bearings(outcome: &Outcome) -> Markup {
 /// Shortest horizontal part of an axis that is drawn as an arrow.
 const LYING: f64 = 0.25;
 
-/// The warp, and the scan's own axes as they lie in this view: arrows as long as their horizontal part.
+/// The warp, and the scan's own axes as they lie in this view: arrows as long as their horizontal
+/// part.
 fn axes(outcome: &Outcome) -> Markup {
     let own: Vec<(&str, Vector3)> = outcome.rim.scanned().map_or_else(Vec::new, |scanned| {
         let of = |axis: Vector3| scanned.sim_from_scan * axis;
@@ -193,7 +197,8 @@ fn numbered(rim: &[[f64; 2]], folds: &[usize]) -> Markup {
     }
 }
 
-/// A drawing of both rims that stands alone, for a list of many: its colours are its own, in light and dark.
+/// A drawing of both rims that stands alone, for a list of many: its colours are its own, in light
+/// and dark.
 #[must_use]
 pub fn thumbnail(outcome: &Outcome) -> String {
     let again = SimulatedDrape::of(outcome).map(|shown| &shown.drape.boundary);

@@ -1,4 +1,5 @@
-//! The parameters with their intervals: values and bars first, then the same in the units of those who use them.
+//! The parameters with their intervals: values and bars first, then the same in the units of those
+//! who use them.
 
 use maud::{Markup, html};
 

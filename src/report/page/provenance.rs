@@ -1,4 +1,5 @@
-//! Where a result comes from: the files by their hashes, the program, the model, the simulator, every setting.
+//! Where a result comes from: the files by their hashes, the program, the model, the simulator,
+//! every setting.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The page of one scan: verdict first, what to do next, parameters, overlay, error along the rim, three dimensions, quality,
-//! drape coefficient, laboratory, provenance.
+//! The page of one scan: verdict first, what to do next, parameters, overlay, error along the rim,
+//! three dimensions, quality, drape coefficient, laboratory, provenance.
 //!
 //! In: a job's outcome and what is shown with it. Out: one HTML file that needs nothing else. The
 //! same outcome gives the same bytes: no time is in it.

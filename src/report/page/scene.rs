@@ -1,4 +1,5 @@
-//! The figure of a scan in three dimensions: the view that turns with its knobs, and the still picture for where there is none.
+//! The figure of a scan in three dimensions: the view that turns with its knobs, and the still
+//! picture for where there is none.
 //!
 //! In: what is shown. Out: a figure; without the view no script is in it.
 

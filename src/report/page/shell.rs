@@ -1,7 +1,8 @@
 //! The document around a page's sections: head, style, contents, footer.
 //!
-//! A page is one file that asks nothing of any network: its policy (a `meta` element) forbids every request, so that not
-//! even a mistake makes one. It needs no script: what scripts add is the view that turns and tables that sort.
+//! A page is one file that asks nothing of any network: its policy (a `meta` element) forbids every
+//! request, so that not even a mistake makes one. It needs no script: what scripts add is the view
+//! that turns and tables that sort.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

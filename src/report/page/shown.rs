@@ -1,8 +1,9 @@
 //! What of a job is shown in three dimensions, and the data that the view reads.
 //!
-//! In: a job's outcome. Out: points and sheets, simulation frame; as data 16-bit numbers in one cube, little-endian, base64: a step
-//! is some 5 micrometres. The sheet is the simulated drape, tied or released, or without one the sheet fitted to the scan; the points are some
-//! of the cloth's, smoothed.
+//! In: a job's outcome. Out: points and sheets, simulation frame; as data 16-bit numbers in one
+//! cube, little-endian, base64: a step is some 5 micrometres. The sheet is the simulated drape,
+//! tied or released, or without one the sheet fitted to the scan; the points are some of the
+//! cloth's, smoothed.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

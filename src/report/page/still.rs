@@ -1,8 +1,9 @@
 //! The still picture of a scan in three dimensions: SVG, drawn from back to front.
 //!
-//! In: a sheet, two rims, a plate. Out: what the turning view shows before it is turned, for paper and for where there is no
-//! WebGL. The sheet is drawn coarser than it is, the rims are not. Painting from back to front hides what lies behind; where
-//! cloth crosses within a patch, it may be wrong by that patch.
+//! In: a sheet, two rims, a plate. Out: what the turning view shows before it is turned, for paper
+//! and for where there is no WebGL. The sheet is drawn coarser than it is, the rims are not.
+//! Painting from back to front hides what lies behind; where cloth crosses within a patch, it may
+//! be wrong by that patch.
 
 use maud::{Markup, html};
 
@@ -21,9 +22,11 @@ const ELEVATION_DEG: f64 = 28.0;
 const FOCAL: f64 = 837.0;
 /// Patches on a side of the sheet.
 const PATCHES: usize = 36;
-/// How much nearer than it is a rim is taken to be \[m\], so that the cloth that it belongs to does not hide it.
+/// How much nearer than it is a rim is taken to be \[m\], so that the cloth that it belongs to does
+/// not hide it.
 const RIM_AHEAD_M: f64 = 4e-3;
-/// Light of a patch that the light meets edge-on, and of one that faces it \[% of the sheet's colour\].
+/// Light of a patch that the light meets edge-on, and of one that faces it \[% of the sheet's
+/// colour\].
 const LIGHT: [f64; 2] = [42.0, 100.0];
 
 /// A camera's axes.

@@ -1,7 +1,7 @@
 //! What the drawings of a page are made of: paths, scales, ticks.
 //!
-//! In: numbers in the drawing's own units (CSS pixels of its view box). Out: texts for attributes, with a tenth of a pixel,
-//! so that pages stay small and the same numbers give the same bytes.
+//! In: numbers in the drawing's own units (CSS pixels of its view box). Out: texts for attributes,
+//! with a tenth of a pixel, so that pages stay small and the same numbers give the same bytes.
 
 use super::number::fixed;
 
@@ -32,8 +32,8 @@ pub fn closed(points: impl IntoIterator<Item = [f64; 2]>) -> String {
     path(points) + "Z"
 }
 
-/// Runs of neighbours for which `pick` holds, each with the point before and after it, as one path; `closed` says whether the
-/// last point is followed by the first.
+/// Runs of neighbours for which `pick` holds, each with the point before and after it, as one path;
+/// `closed` says whether the last point is followed by the first.
 #[must_use]
 pub fn runs(points: &[[f64; 2]], closed: bool, pick: impl Fn(usize) -> bool) -> String {
     let n = points.len();

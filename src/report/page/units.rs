@@ -1,9 +1,11 @@
-//! The six stiffnesses and the density in the units of those who read them: the paper's, SI, textile laboratories', CLO's.
+//! The six stiffnesses and the density in the units of those who read them: the paper's, SI,
+//! textile laboratories', CLO's.
 //!
-//! In: values in the paper's units, paper's order. Out: for each a list of the same quantity in other units. KES is the
-//! Kawabata Evaluation System: bending rigidity in gf cm^2/cm, shear stiffness in gf/(cm degree). 1 gf is 0.00980665 N.
-//! CLO's numbers are those of its `.jfab` files, whose base units are the paper's but for the density; a file says them
-//! under the names given here.
+//! In: values in the paper's units, paper's order. Out: for each a list of the same quantity in
+//! other units. KES is the Kawabata Evaluation System: bending rigidity in gf cm^2/cm, shear
+//! stiffness in gf/(cm degree). 1 gf is 0.00980665 N. CLO's numbers are those of its `.jfab` files,
+//! whose base units are the paper's but for the density; a file says them under the names given
+//! here.
 
 use crate::fabric::PARAMETERS;
 

@@ -36,7 +36,8 @@ pub(in crate::scan) struct Plate {
     pub centre_sigma_m: f64,
     /// Standard error of the disc's tilt \[rad\].
     pub tilt_sigma_rad: f64,
-    /// Whether radius and axis were read from a sheet: raw points show stiff cloth's 4 to 17 mm too small.
+    /// Whether radius and axis were read from a sheet: raw points show stiff cloth's 4 to 17 mm too
+    /// small.
     pub from_sheet: bool,
 }
 

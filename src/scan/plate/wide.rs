@@ -1,8 +1,9 @@
 //! Planes wider than the specimen: floors, tables, walls. No drape is one, so they are left
 //! out where a drape is looked for.
 //!
-//! In: downsampled points of a scene \[m\]. Out: which of them lie on such a plane. The search is a consensus over the
-//! tangent planes of single points (Fischler and Bolles 1981), refined by principal axes.
+//! In: downsampled points of a scene \[m\]. Out: which of them lie on such a plane. The search is a
+//! consensus over the tangent planes of single points (Fischler and Bolles 1981), refined by
+//! principal axes.
 
 use rayon::prelude::*;
 

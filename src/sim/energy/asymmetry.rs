@@ -7,31 +7,31 @@
 //! along the weft and along the warp: `B (1 + a)` towards the face, `B (1 - a)` towards the back.
 //! What it adds to the plate energy of `bending.rs` is
 //!
-//! `E = integral [ a^u B^u p(k_uu) + a^v B^v p(k_vv) ]`,
-//! `p(k) = integral of k s(k) = +-(|k| r - k0^2 asinh(|k| / k0)) / 2`, `r = sqrt(k^2 + k0^2)`  \[J\]
+//! `E = integral [ a^u B^u p(k_uu) + a^v B^v p(k_vv) ]`, `p(k) = integral of k s(k) = +-(|k| r -
+//! k0^2 asinh(|k| / k0)) / 2`, `r = sqrt(k^2 + k0^2)` \[J\]
 //!
 //! **Why this s.** The energy has continuous derivatives of every order, which Newton steps and the
-//! sensitivities ask for, and no kink where flat cloth lies; M / k is within 1 % of B (1 +- a) from 7 k0
-//! on. The tangent stiffness overshoots to 1 + 1.09 a at 1.4 k0. Not taken: s for the slope of
-//! the moment instead (`M = B (k + a (r - k0))`), whose tangent never overshoots but whose moment lacks
-//! a B k0 for good, a tenth of the effect at 50 /m.
+//! sensitivities ask for, and no kink where flat cloth lies; M / k is within 1 % of B (1 +- a) from
+//! 7 k0 on. The tangent stiffness overshoots to 1 + 1.09 a at 1.4 k0. Not taken: s for the slope of
+//! the moment instead (`M = B (k + a (r - k0))`), whose tangent never overshoots but whose moment
+//! lacks a B k0 for good, a tenth of the effect at 50 /m.
 //!
-//! **Why k less the natural curvature.** k is `x_ab . n` (`signed.rs`) less that: the cloth is stiffer
-//! to one side of the shape that it rests in, which so stays the natural curvature. With k alone
-//! the moment would vanish elsewhere.
+//! **Why k less the natural curvature.** k is `x_ab . n` (`signed.rs`) less that: the cloth is
+//! stiffer to one side of the shape that it rests in, which so stays the natural curvature. With k
+//! alone the moment would vanish elsewhere.
 //!
-//! **With softening** the moment that is scaled is the softened one, `B k (1 - c |k|) (1 + a s(k))` with
-//! its linear continuation, so that the tangent stays positive on both sides. (Softening itself
-//! counts the whole curvature; beside a natural curvature the two differ by it.)
+//! **With softening** the moment that is scaled is the softened one, `B k (1 - c |k|) (1 + a s(k))`
+//! with its linear continuation, so that the tangent stays positive on both sides. (Softening
+//! itself counts the whole curvature; beside a natural curvature the two differ by it.)
 //!
-//! **Why no number for the bias.** A twist has both faces bent alike, so that its sign tells nothing.
-//! Bending about a 45 degree line is asymmetric by what weft and warp give it,
-//! `(a^u B^u + a^v B^v) / (4 B^h)`: half of a where all is equal. Tried and dropped: a third term in k_uu +
+//! **Why no number for the bias.** A twist has both faces bent alike, so that its sign tells
+//! nothing. Bending about a 45 degree line is asymmetric by what weft and warp give it, `(a^u B^u +
+//! a^v B^v) / (4 B^h)`: half of a where all is equal. Tried and dropped: a third term in k_uu +
 //! k_vv, which on a sheet bent about any one line is its curvature. It makes equal numbers the same
 //! about every line, but it couples the two curvatures as a Poisson ratio of a does: a strip of 30
-//! mm, free to bend across, ended 1.6 % of its length from the law's elastica at a = 0.3 (without that
-//! term 0.04 %). Not tried: a twist whose stiffness goes by the sign of k_uu + k_vv. It has no such
-//! ratio, but it couples vertices that the grid's pattern does not.
+//! mm, free to bend across, ended 1.6 % of its length from the law's elastica at a = 0.3 (without
+//! that term 0.04 %). Not tried: a twist whose stiffness goes by the sign of k_uu + k_vv. It has no
+//! such ratio, but it couples vertices that the grid's pattern does not.
 //!
 //! The projected Hessian keeps what is positive along the curvature and leaves the rest out.
 //!
@@ -48,8 +48,8 @@ use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
 use crate::sim::hessian_form::HessianForm;
 
-/// The curvature k0 over which the stiffness goes from that of one side to that of the other \[1/m\]:
-/// a seventh to a tenth of what drapes bend to at the plate's edge, and several steps of a
+/// The curvature k0 over which the stiffness goes from that of one side to that of the other
+/// \[1/m\]: a seventh to a tenth of what drapes bend to at the plate's edge, and several steps of a
 /// solver near rest. Chosen, not measured.
 pub const SMOOTHING_PER_M: f64 = 5.0;
 
@@ -63,7 +63,8 @@ struct Law {
 }
 
 impl Law {
-    /// The law of an asymmetry `a` of this rigidity, softened by `soft_m`, which was measured up to a curvature.
+    /// The law of an asymmetry `a` of this rigidity, softened by `soft_m`, which was measured up to
+    /// a curvature.
     fn new(a: f64, rigidity_nm: f64, soft_m: f64, measured_to_per_m: f64) -> Self {
         let stiffness = a.abs() * rigidity_nm;
         let softened = SoftenedMoment::new(stiffness, stiffness * soft_m, measured_to_per_m);

@@ -185,7 +185,8 @@ impl Bending {
         Self::scaled(grid, rigidity, |_| 1.0)
     }
 
-    /// The same with `factor` times the rigidity at each vertex, and times the mean of its corners in a cell.
+    /// The same with `factor` times the rigidity at each vertex, and times the mean of its corners
+    /// in a cell.
     #[must_use]
     pub fn scaled(grid: &Grid, rigidity: &PlateRigidity, factor: impl Fn(usize) -> f64) -> Self {
         let mut sums = Sums::of(grid);

@@ -7,9 +7,9 @@
 //! `E = - sum over a, b of integral m_ab (x_ab . n)`,
 //! `m_uu = B^u k0_uu + D12 k0_vv`, `m_vv = B^v k0_vv + D12 k0_uu`, `m_uv = 4 D66 k0_uv`  \[J\]
 //!
-//! with `x_ab . n` of `signed.rs`: second differences and n at vertices, the twist and n at cells. At a vertex on the
-//! border n comes from the one-sided difference. Positions enter n nonlinearly: the
-//! Hessian is exact and indefinite, and is left out of the projected Hessian.
+//! with `x_ab . n` of `signed.rs`: second differences and n at vertices, the twist and n at cells.
+//! At a vertex on the border n comes from the one-sided difference. Positions enter n nonlinearly:
+//! the Hessian is exact and indefinite, and is left out of the projected Hessian.
 //!
 //! Fails: where a cell collapses to a line n has no direction.
 

@@ -9,15 +9,15 @@
 //! k_a is the element's anchor, its state: while the curvature is within s (the slip curvature) of
 //! it the cloth grips and its moment rises from nothing to HB; beyond, it slips. Where the cloth
 //! comes to rest the anchors of what slipped follow, at the distance s
-//! ([`HysteresisEnergy::renew`]). So a strip bent from its anchor has the moment `B k + HB` from s on,
-//! as the friction model of KES has it, and a loop from k1 to k2 and back has the area
-//! 2HB (k2 - k1 - 2 s): its corners are rounded.
+//! ([`HysteresisEnergy::renew`]). So a strip bent from its anchor has the moment `B k + HB` from s
+//! on, as the friction model of KES has it, and a loop from k1 to k2 and back has the area 2HB (k2
+//! - k1 - 2 s): its corners are rounded.
 //!
-//! **Anchors are renewed at rest alone**, once a step of a continuation and at the end of a drop, as
-//! plasticity is integrated; not with the plate's grips, in every step of the solver. A fall and a
-//! descent overshoot, and cloth that remembered it would stay where only the solver had been. Within one
-//! step each place counts as bent one way, from its anchor to where it comes to rest; a drop is
-//! one step, since cloth that is let down slowly bends one way.
+//! **Anchors are renewed at rest alone**, once a step of a continuation and at the end of a drop,
+//! as plasticity is integrated; not with the plate's grips, in every step of the solver. A fall and
+//! a descent overshoot, and cloth that remembered it would stay where only the solver had been.
+//! Within one step each place counts as bent one way, from its anchor to where it comes to rest; a
+//! drop is one step, since cloth that is let down slowly bends one way.
 //!
 //! f is the potential of the plate's friction (`plate.rs`; Li et al. 2020, "Incremental potential
 //! contact", eq. 22): its tangent is 2 HB / s at the anchor and falls evenly to nothing where the
@@ -31,11 +31,12 @@
 //! about any one line has k_uu = k cos^2, k_vv = k sin^2 and so HB cos^2 + HB sin^2 = HB, for any
 //! line.
 //!
-//! A new specimen's anchors are its natural curvature, unloaded, on every grid of a drop. So a sheet
-//! that is laid where a scan has it counts as bent from flat on one way too.
+//! A new specimen's anchors are its natural curvature, unloaded, on every grid of a drop. So a
+//! sheet that is laid where a scan has it counts as bent from flat on one way too.
 //!
-//! Fails: as `signed.rs` does. While cloth grips (not slips) bending about a 45 degree line meets half
-//! of the stiffness 2 HB / s that bending about a yarn meets. Rate and time do not count: nothing relaxes.
+//! Fails: as `signed.rs` does. While cloth grips (not slips) bending about a 45 degree line meets
+//! half of the stiffness 2 HB / s that bending about a yarn meets. Rate and time do not count:
+//! nothing relaxes.
 
 use super::curl;
 use super::plate::{slip_drop, slip_potential, slip_slope};
@@ -101,8 +102,8 @@ impl HysteresisEnergy {
         self.anchors_per_m.clone_from(&other.anchors_per_m);
     }
 
-    /// Takes the positions `x`, at rest, as the start of the next step: the anchors of elements that
-    /// slip follow. No force changes.
+    /// Takes the positions `x`, at rest, as the start of the next step: the anchors of elements
+    /// that slip follow. No force changes.
     pub fn renew(&mut self, x: &[Vector3]) {
         for element in &self.elements {
             let now = element.place.at(x).part;

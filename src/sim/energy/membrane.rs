@@ -4,13 +4,13 @@
 //!
 //! `E = A/2 [ S^u (|w_u| - 1)^2 + S^v (|w_v| - 1)^2 + H (w_u . w_v)^2 ]`  \[J\]
 //!
-//! with `w_u`, `w_v` the derivatives of position along weft and warp, which on a grid
-//! rotated against the yarns mix the differences along both of its directions
+//! with `w_u`, `w_v` the derivatives of position along weft and warp, which on a grid rotated
+//! against the yarns mix the differences along both of its directions
 //! ([`MaterialFrame::derivatives`]). They are taken once a cell, at its centre (one-point
-//! quadrature of the bilinear cell), not on triangles: two triangles a cell make the stiffness depend on the
-//! diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
-//! curvature k costs H (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm more
-//! than bending the mean knit (`docs/design/simulator.md`).
+//! quadrature of the bilinear cell), not on triangles: two triangles a cell make the stiffness
+//! depend on the diagonal, and averaging both diagonals locks: a cylinder at 45 degrees of
+//! curvature k costs H (k h)^4 / 512 a unit area, at k = 100/m and h = 5 mm more than bending the
+//! mean knit (`docs/design/simulator.md`).
 //!
 //! One point leaves the cell's in-plane twist `g = x_00 - x_10 - x_01 + x_11`
 //! free. Its in-plane part is held at the bilinear cell's own stiffness,
@@ -100,8 +100,8 @@ const SIGNS: [[f64; 4]; 3] =
     [[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, -1.0, 1.0]];
 
 impl Membrane {
-    /// The energies of the cells of `grid` made of `fabric`, one a cell, with `twist_hold` times the
-    /// whole hold of the twist's in-plane part.
+    /// The energies of the cells of `grid` made of `fabric`, one a cell, with `twist_hold` times
+    /// the whole hold of the twist's in-plane part.
     #[must_use]
     pub fn of_cells(grid: &Grid, fabric: &Fabric, twist_hold: f64) -> Vec<Self> {
         let of = |sides| Self::of_cell(&grid.frame, grid.spacing_m, sides, fabric, twist_hold);
@@ -180,9 +180,9 @@ impl Membrane {
         }
     }
 
-    /// How much more one of the cell's sides is stretched than the one facing it, along weft and along
-    /// warp: the in-plane part of the twist over the sides' length. Where it alternates from cell to
-    /// cell, the sheet hourglasses.
+    /// How much more one of the cell's sides is stretched than the one facing it, along weft and
+    /// along warp: the in-plane part of the twist over the sides' length. Where it alternates from
+    /// cell to cell, the sheet hourglasses.
     #[must_use]
     pub fn in_plane_twist(&self, x: &Corners) -> [f64; 2] {
         let d = self.derivatives(x);
@@ -331,8 +331,8 @@ mod tests {
     use rand::RngExt as _;
 
     const SPACING_M: f64 = 0.005;
-    /// Cells along the yarns, rotated against them, and skewed oblong ones rotated against them; the
-    /// sides of the last two differ besides.
+    /// Cells along the yarns, rotated against them, and skewed oblong ones rotated against them;
+    /// the sides of the last two differ besides.
     const FRAMES: [MaterialFrame; 3] = [
         MaterialFrame::ALIGNED,
         MaterialFrame { warp_rad: 0.6, ..MaterialFrame::ALIGNED },

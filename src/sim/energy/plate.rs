@@ -227,8 +227,8 @@ impl PlateContact {
         }
     }
 
-    /// Takes the grips of another contact, whose samples are the same points of the cloth, pressed as
-    /// much harder as this contact's weight and areas are larger.
+    /// Takes the grips of another contact, whose samples are the same points of the cloth, pressed
+    /// as much harder as this contact's weight and areas are larger.
     #[cfg(test)]
     pub fn take_grips(&mut self, other: &Self) {
         let samples = self.samples.iter().zip(&other.samples);
@@ -257,8 +257,8 @@ impl PlateContact {
         self.renew_by(grid, x, 1.0)
     }
 
-    /// As [`Self::renew`], normal forces only this `part` of the way to what they are at `x`. Returns
-    /// the largest change that the whole way would be, times friction \[N\].
+    /// As [`Self::renew`], normal forces only this `part` of the way to what they are at `x`.
+    /// Returns the largest change that the whole way would be, times friction \[N\].
     pub fn renew_by(&mut self, grid: &Grid, x: &[Vector3], part: f64) -> f64 {
         let mut largest = 0.0_f64;
         for (sample, grip) in self.samples.iter().zip(&mut self.grips) {
@@ -285,8 +285,8 @@ impl PlateContact {
         largest * self.plate.friction
     }
 
-    /// Sets the coefficient of friction, and lets friction grip anew, unloaded, where the cloth lies
-    /// at the next renewal.
+    /// Sets the coefficient of friction, and lets friction grip anew, unloaded, where the cloth
+    /// lies at the next renewal.
     pub fn set_friction(&mut self, friction: f64) {
         self.plate.friction = friction;
         self.grips.iter_mut().for_each(|grip| grip.anchor = None);
@@ -544,8 +544,8 @@ mod tests {
 
     #[test]
     fn hessian_is_the_difference_quotient_of_the_gradient() {
-        // Observed 4e-9 and 8e-10; a wrong sign in the wall scores 0.15 and 0.8 in its slope, 0.03 in
-        // its curvature.
+        // Observed 4e-9 and 8e-10; a wrong sign in the wall scores 0.15 and 0.8 in its slope, 0.03
+        // in its curvature.
         for (name, scene) in [("gap", scene()), ("wall", scene_in_the_wall())] {
             let error = hessian_error(&scene);
             assert!(error < 1e-7, "{name}: {error:e}");

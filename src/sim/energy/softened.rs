@@ -1,11 +1,15 @@
 //! The moment of cloth that softens as it bends, over the whole range of curvatures.
 //!
-//! In: a stiffness and the parabola that was measured of its moment, `M = B k - N k^2` (Feng et al. 2022). Out: the moment
-//! as three pieces, each a parabola or a line, with a continuous tangent but for one step:
+//! In: a stiffness and the parabola that was measured of its moment, `M = B k - N k^2` (Feng et al.
+//! 2022). Out: the moment as three pieces, each a parabola or a line, with a continuous tangent but
+//! for one step:
 //!
-//! - the measured parabola, up to where its tangent has fallen to [`FLOOR`] of B or where the curvature is reached up to which it was measured;
-//! - from the former to the latter that tangent: the parabola falls from there on and must not be followed;
-//! - beyond what was measured the tangent that the parabola has there, and at least [`BEYOND`] of B.
+//! - the measured parabola, up to where its tangent has fallen to [`FLOOR`] of B or where the
+//!   curvature is reached up to which it was measured;
+//! - from the former to the latter that tangent: the parabola falls from there on and must not be
+//!   followed;
+//! - beyond what was measured the tangent that the parabola has there, and at least [`BEYOND`] of
+//!   B.
 //!
 //! Why the last: a cloth whose tangent stays lost has hardly more moment than B / (4 s) at any
 //! curvature, and single folds of it close to creases one cell wide, for any cell

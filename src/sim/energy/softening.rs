@@ -43,7 +43,8 @@ struct Law {
 }
 
 impl Law {
-    /// Of N, Q and the linear stiffness of a component, whose parabola was measured up to a value of it.
+    /// Of N, Q and the linear stiffness of a component, whose parabola was measured up to a value
+    /// of it.
     fn new(cubic: f64, quartic: f64, stiffness: f64, measured_to: f64) -> Self {
         let softening = SoftenedMoment::new(stiffness, cubic, measured_to).less(stiffness);
         Self { quartic, softening }
@@ -190,8 +191,8 @@ impl Place {
     }
 }
 
-/// The square of a cell's side at a vertex over the mean one, as second differences along i, along j
-/// and mixed see it, which `parts` weights.
+/// The square of a cell's side at a vertex over the mean one, as second differences along i, along
+/// j and mixed see it, which `parts` weights.
 fn square_at(grid: &Grid, v: usize, parts: [f64; 3]) -> f64 {
     let side = |axis: usize, k: usize| {
         let (_, [low, high]) = grid.extent(axis, k, false);
@@ -202,7 +203,8 @@ fn square_at(grid: &Grid, v: usize, parts: [f64; 3]) -> f64 {
     (along_i * i * i + along_j * j * j + mixed * i * j) / (along_i + along_j + mixed)
 }
 
-/// The derivatives uu, vv and uv of position, each by second differences along i, along j and mixed.
+/// The derivatives uu, vv and uv of position, each by second differences along i, along j and
+/// mixed.
 pub(super) fn components(grid: &Grid) -> [[f64; 3]; 3] {
     let [[ui, uj], [vi, vj]] = grid.frame.derivatives();
     [

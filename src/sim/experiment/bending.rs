@@ -1,12 +1,13 @@
-//! Laws of bending beyond three stiffnesses: softening, another stiffness towards either face, friction
-//! inside the cloth.
+//! Laws of bending beyond three stiffnesses: softening, another stiffness towards either face,
+//! friction inside the cloth.
 //!
 //! In: nothing but numbers (SI). Out: what the energies of the same names are made of; their limits
 //! stand in `Experiment::check`.
 
-/// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`, the law of Feng et al. 2022 with s = -NL / L,
-/// up to 100 /m, and no farther than where the tangent stiffness has fallen to a twentieth. From there to 100 /m that stiffness stays; beyond
-/// 100 /m, where nothing is taken to have been measured, the tangent is what the law has there, and at least half of B
+/// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`, the law of Feng
+/// et al. 2022 with s = -NL / L, up to 100 /m, and no farther than where the tangent stiffness has
+/// fallen to a twentieth. From there to 100 /m that stiffness stays; beyond 100 /m, where nothing
+/// is taken to have been measured, the tangent is what the law has there, and at least half of B
 /// (`energy/softened.rs`).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -17,8 +18,8 @@ pub struct Softening {
     pub warp_m: f64,
     /// The law's s for bending about a line at 45 degrees \[m\].
     pub bias_m: f64,
-    /// Curvature up to which the law was measured, above zero \[1/m\]. With infinity the tangent that is lost stays lost, as in the first drapes
-    /// that softened. No file has it.
+    /// Curvature up to which the law was measured, above zero \[1/m\]. With infinity the tangent
+    /// that is lost stays lost, as in the first drapes that softened. No file has it.
     #[serde(skip)]
     pub measured_to_per_m: f64,
 }
@@ -45,10 +46,10 @@ impl Softening {
 }
 
 /// Bending that is stiffer towards one face than towards the other: the moment per width at the
-/// curvature k beyond the natural one is `B k (1 + a)` towards the face, which is up (+y) on the flat
-/// specimen, and `B k (1 - a)` towards the back, with a smooth passage over 5 /m
-/// (`energy/asymmetry.rs`). Cloth that hangs from a plate bends towards its back. The same cloth laid
-/// face down is the one with the other signs, see [`Self::face_down`].
+/// curvature k beyond the natural one is `B k (1 + a)` towards the face, which is up (+y) on the
+/// flat specimen, and `B k (1 - a)` towards the back, with a smooth passage over 5 /m
+/// (`energy/asymmetry.rs`). Cloth that hangs from a plate bends towards its back. The same cloth
+/// laid face down is the one with the other signs, see [`Self::face_down`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AsymmetricBending {

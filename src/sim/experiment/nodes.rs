@@ -1,6 +1,7 @@
 //! Fields over a specimen: numbers at 5 x 5 nodes, bilinear between them.
 //!
-//! In: a number for each node. Out: the field's value at a place, and the same field of a specimen turned over.
+//! In: a number for each node. Out: the field's value at a place, and the same field of a specimen
+//! turned over.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +22,8 @@ impl NodeField {
         self.nodes.iter().flatten().all(|&value| value == 0.0)
     }
 
-    /// Its value at a place given as fractions of the specimen's sides along the warp and along the weft, 0 to 1 each.
+    /// Its value at a place given as fractions of the specimen's sides along the warp and along the
+    /// weft, 0 to 1 each.
     #[must_use]
     pub fn at(&self, warp: f64, weft: f64) -> f64 {
         bilinear(warp, weft, |i, j| self.nodes[i][j])
@@ -40,8 +42,9 @@ impl NodeField {
     }
 }
 
-/// What the nodes of a field have between them, bilinear, at a place given as fractions of the specimen's sides along the warp and
-/// along the weft, 0 to 1 each; `node(i, j)` is node i along the warp and j along the weft.
+/// What the nodes of a field have between them, bilinear, at a place given as fractions of the
+/// specimen's sides along the warp and along the weft, 0 to 1 each; `node(i, j)` is node i along
+/// the warp and j along the weft.
 pub(super) fn bilinear(warp: f64, weft: f64, node: impl Fn(usize, usize) -> f64) -> f64 {
     let split = |t: f64| {
         let at = t.clamp(0.0, 1.0) * (CURL_NODES - 1) as f64;

@@ -1,16 +1,19 @@
-//! What makes one part of a drape unlike another: a hem, a seam, a stiffness that rises to one side, a draught.
+//! What makes one part of a drape unlike another: a hem, a seam, a stiffness that rises to one
+//! side, a draught.
 //!
-//! In: nothing but numbers (SI). Out: what `sim/uneven.rs` makes masses, bending and loads of; their limits stand in
-//! `Experiment::check`. Nothing fits these numbers: hem, seam, gradient and draught stand for what a model of a drape does not know of,
-//! and sealed cases are drawn with them (`src/sealed`); the two fields are what a calibration's tracer draws
-//! (`calibrate/field.rs`). All are off by default.
+//! In: nothing but numbers (SI). Out: what `sim/uneven.rs` makes masses, bending and loads of;
+//! their limits stand in `Experiment::check`. Nothing fits these numbers: hem, seam, gradient and
+//! draught stand for what a model of a drape does not know of, and sealed cases are drawn with them
+//! (`src/sealed`); the two fields are what a calibration's tracer draws (`calibrate/field.rs`). All
+//! are off by default.
 
 use serde::{Deserialize, Serialize};
 
 use super::nodes::NodeField;
 
-/// What makes one part of a drape unlike another. Bearings are those on the flat specimen, from the warp (x) towards the
-/// weft (z) \[rad\]; that of the draught is one of the room, from +x towards +z of the simulation frame.
+/// What makes one part of a drape unlike another. Bearings are those on the flat specimen, from the
+/// warp (x) towards the weft (z) \[rad\]; that of the draught is one of the room, from +x towards
+/// +z of the simulation frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Uneven {
     /// A heavier border on one side.
@@ -27,7 +30,8 @@ pub struct Uneven {
     pub ln_bending: NodeField,
 }
 
-/// Cloth that is heavier on one side: the part of the specimen beyond a straight line across the bearing.
+/// Cloth that is heavier on one side: the part of the specimen beyond a straight line across the
+/// bearing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hem {
     /// What the border weighs more than the cloth \[kg/m^2\].
@@ -44,8 +48,8 @@ impl Default for Hem {
     }
 }
 
-/// A straight line along which the cloth bends less easily, both along and across it: the bending stiffness is full on
-/// the line, and falls linearly to the cloth's own over a width on both sides.
+/// A straight line along which the cloth bends less easily, both along and across it: the bending
+/// stiffness is full on the line, and falls linearly to the cloth's own over a width on both sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Seam {
     /// Bending stiffness on the line over the cloth's own, less 1.
@@ -64,17 +68,19 @@ impl Default for Seam {
     }
 }
 
-/// Bending whose logarithm rises evenly from one side of the specimen to the other and is the cloth's own in the middle.
+/// Bending whose logarithm rises evenly from one side of the specimen to the other and is the
+/// cloth's own in the middle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StiffnessGradient {
-    /// Logarithm of the factor at the specimen's last point at the bearing; the opposite side has its inverse.
+    /// Logarithm of the factor at the specimen's last point at the bearing; the opposite side has
+    /// its inverse.
     pub ln_factor: f64,
     /// Bearing of the stiffer side \[rad\].
     pub toward_rad: f64,
 }
 
-/// Air that presses with one horizontal force per area on the half of the overhang that it meets first. The force is
-/// that of the flat specimen and does not change as the cloth falls.
+/// Air that presses with one horizontal force per area on the half of the overhang that it meets
+/// first. The force is that of the flat specimen and does not change as the cloth falls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Draught {
     /// Force per area of cloth \[Pa\].
@@ -95,7 +101,8 @@ impl Uneven {
             && self.ln_bending.is_off()
     }
 
-    /// That of the same cloth turned over about its warp: what lies on the cloth is mirrored, the draught stays.
+    /// That of the same cloth turned over about its warp: what lies on the cloth is mirrored, the
+    /// draught stays.
     #[must_use]
     pub fn face_down(&self) -> Self {
         let (hem, seam, gradient) = (self.hem, self.seam, self.gradient);
@@ -109,8 +116,8 @@ impl Uneven {
         }
     }
 
-    /// The numbers a fraction `t` of the way to those of `other`. What is off has a place of no meaning: that of the
-    /// other.
+    /// The numbers a fraction `t` of the way to those of `other`. What is off has a place of no
+    /// meaning: that of the other.
     #[must_use]
     pub fn between(&self, other: &Self, t: f64) -> Self {
         let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };

@@ -251,7 +251,8 @@ fn a_sheet_led_by_its_rim_stays_while_that_is_held_but_for_what_is_not_known() {
     assert_eq!(follower.let_go(), Stop::AtRest);
     let let_go_m = rim.mean_distance_m(&follower.boundary());
     println!("held {near_m:.2e}, inner {inner_m:.2e}, let go {let_go_m:.2e} m");
-    // observed: 0.06 and 0.16 mm, let go 0.26; where the cloth has not slid freely first 0.52, 1.56 and 2.03
+    // observed: 0.06 and 0.16 mm, let go 0.26; where the cloth has not slid freely first 0.52, 1.56
+    // and 2.03
     assert!(near_m < 0.2e-3 && inner_m < 0.5e-3, "{near_m} {inner_m}");
     assert!(near_m < let_go_m && let_go_m < 1e-3, "{let_go_m}");
     // a side that is said to be unknown, 20 mm off, pulls nowhere

@@ -110,8 +110,8 @@ impl Lines {
         [-ratio, ratio - 1.0 / ratio, 1.0 / ratio]
     }
 
-    /// First of four neighbouring lines and their weights in the cubic through them at the place `t`,
-    /// one-sided near the ends.
+    /// First of four neighbouring lines and their weights in the cubic through them at the place
+    /// `t`, one-sided near the ends.
     pub(super) fn cubic(&self, t: f64) -> (usize, [f64; 4]) {
         let first = (self.before(t) as isize - 1).clamp(0, self.count() as isize - 4) as usize;
         let at: [f64; 4] = std::array::from_fn(|k| self.0[first + k] - self.0[first]);

@@ -48,8 +48,8 @@ impl Plan {
         Self { lines, spacing_m, half_m, frame, disc_radius_m: None, middle_m: [0.0; 2] }
     }
 
-    /// The plan of [`Self::of`] with the lines denser near the edge of the experiment's plate, wherever
-    /// that lies under the flat specimen; that of its specimen if the grading is even.
+    /// The plan of [`Self::of`] with the lines denser near the edge of the experiment's plate,
+    /// wherever that lies under the flat specimen; that of its specimen if the grading is even.
     pub(super) fn graded(experiment: &Experiment, n: usize, grading: &Grading) -> Self {
         let mut plan = Self::of(&experiment.specimen, n);
         if grading.density == 1.0 {

@@ -131,10 +131,10 @@ impl Grid {
         along
     }
 
-    /// The rim at the vertex positions `x` \[m\], linear between vertices on even lines and cubic on
-    /// graded ones, where none of its points need be a vertex: 244 points in the order
-    /// of [`crate::base::boundary`]. A disc has no corners; its 244 points lie evenly around it,
-    /// from 45 degrees before +x on, towards +z.
+    /// The rim at the vertex positions `x` \[m\], linear between vertices on even lines and cubic
+    /// on graded ones, where none of its points need be a vertex: 244 points in the order of
+    /// [`crate::base::boundary`]. A disc has no corners; its 244 points lie evenly around it, from
+    /// 45 degrees before +x on, towards +z.
     #[must_use]
     pub fn boundary(&self, x: &[Vector3]) -> Boundary {
         if let Some(radius_m) = self.plan.disc_radius_m {
@@ -205,10 +205,10 @@ impl Grid {
         near * (1.0 - a) + far * a
     }
 
-    /// The positions of this grid's vertices, interpolated from the positions `x` on another grid of
-    /// the same specimen, `coarse` \[m\]. With `smoothness` 1 the interpolation is cubic along each direction, so
-    /// that a smooth sheet stays smooth; with 0 it is linear, so that layers that are apart stay
-    /// apart.
+    /// The positions of this grid's vertices, interpolated from the positions `x` on another grid
+    /// of the same specimen, `coarse` \[m\]. With `smoothness` 1 the interpolation is cubic along
+    /// each direction, so that a smooth sheet stays smooth; with 0 it is linear, so that layers
+    /// that are apart stay apart.
     #[must_use]
     pub fn prolong(&self, coarse: &Grid, x: &[Vector3], smoothness: f64) -> Vec<Vector3> {
         let x = &coarse.continued(x);

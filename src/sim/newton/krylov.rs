@@ -20,9 +20,10 @@ struct Side<'a> {
     target: f64,
 }
 
-/// Solves with the tangent for some right-hand sides, which become the solutions, until the residual of each has fallen to `tolerance` in the
-/// preconditioner's norm. They go side by side, so that a preconditioner can serve all of them at once; each is computed as if it were
-/// alone. False as soon as one meets negative curvature: all are then what they had come to.
+/// Solves with the tangent for some right-hand sides, which become the solutions, until the
+/// residual of each has fallen to `tolerance` in the preconditioner's norm. They go side by side,
+/// so that a preconditioner can serve all of them at once; each is computed as if it were alone.
+/// False as soon as one meets negative curvature: all are then what they had come to.
 pub(super) fn conjugate_gradients(
     pattern: &BlockPattern,
     tangent: &Tangent,
@@ -70,8 +71,9 @@ impl<'a> Side<'a> {
         self.target = self.rho * tolerance * tolerance;
     }
 
-    /// One step along the search direction, whose product with the tangent is given; false where the curvature along it is negative. The
-    /// first direction is then all that is known of the solution.
+    /// One step along the search direction, whose product with the tangent is given; false where
+    /// the curvature along it is negative. The first direction is then all that is known of the
+    /// solution.
     fn advance(&mut self, product: &[Vector3], is_first: bool) -> bool {
         let curvature = dot(&self.search, product);
         if curvature <= 0.0 {
@@ -182,7 +184,8 @@ mod tests {
             let mut product = vec![Vector3::zeros(); BLOCKS];
             multiply(&pattern, &tangent, solution, &mut product);
             let left = product.iter().zip(&side).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-            // sides are up to 273 long: a solve without the blocks outside the pattern would leave whole numbers
+            // sides are up to 273 long: a solve without the blocks outside the pattern would leave
+            // whole numbers
             assert!(left < 1e-5, "{left:e}");
         }
     }

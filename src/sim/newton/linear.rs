@@ -178,7 +178,8 @@ impl Newton {
     }
 }
 
-/// Loads to the moves under them, several side by side, with the whole tangent, preconditioned by a factor. False at negative curvature.
+/// Loads to the moves under them, several side by side, with the whole tangent, preconditioned by a
+/// factor. False at negative curvature.
 fn solve_whole_with<T: Real + Send + Sync>(
     factor: &Factor<T>,
     pattern: &BlockPattern,

@@ -22,9 +22,9 @@
 //! Fails: at `d = 0` the energy is infinite and the gradient is NaN; `max_step`
 //! never leads there. The Hessian jumps where the distance type changes.
 //!
-//! Dropped: no mollifier. Edges that fold along a mesh line are parallel to
-//! rounding in a symmetric drape; without `m` the gradient jumps by more than a
-//! tenth of its size within 6e-5 rad about parallel, with `m` by less than 0.02 (test `parallel_edges_need_the_mollifier`).
+//! Dropped: no mollifier. Edges that fold along a mesh line are parallel to rounding in a symmetric
+//! drape; without `m` the gradient jumps by more than a tenth of its size within 6e-5 rad about
+//! parallel, with `m` by less than 0.02 (test `parallel_edges_need_the_mollifier`).
 
 use super::distance::{Closest, Hessian12, PairKind, closest, hessian_distance_sq};
 use crate::base::Vector3;

@@ -159,8 +159,8 @@ fn largest(moves: &[Vector3]) -> f64 {
 }
 
 /// The error of the linear moves against those of sheets brought to rest again, over the largest
-/// move. Planted faults: a wrong sign of any parameter scores 2, one tilt taken for the other 1.4, a
-/// wrong sign in the rotation of the anchors 1.0, the samples' areas scaled the wrong way 0.012.
+/// move. Planted faults: a wrong sign of any parameter scores 2, one tilt taken for the other 1.4,
+/// a wrong sign in the rotation of the anchors 1.0, the samples' areas scaled the wrong way 0.012.
 #[test]
 fn every_sensitivity_is_the_move_of_a_sheet_made_anew() {
     let node = Parameter::CurlNode { warp: 1, weft: 3, component: CurvatureComponent::Warp };
@@ -251,8 +251,8 @@ fn rotating_the_specimen_rotates_the_sheet() {
     }
 }
 
-/// Flat in the air nothing holds a sheet: a little inertia does. A sheet that is stable moves the same way by its projected Hessian, and less:
-/// that holds where the exact one gives way.
+/// Flat in the air nothing holds a sheet: a little inertia does. A sheet that is stable moves the
+/// same way by its projected Hessian, and less: that holds where the exact one gives way.
 #[test]
 fn the_projected_hessian_steadies_what_is_not_stable_and_moves_what_is_the_same_way_but_less() {
     let case = Case::new();

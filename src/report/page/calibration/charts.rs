@@ -1,4 +1,5 @@
-//! Charts of a calibrated fabric: the drapes held out before and after, drape coefficients measured against simulated.
+//! Charts of a calibrated fabric: the drapes held out before and after, drape coefficients measured
+//! against simulated.
 
 use maud::{Markup, html};
 
@@ -15,7 +16,8 @@ fn both(fabric: &FabricResult) -> impl Iterator<Item = (&DrapeBeside, Option<&Dr
     fabric.drapes.iter().enumerate().map(|(k, before)| (before, after.get(k)))
 }
 
-/// The distances of the drapes held out as paired dots, worst first, with the floor; `None` without such drapes.
+/// The distances of the drapes held out as paired dots, worst first, with the floor; `None` without
+/// such drapes.
 pub(super) fn held_out(fabric: &FabricResult) -> Option<Markup> {
     let mut rows: Vec<(String, f64, Option<f64>)> = Vec::new();
     for (before, after) in both(fabric) {

@@ -1,8 +1,9 @@
 //! Each measured drape with its simulated one: outlines from above, and the residual around the
 //! rim.
 //!
-//! In: a fabric's drapes. Out: cards by face. Outlines are drawn as the picture shows them; the residual is drawn over the bearing
-//! from the warp towards the weft, warp to the right: outside the grey ring the measured outline lies outside the simulated one.
+//! In: a fabric's drapes. Out: cards by face. Outlines are drawn as the picture shows them; the
+//! residual is drawn over the bearing from the warp towards the weft, warp to the right: outside
+//! the grey ring the measured outline lies outside the simulated one.
 
 use maud::{Markup, html};
 

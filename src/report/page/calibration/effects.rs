@@ -1,4 +1,5 @@
-//! The effects of a calibration: those added, with values and intervals, and what explains the drapes, with probabilities.
+//! The effects of a calibration: those added, with values and intervals, and what explains the
+//! drapes, with probabilities.
 
 use maud::{Markup, html};
 

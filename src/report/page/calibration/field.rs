@@ -15,7 +15,8 @@ const SIDE: f64 = 210.0;
 /// Distance of the maps' left ends \[CSS pixels\].
 const PITCH: f64 = 240.0;
 
-/// What each field explains, and the maps of the most probable one; nothing where none was looked for.
+/// What each field explains, and the maps of the most probable one; nothing where none was looked
+/// for.
 pub(super) fn maps(fabric: &FabricResult) -> Markup {
     let fields = fabric.fields.iter();
     let bench = fabric.measured.first().map(|measured| measured.bench);

@@ -1,4 +1,5 @@
-//! What a calibration amounts to, in sentences: the verdict, what to do next, what the data cannot decide.
+//! What a calibration amounts to, in sentences: the verdict, what to do next, what the data cannot
+//! decide.
 
 use maud::{Markup, html};
 
