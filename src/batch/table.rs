@@ -19,7 +19,7 @@ pub fn csv(rows: &[Row]) -> String {
 }
 
 /// The rows as a short table for a terminal: verdict, whether weft and warp are known, and the
-/// bending stiffnesses, which a drape shows best. [`csv`] has all columns.
+/// bending stiffnesses, which a drape shows best. [`csv()`] has all columns.
 #[must_use]
 pub fn overview(rows: &[Row]) -> String {
     let titles = ["scan", "verdict", "weft and warp", "bending weft", "warp", "bias"];
