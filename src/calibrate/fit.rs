@@ -37,7 +37,7 @@ use super::squares::{Squares, State, parameters, rms_m, shared_of};
 use super::target::{Finer, Rim, Target};
 use super::trial::{Trial, steadied_trial_of};
 use crate::fabric::STIFFNESSES;
-use crate::numeric::moments::mean;
+use crate::numeric::moments::{Z90, mean};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::SensitivityError;
@@ -684,8 +684,6 @@ const LEAST_SHARE: [f64; 2] = [1e-3, 2e-2];
 /// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off
 /// its fold.
 const LOST: [f64; 2] = [1.2, 15.0];
-/// Quantile of the standard normal beyond which 5 % lie on each side.
-const Z90: f64 = 1.6449;
 
 mod starts;
 #[cfg(test)]

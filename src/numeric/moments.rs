@@ -1,5 +1,8 @@
 //! Means and their standard errors.
 
+/// Quantile of the standard normal beyond which 5 % lie on each side.
+pub const Z90: f64 = 1.6449;
+
 /// Mean; NaN of no values.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {

@@ -22,7 +22,6 @@ mod trial;
 pub use data::{DataOptions, Scan};
 pub use fit::{FitError, Progress, fit};
 pub use prior::Prior;
-pub(crate) use prior::Z90;
 pub use refined::{ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
 pub use released::{LedBy, ReleasedDrape, released_drape};
 pub use squares::FitOptions;

@@ -5,6 +5,7 @@ use crate::estimate::Estimate;
 #[cfg(feature = "estimate")]
 use crate::fabric::Mixture;
 use crate::fabric::{Fabric, STIFFNESSES};
+use crate::numeric::moments::Z90;
 
 /// What is known of the six stiffnesses without the scans' sheets; logarithms of SI values, paper's
 /// order.
@@ -17,9 +18,6 @@ pub struct Prior {
     /// Lower and upper ends; nothing beyond is tried.
     pub ln_limits: [[f64; 2]; STIFFNESSES],
 }
-
-/// Quantile of the standard normal beyond which 5 % lie on each side.
-pub(crate) const Z90: f64 = 1.6449;
 
 impl Prior {
     /// Of an estimate with 90 % intervals; `limits` are the ends of the prior.

@@ -3,7 +3,6 @@
 use nalgebra::DMatrix;
 
 use super::data::Scan;
-use super::prior::Z90;
 use super::released::{LedBy, ReleasedDrape};
 use super::squares::{Squares, State};
 use super::trial::{BENCH, NUISANCES, Trial};
@@ -11,6 +10,7 @@ use crate::base::Point3;
 use crate::base::boundary::{BoundaryPoint, POINTS_PER_SIDE};
 use crate::base::clock::Stage;
 use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
+use crate::numeric::moments::Z90;
 use crate::sim::{Drape, rim_nodes};
 
 /// The fabric that reproduces its scans best.

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::figures::{Figures, OnPlate};
 use super::limits::Limits;
-use crate::refine::Z90;
+use crate::numeric::moments::Z90;
 
 /// The scale of a scan by one thing of known size \[-\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

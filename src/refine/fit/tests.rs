@@ -1,9 +1,9 @@
-use super::super::prior::Z90;
 use super::super::refined::RefinedStiffness;
 use super::*;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, SurfacePoint};
 use crate::fabric::Fabric;
+use crate::numeric::moments::Z90;
 use crate::sim::{Drape, Drop, Experiment, drape};
 
 /// Rests within a second or two.
