@@ -320,7 +320,7 @@ def test_a_calibration_finds_the_fabric_as_the_program_does(program, tmp_path):
     )
     steps = []
     # one effect alone is looked for: the others take minutes
-    without = [name for name in _effects() if name != "crease"]
+    without = [name for name in _effects(manifest) if name != "crease"]
     options = {"vertices": 31, "without": without}
     found = s2p.calibrate(manifest, **options, out=tmp_path / "ours", progress=steps.append)
     assert steps[0] == "outlines of 1 files" and any("drapes" in step for step in steps)
@@ -339,10 +339,10 @@ def test_a_calibration_finds_the_fabric_as_the_program_does(program, tmp_path):
         s2p.calibrate(_renamed(manifest), out=tmp_path)
 
 
-def _effects():
+def _effects(manifest):
     """The names of the effects, as the refusal of an unknown one lists them."""
     with pytest.raises(s2p.InvalidInput, match="they are") as refused:
-        s2p.calibrate("none.csv", without=["none of them"])
+        s2p.calibrate(manifest, without=["none of them"])
     return str(refused.value).split("they are ")[1].split(", ")
 
 
