@@ -15,7 +15,7 @@ use scan2params::scan::{Orientation, ScanOptions};
 use scan2params::sim::rim_nodes;
 
 use crate::errors::{internal, invalid, of_intake, of_write};
-use crate::{arrays, pickled, words};
+use crate::{arrays, messages, pickled, words};
 
 /// The rim of a specimen: 244 points in the simulation frame.
 ///
@@ -213,7 +213,7 @@ impl Boundary {
     fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let verdict = verdict::of_rim(&self.rim, &self.options);
         let mut verdict = serde_json::to_value(verdict).map_err(internal)?;
-        words::texts_in_python(&mut verdict, "text");
+        messages::texts_in_python(&mut verdict, "text");
         dict(py, &verdict)
     }
 

@@ -10,7 +10,7 @@ use scan2params::intake::IntakeError;
 use scan2params::io::{OutputError, ReadError, WriteError};
 use scan2params::job::{CompanionFault, JobError};
 
-use crate::words::in_python;
+use crate::messages::in_python;
 
 import_exception!(scan2params._errors, InvalidInput);
 import_exception!(scan2params._errors, FileError);

@@ -21,7 +21,7 @@ use crate::drape::Drape;
 use crate::errors::{file, internal, invalid, of_intake, of_job, of_output, of_read, of_write};
 use crate::fabric::Fabric;
 use crate::given::{Given, Input, Known};
-use crate::{pickled, words, work};
+use crate::{messages, pickled, words, work};
 
 /// What was found of a fabric: six stiffnesses with their intervals, a verdict, and the rim that
 /// they were found from.
@@ -82,7 +82,7 @@ impl Estimate {
     #[getter]
     fn grounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut grounds = serde_json::to_value(&self.outcome.verdict.grounds).map_err(internal)?;
-        words::texts_in_python(&mut grounds, "text");
+        messages::texts_in_python(&mut grounds, "text");
         dict(py, &grounds)
     }
 
@@ -90,7 +90,7 @@ impl Estimate {
     #[getter]
     fn warnings(&self) -> Vec<String> {
         let warnings = self.outcome.estimate.warnings.iter();
-        warnings.map(|warning| words::in_python(&warning.to_string())).collect()
+        warnings.map(|warning| messages::in_python(&warning.to_string())).collect()
     }
 
     /// Boundary: The rim that it was found from.

@@ -22,6 +22,7 @@ mod errors;
 mod estimate;
 mod fabric;
 mod given;
+mod messages;
 mod pickled;
 mod rim;
 mod words;

@@ -122,8 +122,9 @@ impl Target {
             Some(DropStart::HeldSurface(held)) => share_of(&held, &trial.places),
             Some(DropStart::HeldRim(held)) => {
                 let both = held.rim.positions_m().zip(&trial.rim);
-                let squared: Vec<f64> =
-                    both.map(|(to, at)| (to.coords - at).norm_squared()).collect();
+                let squared: Vec<f64> = both
+                    .map(|(to, at)| (to.coords * (1.0 + held.farther) - at).norm_squared())
+                    .collect();
                 // each vertex of the border is tied as strongly as a cell weighs
                 let grid = &trial.drape.grid;
                 let share = grid.border().len() as f64 / grid.cells.len() as f64;
@@ -148,6 +149,7 @@ impl Target {
             (None, true) => DropStart::HeldRim(Box::new(HeldRim {
                 rim: rim.boundary.clone(),
                 sag_m: options.rim_hold_sag_m(),
+                farther: farther(view),
             })),
             (None, false) => DropStart::Guided(Box::new(rim.boundary.clone())),
         })

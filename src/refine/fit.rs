@@ -120,6 +120,7 @@ impl Target<'_> {
             None => DropStart::HeldRim(Box::new(HeldRim {
                 rim: self.scan.rim.clone(),
                 sag_m: options.rim_hold_sag_m,
+                farther: 0.0,
             })),
         }
     }

@@ -76,6 +76,9 @@ pub struct HeldRim {
     pub rim: Boundary,
     /// How far a cell's weight stretches one of the springs \[m\]: the larger, the weaker they are.
     pub sag_m: f64,
+    /// By how much farther from the frame's origin the rim lies than it is given, as a share
+    /// \[-\].
+    pub farther: f64,
 }
 
 /// Weak springs that hold a disc's rim across an outline.
@@ -154,7 +157,7 @@ pub(super) fn guide(
 ) -> Option<Guide> {
     let targets = match start {
         DropStart::Guided(rim) => rim_targets(grid, rim, |_| 1.0),
-        DropStart::HeldRim(held) => known_rim_targets(grid, held),
+        DropStart::HeldRim(held) => return Some(on_rim(held, grid, fabric, SPRING_SAG_M)),
         DropStart::Outline(outline) => led(outline_targets(grid, outline, experiment)),
         DropStart::Held(hold) => led(outline_targets(grid, &hold.outline, experiment)),
         DropStart::Canonical
@@ -165,9 +168,11 @@ pub(super) fn guide(
     Some(sagging(targets, grid, fabric, SPRING_SAG_M))
 }
 
-/// The springs of a tied rim, weaker where that is less sure.
-fn known_rim_targets(grid: &Grid, held: &HeldRim) -> Vec<Target> {
-    rim_targets(grid, &held.rim, |point| known(point.sigma_m))
+/// The springs of a tied rim, weaker where that is less sure; a cell's weight stretches one by
+/// `sag_m`.
+fn on_rim(held: &HeldRim, grid: &Grid, fabric: &Fabric, sag_m: f64) -> Guide {
+    let targets = rim_targets(grid, &held.rim, |point| known(point.sigma_m));
+    Guide { farther: held.farther, ..sagging(targets, grid, fabric, sag_m) }
 }
 
 /// Springs that a cell's weight stretches by `sag_m`.
@@ -181,9 +186,7 @@ fn sagging(targets: Vec<Target>, grid: &Grid, fabric: &Fabric, sag_m: f64) -> Gu
 /// (Without them the true fabric of a test rests 2.0 mm off after release, and 0.26 mm with them.)
 pub(super) fn clasping(start: &DropStart, grid: &Grid, fabric: &Fabric) -> Option<Guide> {
     match start {
-        DropStart::HeldRim(held) => {
-            Some(sagging(known_rim_targets(grid, held), grid, fabric, SAG_M))
-        }
+        DropStart::HeldRim(held) => Some(on_rim(held, grid, fabric, SAG_M)),
         _ => None,
     }
 }
@@ -197,9 +200,7 @@ pub(super) fn holding(
 ) -> Guide {
     match start {
         DropStart::Held(hold) => across_outline(hold, grid, fabric, experiment),
-        DropStart::HeldRim(held) => {
-            sagging(known_rim_targets(grid, held), grid, fabric, held.sag_m)
-        }
+        DropStart::HeldRim(held) => on_rim(held, grid, fabric, held.sag_m),
         _ => Guide::default(),
     }
 }

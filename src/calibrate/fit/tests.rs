@@ -295,7 +295,8 @@ fn rims_without_a_sheet_are_tied_to_their_points() {
     let bending = [3, 4, 5].map(off);
     let said = format!("misfit {:.3}, bending off by {bending:.3?}", fitted.misfit);
     println!("{said}");
-    assert!(fitted.misfit < 0.8 && bending.iter().all(|off| off.abs() < 0.3), "{said}");
+    // observed: 0.16 and 0.05; 3 and 0.3 where the sheets are released
+    assert!(fitted.misfit < 0.25 && bending.iter().all(|off| off.abs() < 0.08), "{said}");
 }
 
 #[test]
@@ -503,33 +504,39 @@ fn of_scans() -> FitOptions {
     options
 }
 
-#[test]
-fn a_scan_of_another_scale_holds_its_sheet_at_the_true_one() {
+/// How far a scanned sheet or rim that is 2 % too large lies from its fabric's drape \[m\], and the
+/// share of the weight that its springs carry: at the true scale, and at the scan's own.
+fn off_at_scales(has_sheet: bool) -> [(f64, f64); 2] {
     let (fabric, options) = (truth(), of_scans());
     let (rim, bench) = scanned(&fabric, 1, &options.sim);
     let larger = 1.02_f64;
     let at = |p: crate::base::Point3| p * larger;
-    let sheet = rim.sheet.unwrap();
-    let sheet = Surface::exact(sheet.points().iter().map(|p| at(p.position_m))).unwrap();
+    let sheet = rim.sheet.filter(|_| has_sheet);
+    let sheet =
+        sheet.map(|sheet| Surface::exact(sheet.points().iter().map(|p| at(p.position_m))).unwrap());
     let boundary = crate::base::Boundary::exact(rim.boundary.positions_m().map(at)).unwrap();
-    let rim = Rim { boundary, sheet: Some(sheet), edge: None };
-    let targets = [Target::of_rim(rim, &bench).unwrap()];
+    let targets = [Target::of_rim(Rim { boundary, sheet, edge: None }, &bench).unwrap()];
     let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let scale = &Effect::named("scale").unwrap().numbers[0];
-    let foretold = |ln: f64| {
+    [larger.ln(), 0.0].map(|ln| {
         let cloth = Cloth { effects: vec![(scale, ln)], ..Cloth::plain(fabric) };
         let rule = FoldRule::default();
         let mut all = predict(&targets, &believed, &cloth, &options, &rule, &|_| ());
         let beside = all.remove(0).unwrap();
+        println!("{:.3} mm, {:.4}", beside.rms_m * 1e3, beside.held_share);
         (beside.rms_m, beside.held_share)
-    };
-    let (right, wrong) = (foretold(larger.ln()), foretold(0.0));
-    let said =
-        format!("{:.3} mm, {:.3}; {:.3} mm, {:.3}", right.0 * 1e3, right.1, wrong.0 * 1e3, wrong.1);
-    println!("{said}");
+    })
+}
+
+#[test]
+fn scans_and_rims_of_another_scale_are_tied_at_the_true_one() {
     // the springs pull nowhere at the true scale
-    assert!(right.0 < 0.05e-3 && right.1 < 0.005, "{said}");
-    assert!(wrong.0 > 0.5e-3 && wrong.1 > 5.0 * right.1, "{said}");
+    let [right, wrong] = off_at_scales(true);
+    assert!(right.0 < 0.05e-3 && right.1 < 0.005, "{right:?}");
+    assert!(wrong.0 > 0.5e-3 && wrong.1 > 5.0 * right.1, "{wrong:?}");
+    // a rim's springs leave the cloth within free, which rests in a minimum near its own
+    let [right, wrong] = off_at_scales(false);
+    assert!(right.0 < 0.5 * wrong.0 && right.1 < 0.5 * wrong.1, "{right:?} {wrong:?}");
 }
 
 #[test]

@@ -237,7 +237,8 @@ fn a_sheet_led_by_its_rim_stays_while_that_is_held_but_for_what_is_not_known() {
     let truth = Follower::drop(&woven, &Drop { start: DropStart::Perturbed(1) }, &options());
     let rim = truth.boundary();
     let held = |rim: &Boundary| {
-        let start = DropStart::HeldRim(Box::new(HeldRim { rim: rim.clone(), sag_m: 1e-3 }));
+        let start =
+            DropStart::HeldRim(Box::new(HeldRim { rim: rim.clone(), sag_m: 1e-3, farther: 0.0 }));
         let follower = Follower::drop(&woven, &Drop { start }, &options());
         assert_eq!(follower.drape().stop, Stop::AtRest);
         follower
