@@ -47,6 +47,9 @@ pub struct FitOptions {
     /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet
     /// \[m\]; with 0 it is released.
     pub scan_hold_sag_m: f64,
+    /// The same of the springs on the edge of a rim without a sheet; they are few. Weaker ones leave
+    /// stretch too low for its interval.
+    pub rim_hold_sag_m: f64,
     /// Standard deviation of the springs' mean stretch from none \[m\].
     pub stretch_m: f64,
     /// Most drapes of an outline.
@@ -55,16 +58,6 @@ pub struct FitOptions {
     pub longest_step: f64,
     /// The simulator's options but for the experiment, which each target has.
     pub sim: SimOptions,
-}
-
-impl FitOptions {
-    /// How far the weight of a piece of cloth stretches the springs that hold it to a rim without a
-    /// sheet \[m\]: so that they, who are fewer, pull together as much as a sheet's.
-    #[must_use]
-    pub fn rim_hold_sag_m(&self) -> f64 {
-        let cells = (self.sim.vertices - 1) as f64;
-        self.scan_hold_sag_m * 4.0 / cells
-    }
 }
 
 impl Default for FitOptions {
@@ -96,6 +89,7 @@ impl Default for FitOptions {
             // the way
             hold_per_m: 150.0,
             scan_hold_sag_m: refined.hold_sag_m,
+            rim_hold_sag_m: refined.rim_hold_sag_m,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,

@@ -148,7 +148,7 @@ impl Target {
             (Some(sheet), false) => DropStart::Surface(Box::new(sheet.clone())),
             (None, true) => DropStart::HeldRim(Box::new(HeldRim {
                 rim: rim.boundary.clone(),
-                sag_m: options.rim_hold_sag_m(),
+                sag_m: options.rim_hold_sag_m,
                 farther: farther(view),
             })),
             (None, false) => DropStart::Guided(Box::new(rim.boundary.clone())),
