@@ -150,7 +150,7 @@ impl FitOptions {
 }
 
 /// Misfit of scanned sheets from which on something is left to explain: drapes of the model itself
-/// leave 0.16 to 0.25 with structured light and 0.40 to 0.45 with a TrueDepth-like sensor
+/// leave 0.10 to 0.20 with a handheld scanner and 0.46 to 0.55 with a phone
 /// (`docs/design/calibration.md`).
 pub(super) const LEAVES: f64 = 0.6;
 /// Misfit of scanned sheets from which on the model is not theirs, wherever a fit begins and

@@ -1,5 +1,6 @@
 //! docs/commands: a page for each verb, with the help that the program prints. Title, text and
-//! example of a page are written by hand.
+//! example of a page are written by hand. Options that `estimate` has in the same words stand on its
+//! page alone; the others name them.
 //! `UPDATE=1 cargo test --release --test house command_pages` writes the help.
 
 use crate::program;
@@ -35,16 +36,74 @@ fn verbs(help: &str) -> Vec<String> {
     names.filter(|name| *name != "help").map(str::to_owned).collect()
 }
 
-/// The help of a verb, and of those below it; the laboratory's parts print theirs themselves.
+/// The verb whose page has the options that many verbs share.
+const SHARED: &str = "estimate";
+
+/// The help of a verb without the options of [`SHARED`], and of those below it; the laboratory's
+/// parts print theirs themselves.
 fn whole_help(verb: &str) -> String {
-    let mut text = help(&[verb]);
+    let all = help(&[verb]);
+    if verb == SHARED {
+        return all;
+    }
+    let mut text = own(&all);
     if verb == HIDDEN {
         return text;
     }
-    for below in verbs(&text.clone()) {
-        text += &format!("\n\n$ scan2params {verb} {below} --help\n\n{}", help(&[verb, &below]));
+    for below in verbs(&all) {
+        let part = own(&help(&[verb, &below]));
+        text += &format!("\n\n$ scan2params {verb} {below} --help\n\n{part}");
     }
     text
+}
+
+/// The entries of a help text that begin with a flag, as lines.
+fn entries(help: &str) -> Vec<Vec<&str>> {
+    let mut entries: Vec<Vec<&str>> = Vec::new();
+    for line in help.lines() {
+        let begins = line.starts_with("  ") && line.trim_start().starts_with('-');
+        match entries.last_mut() {
+            Some(entry) if !begins && line.starts_with("          ") => entry.push(line),
+            _ => entries.push(vec![line]),
+        }
+    }
+    entries
+}
+
+/// A help text in which the options that [`SHARED`] has in the same words are only named.
+fn own(help_text: &str) -> String {
+    let words = |entry: &Vec<&str>| entry.join(" ").split_whitespace().map(str::to_owned).collect();
+    let shared_help = help(&[SHARED]);
+    let shared: BTreeSet<Vec<String>> = entries(&shared_help).iter().map(words).collect();
+    let is_shared = |entry: &Vec<&str>| {
+        entry[0].trim_start().starts_with('-') && shared.contains(&words(entry))
+    };
+    let (named, kept): (Vec<_>, Vec<_>) = entries(help_text).into_iter().partition(is_shared);
+    let flag = |entry: &Vec<&str>| {
+        let long = entry[0].split_whitespace().find(|word| word.starts_with("--"));
+        long.map(|long| long.trim_end_matches(',').to_owned())
+    };
+    let mut lines: Vec<String> = kept.concat().iter().map(|line| (*line).to_owned()).collect();
+    let flags: Vec<String> = named.iter().filter_map(flag).collect();
+    if !flags.is_empty() {
+        let mut line = format!("  As of `{SHARED}`:");
+        for flag in flags {
+            if line.len() + flag.len() > 98 {
+                lines.push(std::mem::replace(&mut line, " ".repeat(4)));
+            }
+            line += &format!(" {flag}");
+        }
+        lines.push(line);
+    }
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+#[test]
+fn options_in_the_same_words_are_named_and_others_are_shown() {
+    let page = own(&help(&["inspect"]));
+    let (own, named) = page.split_once("As of `estimate`:").unwrap();
+    assert!(own.contains("--out <FILE.png>") && !own.contains("--crop"), "{own}");
+    assert!(named.contains("--crop") && named.contains("--config") && !named.contains("--out"));
 }
 
 #[test]

@@ -106,8 +106,8 @@ impl Promise {
     pub fn limit(&self) -> String {
         match (self.at_least.map(shown), self.at_most.map(shown)) {
             (Some(least), Some(most)) => format!("{least} to {most}"),
-            (None, Some(most)) => format!("at most {most}"),
-            (Some(least), None) => format!("at least {least}"),
+            (None, Some(most)) => format!("≤ {most}"),
+            (Some(least), None) => format!("≥ {least}"),
             (None, None) => "none".to_owned(),
         }
     }
