@@ -80,9 +80,15 @@ pub fn drape_coefficient(area_m2: f64, experiment: &Experiment) -> f64 {
 /// +z \[m\]; 0 where a ray does not meet it.
 #[must_use]
 pub fn distances_m(outline: &Outline, centre: [f64; 2]) -> Vec<f64> {
+    farthest_m(outline.segments(), centre)
+}
+
+/// The same of segments in any order.
+#[must_use]
+pub fn farthest_m(segments: impl Iterator<Item = [[f64; 2]; 2]>, centre: [f64; 2]) -> Vec<f64> {
     let mut farthest = vec![0.0_f64; BEARINGS];
     let step = std::f64::consts::TAU / BEARINGS as f64;
-    for [a, b] in outline.segments() {
+    for [a, b] in segments {
         let (a, b) = ([a[0] - centre[0], a[1] - centre[1]], [b[0] - centre[0], b[1] - centre[1]]);
         each_bearing(a, b, step, |bearing, distance, _| {
             let at = bearing.rem_euclid(BEARINGS as isize) as usize;

@@ -904,6 +904,9 @@ pub(crate) enum Evaluate {
     Start(Start),
     /// Scanned drapes of known fabrics, estimated and refined: rims, errors, intervals, time.
     Refine(Refine),
+    /// True fabrics and those found from one scan in experiments that the fit has not seen: Cusick
+    /// drape, circle skirt, hung square, cantilever.
+    Transfer(Transfer),
     /// Sealed cases: drapes of known fabrics with random effects that `calibrate` does not know.
     /// Effects found, false alarms, errors of held-out drapes.
     Calibrate(SealedCases),
@@ -1160,6 +1163,47 @@ pub(crate) struct Start {
     pub(crate) json: bool,
 }
 
+/// `evaluate transfer`.
+#[derive(Debug, Args)]
+pub(crate) struct Transfer {
+    /// Folder that keeps true drapes and results: a fabric that is there is not computed again
+    #[arg(long, value_name = "DIR")]
+    pub(crate) keep: PathBuf,
+    /// Priors of the fabrics
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "measured,knit-2020",
+        value_name = "PRIORS",
+        value_parser = names::prior()
+    )]
+    pub(crate) priors: Vec<String>,
+    /// Sensor profiles, as for `evaluate scan`
+    #[arg(long, value_delimiter = ',', default_value = "handheld,phone", value_name = "PROFILES")]
+    pub(crate) profiles: Vec<String>,
+    /// Fabrics of each prior, each scanned once by every sensor
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first of them
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of fabrics, drops and scans
+    #[arg(long, default_value_t = 47)]
+    pub(crate) seed: u64,
+    /// Drops of each disc
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=64))]
+    pub(crate) drops: u64,
+    /// Vertices per side of the scanned drapes, more than the fit uses
+    #[arg(long, default_value_t = 121, value_parser = clap::value_parser!(u64).range(41..=241))]
+    pub(crate) truth_vertices: u64,
+    /// Pictures of so many of the fabrics that differ most, into the folder
+    #[arg(long, default_value_t = 3)]
+    pub(crate) pictures: usize,
+    /// Also print the rows as JSON, on the last line
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Refine {
     /// Priors of the fabrics
@@ -1302,6 +1346,8 @@ pub(crate) enum PhysicsPart {
     Cusick,
     /// Standard Cusick drapes with asymmetric bending and, with --data, hysteresis (minutes).
     Effects,
+    /// Four sections of a real Cusick drape (minutes; needs --data).
+    Sections,
 }
 
 #[derive(Debug, Args)]

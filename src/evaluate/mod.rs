@@ -20,5 +20,6 @@ pub mod stages;
 pub mod start;
 pub mod table3;
 pub mod timed;
+pub mod transfer;
 pub mod verdict;
 pub mod views;

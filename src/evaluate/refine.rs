@@ -228,7 +228,7 @@ impl Series<'_> {
     }
 
     /// The drapes of one fabric, scanned by every sensor.
-    fn cases(&self, prior: &Mixture, index: u64) -> Result<Vec<Case>, CaseError> {
+    pub(super) fn cases(&self, prior: &Mixture, index: u64) -> Result<Vec<Case>, CaseError> {
         let fabric = match self.anywhere {
             true => anywhere(prior, self.seed, index),
             false => prior.sample(self.seed, index)?,
@@ -357,10 +357,15 @@ impl Series<'_> {
             [0, 1].map(|k| pairs.iter().map(|pair| pair[k]).sum::<f64>() / count)
         };
         let drapes = mean(of_drapes.collect());
-        let floors = turned.iter().zip(seen).map(|(rim, seen)| self.laid_m(rim, seen, fabric));
+        // what is not asked to be released is not compared with released sheets
+        let laid = |rim: &Boundary, seen: &Seen, fabric: &Fabric| match self.options.release {
+            true => self.laid_m(rim, seen, fabric),
+            false => [f64::NAN; 2],
+        };
+        let floors = turned.iter().zip(seen).map(|(rim, seen)| laid(rim, seen, fabric));
         let floors = mean(floors.collect());
         let networks = turned.iter().zip(seen).zip(&estimates);
-        let networks = networks.map(|((rim, seen), own)| self.laid_m(rim, seen, &own.fabric));
+        let networks = networks.map(|((rim, seen), own)| laid(rim, seen, &own.fabric));
         let networks = mean(networks.collect());
         Ok(Answer {
             scan_error_m: of_scans.sum::<f64>() / count,

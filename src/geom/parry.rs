@@ -4,7 +4,7 @@
 //! nothing is lost on the way.
 
 use parry3d_f64::math::Vec3;
-use parry3d_f64::query::{PointQuery as _, Ray, RayCast as _};
+use parry3d_f64::query::{IntersectResult, PointQuery as _, Ray, RayCast as _};
 use parry3d_f64::shape::{HalfSpace, TriMesh, Triangle};
 
 use super::mesh::Mesh;
@@ -78,6 +78,19 @@ impl MeshIndex {
         let normal = vector3(hit.normal);
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         Some(Hit { distance: hit.time_of_impact, normal, triangle: hit.subshape })
+    }
+
+    /// The line in which a plane cuts the mesh, as segments in no order: the places whose product
+    /// with the unit vector `normal` is `bias` \[m\].
+    #[must_use]
+    pub fn cut(&self, normal: &Vector3, bias: f64) -> Vec<[Point3; 2]> {
+        let at = |p: Vec3| Point3::from(vector3(p));
+        match self.mesh.intersection_with_local_plane(vec3(normal), bias, 0.0) {
+            IntersectResult::Intersect(line) => {
+                line.segments().map(|s| [at(s.a), at(s.b)]).collect()
+            }
+            IntersectResult::Negative | IntersectResult::Positive => Vec::new(),
+        }
     }
 
     /// The point of the mesh nearest to `point`.

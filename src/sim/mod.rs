@@ -13,6 +13,7 @@ pub mod follow;
 pub mod grid;
 pub mod guide;
 pub mod hessian_form;
+pub mod hung;
 mod lay;
 pub mod model;
 mod motion;

@@ -90,7 +90,7 @@ impl Strip {
 pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip {
     let mut model = clamped(fabric, cut, experiment);
     let x = flat(&model.grid);
-    rest(&mut model, x, fabric)
+    rest(&mut model, x, fabric, RESIDUAL)
 }
 
 /// The strip of [`cantilever`], and the same after its weight has been taken away. Without
@@ -100,10 +100,10 @@ pub fn cantilever(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> Strip 
 pub fn unloaded(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> [Strip; 2] {
     let mut model = clamped(fabric, cut, experiment);
     let x = flat(&model.grid);
-    let loaded = rest(&mut model, x, fabric);
+    let loaded = rest(&mut model, x, fabric, RESIDUAL);
     model.remember(&loaded.positions_m);
     model.up = Vector3::zeros();
-    let unloaded = rest(&mut model, loaded.positions_m.clone(), fabric);
+    let unloaded = rest(&mut model, loaded.positions_m.clone(), fabric, RESIDUAL);
     [loaded, unloaded]
 }
 
@@ -128,10 +128,11 @@ pub fn hanging(fabric: &Fabric, cut: &Cut) -> Strip {
     model.held = (0..grid.n).collect();
     model.up = -Vector3::x();
     let x = flat(&grid);
-    rest(&mut model, x, fabric)
+    rest(&mut model, x, fabric, RESIDUAL)
 }
 
-fn without_plate(grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Model {
+/// The model of `fabric` on a grid in still air, with nothing below it.
+pub(super) fn without_plate(grid: &Arc<Grid>, fabric: &Fabric, experiment: &Experiment) -> Model {
     let mut model = Model::new(grid, fabric, experiment, SELF_GAP_CELLS);
     model.plate = PlateContact::none();
     model
@@ -148,15 +149,21 @@ const STEP_M: f64 = 1e-7;
 /// Rounds of descent and Newton steps before it is given up.
 const ROUNDS: usize = 60;
 
-/// Lets a held specimen come to rest from `x`: descents by quasi-Newton until the residual
+/// Lets a held specimen come to rest from `x`, until no vertex feels more than the part `residual`
+/// of a cell's weight: descents by quasi-Newton until the residual
 /// is small, then Newton steps on the exact Hessian. Hysteresis keeps its anchors, so that the way
 /// there does not matter: each place counts as bent from its anchor in one go.
-fn rest(model: &mut Model, mut x: Vec<Vector3>, fabric: &Fabric) -> Strip {
+pub(super) fn rest(
+    model: &mut Model,
+    mut x: Vec<Vector3>,
+    fabric: &Fabric,
+    residual: f64,
+) -> Strip {
     let grid = Arc::clone(&model.grid);
     let mut newton = Newton::new(model);
     let stretch = fabric.stretch_weft_n_m.max(fabric.stretch_warp_n_m);
     let weight_n = fabric.density_kg_m2 * grid.cell_area_m2() * GRAVITY_M_S2;
-    let limit_n = (RESIDUAL * weight_n).max(ROUNDING * stretch * grid.spacing_m);
+    let limit_n = (residual * weight_n).max(ROUNDING * stretch * grid.spacing_m);
     let mut memory = Memory::default();
     let (mut residual_n, mut at_rest) = (f64::INFINITY, false);
     'rounds: for _ in 0..ROUNDS {
@@ -258,7 +265,7 @@ mod tests {
             let mut model = without_plate(&grid, &fabric, &Experiment::default());
             model.held = (0..2 * grid.n).collect();
             let x = flat(&grid);
-            let strip = rest(&mut model, x, &fabric);
+            let strip = rest(&mut model, x, &fabric, RESIDUAL);
             assert!(strip.at_rest);
             let first_m = grid.flat(grid.n).x - grid.flat(0).x;
             let length_m = along as f64 * cell_m - 0.5 * first_m;

@@ -10,6 +10,7 @@ mod scenes;
 mod sensors;
 mod start;
 mod table3;
+mod transfer;
 mod verdict;
 mod views;
 
@@ -21,7 +22,7 @@ use super::{Failure, Outcome, args, print};
 use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::dataset_options;
-use scan2params::evaluate::physics::{drapes, effects, strips};
+use scan2params::evaluate::physics::{drapes, effects, sections, strips};
 use scan2params::evaluate::soak::{self, Soaked, Tally};
 use scan2params::evaluate::timed::timed_drape;
 use scan2params::evaluate::{speed, stages};
@@ -58,6 +59,7 @@ pub(crate) fn run(given: &args::Evaluate) -> Outcome {
         args::Evaluate::Verdict(given) => verdict::run(given),
         args::Evaluate::Start(given) => start::run(given),
         args::Evaluate::Refine(given) => refine::run(given),
+        args::Evaluate::Transfer(given) => transfer::run(given),
         args::Evaluate::Calibrate(given) => calibrate::run(given),
         args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
@@ -233,6 +235,10 @@ fn run_physics(given: &args::Physics) -> Outcome {
                 effects::hysteresis(data, given.effect_drops, tell)
                     .with_context(|| data.display().to_string())?;
             }
+            Part::Sections => match data {
+                Some(data) => println!("{}", sections::sections(data)?),
+                None => eprintln!("without --data there is no real drape to compare with"),
+            },
             Part::Cusick => {
                 let Some(data) = data else {
                     eprintln!("without --data there are no measured fabrics to drape");

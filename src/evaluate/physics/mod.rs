@@ -1,12 +1,14 @@
 //! The simulator against known answers and measured drapes, for `evaluate physics` and
 //! docs/validation: strips ([`strips`]), drapes on several meshes and of measured fabrics
-//! ([`drapes`]), with effects beyond the seven parameters ([`effects`]).
+//! ([`drapes`]), with effects beyond the seven parameters ([`effects`]), next to a real drape's
+//! sections ([`mod@sections`]).
 //!
 //! In: nothing, or a folder of measured data. Out: [`Table`]s of numbers with their known
 //! answers, charts, pictures.
 
 pub mod drapes;
 pub mod effects;
+pub mod sections;
 pub mod strips;
 
 use std::path::Path;
