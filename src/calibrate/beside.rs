@@ -34,10 +34,10 @@ pub struct Beside {
     /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth
     /// beyond the plate's edge, of a scanned sheet as a share of its own; 0 of a drape that was
     /// released.
-    pub held_share: f64,
+    pub springs_share: f64,
     /// Of a scanned sheet that was held and predicted, root mean square distance of the rims once
     /// it is released \[m\].
-    pub let_go_rms_m: Option<f64>,
+    pub released_rms_m: Option<f64>,
 }
 
 impl Beside {
@@ -61,11 +61,11 @@ impl Beside {
             measured: target.outline.clone(),
             simulated: outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&as_seen, &target.bench, rule),
-            held_share: match target.rim {
+            springs_share: match target.rim {
                 Some(_) => target.tied_share(&trial, view, options),
                 None => options.hold_per_m * trial.hold.rms_m,
             },
-            let_go_rms_m: None,
+            released_rms_m: None,
             drape: trial.drape,
             pose,
             rows: seen.rows,

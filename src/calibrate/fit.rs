@@ -17,7 +17,7 @@
 //! comparison over branches says little about a fabric.
 //!
 //! Where it fails: tied drapes differ less from their outlines than free ones would, in all but
-//! their mean extent, which is free; the force of the springs ([`Beside::held_share`]) says what
+//! their mean extent, which is free; the force of the springs ([`Beside::springs_share`]) says what
 //! that cost. A drape that does not come to rest is left out of the fit, and the result says so.
 
 use rayon::prelude::*;

@@ -47,18 +47,18 @@ pub fn predict(
             trial = lead.steadily_on(&mut sheet, target, &pose)?;
         }
         let mut state = squares.around(&shared, vec![trial], vec![pose]);
-        let mut let_go = || {
-            sheet.let_go();
+        let mut release = || {
+            sheet.release();
             let free = trial_of(&mut sheet, &asked, target.compared())
                 .or_else(|_| steadied_trial_of(&mut sheet, &asked, target.compared()))
                 .ok()?;
             let free = squares.around(&shared, vec![free], state.poses.clone());
             Some(rms_m(&free.seen[0].rows))
         };
-        let let_go_rms_m = if target.is_held(options) { let_go() } else { None };
+        let released_rms_m = if target.is_held(options) { release() } else { None };
         let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
         let pose = (state.poses[0], cloth.view());
-        Ok(Beside { let_go_rms_m, ..Beside::of(target, trial, pose, seen, options, rule) })
+        Ok(Beside { released_rms_m, ..Beside::of(target, trial, pose, seen, options, rule) })
     };
     targets.par_iter().zip(led).map(beside).collect()
 }

@@ -115,7 +115,7 @@ pub struct Pair {
     /// Root mean square distance of the outlines, before and after \[m\].
     pub rms_m: [f64; 2],
     /// The same of scanned sheets that were held, once they are released \[m\].
-    pub let_go_rms_m: Option<[f64; 2]>,
+    pub released_rms_m: Option<[f64; 2]>,
     /// Drape coefficient less the measured one, before and after \[%\].
     pub dc_off: [f64; 2],
 }
@@ -137,7 +137,7 @@ pub struct Group {
     pub rms_m: [f64; 2],
     /// Mean force of the springs that hold a drape, as a share of the weight of the cloth beyond
     /// the plate's edge.
-    pub held_share: f64,
+    pub springs_share: f64,
     /// Mean drape coefficient, measured and simulated \[%\].
     pub drape_coefficient: [f64; 2],
     /// Standard error of their difference \[%\].
@@ -195,8 +195,8 @@ impl FabricResult {
             };
             let (rms_m, dc_off) = ([a.rms_m, b.rms_m], [dc(a), dc(b)]);
             let held = measured.entry.role == Role::Holdout;
-            let let_go_rms_m = a.let_go_rms_m.zip(b.let_go_rms_m).map(<[f64; 2]>::from);
-            held.then_some(Pair { measured: before.measured, rms_m, let_go_rms_m, dc_off })
+            let released_rms_m = a.released_rms_m.zip(b.released_rms_m).map(<[f64; 2]>::from);
+            held.then_some(Pair { measured: before.measured, rms_m, released_rms_m, dc_off })
         };
         both.filter_map(pair).collect()
     }
@@ -337,7 +337,7 @@ impl FabricResult {
     /// cloth rests with.
     #[must_use]
     pub fn falls_away(&self) -> bool {
-        let free: Vec<[f64; 2]> = self.pairs().iter().filter_map(|p| p.let_go_rms_m).collect();
+        let free: Vec<[f64; 2]> = self.pairs().iter().filter_map(|p| p.released_rms_m).collect();
         fall_away(&free)
     }
 
@@ -378,7 +378,7 @@ impl FabricResult {
             drapes: at_rest.len(),
             lost: all.len() - at_rest.len(),
             rms_m: of(&|_, b| b.rms_m),
-            held_share: of(&|_, b| b.held_share)[0],
+            springs_share: of(&|_, b| b.springs_share)[0],
             drape_coefficient: [
                 of(&|m, _| coefficient(m))[0],
                 of(&|_, b| coefficient(&b.measures))[0],

@@ -60,7 +60,7 @@ pub(crate) struct ExperimentFlags {
     /// Change of curvature over which that friction rises to its full moment [1/m]
     #[arg(long)]
     pub(crate) hysteresis_slip: Option<f64>,
-    /// Correction of the mesh for folds (0.04 mends cantilevers); 0: none
+    /// Correction of the mesh for folds (0.04 corrects cantilevers); 0: none
     #[arg(long)]
     pub(crate) fold_correction: Option<f64>,
 }

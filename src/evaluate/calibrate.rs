@@ -186,7 +186,7 @@ pub const LEAST_FLOORS: f64 = 3.0;
 
 impl Scored {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, left_mm, verdict, effects, group, right, before_mm, after_mm, let_go_before_mm, let_go_after_mm, misfit_before, misfit_after, \
+    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, left_mm, verdict, effects, group, right, before_mm, after_mm, released_before_mm, released_after_mm, misfit_before, misfit_after, \
          floor_mm, truth_mm, strongest, in_region, region_share, failure";
 
     /// How far the effects move an outline on its branch \[mm\], if that is known.
@@ -282,8 +282,8 @@ impl Scored {
                 said.group.join(" "),
                 said.before_mm,
                 said.after_mm,
-                said.let_go_mm[0],
-                said.let_go_mm[1],
+                said.released_mm[0],
+                said.released_mm[1],
                 said.misfit[0],
                 said.misfit[1],
                 said.floor_mm,
@@ -441,7 +441,7 @@ mod tests {
             group: names(group),
             before_mm: 5.0,
             after_mm,
-            let_go_mm: [f64::NAN; 2],
+            released_mm: [f64::NAN; 2],
             misfit: [1.0, 0.5],
             floor_mm: 1.0,
             strongest: None,

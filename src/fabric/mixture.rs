@@ -172,7 +172,7 @@ impl Mixture {
         Self {
             name: name.into(),
             sha256: sha256_hex(hashes.as_bytes()),
-            provenance: format!("{} by turns", names.join(" and ")),
+            provenance: format!("alternating {}", names.join(" and ")),
             min: end(f64::min, |part| part.min),
             max: end(f64::max, |part| part.max),
             components: (0..turns).flat_map(of_turn).collect(),

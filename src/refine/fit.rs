@@ -480,12 +480,12 @@ impl<'a> Fit<'a> {
         }
         let begun = Begun::now();
         let factorisations = self.squares.options.sim.iterations;
-        let let_go = |follower: &mut Follower| {
+        let release = |follower: &mut Follower| {
             follower.search_at_most(factorisations);
-            follower.let_go();
+            follower.release();
             Some(follower.drape())
         };
-        let released = followers.par_iter_mut().map(let_go).collect();
+        let released = followers.par_iter_mut().map(release).collect();
         self.stages.add("released", begun);
         released
     }

@@ -268,7 +268,7 @@ impl ScanFit {
             tied: tied.clone(),
             tied_mean_m,
             tied_largest_m,
-            springs_share: trial.held_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
+            springs_share: trial.springs_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
             arcs,
             released: released.map(|drape| ReleasedDrape::beside(scan.rim, drape, led_by)),
             cells: bench[BENCH],

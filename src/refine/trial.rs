@@ -98,7 +98,12 @@ impl Trial {
     /// springs are as weak as [`FitOptions::hold_sag_m`](super::FitOptions::hold_sag_m) says, those
     /// of a rim alone as `rim_hold_sag_m`. Springs that are weaker where the scan is less sure
     /// count as if they were not.
-    pub(super) fn held_share(&self, scan: &Scan<'_>, hold_sag_m: f64, rim_hold_sag_m: f64) -> f64 {
+    pub(super) fn springs_share(
+        &self,
+        scan: &Scan<'_>,
+        hold_sag_m: f64,
+        rim_hold_sag_m: f64,
+    ) -> f64 {
         let stretched = |(to, at): (Point3, &Vector3)| (to.coords - at).norm_squared();
         match scan.sheet {
             Some(sheet) => {

@@ -36,7 +36,7 @@ pub const JSON: &str = "calibration.json";
 /// Name of the page.
 pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Whether `calibration.json` and the page can be written into `folder` without any of `inputs`
 /// being lost.
@@ -278,10 +278,11 @@ fn of_holdout(fabric: &FabricResult) -> Value {
         text["pairs"] = json!(pairs.len());
         text["before_mm"] = json!(mean(&of(&|p| p.rms_m[0] / M_PER_MM)));
         text["after_mm"] = json!(mean(&of(&|p| p.rms_m[1] / M_PER_MM)));
-        let let_go: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.let_go_rms_m).collect();
-        if !let_go.is_empty() {
-            for (which, key) in ["let_go_before_mm", "let_go_after_mm"].into_iter().enumerate() {
-                let own: Vec<f64> = let_go.iter().map(|both| both[which] / M_PER_MM).collect();
+        let released: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.released_rms_m).collect();
+        if !released.is_empty() {
+            for (which, key) in ["released_before_mm", "released_after_mm"].into_iter().enumerate()
+            {
+                let own: Vec<f64> = released.iter().map(|both| both[which] / M_PER_MM).collect();
                 text[key] = json!(mean(&own));
             }
         }
@@ -407,8 +408,8 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
         "file": file,
         "role": role,
         "rms_mm": beside.rms_m / M_PER_MM,
-        "held_share": beside.held_share,
-        "let_go_rms_mm": beside.let_go_rms_m.map(|m| m / M_PER_MM),
+        "springs_share": beside.springs_share,
+        "released_rms_mm": beside.released_rms_m.map(|m| m / M_PER_MM),
         "drape_coefficient": beside.measures.drape_coefficient,
         "folds": beside.measures.folds,
         "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a / M_PER_MM),
@@ -442,7 +443,7 @@ fn of_group(group: &Group) -> Value {
         "not_at_rest": group.lost,
         "rms_mm": group.rms_m[0] / M_PER_MM,
         "rms_se_mm": finite(group.rms_m[1] / M_PER_MM),
-        "held_share": group.held_share,
+        "springs_share": group.springs_share,
         "dc_measured": group.drape_coefficient[0],
         "dc_simulated": group.drape_coefficient[1],
         "dc_difference_se": finite(group.difference_se),
@@ -529,7 +530,7 @@ fn groups_table(groups: &[Group]) -> String {
             group.drapes,
             group.rms_m[0] / M_PER_MM,
             error(group.rms_m[1] / M_PER_MM, " +- ", ""),
-            100.0 * group.held_share,
+            100.0 * group.springs_share,
             group.drape_coefficient[0],
             group.drape_coefficient[1],
             error(group.difference_se, " (difference +- ", ")"),

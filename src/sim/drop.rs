@@ -50,7 +50,7 @@ pub enum DropStart {
 }
 
 /// A surface that a sheet starts from and stays tied to by weak springs, until
-/// [`crate::sim::Follower::let_go`].
+/// [`crate::sim::Follower::release`].
 ///
 /// They act along all directions and by area, weaker where the surface's standard deviation is
 /// large.
@@ -67,7 +67,7 @@ pub struct HeldSurface {
 }
 
 /// A rim that the border of a sheet is guided to and stays tied to by weak springs, until
-/// [`crate::sim::Follower::let_go`].
+/// [`crate::sim::Follower::release`].
 ///
 /// They act along all directions, weaker where the rim's standard deviation is large.
 #[derive(Clone, Debug, PartialEq)]

@@ -226,7 +226,7 @@ impl Follower {
 
     /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs,
     /// from the grips that its friction has. Gives why the search for rest ended.
-    pub fn let_go(&mut self) -> Stop {
+    pub fn release(&mut self) -> Stop {
         self.rested.model.guide = Guide::default();
         let setup = self.setup;
         let tried = self.attempt(&setup, &FollowOptions::default());

@@ -243,8 +243,8 @@ fn beside(up: bool, out_m: f64, drape: &scan2params::Drape) -> Beside {
         measures: Measures::of(&simulated, &Experiment::standard_cusick(), &rule),
         measured,
         simulated,
-        held_share: if up { 0.01 } else { 0.02 },
-        let_go_rms_m: None,
+        springs_share: if up { 0.01 } else { 0.02 },
+        released_rms_m: None,
     }
 }
 

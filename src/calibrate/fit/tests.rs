@@ -523,8 +523,8 @@ fn off_at_scales(has_sheet: bool) -> [(f64, f64); 2] {
         let rule = FoldRule::default();
         let mut all = predict(&targets, &believed, &cloth, &options, &rule, &|_| ());
         let beside = all.remove(0).unwrap();
-        println!("{:.3} mm, {:.4}", beside.rms_m * 1e3, beside.held_share);
-        (beside.rms_m, beside.held_share)
+        println!("{:.3} mm, {:.4}", beside.rms_m * 1e3, beside.springs_share);
+        (beside.rms_m, beside.springs_share)
     })
 }
 

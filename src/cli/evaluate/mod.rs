@@ -236,7 +236,11 @@ fn run_physics(given: &args::Physics) -> Outcome {
                     .with_context(|| data.display().to_string())?;
             }
             Part::Sections => match data {
-                Some(data) => println!("{}", sections::sections(data)?),
+                Some(data) => {
+                    let (table, chart) = sections::sections(data)?;
+                    println!("{table}");
+                    save("sections.png", chart.draw())?;
+                }
                 None => eprintln!("without --data there is no real drape to compare with"),
             },
             Part::Cusick => {

@@ -79,7 +79,7 @@ mod tests {
             group: Vec::new(),
             before_mm: 0.83,
             after_mm: 0.1 + 0.2,
-            let_go_mm: [1.5, f64::NAN],
+            released_mm: [1.5, f64::NAN],
             misfit: [0.9, 0.2],
             floor_mm: f64::NAN,
             strongest: Some([0.25, 1.0]),

@@ -28,7 +28,7 @@ pub struct Said {
     pub after_mm: f64,
     /// The same two of scanned sheets after release \[mm\]; NaN of outlines.
     #[serde(deserialize_with = "nans_of_nulls")]
-    pub let_go_mm: [f64; 2],
+    pub released_mm: [f64; 2],
     /// What the fits leave, in standard deviations, without any effect and with those found.
     #[serde(deserialize_with = "nans_of_nulls")]
     pub misfit: [f64; 2],
@@ -52,7 +52,7 @@ pub fn said_of(result: &FabricResult) -> Said {
         if pairs.is_empty() { [plain_mm, plain_mm] } else { [of(0), of(1)] };
     let of_free = |which: usize| -> f64 {
         let own: Vec<f64> =
-            pairs.iter().filter_map(|pair| Some(pair.let_go_rms_m?[which])).collect();
+            pairs.iter().filter_map(|pair| Some(pair.released_rms_m?[which])).collect();
         mean(&own) / M_PER_MM
     };
     let before = result.fitted.as_ref().map_or(f64::NAN, |fitted| fitted.misfit);
@@ -64,7 +64,7 @@ pub fn said_of(result: &FabricResult) -> Said {
         group: found().flat_map(|found| &found.group).map(|&name| name.to_owned()).collect(),
         before_mm,
         after_mm,
-        let_go_mm: [of_free(0), of_free(1)],
+        released_mm: [of_free(0), of_free(1)],
         misfit: [before, result.after.as_ref().map_or(before, |after| after.fitted.misfit)],
         floor_mm: captures.map_or(f64::NAN, |spread| spread.median_m / M_PER_MM),
         strongest: strongest(result),

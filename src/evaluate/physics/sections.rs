@@ -19,6 +19,7 @@ use crate::base::{Outline, Vector3};
 use crate::calibrate::measures::{BEARINGS, FoldRule, Measures, farthest_m, folds};
 use crate::calibrate::trial::outline_of;
 use crate::geom::MeshIndex;
+use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
 use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, Stop, drape};
 
 /// Depths of the sections below the disc \[m\].
@@ -62,6 +63,8 @@ struct Compared {
     mean_m: f64,
     /// Mean distance of the sections from the axis less the measured one \[m\].
     farther_m: [f64; 4],
+    /// Where the scan's axis is best put, from the drape's, x and z \[m\].
+    shift_m: [f64; 2],
     /// Folds of the lowest section.
     folds: usize,
     drape: Drape,
@@ -71,7 +74,7 @@ struct Compared {
 ///
 /// # Errors
 /// When the file of the folder cannot be read, or is no such table.
-pub fn sections(data: &Path) -> Result<Table, DataError> {
+pub fn sections(data: &Path) -> Result<(Table, Chart), DataError> {
     let measured = read(&data.join("real-drape-sections/sections.csv"))?;
     let mut rows = Vec::new();
     let plain = DIAMETERS_M.map(|diameter_m| {
@@ -100,7 +103,40 @@ pub fn sections(data: &Path) -> Result<Table, DataError> {
         counts.join(", "),
         DEPTHS_M.map(|d| format!("{:.1}", d / M_PER_MM)).join(", ")
     );
-    Ok(Table { title, columns: COLUMNS.split(", ").collect(), rows })
+    let chart = chart(&turned(&measured, uneven.cloth.warp), &uneven);
+    Ok((Table { title, columns: COLUMNS.split(", ").collect(), rows }, chart))
+}
+
+/// The highest and the lowest section, measured and simulated, seen from above.
+fn chart(measured: &Sections, compared: &Compared) -> Chart {
+    let own = of_drape(&compared.drape);
+    let plan = |distances: &[f64], [dx, dz]: [f64; 2]| -> Vec<[f64; 2]> {
+        let at = |k: usize| {
+            let (sin, cos) = (k as f64 * 360.0 / BEARINGS as f64).to_radians().sin_cos();
+            let r = distances[k % BEARINGS];
+            [(r * cos - dx) / M_PER_MM, (r * sin - dz) / M_PER_MM]
+        };
+        (0..=BEARINGS).map(at).collect()
+    };
+    let series = |name: &str, points, k: usize| Series {
+        name: name.to_owned(),
+        points,
+        mark: Mark::Line,
+        colour: COLOURS[k],
+    };
+    let (none, shift) = ([0.0; 2], compared.shift_m);
+    Chart {
+        title: "sections 15 and 25 mm below the disc, from above".into(),
+        x: Axis { label: "mm".into(), log: false },
+        y: Axis { label: "mm".into(), log: false },
+        series: vec![
+            series("measured, 15 mm", plan(&measured[0], none), 0),
+            series("measured, 25 mm", plan(&measured[3], none), 1),
+            series("simulated, 15 mm", plan(&own[0], shift), 2),
+            series("simulated, 25 mm", plan(&own[3], shift), 3),
+        ],
+        legend: Legend::Left,
+    }
 }
 
 const COLUMNS: &str = "drape, diameter_mm, bending_length_mm, warp_over_weft, warp_bearing_deg, rms_mm, mean_mm, \
@@ -230,6 +266,7 @@ fn compared(measured: &Sections, cloth: Cloth, drape: Drape) -> Compared {
         rms_m: (left().map(|d| d * d).sum::<f64>() / count).sqrt(),
         mean_m: left().map(f64::abs).sum::<f64>() / count,
         farther_m,
+        shift_m: shift,
         folds: folds(&own[3], &FoldRule::default()),
         drape,
     }

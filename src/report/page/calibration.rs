@@ -255,7 +255,7 @@ fn group_row(group: &Group, model: &str) -> Markup {
             td .number .strong { (fixed(mm(rms), 2)) (error) }
             td .number { (fixed(group.drape_coefficient[0], 1)) " / " (fixed(group.drape_coefficient[1], 1)) " %" }
             td .number { (fixed(group.folds[0], 1)) " / " (fixed(group.folds[1], 1)) }
-            td .number { (percent(group.held_share, 1)) }
+            td .number { (percent(group.springs_share, 1)) }
         }
     }
 }

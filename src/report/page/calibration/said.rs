@@ -105,7 +105,7 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
                 fixed(of(1), 2),
                 fixed(gain, 2)
             ));
-            let free: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.let_go_rms_m).collect();
+            let free: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.released_rms_m).collect();
             if !free.is_empty() {
                 let of = |k: usize| mean(&free.iter().map(|both| mm(both[k])).collect::<Vec<_>>());
                 out.push(format!(
