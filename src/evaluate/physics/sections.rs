@@ -85,11 +85,11 @@ pub fn sections(data: &Path) -> Result<(Table, Chart), DataError> {
         found
     });
     let plain = best(plain.into());
-    let turned = RATIOS.iter().flat_map(|&ratio| {
+    let lying = RATIOS.iter().flat_map(|&ratio| {
         let step = 180 / WARPS;
         (0..WARPS).map(move |k| Cloth { ratio, warp: k * step, ..plain.cloth })
     });
-    let tried = turned.map(|cloth| guided(&measured, cloth));
+    let tried = lying.map(|cloth| guided(&measured, cloth));
     let uneven = closer(&measured, best(tried.collect()));
     rows.push(row("stiffer along the warp", &uneven));
     for seed in 1..=DROPS {

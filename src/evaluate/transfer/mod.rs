@@ -4,7 +4,8 @@
 //! In: fabrics of priors, sensors, a seed. Each fabric is draped, scanned once by each sensor,
 //! estimated and refined, as in [`super::refine`]. The true fabric and what was found are then tried
 //! in [`shapes`]. Out: one [`Transferred`] a fabric, kept in a folder, and rows of
-//! [`table`](mod@table). A fabric that is kept is not computed again.
+//! [`table`](mod@table). A fabric that is kept is not computed again, and one whose scans were all
+//! refused is not tried.
 
 pub mod pictures;
 pub mod shapes;
@@ -155,6 +156,8 @@ fn of_fabric_of(
     let found: Vec<Found> = cases.iter().flat_map(|case| found(case, &truth)).collect();
     let others: Vec<Fabric> = found.iter().map(|found| Fabric::from_si(found.fabric)).collect();
     let seed = series.seed ^ (index << 16);
+    // what was refused is not tried
+    let shapes = if others.is_empty() { &[][..] } else { &Shape::ALL };
     Ok(Transferred {
         prior: prior.name().to_owned(),
         index,
@@ -162,7 +165,7 @@ fn of_fabric_of(
         drops,
         truth: truth.in_si(),
         refused: refused.collect(),
-        tried: Shape::ALL.iter().map(|shape| shape.tried(&truth, &others, drops, seed)).collect(),
+        tried: shapes.iter().map(|shape| shape.tried(&truth, &others, drops, seed)).collect(),
         cantilevers_mm: cantilevers_mm(&truth, &truth),
         found,
     })
