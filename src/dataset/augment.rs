@@ -1,8 +1,8 @@
 //! From drapes to scans with known truth: the augmentation of training and test data.
 //!
 //! In: a drape (OBJ), the parameters of one (`*.params.json`, simulated first), a folder of both,
-//! or a folder of `generate --sheets`; a sensor profile, a seed, a number of variants. Out, per variant:
-//! a fused cloud (PLY), depth images with poses (`views.json`), or the rim that
+//! or a folder of `generate --sheets`; a sensor profile, a seed, a number of variants. Out, per
+//! variant: a fused cloud (PLY), depth images with poses (`views.json`), or the rim that
 //! `boundary` finds in the cloud (CSV); and next to it the truth:
 //!
 //! | file | what it is |

@@ -35,12 +35,7 @@ pub(super) fn write(folder: &Path, manifest: &Manifest) -> Result<(), GenerateEr
 
 fn text(manifest: &Manifest) -> String {
     let made = made(manifest);
-    let columns = columns_table();
-    let endings = endings_table();
-    let groups = match manifest.walks {
-        Some(walks) => format!("`index // {}` (drapes of one walk)", walks.rows),
-        None => "`fabric_index` (drapes of one fabric)".to_owned(),
-    };
+    let (columns, rules) = (columns_table(), rules(manifest));
     format!(
         "# Simulated drapes
 
@@ -71,7 +66,21 @@ Frame: {FRAME}.
 Units, frame and meaning of each column are in its field's metadata, and the settings in each file's:
 `pq.read_schema(FILE)` shows both.
 
-## How a drape ended
+{rules}",
+        flags = manifest.flags(),
+        chunk_rows = manifest.chunk_rows,
+    )
+}
+
+/// What to train on, how to split, where the data end, whose they are.
+fn rules(manifest: &Manifest) -> String {
+    let endings = endings_table();
+    let groups = match manifest.walks {
+        Some(walks) => format!("`index // {}` (drapes of one walk)", walks.rows),
+        None => "`fabric_index` (drapes of one fabric)".to_owned(),
+    };
+    format!(
+        "## How a drape ended
 
 {endings}
 Train on rows that are `converged`. One that ended as `slow` is near to rest, and not at rest.
@@ -93,8 +102,6 @@ seed for a test set of new fabrics.
 The program claims no rights in its output. Its own licence (MIT or Apache-2.0) does not cover it. State yours here before
 you publish the folder.
 ",
-        flags = manifest.flags(),
-        chunk_rows = manifest.chunk_rows,
         prior = manifest.prior,
     )
 }

@@ -10,8 +10,8 @@
 //! At d = 1 that is the buckling load, F = 4 pi^2 b B / L^2. Source: Euler's elastica, e.g. S. P.
 //! Timoshenko and J. M. Gere, Theory of Elastic Stability, 2.7. The weight is left out.
 
-/// Nearest clamps over the strip's length: nearer ones make a bulb whose sides touch. Testers stop at
-/// 0.6.
+/// Nearest clamps over the strip's length: nearer ones make a bulb whose sides touch. The tester
+/// stops at 0.6.
 const LEAST_SHARE: f64 = 0.3;
 /// Parameter m of a loop that is nearer than [`LEAST_SHARE`].
 const LARGEST_M: f64 = 0.8;

@@ -1,5 +1,5 @@
-//! Measured mechanics of a fabric: the physics file of U3M 1.1, as Browzwear's Fabric Analyzer (FAB)
-//! writes it.
+//! Measured mechanics of a fabric: the physics file of U3M 1.1, as Browzwear's Fabric Analyzer
+//! (FAB) writes it.
 //!
 //! In: a `.u3m`, which names its physics file, or that file itself (JSON). It holds values that the
 //! tester gives (bend \[dyn cm\], stretch and shear \[N/m\], mass \[g/m^2\]) and the raw series,

@@ -1,15 +1,16 @@
 //! Stiffnesses from the raw series of a tester.
 //!
-//! In: the upward bend test and the 8 cm stretch test of three strips. Out: the six stiffnesses, each the mean over cycles with its
-//! least and largest value. The tester's own laws are not public. These are used:
+//! In: the upward bend test and the 8 cm stretch test of three strips. Out: the six stiffnesses,
+//! each the mean over cycles with its least and largest value. The tester's own laws are not
+//! public. These are used:
 //!
-//! - **Bending** is [`super::loop_test`]'s law at the largest push of each outward part of the upward
-//!   test at 2 cm, as the file has the force. Of the laws that were tried this one agrees best with
-//!   the given values of the two examples: 5 to 12 % below all four. The rest is near one factor,
-//!   which no public document explains. Dropped: zeroing the force (the load cell's zero drifts by
-//!   more than the signal, up to 3 gf; slopes alone give two to four times the given values); the
-//!   downward test; the weight of the strip, which moves the result by some 10 %; the returns,
-//!   which friction in the fabric pulls to zero.
+//! - **Bending** is Euler's elastica between two clamps (`loop_test.rs`) at the largest push of
+//!   each outward part of the upward test at 2 cm, with the force as the file has it. Of the laws
+//!   that were tried this one agrees best with the given values of the two examples: 5 to 12 %
+//!   below all four. The rest is near one factor, which no public document explains. Dropped:
+//!   zeroing the force (the load cell's zero drifts by more than the signal, up to 3 gf; slopes
+//!   alone give two to four times the given values); the downward test; the weight of the strip,
+//!   which moves the result by some 10 %; the returns, which friction in the fabric pulls to zero.
 //! - **Stretch** is the secant from the free length to 5 gf/cm on the returns of the 8 cm test,
 //!   without the first cycle. 5 gf/cm is the least load of the FAST-3 tester. The law of the given
 //!   values is not known: this one lies within some 20 % of the four, and with four numbers that is
@@ -47,7 +48,6 @@ impl Recomputed {
 
 /// The six stiffnesses in the paper's order, from the strips along weft, warp and bias; in place of
 /// a value the reason why there is none.
-#[must_use]
 pub fn all(weft: &Strip, warp: &Strip, bias: &Strip) -> [Result<Recomputed, String>; STIFFNESSES] {
     let [stretch_weft, stretch_warp, stretch_bias] = [weft, warp, bias].map(stretch);
     let shear = shear(&stretch_weft, &stretch_warp, &stretch_bias);

@@ -21,8 +21,8 @@ fn units(stiffness: &Stiffness) -> (&'static str, f64, &'static str, f64) {
 }
 
 impl Measured {
-    /// A line per stiffness: given, recomputed with its range over the cycles, their difference, and
-    /// the recomputed value in the paper's unit.
+    /// A line per stiffness: given, recomputed with its range over the cycles, their difference,
+    /// and the recomputed value in the paper's unit.
     #[must_use]
     pub fn text(&self) -> String {
         let name = if self.name.is_empty() { "a fabric without a name" } else { &self.name };

@@ -38,7 +38,9 @@ fn stretch_parts(stretch_n_m: f64) -> Value {
 
 fn physics_of(invented: &Invented) -> Value {
     let strip = |k: usize| {
-        let test = |length: f64, parts: Value| serde_json::json!({ "length": length, "width": WIDTH_CM, "samplesTree": parts });
+        let test = |length: f64, parts: Value| {
+            serde_json::json!({ "length": length, "width": WIDTH_CM, "samplesTree": parts })
+        };
         serde_json::json!({
             "hwSerialNumber": 7,
             "U1": test(2.0, loop_parts(invented.bending[k])),
