@@ -36,15 +36,16 @@ fn stretch_parts(stretch_n_m: f64) -> Value {
     serde_json::json!([out, first_back, out, back, out, back])
 }
 
+fn test_of(length_cm: f64, parts: &Value) -> Value {
+    serde_json::json!({ "length": length_cm, "width": WIDTH_CM, "samplesTree": parts })
+}
+
 fn physics_of(invented: &Invented) -> Value {
     let strip = |k: usize| {
-        let test = |length: f64, parts: Value| {
-            serde_json::json!({ "length": length, "width": WIDTH_CM, "samplesTree": parts })
-        };
         serde_json::json!({
             "hwSerialNumber": 7,
-            "U1": test(2.0, loop_parts(invented.bending[k])),
-            "S2": test(8.0, stretch_parts(invented.stretch[k])),
+            "U1": test_of(2.0, &loop_parts(invented.bending[k])),
+            "S2": test_of(8.0, &stretch_parts(invented.stretch[k])),
         })
     };
     serde_json::json!({
