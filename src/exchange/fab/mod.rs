@@ -15,6 +15,7 @@
 
 mod loop_test;
 pub mod recompute;
+mod series;
 mod show;
 mod write;
 
@@ -27,13 +28,11 @@ use crate::base::units::KG_M2_PER_G_M2;
 use crate::exchange::units::NM_PER_DYN_CM;
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use recompute::Recomputed;
+use series::{M_PER_CM, N_PER_GF};
 
+pub use series::{Part, Strip, Test};
 pub use write::Take;
 
-/// N in 1 gf.
-const N_PER_GF: f64 = 9.806_65e-3;
-/// m in 1 cm.
-const M_PER_CM: f64 = 1e-2;
 /// Given and recomputed values that differ by more than this share get a warning.
 pub const DISAGREES: f64 = 0.2;
 
@@ -43,33 +42,6 @@ pub const DISAGREES: f64 = 0.2;
 pub struct FabError {
     path: PathBuf,
     fault: String,
-}
-
-/// One part of a test: the clamps move one way, from the first pair to the last.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Part {
-    /// Distance of the clamps \[m\] and force \[N\], positive where the fabric pulls.
-    pub pairs: Vec<[f64; 2]>,
-}
-
-/// A test: cycles, each with an outward part and a return.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Test {
-    /// Free length of the strip \[m\].
-    pub length_m: f64,
-    /// Width of the strip \[m\].
-    pub width_m: f64,
-    /// Outward parts and returns, alternating.
-    pub parts: Vec<Part>,
-}
-
-/// The tests of a strip along one direction that are used here.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Strip {
-    /// Bent upward, clamps at 2 cm.
-    pub up_2cm: Option<Test>,
-    /// Stretched, clamps at 8 cm.
-    pub stretch_8cm: Option<Test>,
 }
 
 /// A stiffness as the tester gives it and as its series have it.

@@ -19,11 +19,12 @@
 //!   Poisson's effect: 1/G = 4/E45 - 1/E_weft - 1/E_warp. At 2 cm yarns run from clamp to clamp,
 //!   so that only 8 cm will do. It depends on the load: fabrics that shear easily lock later.
 
-use super::{N_PER_GF, Part, Strip, loop_test};
+use super::loop_test;
+use super::series::{M_PER_CM, N_PER_GF, Part, Strip};
 use crate::fabric::STIFFNESSES;
 
 /// Load per width of a secant \[N/m\]: 5 gf/cm.
-pub const LOAD_N_M: f64 = 5.0 * N_PER_GF / super::M_PER_CM;
+pub const LOAD_N_M: f64 = 5.0 * N_PER_GF / M_PER_CM;
 
 /// A value from series.
 #[derive(Clone, Copy, Debug, PartialEq)]
