@@ -10,6 +10,7 @@ import pathlib
 from dataclasses import dataclass
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 STIFFNESSES = ["stretch_weft", "stretch_warp", "shear", "bending_weft", "bending_warp", "bending_bias"]
@@ -21,7 +22,7 @@ SWAPPED = [1, 0, 2, 4, 3, 5]
 
 @dataclass
 class Drapes:
-    """Rows at rest, and what their folder says of them."""
+    """Rows that converged, and what their folder says of them."""
 
     boundary: np.ndarray  # (rows, 244, 3) f32 mm
     stiffness: np.ndarray  # (rows, 6) paper units
@@ -36,20 +37,23 @@ class Drapes:
 
 
 def read_folder(folder, rows_limit=None):
-    """All rows at rest of a folder, in the order of their index."""
+    """All rows of a folder that converged, in the order of their index; files of either schema."""
     folder = pathlib.Path(folder)
     files = sorted(folder.glob("drapes-*.parquet"))
     if not files:
         raise SystemExit(f"{folder}: no drapes-*.parquet; make them with `scan2params generate`")
     manifest = json.loads((folder / "manifest.json").read_text())
-    tables = [pq.read_table(file).to_pydict() for file in files]
-    column = {key: sum((t[key] for t in tables), []) for key in tables[0]}
+    tables = [pq.read_table(file) for file in files]
+    # Schema 1 calls `at_rest` what schema 2 calls `converged`.
+    converged = "converged" if "converged" in tables[0].column_names else "at_rest"
+    plain = [*STIFFNESSES, "density", converged, "stop", "fabric_index", "index", "node_count"]
+    column = {key: np.concatenate([t[key].to_numpy() for t in tables]) for key in plain}
+    boundary = np.concatenate([rims_mm(t["boundary_mm"]) for t in tables])
     if rows_limit:
-        column = {key: values[:rows_limit] for key, values in column.items()}
-    boundary = np.stack([np.frombuffer(b, "<f4") for b in column["boundary_mm"]]).reshape(-1, POINTS, 3)
+        column, boundary = {key: values[:rows_limit] for key, values in column.items()}, boundary[:rows_limit]
     stiffness = np.stack([np.asarray(column[key]) for key in STIFFNESSES], axis=1)
     density = np.asarray(column["density"])
-    keep = np.asarray(column["at_rest"]) & np.isfinite(boundary).all(axis=(1, 2))
+    keep = np.asarray(column[converged]) & np.isfinite(boundary).all(axis=(1, 2))
     left_out = {}
     for stop, kept in zip(column["stop"], keep):
         if not kept:
@@ -71,6 +75,13 @@ def read_folder(folder, rows_limit=None):
     )
 
 
+def rims_mm(column):
+    """(rows, 244, 3) f32 of a column `boundary_mm`: lists of points, or bytes in schema 1."""
+    if pa.types.is_fixed_size_binary(column.type):
+        return np.stack([np.frombuffer(rim, "<f4") for rim in column.to_pylist()]).reshape(-1, POINTS, 3)
+    return column.combine_chunks().flatten().flatten().to_numpy().reshape(-1, POINTS, 3)
+
+
 def vertices(manifest):
     """Vertices on a side of a folder's drapes; made-up drapes have none."""
     simulator = manifest["simulator"]
@@ -78,14 +89,14 @@ def vertices(manifest):
 
 
 def read_folders(folders, rows_limit=None):
-    """All rows at rest of several folders."""
+    """All rows of several folders that converged."""
     return joined(folders, [read_folder(folder, rows_limit) for folder in folders])
 
 
 def joined(folders, parts):
     """Several folders as one, of any cells. A fabric that is in two of them brings their groups together."""
     manifest = dict(parts[0].manifest)
-    differing = {"walks", "count", "program", "simulator"}
+    differing = {"schema", "walks", "count", "program", "simulator"}
     for folder, part in zip(folders[1:], parts[1:]):
         other = [k for k in manifest.keys() | part.manifest.keys() if k not in differing and part.manifest.get(k) != manifest.get(k)]
         if other:

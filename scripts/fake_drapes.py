@@ -71,16 +71,18 @@ def main():
     boundaries = np.stack([fake_boundary(v, rng.random()) for v in fabrics]).astype("<f4")
     columns = {"index": np.arange(args.count), "fabric_index": np.arange(args.count)}
     columns |= {key: fabrics[:, i] for i, key in enumerate(KEYS)}
-    columns["boundary_mm"] = pa.array([b.tobytes() for b in boundaries], pa.binary(2928))
-    columns["at_rest"] = np.arange(args.count) % 50 != 7
-    columns["stop"] = ["at rest" if rest else "steps spent" for rest in columns["at_rest"]]
-    columns["stable"] = columns["at_rest"]
+    points = pa.FixedSizeListArray.from_arrays(boundaries.ravel(), 3)
+    columns["boundary_mm"] = pa.FixedSizeListArray.from_arrays(points, drape_data.POINTS)
+    rest = np.arange(args.count) % 50 != 7
+    columns["stop"] = ["at_rest" if rest else "iterations" for rest in rest]
+    columns["converged"] = columns["at_rest"] = rest
+    columns["stable"] = pa.array([True if rest else None for rest in rest])
     columns["node_count"] = np.zeros(args.count, np.int32)
     columns["energy_j"] = columns["residual_n"] = np.zeros(args.count)
     args.out.mkdir(parents=True, exist_ok=True)
     pq.write_table(pa.table(columns), args.out / "drapes-000000.parquet")
     manifest = {
-        "schema": "scan2params/dataset/1", "program": "fake_drapes.py", "simulator_numerics": numerics_version(),
+        "schema": "scan2params/dataset/2", "program": "fake_drapes.py", "simulator_numerics": numerics_version(),
         "simulator": "fake", "prior": prior["name"], "prior_sha256": "",
         "prior_limits": [prior["min"], prior["max"]], "seed": args.seed, "drops_per_fabric": 1,
         "chunk_rows": args.count, "count": args.count,

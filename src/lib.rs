@@ -61,12 +61,12 @@
 //! | `none` | [`base`], [`geom`], [`numeric`], [`io`], [`fabric`], [`sim`], [`scan`], [`sensor`], [`refine`], [`exchange`] | | 139 |
 //! | `estimate` | [`estimate`], [`job`] | ort, tract | 198 |
 //! | `calibrate` | [`calibrate`] | image | 145 |
-//! | `dataset` | [`dataset`] | parquet | 150 |
+//! | `dataset` | [`dataset`] | arrow, parquet | 159 |
 //! | `picture` | [`picture`] | image, plotters, a font | 150 |
 //! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`], [`combine`] | statrs | 221 |
 //! | `kit` | `report`, and [`kit`] | pdf-writer, pulldown-cmark | 225 |
-//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 229 |
-//! | `cli` | all of it, and the program | clap | 258 |
+//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 238 |
+//! | `cli` | all of it, and the program | clap | 267 |
 //!
 //! # Layers
 //!

@@ -92,7 +92,8 @@ pub(crate) enum Command {
     /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON,
     /// CSV.
     Export(Export),
-    /// Convert a stiffness or a density to another unit, or a params.json to all of them.
+    /// Convert a stiffness or a density to another unit, a params.json to all of them, or a measured
+    /// fabric to one that can be simulated.
     Convert(Convert),
     /// Show the file of defaults, and the value of each flag of a command line.
     Config(Config),
@@ -643,8 +644,8 @@ fn percent(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Augment {
-    /// A drape as `simulate` writes it (OBJ, mm, simulation frame), a params.json that
-    /// is simulated first, or a folder of *.obj and *.params.json
+    /// A drape as `simulate` writes it (OBJ, mm, simulation frame), a params.json that is simulated
+    /// first, a folder of *.obj and *.params.json, or a folder of `generate --sheets`
     #[arg(value_name = "DRAPE.obj|FOLDER")]
     pub(crate) input: PathBuf,
     /// File for one scan, or folder for any number; the truth is written next to each
@@ -1418,6 +1419,10 @@ pub(crate) struct Generate {
     /// Use the canonical drop for every sheet, as the paper does, instead of perturbed drops
     #[arg(long, conflicts_with_all = ["drops_per_fabric", "walk"])]
     pub(crate) canonical: bool,
+    /// Write each drape's sheet as well: DIR/sheets/drape-NNNNNNNN.ply (mm, simulation frame) with
+    /// its params.json, which `augment DIR` scans
+    #[arg(long)]
+    pub(crate) sheets: bool,
     /// End a drape when a cycle of the descent lowers the energy by less than this share: 0 for
     /// full rest [default: 1e-4, with --walk 1e-5]
     #[arg(long, value_name = "SHARE", value_parser = energy_drop)]
@@ -1491,9 +1496,10 @@ pub(crate) enum MeshKind {
 
 #[derive(Debug, Args)]
 pub(crate) struct Convert {
-    /// A number, or a params.json, which is printed in the units of the paper, SI, textile
-    /// laboratories and CLO
-    #[arg(value_name = "VALUE|PARAMS.json", allow_negative_numbers = true)]
+    /// A number; a params.json, which is printed in the units of the paper, SI, textile
+    /// laboratories and CLO; or a fabric that Browzwear's tester measured (.u3m, or its physics
+    /// JSON), whose values are printed as given and as its raw series have them
+    #[arg(value_name = "VALUE|FILE", allow_negative_numbers = true)]
     pub(crate) what: String,
     /// The number's unit. Stretch and shear: "g/s^2", "N/m", "gf/cm", "gf/(cm deg)" (KES shear),
     /// clo-slider. Bending: "g mm^2 s^-2 rad^-1", "N m", "uN m", "gf cm^2/cm" (KES), "dyn cm", mm
@@ -1504,10 +1510,26 @@ pub(crate) struct Convert {
     /// The unit to convert to
     #[arg(long, value_name = "UNIT", requires = "unit")]
     pub(crate) to: Option<String>,
-    /// Areal density, for bending lengths [g/m^2]
+    /// Areal density, for bending lengths, and for a measured fabric without mass [g/m^2]
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]
     pub(crate) density: Option<f64>,
+    /// Of a measured fabric: file to write it to, for `simulate --params`
+    #[arg(long, short, value_name = "PARAMS.json")]
+    pub(crate) out: Option<PathBuf>,
+    /// Of a measured fabric: the values to write, those that the tester gives or those from its
+    /// raw series; where one is missing, the other [default: given]
+    #[arg(long, value_enum, value_name = "WHICH", requires = "out")]
+    pub(crate) values: Option<MeasuredValues>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Which values of a measured fabric are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum MeasuredValues {
+    /// Those that the tester gives.
+    Given,
+    /// Those from its raw series.
+    Recomputed,
 }

@@ -80,7 +80,7 @@ fn report(made: &Made) {
 
 fn failure(error: AugmentError) -> Failure {
     match error {
-        AugmentError::Input { .. } => Failure::usage(error),
+        AugmentError::Input { .. } | AugmentError::RimsOnly { .. } => Failure::usage(error),
         AugmentError::Output(error) => Failure::of_output(error),
         other => Failure::from(other),
     }

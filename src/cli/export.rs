@@ -7,6 +7,7 @@ use anyhow::anyhow;
 
 use super::{Failure, Outcome, args};
 use scan2params::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use scan2params::exchange::fab::{self, Take};
 use scan2params::exchange::units::{self, Unit};
 use scan2params::exchange::{self, ExchangeError, Exported, Mesh, Options, systems};
 use scan2params::fabric::params::{self, Params};
@@ -99,6 +100,14 @@ fn of_exchange(error: ExchangeError, params: &Path) -> Failure {
 
 pub(crate) fn convert(given: &args::Convert) -> Outcome {
     let density = given.density.map(|density| density * KG_M2_PER_G_M2);
+    let path = Path::new(&given.what);
+    if given.unit.is_none() && path.is_file() && fab::is_one(path) {
+        return measured(given, path, density);
+    }
+    if given.out.is_some() {
+        let why = "--out is for a measured fabric: a .u3m, or its physics JSON";
+        return Err(Failure::usage(anyhow!("{}: {why}", given.what)));
+    }
     let (Some(unit), Some(to)) = (&given.unit, &given.to) else {
         return table(given);
     };
@@ -121,6 +130,42 @@ pub(crate) fn convert(given: &args::Convert) -> Outcome {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         println!("{} {}", systems::shown(converted), to.name);
+    }
+    Ok(())
+}
+
+/// What a tester says of a fabric, and the fabric as a params.json.
+fn measured(given: &args::Convert, path: &Path, density_kg_m2: Option<f64>) -> Outcome {
+    if let Some(out) = &given.out {
+        output::check_file(out, &[path.to_owned()]).map_err(Failure::of_output)?;
+    }
+    let measured = fab::read(path)?;
+    if let Some(out) = &given.out {
+        let take = match given.values {
+            Some(args::MeasuredValues::Recomputed) => Take::Recomputed,
+            Some(args::MeasuredValues::Given) | None => Take::Given,
+        };
+        let fabric = measured.fabric(take, density_kg_m2);
+        let fabric = fabric.map_err(|why| Failure::usage(anyhow!("{}: {why}", path.display())))?;
+        fabric.check().map_err(|error| anyhow!("{}: {error}", path.display()))?;
+        let text = serde_json::to_string_pretty(&measured.params_json(&fabric, take))?;
+        scan2params::io::atomically(out, |out| writeln!(out, "{text}"))?;
+    }
+    let to_stdout = given.out.as_deref().is_some_and(output::is_stdout);
+    let report = match given.json {
+        true => serde_json::to_string_pretty(&measured.json())? + "\n",
+        false => measured.text(),
+    };
+    if to_stdout {
+        eprint!("{report}");
+    } else {
+        print!("{report}");
+    }
+    for note in measured.notes() {
+        warning!("warning: {note}");
+    }
+    if let Some(out) = given.out.as_ref().filter(|_| !to_stdout) {
+        eprintln!("wrote {}", out.display());
     }
     Ok(())
 }

@@ -24,11 +24,12 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
     options.threads = given.threads.threads;
     options.canonical = given.canonical;
     options.walks = given.walk.map(|rows| Walks { rows, ..Walks::default() });
+    options.sheets = given.sheets;
     options.simulator = serde_json::to_value(simulator)?;
     let start = Instant::now();
     let simulate = |sample: &_, sheet| match options.walks {
         Some(_) => drapes::walk(sample, sheet, &simulator),
-        None => (drapes::simulate(sample, &simulator), None),
+        None => drapes::simulate(sample, &simulator),
     };
     let report = |progress: Progress| {
         report(progress, start);
@@ -43,26 +44,28 @@ pub(crate) fn run(given: &args::Generate) -> Outcome {
         summary.files_written,
         summary.files_kept
     );
-    for (stop, count) in &summary.not_at_rest {
-        warning!("not at rest: {count} ({stop})");
+    for (stop, count) in &summary.not_converged {
+        warning!("not converged: {count} ({stop})");
     }
     Ok(())
 }
 
 fn failure(error: GenerateError) -> Failure {
     match error {
-        GenerateError::Options(_) | GenerateError::OtherOptions { .. } => Failure::usage(error),
+        GenerateError::Options(_)
+        | GenerateError::OtherOptions { .. }
+        | GenerateError::Older { .. } => Failure::usage(error),
         GenerateError::Output(error) => Failure::of_output(error),
         other => Failure::from(other),
     }
 }
 
 fn report(progress: Progress, start: Instant) {
-    let Progress { made, to_make, not_at_rest } = progress;
+    let Progress { made, to_make, not_converged } = progress;
     let every = if std::io::stderr().is_terminal() { 1 } else { 50 };
     if made.is_multiple_of(every) || made == to_make {
         let spent = start.elapsed().as_secs_f64();
         let left = spent / made as f64 * (to_make - made) as f64;
-        eprintln!("{made}/{to_make} drapes, {not_at_rest} not at rest, {left:.0} s left");
+        eprintln!("{made}/{to_make} drapes, {not_converged} not converged, {left:.0} s left");
     }
 }

@@ -1,8 +1,8 @@
 //! From drapes to scans with known truth: the augmentation of training and test data.
 //!
-//! In: a drape (OBJ), the parameters of one (`*.params.json`, simulated first), or a
-//! folder of both; a sensor profile, a seed, a number of variants. Out, per variant:
-//! a fused cloud (PLY), depth images with poses (`views.json`), or the rim that
+//! In: a drape (OBJ), the parameters of one (`*.params.json`, simulated first), a folder of both,
+//! or a folder of `generate --sheets`; a sensor profile, a seed, a number of variants. Out, per
+//! variant: a fused cloud (PLY), depth images with poses (`views.json`), or the rim that
 //! `boundary` finds in the cloud (CSV); and next to it the truth:
 //!
 //! | file | what it is |
@@ -27,6 +27,7 @@ use rand::RngExt as _;
 
 use super::drape_file::{DrapeFileError, read_drape, rim_of};
 use super::setting::{Setting, VIEWS};
+use super::sheets::{self, Sheets};
 use crate::base::boundary::Orientation;
 use crate::base::{Boundary, seed};
 use crate::fabric::params::{self, ParamsError};
@@ -66,7 +67,7 @@ pub enum Unit {
 /// What to make, and where.
 #[derive(Clone, Debug)]
 pub struct AugmentOptions {
-    /// A drape, its parameters, or a folder of both.
+    /// A drape, its parameters, a folder of both, or a folder of `generate --sheets`.
     pub input: PathBuf,
     /// Folder of results; made if it is not there.
     pub out: PathBuf,
@@ -149,6 +150,17 @@ pub enum AugmentError {
         path: PathBuf,
         /// What is wrong.
         fault: String,
+    },
+    /// A folder of `generate` without sheets.
+    #[error(
+        "{}: a folder of `generate` with rims only; a camera needs the sheets. This makes them: {command}",
+        path.display()
+    )]
+    RimsOnly {
+        /// The folder.
+        path: PathBuf,
+        /// The command that makes the sheets.
+        command: String,
     },
     /// A drape cannot be read.
     #[error(transparent)]
@@ -280,14 +292,18 @@ pub fn one_ply(
 
 fn sources(input: &Path) -> Result<Vec<Source>, AugmentError> {
     let fault = |fault: String| AugmentError::Input { path: input.to_owned(), fault };
+    let unlisted = |error: std::io::Error| fault(format!("cannot be listed ({error})"));
+    let generated = match input.is_dir().then(|| sheets::of_folder(input)).flatten() {
+        Some(sheets) => Some(sheets.map_err(unlisted)?),
+        None => None,
+    };
+    if let Some(Sheets::Here(meshes)) = &generated {
+        return Ok(meshes.iter().map(|path| Source::of_mesh(path)).collect());
+    }
     let mut paths = if input.is_dir() {
         let entries =
             std::fs::read_dir(input).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
-        entries
-            .map_err(|e| fault(format!("cannot be listed ({e})")))?
-            .iter()
-            .map(|e| e.path())
-            .collect()
+        entries.map_err(unlisted)?.iter().map(|e| e.path()).collect()
     } else {
         vec![input.to_owned()]
     };
@@ -299,10 +315,8 @@ fn sources(input: &Path) -> Result<Vec<Source>, AugmentError> {
     let mut sources: Vec<Source> = Vec::new();
     for path in &paths {
         let file = name_of(path);
-        if let Some(name) = file.strip_suffix(".obj") {
-            let params = path.with_file_name(format!("{name}.params.json"));
-            let params = params.is_file().then_some(params);
-            sources.push(Source { name: name.to_owned(), path: path.clone(), params });
+        if file.ends_with(".obj") {
+            sources.push(Source::of_mesh(path));
         } else if let Some(name) = file.strip_suffix(".params.json") {
             if single || !paths.contains(&path.with_file_name(format!("{name}.obj"))) {
                 let params = Some(path.clone());
@@ -310,11 +324,13 @@ fn sources(input: &Path) -> Result<Vec<Source>, AugmentError> {
             }
         } else if single {
             // Other drape files by their content.
-            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            sources.push(Source { name, path: path.clone(), params: None });
+            sources.push(Source::of_mesh(path));
         }
     }
     if sources.is_empty() {
+        if let Some(Sheets::RimsOnly { command }) = generated {
+            return Err(AugmentError::RimsOnly { path: input.to_owned(), command });
+        }
         return Err(fault("no drapes in it".to_owned()));
     }
     Ok(sources)
@@ -338,6 +354,14 @@ fn mesh(source: &Source, options: &AugmentOptions) -> Result<Mesh, AugmentError>
 }
 
 impl Source {
+    /// A mesh, with the parameters that lie next to it.
+    fn of_mesh(path: &Path) -> Self {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let params = path.with_file_name(format!("{name}.params.json"));
+        let params = params.is_file().then_some(params);
+        Self { name, path: path.to_owned(), params }
+    }
+
     /// The files that are read of it.
     fn files(&self) -> Vec<PathBuf> {
         [Some(self.path.clone()), self.params.clone()].into_iter().flatten().collect()

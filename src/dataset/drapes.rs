@@ -1,9 +1,9 @@
 //! One sample of a dataset: a fabric's drop, simulated, or a sheet led there from
 //! the sample before.
 
-use super::row::{Sample, SimulatedRow};
+use super::row::{Ending, Sample, Simulated, SimulatedRow};
 use crate::sim::follow::{FollowOptions, Follower};
-use crate::sim::{Drape, Drop, SimOptions, Stop, drape};
+use crate::sim::{Drape, Drop, SimOptions, drape};
 
 /// The options under which drapes are made that all fall: the default's, but the descent ends
 /// when a cycle lowers the energy by less than 1e-4 of itself. How far such rims
@@ -28,26 +28,24 @@ pub fn walk_options() -> SimOptions {
 const LONGEST_STEP: f64 = 0.5;
 
 /// Simulates a sample that falls: canonically, or in a drop drawn from the run's seed and the
-/// index.
+/// index. No sheet is continued from it.
 #[must_use]
-pub fn simulate(sample: &Sample, options: &SimOptions) -> SimulatedRow {
-    row(drape(&sample.fabric, &drop_of(sample), options), false)
+pub fn simulate<S>(sample: &Sample, options: &SimOptions) -> Simulated<S> {
+    let drape = drape(&sample.fabric, &drop_of(sample), options);
+    Simulated { row: row(&drape, false), sheet: drape.mesh(), next: None }
 }
 
-/// Simulates a sample of a walk, and gives the sheet that the next one continues. A sheet falls
-/// where there is none to lead, and where the one there is does not come to rest on its way.
+/// Simulates a sample of a walk, with the sheet that the next one continues. A sheet falls where
+/// there is none to continue, and where the one there is does not come to rest on its way.
 #[must_use]
-pub fn walk(
-    sample: &Sample,
-    sheet: Option<Follower>,
-    options: &SimOptions,
-) -> (SimulatedRow, Option<Follower>) {
+pub fn walk(sample: &Sample, sheet: Option<Follower>, options: &SimOptions) -> Simulated<Follower> {
     let led = sheet.and_then(|sheet| led(sheet, sample));
     let walked = led.is_some();
     let sheet = led.unwrap_or_else(|| Follower::drop(&sample.fabric, &drop_of(sample), options));
     let drape = sheet.drape();
-    let goes_on = drape.stop.is_as_asked() && drape.intersections == 0;
-    (row(drape, walked), goes_on.then_some(sheet))
+    let row = row(&drape, walked);
+    let next = row.ending.is_converged().then_some(sheet);
+    Simulated { row, sheet: drape.mesh(), next }
 }
 
 /// The sheet at rest with the sample's fabric.
@@ -61,15 +59,13 @@ fn drop_of(sample: &Sample) -> Drop {
     sample.fall.drop(sample.run_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ sample.index)
 }
 
-fn row(drape: Drape, walked: bool) -> SimulatedRow {
+fn row(drape: &Drape, walked: bool) -> SimulatedRow {
     SimulatedRow {
-        at_rest: drape.stop.is_as_asked() && drape.intersections == 0,
-        stop: if drape.intersections > 0 { "intersects".into() } else { drape.stop.name().into() },
-        stable: drape.stop == Stop::AtRest,
+        ending: Ending::of(drape),
         node_count: drape.nodes as u32,
         energy_j: drape.energy_j,
         residual_n: drape.residual_n,
-        boundary: drape.boundary,
+        boundary: drape.boundary.clone(),
         walked,
     }
 }

@@ -23,6 +23,19 @@ pub enum GenerateError {
         /// Each option with its value there and now.
         differing: Vec<String>,
     },
+    /// The folder has an older schema.
+    #[error(
+        "{folder} was made by {program} and has schema `{schema}`, which is read but not continued: give another folder",
+        folder = folder.display()
+    )]
+    Older {
+        /// The folder.
+        folder: PathBuf,
+        /// Its schema.
+        schema: String,
+        /// The program that began it.
+        program: String,
+    },
     /// The manifest cannot be understood.
     #[error("{path}: {fault}: this folder was not made by this program, give another", path = path.display())]
     Manifest {

@@ -12,6 +12,9 @@
 //! Samples of a walk are made one after the other by one thread, and kept when the walk is whole:
 //! its sheet is in no file, so that a walk that breaks off begins again.
 //!
+//! A sheet is on the disk before its row is kept. A row whose sheet is wanted and missing is made
+//! again, so that a folder of rims can be given its sheets later: its rows stay as they are.
+//!
 //! One run at a time makes a shard in a folder; another is told who does.
 
 mod plan;
@@ -23,10 +26,12 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
+use super::card;
 use super::error::GenerateError;
 use super::manifest::Manifest;
 use super::options::GenerateOptions;
-use super::row::{Row, Sample, SimulatedRow};
+use super::row::{Row, Sample, Simulated};
+use super::sheets;
 use super::table::{self, Durability};
 use super::walk::Walks;
 use crate::base::Shard;
@@ -40,8 +45,8 @@ pub struct Progress {
     pub made: u64,
     /// Samples that this run has to make: what was there already is not in it.
     pub to_make: u64,
-    /// Of those made, the ones not at rest.
-    pub not_at_rest: u64,
+    /// Of those made, the ones not converged.
+    pub not_converged: u64,
 }
 
 /// What a run did.
@@ -51,14 +56,14 @@ pub struct Summary {
     pub made: u64,
     /// Samples that an earlier run had made of files that it did not complete.
     pub rows_kept: u64,
-    /// Of those made, the ones not at rest, by why they stopped.
-    pub not_at_rest: BTreeMap<String, u64>,
+    /// Of those made, the ones not converged, by why they stopped.
+    pub not_converged: BTreeMap<String, u64>,
     /// Files written.
     pub files_written: usize,
     /// Files that were there, complete, and were left alone.
     pub files_kept: usize,
     /// Files that were there under their final name but had other than the
-    /// expected rows (a run with a larger `count`, or damage), made again.
+    /// expected rows (a run with a larger `count`, missing sheets, or damage), made again.
     pub files_remade: Vec<PathBuf>,
     /// Whether `progress` ended the run early.
     pub interrupted: bool,
@@ -76,14 +81,15 @@ pub struct Summary {
 /// cannot be written. A drape that fails is a row, not an error.
 pub fn generate<S>(
     options: &GenerateOptions,
-    simulate: impl Fn(&Sample, Option<S>) -> (SimulatedRow, Option<S>) + Sync,
+    simulate: impl Fn(&Sample, Option<S>) -> Simulated<S> + Sync,
     progress: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<Summary, GenerateError> {
     check(options)?;
     output::check_folder(&options.out)?;
-    Manifest::new(options).settle(&options.out)?;
+    let manifest = Manifest::new(options).settle(&options.out)?;
+    card::write(&options.out, &manifest)?;
     let _lock = Lock::take(options.out.join(format!("shard-{}.lock", options.shard)))?;
-    let plan = Plan::new(options)?;
+    let plan = Plan::new(options, manifest)?;
     let run = Run::new(&plan);
     run.write_complete()?;
     let pool =
@@ -143,7 +149,7 @@ struct Run<'a> {
     /// ... and of these in a file.
     kept: AtomicU64,
     written: AtomicUsize,
-    not_at_rest: Mutex<BTreeMap<String, u64>>,
+    not_converged: Mutex<BTreeMap<String, u64>>,
     stop: AtomicBool,
     error: Mutex<Option<GenerateError>>,
 }
@@ -157,7 +163,7 @@ impl<'a> Run<'a> {
             made: AtomicU64::new(0),
             kept: AtomicU64::new(0),
             written: AtomicUsize::new(0),
-            not_at_rest: Mutex::default(),
+            not_converged: Mutex::default(),
             stop: AtomicBool::new(false),
             error: Mutex::default(),
         }
@@ -177,7 +183,7 @@ impl<'a> Run<'a> {
     /// One thread's work: samples until none is left or the run is stopped.
     fn work<S>(
         &self,
-        simulate: &(impl Fn(&Sample, Option<S>) -> (SimulatedRow, Option<S>) + Sync),
+        simulate: &(impl Fn(&Sample, Option<S>) -> Simulated<S> + Sync),
         progress: &(impl Fn(Progress) -> ControlFlow<()> + Sync),
     ) {
         while !self.stop.load(Ordering::Relaxed) {
@@ -195,7 +201,7 @@ impl<'a> Run<'a> {
     fn make<S>(
         &self,
         unit: &Unit,
-        simulate: &(impl Fn(&Sample, Option<S>) -> (SimulatedRow, Option<S>) + Sync),
+        simulate: &(impl Fn(&Sample, Option<S>) -> Simulated<S> + Sync),
         progress: &(impl Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Result<Vec<Row>, GenerateError> {
         let (mut rows, mut state) = (Vec::new(), None);
@@ -204,10 +210,13 @@ impl<'a> Run<'a> {
                 return Ok(Vec::new());
             }
             let sample = self.plan.fabrics.sample(index)?;
-            let (drape, next) = simulate(&sample, state);
+            let Simulated { row: drape, sheet, next } = simulate(&sample, state);
             state = next;
             let Sample { fabric_index, fabric, .. } = sample;
             let row = Row { index, fabric_index, fabric, drape };
+            if let Some(folder) = &self.plan.sheets {
+                sheets::write(folder, &row, &sheet)?;
+            }
             if progress(self.count(&row)).is_break() {
                 self.stop.store(true, Ordering::Relaxed);
             }
@@ -217,14 +226,14 @@ impl<'a> Run<'a> {
     }
 
     fn count(&self, row: &Row) -> Progress {
-        let mut not_at_rest = locked(&self.not_at_rest);
-        if !row.drape.at_rest {
-            *not_at_rest.entry(row.drape.stop.clone()).or_default() += 1;
+        let mut not_converged = locked(&self.not_converged);
+        if !row.drape.ending.is_converged() {
+            *not_converged.entry(row.drape.ending.name().to_owned()).or_default() += 1;
         }
         Progress {
             made: self.made.fetch_add(1, Ordering::Relaxed) + 1,
             to_make: self.plan.count(),
-            not_at_rest: not_at_rest.values().sum(),
+            not_converged: not_converged.values().sum(),
         }
     }
 
@@ -242,14 +251,16 @@ impl<'a> Run<'a> {
             return self.write(chunk, &mut rows);
         }
         let path = partial(&chunk.path);
-        table::write_file(&path, &rows, Durability::Kill).map_err(GenerateError::io(&path))
+        let manifest = &self.plan.manifest;
+        table::write_file(&path, &rows, manifest, Durability::Kill)
+            .map_err(GenerateError::io(&path))
     }
 
     /// Writes a complete chunk, and forgets its rows.
     fn write(&self, chunk: &Chunk, rows: &mut Vec<Row>) -> Result<(), GenerateError> {
         let mut rows = std::mem::take(rows);
         rows.sort_unstable_by_key(|row| row.index);
-        table::write_file(&chunk.path, &rows, Durability::PowerCut)
+        table::write_file(&chunk.path, &rows, &self.plan.manifest, Durability::PowerCut)
             .map_err(GenerateError::io(&chunk.path))?;
         self.written.fetch_add(1, Ordering::Relaxed);
         match std::fs::remove_file(partial(&chunk.path)) {
@@ -267,7 +278,7 @@ impl<'a> Run<'a> {
         Ok(Summary {
             made: self.kept.load(Ordering::Relaxed),
             rows_kept: self.plan.chunks.iter().map(|chunk| chunk.there.len() as u64).sum(),
-            not_at_rest: locked(&self.not_at_rest).clone(),
+            not_converged: locked(&self.not_converged).clone(),
             files_written: self.written.load(Ordering::Relaxed),
             files_kept: self.plan.kept,
             files_remade: self.plan.remade.clone(),

@@ -1,4 +1,8 @@
-//! What a folder of drapes was made with, so that nothing else is mixed into it.
+//! What a folder of drapes was made with, so that nothing else is mixed into it. Its files say so
+//! too, in their metadata ([`Manifest::described`]).
+//!
+//! Schema 1 had rims as bytes, and `at_rest` true for what is `converged` in schema 2. Folders of
+//! both are read; one of schema 1 is not continued.
 
 use std::collections::BTreeSet;
 use std::io::Write as _;
@@ -6,6 +10,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::columns::FRAME;
 use super::error::GenerateError;
 use super::options::GenerateOptions;
 use super::walk::Walks;
@@ -15,13 +20,19 @@ use crate::sim::NUMERICS_VERSION;
 
 /// Name of the manifest in its folder.
 pub const MANIFEST_FILE: &str = "manifest.json";
-const SCHEMA: &str = "scan2params/dataset/1";
+const SCHEMA: &str = "scan2params/dataset/2";
+/// Of folders that are read but not continued.
+const OLDER_SCHEMAS: [&str; 1] = ["scan2params/dataset/1"];
+/// This program, with its version.
+const PROGRAM: &str = concat!("scan2params ", env!("CARGO_PKG_VERSION"));
+/// Begins each key of a file's metadata.
+const KEY: &str = "scan2params.";
 
 /// What decides the bytes of a dataset. Thread count and shard do not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// `scan2params/dataset/1`.
+    /// `scan2params/dataset/2`; 1 in older folders.
     pub schema: String,
     /// Version of the program that began the folder; not compared.
     pub program: String,
@@ -55,7 +66,7 @@ impl Manifest {
     pub(super) fn new(options: &GenerateOptions) -> Self {
         Self {
             schema: SCHEMA.into(),
-            program: concat!("scan2params ", env!("CARGO_PKG_VERSION")).into(),
+            program: PROGRAM.into(),
             simulator_numerics: NUMERICS_VERSION,
             simulator: options.simulator.clone(),
             prior: options.prior.name().into(),
@@ -77,8 +88,60 @@ impl Manifest {
     pub fn read(folder: &Path) -> Result<Self, GenerateError> {
         let path = folder.join(MANIFEST_FILE);
         let text = std::fs::read_to_string(&path).map_err(GenerateError::io(&path))?;
-        serde_json::from_str(&text)
-            .map_err(|error| GenerateError::Manifest { path, fault: error.to_string() })
+        let manifest: Self = serde_json::from_str(&text).map_err(|error| {
+            GenerateError::Manifest { path: path.clone(), fault: error.to_string() }
+        })?;
+        if manifest.schema != SCHEMA && !manifest.is_older() {
+            let fault = format!("schema `{}` is not known to {PROGRAM}", manifest.schema);
+            return Err(GenerateError::Manifest { path, fault });
+        }
+        Ok(manifest)
+    }
+
+    /// Whether the folder has an older schema than the one that is written now.
+    #[must_use]
+    pub fn is_older(&self) -> bool {
+        OLDER_SCHEMAS.contains(&self.schema.as_str())
+    }
+
+    /// The flags of `generate` that make the same drapes, without folder and count. Those that a
+    /// simulator other than the program's would need are not among them.
+    #[must_use]
+    pub fn flags(&self) -> String {
+        let mut flags = format!("--prior {} --seed {}", self.prior, self.seed);
+        if self.drops_per_fabric != 1 {
+            flags += &format!(" --drops-per-fabric {}", self.drops_per_fabric);
+        }
+        if let Some(walks) = self.walks {
+            flags += &format!(" --walk={}", walks.rows);
+        }
+        if self.canonical {
+            flags += " --canonical";
+        }
+        for (flag, key) in [("--energy-drop", "energy_drop"), ("--vertices", "vertices")] {
+            if let Some(value) = self.simulator.get(key) {
+                flags += &format!(" {flag} {value}");
+            }
+        }
+        flags
+    }
+
+    /// What the metadata of each file says. Nothing in it depends on the count, so that a folder
+    /// can grow without its complete files being made anew.
+    pub(super) fn described(&self) -> impl Iterator<Item = (String, String)> {
+        let described = [
+            ("schema", self.schema.clone()),
+            ("program", PROGRAM.to_owned()),
+            ("simulator_numerics", self.simulator_numerics.to_string()),
+            ("command", format!("scan2params generate {}", self.flags())),
+            ("prior", self.prior.clone()),
+            ("prior_sha256", self.prior_sha256.clone()),
+            ("seed", self.seed.to_string()),
+            ("simulator", self.simulator.to_string()),
+            ("frame", FRAME.to_owned()),
+            ("units", "of each column: `unit` in its field's metadata".to_owned()),
+        ];
+        described.into_iter().map(|(key, value)| (format!("{KEY}{key}"), value))
     }
 
     /// Begins a folder, or makes sure that it was begun with the same options.
@@ -86,6 +149,10 @@ impl Manifest {
         std::fs::create_dir_all(folder).map_err(GenerateError::io(folder))?;
         if folder.join(MANIFEST_FILE).exists() {
             let found = Self::read(folder)?;
+            if found.is_older() {
+                let Self { schema, program, .. } = found;
+                return Err(GenerateError::Older { folder: folder.into(), schema, program });
+            }
             let differing = self.differences(&found);
             if !differing.is_empty() {
                 return Err(GenerateError::OtherOptions { folder: folder.into(), differing });

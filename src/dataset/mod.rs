@@ -16,27 +16,17 @@
 //! fabric `fabric_index` of the prior in the order of the walks, and a walk is lost as a whole
 //! where a kill meets it.
 //!
-//! Columns, one row per drape:
+//! [`columns`] has the columns, one row per drape, with their units; the files have them as
+//! metadata, too. `README.md` is the data card of the folder, written once. With
+//! [`GenerateOptions::sheets`] the folder `sheets` has each drape's mesh and fabric.
 //!
-//! | column | type | unit |
-//! |---|---|---|
-//! | `index`, `fabric_index` | int64 | |
-//! | `stretch_weft`, `stretch_warp`, `shear` | double | g/s^2 |
-//! | `bending_weft`, `bending_warp`, `bending_bias` | double | g mm^2 s^-2 rad^-1 |
-//! | `density` | double | g/m^2 |
-//! | `boundary_mm` | 2928 bytes: 732 little-endian f32, x y z per point, in the order of [`crate::base::boundary`] | mm |
-//! | `at_rest`, `stable` | boolean | |
-//! | `stop` | string: why the simulation ended | |
-//! | `node_count` | int32 | |
-//! | `energy_j` | double | J |
-//! | `residual_n` | double | N |
-//! | `walked` | boolean: continued from the row before, not dropped; absent in files without walks | |
-//!
-//! A drape that did not come to rest is a row like any other (`at_rest` false):
+//! A drape that did not converge is a row like any other (`converged` false):
 //! what is left out of a training is decided where it is trained, and can be
 //! counted. Times are not in it: they differ from run to run.
 
 pub mod augment;
+mod card;
+pub mod columns;
 pub mod drape_file;
 pub mod drapes;
 mod error;
@@ -47,13 +37,16 @@ mod options;
 mod row;
 pub mod setting;
 pub mod sheet_file;
+mod sheets;
 mod table;
 mod walk;
 
+pub use card::CARD_FILE;
 pub use error::GenerateError;
 pub use generate::{Progress, Summary, generate};
 pub use manifest::{MANIFEST_FILE, Manifest};
 pub use options::GenerateOptions;
-pub use row::{Row, Sample, SimulatedRow};
+pub use row::{Ending, Row, Sample, Simulated, SimulatedRow};
+pub use sheets::SHEETS_FOLDER;
 pub use table::{TableError, read_file, read_folder};
 pub use walk::Walks;

@@ -29,6 +29,8 @@ pub struct GenerateOptions {
     pub canonical: bool,
     /// How sheets are continued from sample to sample; without it every one is dropped.
     pub walks: Option<Walks>,
+    /// Whether each drape's sheet is written, too. The rows do not depend on it.
+    pub sheets: bool,
     /// The simulator's options, for the manifest: a folder takes one set only.
     pub simulator: serde_json::Value,
 }
@@ -49,6 +51,7 @@ impl GenerateOptions {
             chunk_rows: 64,
             canonical: false,
             walks: None,
+            sheets: false,
             simulator: serde_json::Value::Null,
         }
     }

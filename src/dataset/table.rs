@@ -1,52 +1,42 @@
-//! Rows to Parquet and back. The columns are in the header of [`super`].
+//! Rows to Parquet and back.
+//!
+//! In: rows and the manifest of their folder. Out: one file, whose columns are those of
+//! [`super::columns`] and whose metadata says how it was made ([`Manifest::described`]). Reading
+//! takes files of schema 1 as well: their rims are 2928 bytes each, 732 little-endian floats.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use parquet::basic::Compression;
-use parquet::column::reader::get_typed_column_reader;
-use parquet::data_type::{
-    BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArray,
-    FixedLenByteArrayType, Int32Type, Int64Type,
+use arrow_array::{
+    Array, ArrayRef, BooleanArray, FixedSizeBinaryArray, FixedSizeListArray, Float32Array,
+    Float64Array, Int32Array, Int64Array, RecordBatch, StringArray,
 };
+use arrow_schema::DataType;
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_writer::ArrowWriterOptions;
+use parquet::basic::Compression;
 use parquet::errors::{ParquetError, Result};
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use parquet::file::reader::{FileReader as _, RowGroupReader, SerializedFileReader};
-use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
-use parquet::schema::parser::parse_message_type;
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
 
-use super::row::{Row, SimulatedRow};
+use super::columns::{self, BOUNDARY, POINTS};
+use super::manifest::Manifest;
+use super::row::{Ending, Row, SimulatedRow};
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, Point3, boundary};
-use crate::fabric::{Fabric, PARAMETERS};
+use crate::fabric::{Fabric, PARAMETERS, TABLE_2};
 use crate::io::part::Part;
 
-/// Bytes of one boundary.
-const BOUNDARY_BYTES: usize = boundary::POINTS * 3 * size_of::<f32>();
-
-const SCHEMA: &str = "message drape {
-    required int64 index;
-    required int64 fabric_index;
-    required double stretch_weft;
-    required double stretch_warp;
-    required double shear;
-    required double bending_weft;
-    required double bending_warp;
-    required double bending_bias;
-    required double density;
-    required fixed_len_byte_array(2928) boundary_mm;
-    required boolean at_rest;
-    required binary stop (UTF8);
-    required boolean stable;
-    required int32 node_count;
-    required double energy_j;
-    required double residual_n;
-    required boolean walked;
-}";
-/// The last column, which files from before walks do not have.
-const WALKED: usize = 16;
-const _: () = assert!(BOUNDARY_BYTES == 2928);
+/// Coordinates of one rim.
+const COORDINATES: usize = boundary::POINTS * 3;
+/// Bytes of one rim in files of schema 1.
+const BOUNDARY_BYTES: i32 = (COORDINATES * size_of::<f32>()) as i32;
+/// Column that files from before walks do not have.
+const WALKED: &str = "walked";
 
 /// A dataset file that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -66,9 +56,14 @@ pub(super) enum Durability {
 }
 
 /// Writes `rows` as one file, which appears whole or not at all.
-pub(super) fn write_file(path: &Path, rows: &[Row], durability: Durability) -> std::io::Result<()> {
+pub(super) fn write_file(
+    path: &Path,
+    rows: &[Row],
+    manifest: &Manifest,
+    durability: Durability,
+) -> std::io::Result<()> {
     let part = Part::of(path)?;
-    write_rows(part.file(), rows).map_err(of_parquet)?;
+    write_rows(part.file(), rows, manifest).map_err(of_parquet)?;
     match durability {
         Durability::Kill => part.finish(),
         Durability::PowerCut => part.finish_durably(),
@@ -86,43 +81,68 @@ fn of_parquet(error: ParquetError) -> std::io::Error {
     }
 }
 
-fn write_rows(file: &File, rows: &[Row]) -> Result<()> {
+fn write_rows(file: &File, rows: &[Row], manifest: &Manifest) -> Result<()> {
+    let pairs = manifest.described().map(|(key, value)| KeyValue::new(key, value));
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::None)
-        .set_created_by("scan2params".into());
-    let schema = Arc::new(parse_message_type(SCHEMA)?);
-    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build()))?;
-    let mut group = writer.next_row_group()?;
-    let integer = |value: u64| i64::try_from(value).unwrap_or(i64::MAX);
-    put::<Int64Type>(&mut group, rows, |r| integer(r.index))?;
-    put::<Int64Type>(&mut group, rows, |r| integer(r.fabric_index))?;
-    for parameter in 0..PARAMETERS {
-        put::<DoubleType>(&mut group, rows, |r| r.fabric.to_paper_units()[parameter])?;
-    }
-    put::<FixedLenByteArrayType>(&mut group, rows, |r| boundary_bytes(&r.drape.boundary))?;
-    put::<BoolType>(&mut group, rows, |r| r.drape.at_rest)?;
-    put::<ByteArrayType>(&mut group, rows, |r| ByteArray::from(r.drape.stop.as_str()))?;
-    put::<BoolType>(&mut group, rows, |r| r.drape.stable)?;
-    put::<Int32Type>(&mut group, rows, |r| i32::try_from(r.drape.node_count).unwrap_or(i32::MAX))?;
-    put::<DoubleType>(&mut group, rows, |r| r.drape.energy_j)?;
-    put::<DoubleType>(&mut group, rows, |r| r.drape.residual_n)?;
-    put::<BoolType>(&mut group, rows, |r| r.drape.walked)?;
-    group.close()?;
-    writer.into_inner()?;
+        .set_created_by("scan2params".into())
+        .set_key_value_metadata(Some(pairs.collect()));
+    let options = ArrowWriterOptions::new().with_properties(properties.build());
+    // pyarrow shows the metadata of the Arrow schema, other readers that of the file.
+    let schema = columns::schema().with_metadata(manifest.described().collect::<HashMap<_, _>>());
+    let batch = RecordBatch::try_new(Arc::new(schema), arrays(rows)?)?;
+    let mut writer = ArrowWriter::try_new_with_options(file, batch.schema(), options)?;
+    writer.write(&batch)?;
+    writer.close()?;
     Ok(())
 }
 
-fn put<T: DataType>(
-    group: &mut SerializedRowGroupWriter<'_, &File>,
-    rows: &[Row],
-    value: impl Fn(&Row) -> T::T,
-) -> Result<()> {
-    let mut column = group.next_column()?.ok_or_else(|| ParquetError::EOF("column".into()))?;
-    let values: Vec<T::T> = rows.iter().map(value).collect();
-    column.typed::<T>().write_batch(&values, None, None)?;
-    column.close()
+/// The columns' values, in the order of [`columns::columns`].
+fn arrays(rows: &[Row]) -> Result<Vec<ArrayRef>> {
+    let integers = |value: &dyn Fn(&Row) -> u64| -> ArrayRef {
+        let signed = |row| i64::try_from(value(row)).unwrap_or(i64::MAX);
+        Arc::new(Int64Array::from_iter_values(rows.iter().map(signed)))
+    };
+    let doubles = |value: &dyn Fn(&Row) -> f64| -> ArrayRef {
+        Arc::new(Float64Array::from_iter_values(rows.iter().map(value)))
+    };
+    let flags = |value: &dyn Fn(&Row) -> Option<bool>| -> ArrayRef {
+        Arc::new(rows.iter().map(value).collect::<BooleanArray>())
+    };
+    let folds = |row: &Row| i32::try_from(row.drape.node_count).unwrap_or(i32::MAX);
+    let mut arrays = vec![integers(&|row| row.index), integers(&|row| row.fabric_index)];
+    for parameter in 0..PARAMETERS {
+        arrays.push(doubles(&|row| row.fabric.to_paper_units()[parameter]));
+    }
+    arrays.extend([
+        Arc::new(rims(rows)?) as ArrayRef,
+        Arc::new(StringArray::from_iter_values(rows.iter().map(|row| row.drape.ending.name()))),
+        flags(&|row| Some(row.drape.ending.is_converged())),
+        flags(&|row| Some(row.drape.ending.is_at_rest())),
+        flags(&|row| row.drape.ending.is_stable()),
+        Arc::new(Int32Array::from_iter_values(rows.iter().map(folds))),
+        doubles(&|row| row.drape.energy_j),
+        doubles(&|row| row.drape.residual_n),
+        flags(&|row| Some(row.drape.walked)),
+    ]);
+    Ok(arrays)
+}
+
+/// The rims \[mm\].
+fn rims(rows: &[Row]) -> Result<FixedSizeListArray> {
+    let coordinates = rows.iter().flat_map(|row| row.drape.boundary.positions_m());
+    let coordinates = coordinates.flat_map(|p| [p.x, p.y, p.z]);
+    let values = Float32Array::from_iter_values(coordinates.map(|m| (m / M_PER_MM) as f32));
+    let points = FixedSizeListArray::try_new(
+        columns::element(DataType::Float32),
+        3,
+        Arc::new(values),
+        None,
+    )?;
+    let point = columns::element(columns::point());
+    Ok(FixedSizeListArray::try_new(point, POINTS, Arc::new(points), None)?)
 }
 
 /// Number of rows of the complete file at `path`; `None` when there is no such
@@ -163,93 +183,89 @@ pub fn read_folder(folder: &Path) -> std::result::Result<Vec<Row>, TableError> {
 }
 
 fn try_read(path: &Path) -> Result<Vec<Row>> {
-    let reader = SerializedFileReader::new(File::open(path)?)?;
-    let expected = parse_message_type(SCHEMA)?;
-    let found = reader.metadata().file_metadata().schema_descr().root_schema().get_fields();
-    let names = |fields: &[parquet::schema::types::TypePtr]| -> Vec<(String, _)> {
-        fields.iter().map(|f| (f.name().to_owned(), f.get_physical_type())).collect()
-    };
-    let expected = names(expected.get_fields());
-    let known = [&expected[..], &expected[..WALKED]].contains(&&names(found)[..]);
-    if found.iter().any(|field| field.is_group()) || !known {
-        return Err(ParquetError::General("its columns are not those of a drape".into()));
-    }
     let mut rows = Vec::new();
-    for group in 0..reader.num_row_groups() {
-        rows.extend(read_group(reader.get_row_group(group)?.as_ref())?);
+    for batch in ParquetRecordBatchReaderBuilder::try_new(File::open(path)?)?.build()? {
+        rows.extend(read_batch(&batch?)?);
     }
     Ok(rows)
 }
 
-fn read_group(group: &dyn RowGroupReader) -> Result<Vec<Row>> {
-    let unsigned = |value: i64| {
-        u64::try_from(value).map_err(|_| ParquetError::General(format!("index {value}")))
+/// What a file says that is no drape's.
+fn fault(what: impl Into<String>) -> ParquetError {
+    ParquetError::General(what.into())
+}
+
+/// A column by its name and type.
+fn column<'a, T: 'static>(batch: &'a RecordBatch, name: &str) -> Result<&'a T> {
+    let found = batch.column_by_name(name).filter(|column| column.null_count() == 0);
+    found
+        .and_then(|column| column.as_any().downcast_ref())
+        .ok_or_else(|| fault(format!("its columns are not those of a drape: `{name}`")))
+}
+
+fn read_batch(batch: &RecordBatch) -> Result<Vec<Row>> {
+    let unsigned = |value: i64| u64::try_from(value).map_err(|_| fault(format!("index {value}")));
+    let index: &Int64Array = column(batch, "index")?;
+    let fabric_index: &Int64Array = column(batch, "fabric_index")?;
+    let parameters: Vec<&Float64Array> =
+        TABLE_2.iter().map(|parameter| column(batch, parameter.key)).collect::<Result<_>>()?;
+    let boundaries = boundaries(batch)?;
+    // `converged`, `at_rest` and `stable` follow of it.
+    let stop: &StringArray = column(batch, "stop")?;
+    let node_count: &Int32Array = column(batch, "node_count")?;
+    let energy_j: &Float64Array = column(batch, "energy_j")?;
+    let residual_n: &Float64Array = column(batch, "residual_n")?;
+    let walked: Option<&BooleanArray> = match batch.column_by_name(WALKED) {
+        Some(_) => Some(column(batch, WALKED)?),
+        None => None,
     };
-    let index = take::<Int64Type>(group, 0)?;
-    let fabric_index = take::<Int64Type>(group, 1)?;
-    let parameters: Vec<Vec<f64>> =
-        (0..PARAMETERS).map(|p| take::<DoubleType>(group, 2 + p)).collect::<Result<_>>()?;
-    let next = 2 + PARAMETERS;
-    let boundaries = take::<FixedLenByteArrayType>(group, next)?;
-    let at_rest = take::<BoolType>(group, next + 1)?;
-    let stop = take::<ByteArrayType>(group, next + 2)?;
-    let stable = take::<BoolType>(group, next + 3)?;
-    let node_count = take::<Int32Type>(group, next + 4)?;
-    let energy_j = take::<DoubleType>(group, next + 5)?;
-    let residual_n = take::<DoubleType>(group, next + 6)?;
-    let has_walked = group.metadata().num_columns() > WALKED;
-    let walked =
-        if has_walked { take::<BoolType>(group, WALKED)? } else { vec![false; index.len()] };
-    (0..index.len())
-        .map(|row| {
-            let drape = SimulatedRow {
-                boundary: boundary_from_bytes(boundaries[row].data())?,
-                at_rest: at_rest[row],
-                stop: stop[row].as_utf8()?.to_owned(),
-                stable: stable[row],
-                node_count: u32::try_from(node_count[row]).unwrap_or(0),
-                energy_j: energy_j[row],
-                residual_n: residual_n[row],
-                walked: walked[row],
-            };
-            Ok(Row {
-                index: unsigned(index[row])?,
-                fabric_index: unsigned(fabric_index[row])?,
-                fabric: Fabric::from_paper_units(std::array::from_fn(|p| parameters[p][row])),
-                drape,
-            })
+    let row = |(row, boundary): (usize, Boundary)| {
+        let ending = Ending::named(stop.value(row))
+            .ok_or_else(|| fault(format!("no drape ends as `{}`", stop.value(row))))?;
+        let drape = SimulatedRow {
+            boundary,
+            ending,
+            node_count: u32::try_from(node_count.value(row)).unwrap_or(0),
+            energy_j: energy_j.value(row),
+            residual_n: residual_n.value(row),
+            walked: walked.is_some_and(|walked| walked.value(row)),
+        };
+        Ok(Row {
+            index: unsigned(index.value(row))?,
+            fabric_index: unsigned(fabric_index.value(row))?,
+            fabric: Fabric::from_paper_units(std::array::from_fn(|p| parameters[p].value(row))),
+            drape,
         })
+    };
+    boundaries.into_iter().enumerate().map(row).collect()
+}
+
+/// The rims of files of either schema.
+fn boundaries(batch: &RecordBatch) -> Result<Vec<Boundary>> {
+    let old = column::<FixedSizeBinaryArray>(batch, BOUNDARY);
+    if let Some(bytes) = old.ok().filter(|bytes| bytes.value_length() == BOUNDARY_BYTES) {
+        let coordinate = |&bytes: &[u8; 4]| f32::from_le_bytes(bytes);
+        return bytes
+            .iter()
+            .flatten()
+            .map(|bytes| rim(bytes.as_chunks().0.iter().map(coordinate)))
+            .collect();
+    }
+    let rims: &FixedSizeListArray = column(batch, BOUNDARY)?;
+    let points = rims.values().as_any().downcast_ref::<FixedSizeListArray>();
+    let values = points.and_then(|points| points.values().as_any().downcast_ref::<Float32Array>());
+    values
+        .filter(|values| values.len() == rims.len() * COORDINATES && values.null_count() == 0)
+        .ok_or_else(|| fault(format!("`{BOUNDARY}` is not of {POINTS} points")))?
+        .values()
+        .chunks_exact(COORDINATES)
+        .map(|coordinates| rim(coordinates.iter().copied()))
         .collect()
 }
 
-fn take<T: DataType>(group: &dyn RowGroupReader, column: usize) -> Result<Vec<T::T>> {
-    let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-    let mut reader = get_typed_column_reader::<T>(group.get_column_reader(column)?);
-    let mut values = Vec::new();
-    while values.len() < rows {
-        let (read, ..) = reader.read_records(rows - values.len(), None, None, &mut values)?;
-        if read == 0 {
-            return Err(ParquetError::EOF(format!("column {column} ends early")));
-        }
-    }
-    Ok(values)
-}
-
-/// 732 coordinates \[mm\] as little-endian f32.
-fn boundary_bytes(boundary: &Boundary) -> FixedLenByteArray {
-    let coordinates = boundary.positions_m().flat_map(|p| [p.x, p.y, p.z]);
-    let bytes: Vec<u8> =
-        coordinates.flat_map(|metres| ((metres / M_PER_MM) as f32).to_le_bytes()).collect();
-    bytes.into()
-}
-
-fn boundary_from_bytes(bytes: &[u8]) -> Result<Boundary> {
-    let metres: Vec<f64> = bytes
-        .as_chunks::<4>()
-        .0
-        .iter()
-        .map(|&mm| f64::from(f32::from_le_bytes(mm)) * M_PER_MM)
-        .collect();
+/// The rim of these coordinates \[mm\].
+fn rim(coordinates_mm: impl Iterator<Item = f32>) -> Result<Boundary> {
+    let metres: Vec<f64> = coordinates_mm.map(|mm| f64::from(mm) * M_PER_MM).collect();
     Boundary::exact(metres.as_chunks::<3>().0.iter().map(|&[x, y, z]| Point3::new(x, y, z)))
-        .map_err(|error| ParquetError::General(error.to_string()))
+        .map_err(|error| fault(error.to_string()))
 }

@@ -228,13 +228,13 @@ pub fn check_folder(estimator: &Estimator, folder: &Manifest) -> Result<(), Unfi
     check_unseen(estimator, &folder.prior, folder.seed, folder.simulator_numerics)
 }
 
-/// The drapes at rest, as training takes them.
+/// The drapes that converged, as training takes them.
 ///
 /// # Errors
 /// [`UnfitDrapes::None`].
-pub fn at_rest(rows: Vec<Row>) -> Result<Vec<Row>, UnfitDrapes> {
+pub fn converged(rows: Vec<Row>) -> Result<Vec<Row>, UnfitDrapes> {
     let count = rows.len();
-    let kept: Vec<Row> = rows.into_iter().filter(|row| row.drape.at_rest).collect();
+    let kept: Vec<Row> = rows.into_iter().filter(|row| row.drape.ending.is_converged()).collect();
     if kept.is_empty() { Err(UnfitDrapes::None { rows: count }) } else { Ok(kept) }
 }
 

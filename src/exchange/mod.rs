@@ -1,5 +1,6 @@
 //! Fabrics for other programs: files that simulators and material libraries read ([`export`]), and
-//! numbers in the units of papers, laboratories and programs ([`units`], [`systems`]).
+//! numbers in the units of papers, laboratories and programs ([`units`], [`systems`]). And back:
+//! [`fab`] reads what a tester measured.
 //!
 //! In: what a params.json says ([`Params`]), and what the target asks for beyond it ([`Options`]).
 //! Out: the text of a file, what of the fabric is lost in it, and what is to be known of it. One
@@ -14,6 +15,7 @@ mod arcsim;
 mod blender;
 mod clo;
 mod exported;
+pub mod fab;
 mod going_along;
 pub mod hinge;
 mod isotropic;

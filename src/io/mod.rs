@@ -68,6 +68,8 @@ pub use views::{
     SeenView, SeenViews, Turntable, VIEWS_FILE, VIEWS_SCHEMA, joined_as_posed, opengl,
 };
 #[cfg(feature = "picture")]
+#[cfg(feature = "dataset")]
+pub(crate) use write::ply_to;
 pub use write::write_png;
 pub use write::{stl_bytes, write_depth_png, write_obj, write_ply};
 

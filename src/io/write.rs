@@ -16,35 +16,38 @@ use crate::geom::{Cloud, Mesh};
 /// # Errors
 /// When the system refuses.
 pub fn write_ply(path: impl AsRef<Path>, cloud: &Cloud, scale: f64) -> Result<(), WriteError> {
+    atomically(path, |out| ply_to(out, cloud, scale))
+}
+
+/// Writes the bytes of [`write_ply`].
+pub(crate) fn ply_to(out: &mut dyn Write, cloud: &Cloud, scale: f64) -> io::Result<()> {
     let colored = cloud.colors.len() == cloud.points.len() && !cloud.points.is_empty();
-    atomically(path, |out| {
-        writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment scan2params")?;
-        writeln!(out, "element vertex {}", cloud.points.len())?;
-        writeln!(out, "property float x\nproperty float y\nproperty float z")?;
+    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment scan2params")?;
+    writeln!(out, "element vertex {}", cloud.points.len())?;
+    writeln!(out, "property float x\nproperty float y\nproperty float z")?;
+    if colored {
+        writeln!(out, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
+    }
+    if !cloud.triangles.is_empty() {
+        writeln!(out, "element face {}", cloud.triangles.len())?;
+        writeln!(out, "property list uchar int vertex_indices")?;
+    }
+    writeln!(out, "end_header")?;
+    for (i, point) in cloud.points.iter().enumerate() {
+        for coordinate in point.iter() {
+            out.write_all(&((coordinate * scale) as f32).to_le_bytes())?;
+        }
         if colored {
-            writeln!(out, "property uchar red\nproperty uchar green\nproperty uchar blue")?;
+            out.write_all(&cloud.colors[i])?;
         }
-        if !cloud.triangles.is_empty() {
-            writeln!(out, "element face {}", cloud.triangles.len())?;
-            writeln!(out, "property list uchar int vertex_indices")?;
+    }
+    for triangle in &cloud.triangles {
+        out.write_all(&[3])?;
+        for vertex in triangle {
+            out.write_all(&vertex.to_le_bytes())?;
         }
-        writeln!(out, "end_header")?;
-        for (i, point) in cloud.points.iter().enumerate() {
-            for coordinate in point.iter() {
-                out.write_all(&((coordinate * scale) as f32).to_le_bytes())?;
-            }
-            if colored {
-                out.write_all(&cloud.colors[i])?;
-            }
-        }
-        for triangle in &cloud.triangles {
-            out.write_all(&[3])?;
-            for vertex in triangle {
-                out.write_all(&vertex.to_le_bytes())?;
-            }
-        }
-        Ok(())
-    })
+    }
+    Ok(())
 }
 
 /// Writes depths \[m\], row by row, as a 16-bit grey PNG of `scale` units to a metre;

@@ -279,7 +279,7 @@ fn an_interrupted_run_of_generate_goes_on_where_it_was() {
     assert!(said_at_end.contains("the same command continues from there"), "{said_at_end}");
     let mut left = names(&out);
     left.sort();
-    assert_eq!(left, ["drapes-000000.partial", "manifest.json"]);
+    assert_eq!(left, ["README.md", "drapes-000000.partial", "manifest.json"]);
     let run = program(&arguments).output().unwrap();
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let said = said(&run);
@@ -289,5 +289,5 @@ fn an_interrupted_run_of_generate_goes_on_where_it_was() {
     );
     let mut left = names(&out);
     left.sort();
-    assert_eq!(left, ["drapes-000000.parquet", "manifest.json"]);
+    assert_eq!(left, ["README.md", "drapes-000000.parquet", "manifest.json"]);
 }

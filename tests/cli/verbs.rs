@@ -70,8 +70,7 @@ fn scan2params_manifest() -> String {
     use scan2params::dataset::{GenerateOptions, drapes, generate};
     let folder = tempfile::tempdir().unwrap();
     let options = GenerateOptions::new(folder.path(), 0);
-    let simulate =
-        |sample: &_, _: Option<()>| (drapes::simulate(sample, &drapes::dataset_options()), None);
+    let simulate = |sample: &_, _: Option<()>| drapes::simulate(sample, &drapes::dataset_options());
     generate(&options, simulate, |_| std::ops::ControlFlow::Continue(())).unwrap();
     std::fs::read_to_string(folder.path().join("manifest.json")).unwrap()
 }

@@ -10,7 +10,7 @@ use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::{Estimator, SWAPPED};
 use scan2params::evaluate::estimate::repeats::Repeats;
 use scan2params::evaluate::estimate::{
-    Answer, Baseline, Scores, answer, at_rest, check_folder, noisy,
+    Answer, Baseline, Scores, answer, check_folder, converged, noisy,
 };
 use scan2params::evaluate::linear::Linear;
 use scan2params::evaluate::rim_noise::RimNoise;
@@ -21,7 +21,7 @@ fn rims() -> Vec<Row> {
 }
 
 fn of_folder(name: &str) -> Vec<Row> {
-    at_rest(read_folder(&promises::root().join(name)).unwrap()).unwrap()
+    converged(read_folder(&promises::root().join(name)).unwrap()).unwrap()
 }
 
 fn scores(answers: &[Answer], rows: &[Row]) -> Scores {

@@ -199,3 +199,37 @@ fn a_sheet_too_coarse_to_pass_for_cloth_is_told_of() {
         }
     }
 }
+
+/// A folder of `generate` has rims alone: the refusal gives the command that adds the sheets, and
+/// that command does. The scans then have the truth of their rows.
+#[test]
+fn a_folder_of_generate_is_scanned_once_it_has_sheets() {
+    let out = tempfile::tempdir().unwrap();
+    let at = |name: &str| out.path().join(name).display().to_string();
+    let (drapes, scans) = (at("drapes"), at("scans"));
+    done(&["generate", "--prior", "measured", "--count", "1", "--seed", "3", "--out", &drapes]);
+    let run = scan2params(&["augment", &drapes, "--out", &scans]);
+    let said = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(2), "{said}");
+    assert!(said.contains("rims only") && said.contains("needs the sheets"), "{said}");
+    let command = said.split("scan2params generate ").nth(1).unwrap().trim();
+    let flags: Vec<&str> = command.split_whitespace().collect();
+    assert!(flags.contains(&"--sheets") && flags.ends_with(&["--out", &drapes]), "{command}");
+    let rims = std::fs::read(Path::new(&drapes).join("drapes-000000.parquet")).unwrap();
+    done(&[&["generate"], &flags[..]].concat());
+    assert_eq!(std::fs::read(Path::new(&drapes).join("drapes-000000.parquet")).unwrap(), rims);
+    let row = &scan2params::dataset::read_folder(Path::new(&drapes)).unwrap()[0];
+    for input in [drapes.clone(), format!("{drapes}/sheets")] {
+        done(&["augment", &input, "--profile", "structured-light", "--out", &scans]);
+        let stem = Path::new(&scans).join("drape-00000000-0");
+        let (_, rim) = truth_of(&stem);
+        assert!(rim.mean_distance_m(&row.drape.boundary) < 1e-6);
+        let truth = Path::new(&scans).join("drape-00000000-0.truth.params.json");
+        let fabric = scan2params::fabric::params::fabric(&truth, [None; 7]).unwrap();
+        for (found, made) in fabric.to_paper_units().into_iter().zip(row.fabric.to_paper_units()) {
+            assert!((found / made - 1.0).abs() < 1e-12);
+        }
+        assert!(read_scan(stem.with_extension("ply")).unwrap().0.points.len() > 10_000);
+        std::fs::remove_dir_all(&scans).unwrap();
+    }
+}

@@ -178,3 +178,46 @@ fn targets_are_known_in_any_case_and_unknown_ones_told_which_to_take() {
     let run = scan2params(&["export", wrong, "--to", "clo", "--out", path.to_str().unwrap()]);
     assert!(said(&run).contains("give a params.json as `estimate` writes it"), "{}", said(&run));
 }
+
+/// What a tester measured becomes a fabric: of the invented file the stiffnesses are known.
+#[test]
+fn a_measured_fabric_is_printed_and_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("invented.params.json");
+    let out = out.to_str().unwrap();
+    let file = "fixtures/formats/invented.u3m";
+    let run = scan2params(&["convert", file, "--out", out, "--values", "recomputed"]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let table = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert!(table.starts_with("invented, of Browzwear's Fabric Analyzer"), "{table}");
+    assert!(
+        said(&run).contains("stretch_warp: the series give a value +25 % off"),
+        "{}",
+        said(&run)
+    );
+    let of = |path: &str| {
+        let fabric = scan2params::fabric::params::fabric(Path::new(path), [None; 7]).unwrap();
+        fabric.to_paper_units()
+    };
+    let shear = 1e3 / (4.0 / 120.0 - 1.0 / 250.0 - 1.0 / 500.0);
+    for (found, made) in of(out).into_iter().zip([250e3, 500e3, shear, 6e3, 9e3, 7e3, 150.0]) {
+        assert!((found / made - 1.0).abs() < 1e-3, "{found} {made}");
+    }
+    let physics = "fixtures/formats/invented.fab.json";
+    let run = scan2params(&["convert", physics, "--out", out, "--density", "160"]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    for (found, made) in of(out).into_iter().zip([250e3, 400e3, 40e3, 6e3, 9e3, 7e3, 160.0]) {
+        assert!((found / made - 1.0).abs() < 1e-3, "{found} {made}");
+    }
+    // The written file is a fabric for the other verbs.
+    assert_eq!(printed(&["convert", out]).lines().count(), 35);
+    for (words, part) in [
+        (vec!["convert", file, "--out", file], "is the input"),
+        (vec!["convert", FABRIC, "--out", out], "--out is for a measured fabric"),
+        (vec!["convert", file, "--values", "given"], "--out"),
+    ] {
+        let run = scan2params(&words);
+        assert_eq!(run.status.code(), Some(2), "{words:?}: {}", said(&run));
+        assert!(said(&run).contains(part), "{words:?}: {}", said(&run));
+    }
+}

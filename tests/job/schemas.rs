@@ -128,6 +128,7 @@ fn batches_combinations_and_fabrics_elsewhere_are_as_their_schemas_say() {
     bench.prints("combine", "combine results/files/a.csv.params.json --json");
     bench.prints("convert", "convert 0.0114 gfcm2/cm --to uNm --json");
     bench.prints("convert", "convert fabric.json --json");
+    bench.prints("convert", "convert fixtures/formats/invented.u3m --json");
     for from in
         ["fabric.json", "results/files/a.csv.params.json", "fixtures/drapes/woven.params.json"]
     {

@@ -46,7 +46,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
         }
     };
     let count = made.len();
-    let rows = held_out::at_rest(made)?;
+    let rows = held_out::converged(made)?;
     let noise = estimator.model().record.get("noise").context("the model says no scan noise")?;
     let noise: RimNoise = serde_json::from_value(noise.clone())?;
     let scanned = noisy(&rows, &noise, given.seed);
@@ -207,7 +207,7 @@ fn fresh(
         };
         let sample =
             Sample { index, fabric_index: index, fabric, run_seed: seed, fall: Fall::Perturbed };
-        let drape = simulate(&sample, &options);
+        let drape = simulate::<()>(&sample, &options).row;
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if std::io::stderr().is_terminal() {
             let left = start.elapsed().as_secs_f64() / made as f64 * (count - made) as f64;

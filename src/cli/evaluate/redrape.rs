@@ -3,7 +3,7 @@
 use super::super::{Failure, Outcome, args};
 use super::estimate::estimator;
 use scan2params::dataset::read_folder;
-use scan2params::evaluate::estimate::at_rest;
+use scan2params::evaluate::estimate::converged;
 use scan2params::evaluate::linear::Linear;
 use scan2params::evaluate::redrape::{self, Beside, Redraped, Tally};
 use scan2params::evaluate::refine::{Begin, Series, Sight};
@@ -21,7 +21,7 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
         std::fs::create_dir_all(folder)?;
     }
     let linear = match &given.train {
-        Some(folder) => Some(Linear::fit(&at_rest(read_folder(folder)?)?, &prior)?),
+        Some(folder) => Some(Linear::fit(&converged(read_folder(folder)?)?, &prior)?),
         None => None,
     };
     let vertices = SimOptions::default().vertices;

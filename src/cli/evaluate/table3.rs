@@ -13,7 +13,7 @@ pub(super) fn run(drapes: Option<&Path>, as_json: bool) -> Outcome {
     let estimator = Estimator::shipped()?;
     let mut lines = table3::lines(estimator.model());
     if let Some(folder) = drapes {
-        let rows = held_out::at_rest(unseen(&estimator, folder)?)?;
+        let rows = held_out::converged(unseen(&estimator, folder)?)?;
         let answers: Vec<Answer> =
             rows.iter().map(|row| held_out::answer(&estimator, row)).collect::<Result<_, _>>()?;
         let truths: Vec<Fabric> = rows.iter().map(|row| row.fabric).collect();

@@ -5,12 +5,16 @@ use std::path::{Path, PathBuf};
 
 use crate::dataset::error::GenerateError;
 use crate::dataset::fabrics::Fabrics;
+use crate::dataset::manifest::Manifest;
 use crate::dataset::options::GenerateOptions;
 use crate::dataset::row::Row;
-use crate::dataset::table;
+use crate::dataset::{sheets, table};
 
 /// What is there and what is to be made.
 pub(super) struct Plan<'a> {
+    pub(super) manifest: Manifest,
+    /// Folder of the sheets, if they are wanted.
+    pub(super) sheets: Option<PathBuf>,
     pub(super) fabrics: Fabrics<'a>,
     pub(super) chunks: Vec<Chunk>,
     /// What is to be made, in order.
@@ -38,16 +42,24 @@ pub(super) struct Chunk {
 }
 
 impl<'a> Plan<'a> {
-    pub(super) fn new(options: &'a GenerateOptions) -> Result<Self, GenerateError> {
+    pub(super) fn new(
+        options: &'a GenerateOptions,
+        manifest: Manifest,
+    ) -> Result<Self, GenerateError> {
         let fabrics = Fabrics::new(options);
         let (chunks, to_make) = (Vec::new(), Vec::new());
-        let mut plan = Self { fabrics, chunks, to_make, kept: 0, remade: Vec::new() };
+        let sheets = options.sheets.then(|| sheets::begin(&options.out)).transpose()?;
+        let remade = Vec::new();
+        let mut plan = Self { manifest, sheets, fabrics, chunks, to_make, kept: 0, remade };
         let chunks = options.count.div_ceil(options.chunk_rows);
         for number in (options.shard.index..chunks).step_by(options.shard.of as usize) {
             let start = number * options.chunk_rows;
             let samples = start..(start + options.chunk_rows).min(options.count);
             let path = options.out.join(format!("drapes-{number:06}.parquet"));
-            if table::rows_of_complete_file(&path) == Some(samples.end - samples.start) {
+            let has_sheet = |index| plan.has_sheet(index);
+            if table::rows_of_complete_file(&path) == Some(samples.end - samples.start)
+                && samples.clone().all(has_sheet)
+            {
                 plan.kept += 1;
                 continue;
             }
@@ -57,6 +69,7 @@ impl<'a> Plan<'a> {
             plan.fabrics.order(&samples)?;
             let (mut there, chunk) =
                 (rows_there(&path, &samples, &plan.fabrics)?, plan.chunks.len());
+            there.retain(|row| plan.has_sheet(row.index));
             for unit in units(&samples, options) {
                 let is_there = |index| there.binary_search_by_key(&index, |row| row.index).is_ok();
                 if unit.clone().all(is_there) {
@@ -69,6 +82,11 @@ impl<'a> Plan<'a> {
             plan.chunks.push(Chunk { path, samples, there });
         }
         Ok(plan)
+    }
+
+    /// Whether a sample's sheet is there, or not wanted.
+    fn has_sheet(&self, index: u64) -> bool {
+        self.sheets.as_ref().is_none_or(|folder| sheets::is_there(folder, index))
     }
 
     /// Samples to make.

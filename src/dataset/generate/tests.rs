@@ -1,17 +1,36 @@
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
+use arrow_array::{Array as _, BooleanArray};
+use arrow_schema::DataType;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
 use super::*;
-use crate::base::{Boundary, Point3, Shard, boundary};
+use crate::base::frame::UP;
+use crate::base::{Boundary, Point3, Shard, Vector3, boundary};
+use crate::dataset::SHEETS_FOLDER;
+use crate::dataset::card::CARD_FILE;
+use crate::dataset::drape_file::read_drape;
 use crate::dataset::drapes::{self, dataset_options};
 use crate::dataset::manifest::MANIFEST_FILE;
+use crate::dataset::row::{Ending, SimulatedRow};
 use crate::dataset::table::{read_file, read_folder};
-use crate::sim::{Drop, Fall, SimOptions, drape};
+use crate::geom::Mesh;
+use crate::sim::grid::Grid;
+use crate::sim::{Drop, Fall, SimOptions, Stop, drape};
 
 /// A cheap stand-in for the simulator: deterministic in its arguments, and it
 /// fails for every seventh sample.
-fn fake(sample: &Sample, _: Option<()>) -> (SimulatedRow, Option<()>) {
-    (row(sample), None)
+fn fake(sample: &Sample, _: Option<()>) -> Simulated<()> {
+    Simulated { row: row(sample), sheet: sheet(sample), next: None }
+}
+
+/// A sheet of 5 x 5 vertices that tells its fabric.
+fn sheet(sample: &Sample) -> Mesh {
+    let grid = Grid::shared(5, 0.3);
+    let fall = sample.fabric.density_kg_m2;
+    let at = |p: Vector3| p - UP * (fall * p.norm_squared());
+    grid.mesh(&(0..25).map(|vertex| at(grid.flat(vertex))).collect::<Vec<_>>())
 }
 
 fn row(&Sample { index, fabric, run_seed, .. }: &Sample) -> SimulatedRow {
@@ -22,13 +41,19 @@ fn row(&Sample { index, fabric, run_seed, .. }: &Sample) -> SimulatedRow {
     };
     SimulatedRow {
         boundary: Boundary::exact((0..boundary::POINTS).map(point)).unwrap(),
-        at_rest: index % 7 != 3,
-        stop: if index % 7 == 3 { "steps spent".into() } else { "at rest".into() },
-        stable: index.is_multiple_of(2),
+        ending: ending(index),
         node_count: (index % 5) as u32,
         energy_j: -wave,
         residual_n: 1e-6 / (1.0 + index as f64),
         walked: false,
+    }
+}
+
+fn ending(index: u64) -> Ending {
+    match index % 7 {
+        3 => Ending::Stopped(Stop::Iterations),
+        5 => Ending::Stopped(Stop::Slow),
+        _ => Ending::Stopped(Stop::AtRest),
     }
 }
 
@@ -45,6 +70,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_file())
         .map(|path| {
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
             (name, std::fs::read(path).unwrap())
@@ -58,7 +84,7 @@ fn rows_come_back_as_they_were_made_and_failed_drapes_are_among_them() {
     let options = options(folder.path(), 20);
     let summary = generate(&options, fake, go_on).unwrap();
     assert_eq!((summary.made, summary.files_written, summary.interrupted), (20, 3, false));
-    assert_eq!(summary.not_at_rest, BTreeMap::from([("steps spent".to_owned(), 3)]));
+    assert_eq!(summary.not_converged, BTreeMap::from([("iterations".to_owned(), 3)]));
     let rows = read_folder(folder.path()).unwrap();
     assert_eq!(rows.len(), 20);
     for (k, row) in rows.iter().enumerate() {
@@ -97,7 +123,7 @@ fn shards_and_thread_counts_give_the_same_bytes_as_one_run() {
     let threaded = tempfile::tempdir().unwrap();
     let options = GenerateOptions { threads: 5, ..options(threaded.path(), 61) };
     generate(&options, fake, go_on).unwrap();
-    assert_eq!(contents(whole.path()).len(), 9, "8 files and the manifest");
+    assert_eq!(contents(whole.path()).len(), 10, "8 files, the card and the manifest");
     assert_eq!(contents(whole.path()), contents(sharded.path()));
     assert_eq!(contents(whole.path()), contents(threaded.path()));
 }
@@ -177,7 +203,7 @@ fn one_run_at_a_time_makes_a_shard_and_other_shards_go_on() {
     assert!(said.contains(&format!("process {} (for ", std::process::id())), "{said}");
     assert_eq!(tried[1].as_ref().unwrap().made, 8);
     let names: Vec<String> = contents(folder.path()).into_keys().collect();
-    assert_eq!(names, ["drapes-000000.parquet", "drapes-000001.parquet", MANIFEST_FILE]);
+    assert_eq!(names, [CARD_FILE, "drapes-000000.parquet", "drapes-000001.parquet", MANIFEST_FILE]);
 }
 
 #[test]
@@ -243,11 +269,11 @@ fn impossible_options_are_refused_all_at_once() {
 }
 
 /// A walker whose row tells every fabric that its sheet has seen; it falls anew after each seventh.
-fn walker(sample: &Sample, seen: Option<f64>) -> (SimulatedRow, Option<f64>) {
+fn walker(sample: &Sample, seen: Option<f64>) -> Simulated<f64> {
     let energy_j = 0.5 * seen.unwrap_or(0.0) + sample.fabric.bending_weft_nm;
     let row = SimulatedRow { energy_j, walked: seen.is_some(), ..row(sample) };
-    let goes_on = row.at_rest.then_some(energy_j);
-    (row, goes_on)
+    let next = row.ending.is_converged().then_some(energy_j);
+    Simulated { row, sheet: sheet(sample), next }
 }
 
 fn walks(out: &Path, count: u64) -> GenerateOptions {
@@ -327,7 +353,7 @@ fn canonical_falls_depend_on_the_fabric_alone_and_their_folder_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let canonical = GenerateOptions { canonical: true, ..options(folder.path(), 2) };
     let simulator = SimOptions { vertices: 31, ..dataset_options() };
-    let simulate = |sample: &_, _: Option<()>| (drapes::simulate(sample, &simulator), None);
+    let simulate = |sample: &_, _: Option<()>| drapes::simulate(sample, &simulator);
     generate(&canonical, simulate, go_on).unwrap();
     assert!(Manifest::read(folder.path()).unwrap().canonical);
     let fabric = canonical.prior.sample(canonical.seed, 1).unwrap();
@@ -336,4 +362,210 @@ fn canonical_falls_depend_on_the_fabric_alone_and_their_folder_says_so() {
     assert!(row.drape.boundary.mean_distance_m(&alone.boundary) < 1e-7);
     let error = generate(&options(folder.path(), 2), fake, go_on).unwrap_err().to_string();
     assert!(error.contains("canonical: true there, null now"), "{error}");
+}
+
+/// A file of schema 1 has rims as bytes, and `at_rest` for what is `converged` now.
+#[test]
+fn files_of_schema_1_are_read_and_their_folder_is_not_continued() {
+    let fixture = Path::new("fixtures/rims");
+    let rows = read_folder(fixture).unwrap();
+    assert_eq!(rows.len(), 64);
+    let file = std::fs::File::open(fixture.join("drapes-000000.parquet")).unwrap();
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file).unwrap().build().unwrap();
+    let batches: Vec<_> = reader.map(|batch| batch.unwrap()).collect();
+    let old = batches.iter().flat_map(|batch| {
+        let column = batch.column_by_name("at_rest").unwrap().as_any();
+        column.downcast_ref::<BooleanArray>().unwrap().iter().flatten().collect::<Vec<_>>()
+    });
+    assert!(old.eq(rows.iter().map(|row| row.drape.ending.is_converged())));
+    assert!(rows.iter().any(|row| !row.drape.ending.is_at_rest()), "all of them ended as `slow`");
+    let lowest_m = |row: &Row| row.drape.boundary.positions_m().map(|p| p.y).fold(0.0, f64::min);
+    assert!(rows.iter().all(|row| (-0.2..-0.001).contains(&lowest_m(row))));
+
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join(MANIFEST_FILE);
+    std::fs::copy(fixture.join(MANIFEST_FILE), &manifest).unwrap();
+    let error = generate(&options(folder.path(), 8), fake, go_on).unwrap_err().to_string();
+    assert!(error.contains("scan2params/dataset/1") && error.contains("another folder"), "{error}");
+    std::fs::write(
+        &manifest,
+        include_str!("../../../fixtures/rims/manifest.json").replace("/1", "/9"),
+    )
+    .unwrap();
+    let error = Manifest::read(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("scan2params/dataset/9"), "{error}");
+}
+
+#[test]
+fn a_file_says_what_it_holds_and_how_it_was_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = GenerateOptions {
+        simulator: serde_json::json!({ "vertices": 61, "energy_drop": 1e-4 }),
+        ..options(folder.path(), 8)
+    };
+    generate(&options, fake, go_on).unwrap();
+    let file = std::fs::File::open(folder.path().join("drapes-000000.parquet")).unwrap();
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file).unwrap();
+    let fields = reader.schema().fields().clone();
+    assert_eq!(fields.len(), 18);
+    for field in &fields {
+        let said = |key: &str| field.metadata().get(key).map(|value| value.to_string());
+        assert!(said("meaning").is_some_and(|meaning| meaning.ends_with('.')), "{field}");
+        assert!(said("unit").is_some_and(|unit| !unit.is_empty()), "{field}");
+        let unit_in_name = match field.name().as_str() {
+            "boundary_mm" => Some("mm"),
+            "energy_j" => Some("J"),
+            "residual_n" => Some("N"),
+            "stretch_weft" => Some("g/s^2"),
+            "density" => Some("g/m^2"),
+            _ => None,
+        };
+        assert!(unit_in_name.is_none_or(|unit| said("unit").as_deref() == Some(unit)), "{field}");
+    }
+    let rim = fields.iter().find(|field| field.name() == "boundary_mm").unwrap();
+    assert!(rim.metadata().get("frame").is_some_and(|frame| frame.contains("y up")));
+    let DataType::FixedSizeList(point, 244) = rim.data_type() else { panic!("{rim}") };
+    assert!(matches!(point.data_type(), DataType::FixedSizeList(_, 3)), "{rim}");
+    let pairs = reader.metadata().file_metadata().key_value_metadata().unwrap();
+    let said = |key: &str| {
+        let pair = pairs.iter().find(|pair| pair.key == format!("scan2params.{key}"));
+        pair.and_then(|pair| pair.value.clone()).unwrap_or_else(|| panic!("{key}"))
+    };
+    assert_eq!(
+        said("command"),
+        "scan2params generate --prior knit-2020 --seed 1 --energy-drop 0.0001 --vertices 61"
+    );
+    for pair in pairs.iter().filter(|pair| pair.key.starts_with("scan2params.")) {
+        let of_schema = reader.schema().metadata().get(&pair.key).map(|value| value.to_string());
+        assert_eq!(of_schema, pair.value, "{}", pair.key);
+    }
+    assert_eq!(said("schema"), "scan2params/dataset/2");
+    assert_eq!(said("program"), concat!("scan2params ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(said("simulator_numerics"), crate::sim::NUMERICS_VERSION.to_string());
+    assert!(said("frame").contains("weft along z") && said("units").contains("unit"));
+}
+
+/// `stop`, `converged`, `at_rest` and `stable` of every ending, as the file has them.
+#[test]
+fn the_columns_of_an_ending_agree() {
+    let word = |ending: Ending| {
+        let stable = ending.is_stable().map_or("null", |s| if s { "true" } else { "false" });
+        format!("{} {} {} {stable}", ending.name(), ending.is_converged(), ending.is_at_rest())
+    };
+    assert_eq!(
+        Ending::ALL.map(|(ending, _)| word(ending)),
+        [
+            "at_rest true true true",
+            "slow true false null",
+            "unstable false false false",
+            "iterations false false null",
+            "intersects false false null"
+        ]
+    );
+    for (ending, _) in Ending::ALL {
+        assert_eq!(Ending::named(ending.name()), Some(ending));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let ends = |sample: &Sample, _: Option<()>| {
+        let (ending, _) = Ending::ALL[sample.index as usize % 5];
+        let made = fake(sample, None);
+        Simulated { row: SimulatedRow { ending, ..made.row }, ..made }
+    };
+    generate(&options(folder.path(), 5), ends, go_on).unwrap();
+    let file = std::fs::File::open(folder.path().join("drapes-000000.parquet")).unwrap();
+    let mut reader = ParquetRecordBatchReaderBuilder::try_new(file).unwrap().build().unwrap();
+    let batch = reader.next().unwrap().unwrap();
+    let flags = |name: &str| {
+        let column = batch.column_by_name(name).unwrap().as_any();
+        column.downcast_ref::<BooleanArray>().unwrap().iter().collect::<Vec<_>>()
+    };
+    let (yes, no) = (Some(true), Some(false));
+    assert_eq!(flags("converged"), [yes, yes, no, no, no]);
+    assert_eq!(flags("at_rest"), [yes, no, no, no, no]);
+    assert_eq!(flags("stable"), [yes, None, no, None, None]);
+}
+
+#[test]
+fn the_card_names_every_column_and_stays_as_people_leave_it() {
+    let folder = tempfile::tempdir().unwrap();
+    generate(&options(folder.path(), 8), fake, go_on).unwrap();
+    let path = folder.path().join(CARD_FILE);
+    let card = std::fs::read_to_string(&path).unwrap();
+    for column in crate::dataset::columns::columns() {
+        let row = format!("| `{}` | {} | {} |", column.name, column.kind.name(), column.unit);
+        assert!(card.contains(&row), "{row}");
+    }
+    for said in
+        ["--prior knit-2020 --seed 1", "numerics of the simulator", "`fabric_index`", "slow"]
+    {
+        assert!(card.contains(said), "{said}: {card}");
+    }
+    std::fs::write(&path, "ours").unwrap();
+    generate(&options(folder.path(), 16), fake, go_on).unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "ours");
+}
+
+fn with_sheets(out: &Path, count: u64) -> GenerateOptions {
+    GenerateOptions { sheets: true, ..options(out, count) }
+}
+
+fn sheets_of(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    contents(&folder.join(SHEETS_FOLDER))
+}
+
+#[test]
+fn sheets_are_the_same_bytes_in_any_order_and_those_missing_are_made_again() {
+    let whole = tempfile::tempdir().unwrap();
+    generate(&with_sheets(whole.path(), 20), fake, go_on).unwrap();
+    assert_eq!(sheets_of(whole.path()).len(), 40, "a mesh and a fabric for each");
+    let sharded = tempfile::tempdir().unwrap();
+    for index in [1, 0] {
+        let shard = Shard { index, of: 2 };
+        let options = GenerateOptions { shard, threads: 1, ..with_sheets(sharded.path(), 20) };
+        generate(&options, fake, go_on).unwrap();
+    }
+    assert_eq!(sheets_of(whole.path()), sheets_of(sharded.path()));
+    // Rims first, sheets later: the rows stay as they are.
+    let later = tempfile::tempdir().unwrap();
+    generate(&options(later.path(), 20), fake, go_on).unwrap();
+    let rims = contents(later.path());
+    assert!(!later.path().join(SHEETS_FOLDER).exists());
+    assert_eq!(generate(&with_sheets(later.path(), 20), fake, go_on).unwrap().made, 20);
+    assert_eq!(contents(later.path()), rims);
+    assert_eq!(sheets_of(later.path()), sheets_of(whole.path()));
+    std::fs::remove_file(later.path().join(SHEETS_FOLDER).join("drape-00000011.ply")).unwrap();
+    assert_eq!(generate(&with_sheets(later.path(), 20), fake, go_on).unwrap().made, 1);
+    assert_eq!(sheets_of(later.path()), sheets_of(whole.path()));
+    assert_eq!(generate(&with_sheets(later.path(), 20), fake, go_on).unwrap().made, 0);
+}
+
+#[test]
+fn a_sheet_lies_next_to_its_own_fabric() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = with_sheets(folder.path(), 8);
+    generate(&options, fake, go_on).unwrap();
+    let rows = read_folder(folder.path()).unwrap();
+    for index in [0, 3, 7] {
+        let stem = folder.path().join(SHEETS_FOLDER).join(format!("drape-{index:08}"));
+        let sample = Sample {
+            index,
+            fabric_index: index,
+            fabric: options.prior.sample(options.seed, index).unwrap(),
+            run_seed: options.seed,
+            fall: Fall::Perturbed,
+        };
+        let mesh = read_drape(&stem.with_extension("ply")).unwrap();
+        for (found, expected) in mesh.vertices.iter().zip(&sheet(&sample).vertices) {
+            assert!((found - expected).norm() < 2e-8, "{found} {expected}");
+        }
+        let params = stem.with_extension("params.json");
+        let fabric = crate::fabric::params::fabric(&params, [None; 7]).unwrap();
+        for (a, b) in
+            fabric.to_paper_units().into_iter().zip(rows[index as usize].fabric.to_paper_units())
+        {
+            assert!((a / b - 1.0).abs() < 1e-14);
+        }
+        let text = std::fs::read_to_string(&params).unwrap();
+        assert!(text.contains(&format!("\"stop\": \"{}\"", ending(index).name())), "{text}");
+    }
 }
