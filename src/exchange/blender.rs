@@ -77,7 +77,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
 }
 
 /// The stiffnesses on quads of this edge.
-pub(super) fn stiffnesses(isotropic: &Isotropic, edge_m: f64) -> [(&'static str, f64); 4] {
+fn stiffnesses(isotropic: &Isotropic, edge_m: f64) -> [(&'static str, f64); 4] {
     let Isotropic { stretch_n_m, shear_n_m, bending_nm } = *isotropic;
     let tension = (stretch_n_m - shear_n_m).max(LEAST_TENSION * stretch_n_m) * edge_m;
     [

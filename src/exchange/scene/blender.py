@@ -1,5 +1,3 @@
-import sys
-
 import bpy
 import numpy as np
 
@@ -61,4 +59,3 @@ def main():
         out = __file__.removesuffix(".py") + ".blend"
         bpy.ops.wm.save_as_mainfile(filepath=out)
         print("wrote", out)
-    sys.stdout.flush()

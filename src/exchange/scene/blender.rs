@@ -4,17 +4,17 @@
 //! the collider is the plate moved inwards ([`INWARDS_M`]), and the cloth rests where it should.
 //! Its friction is `pdef_cfrict` / 100 of the collider (`collision.cc`).
 //!
-//! A disc is of triangles, on which the constants of [`super::super::blender`] are others. For
+//! On triangles the constants of [`super::super::blender`], which hold for quads, are others. For
 //! equilateral ones of side a: a hinge's force acts on three corners, of which one lies off the
 //! hinge, at a sqrt(3) / 2; its moment is 0.1 k a (a sqrt(3) / 6) a radian. A plate of stiffness B
-//! on such hinges has B l^2 / A = 2 B / sqrt(3) a radian ([`super::super::hinge`]). So k = 40 B / a^2. The
-//! springs along the edges are a plate of stretch 2 K / sqrt(3) with K = tension / a, so tension = S
-//! a sqrt(3) / 2; its shear is 3/8 of that stretch, whatever the fabric's.
+//! on such hinges has B l^2 / A = 2 B / sqrt(3) a radian ([`super::super::hinge`]). So k = 40 B / a^2.
+//! The springs along the edges are a plate of stretch 2 K / sqrt(3) with K = tension / a, so tension
+//! = S a sqrt(3) / 2; its shear is 3/8 of that stretch, whatever the fabric's.
 
 use serde_json::json;
 
 use super::{Bench, python};
-use crate::exchange::blender;
+use crate::exchange::blender::{MASS, QUALITY};
 use crate::exchange::exported::{Exported, Options};
 use crate::exchange::isotropic::Isotropic;
 use crate::fabric::params::Params;
@@ -26,7 +26,7 @@ const FRAMES_PER_S: usize = 25;
 const DISTANCE_M: f64 = 1e-3;
 /// How far within the plate's surface the collider lies \[m\]: the cloth rests 1.8 mm off a collider
 /// with both distances (observed), and should 0.5 mm off the plate.
-const INWARDS_M: f64 = 1.3e-3;
+pub(super) const INWARDS_M: f64 = 1.3e-3;
 /// Setting over B / a^2 on equilateral triangles.
 const BENDING_TRIANGLES: f64 = 40.0;
 
@@ -34,22 +34,19 @@ pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Export
     let mut lost = Isotropic::lost(&params.fabric);
     let isotropic = Isotropic::of(&params.fabric);
     let edge_m = bench.cloth.mean_edge_m();
-    let (stiffnesses, cells) = if bench.cloth.quads.is_empty() {
-        lost.push("shear: springs along triangles have 3/8 of their stretch".to_owned());
-        (on_triangles(&isotropic, edge_m), "triangles")
-    } else {
-        (blender::stiffnesses(&isotropic, edge_m), "quads")
-    };
-    let mut settings = json!({
+    lost.push("shear: springs along triangles have 3/8 of their stretch".to_owned());
+    let tension = isotropic.stretch_n_m * edge_m * 3.0_f64.sqrt() / 2.0;
+    let settings = json!({
         "bending_model": "ANGULAR",
-        "quality": blender::QUALITY,
+        "quality": QUALITY,
         "bending_damping": 0,
+        "tension_stiffness": tension,
+        "compression_stiffness": tension,
+        "shear_stiffness": 0,
+        "bending_stiffness": bending_on_triangles(isotropic.bending_nm, edge_m),
         // vertices have one mass each: the cloth's over their number
-        "mass": blender::MASS * bench.mass_kg / bench.cloth.points_m.len() as f64,
+        "mass": MASS * bench.mass_kg / bench.cloth.points_m.len() as f64,
     });
-    for (key, value) in stiffnesses {
-        settings[key] = json!(value);
-    }
     let values = json!({
         "frames_per_s": FRAMES_PER_S,
         "plate_distance_m": DISTANCE_M,
@@ -63,8 +60,7 @@ pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Export
         },
     });
     let mut notes = bench.notes(params, options);
-    notes
-        .push(format!("the constants hold for this mesh of {cells} and the bending model Angular"));
+    notes.push("the constants hold for this mesh and the bending model Angular".to_owned());
     notes.push(
         "run it with `blender --python FILE`, or `python FILE` with the package bpy".to_owned(),
     );
@@ -74,11 +70,7 @@ pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Export
 
 /// The script's code, with the meshes in it.
 fn code(bench: &Bench) -> String {
-    let faces = if bench.cloth.quads.is_empty() {
-        python::faces(bench.cloth.triangles.iter().map(|face| &face[..]))
-    } else {
-        python::faces(bench.cloth.quads.iter().map(|face| &face[..]))
-    };
+    let faces = python::faces(bench.cloth.triangles.iter().map(|face| &face[..]));
     let plate_faces = Bench::plate_faces();
     CODE.replace("@POINTS@", &python::points(&bench.start_m(2.0 * bench.rest_height_m())))
         .replace("@FACES@", &faces)
@@ -86,13 +78,7 @@ fn code(bench: &Bench) -> String {
         .replace("@PLATE_FACES@", &python::faces(plate_faces.iter().map(Vec::as_slice)))
 }
 
-/// Blender's stiffnesses on equilateral triangles.
-fn on_triangles(isotropic: &Isotropic, edge_m: f64) -> [(&'static str, f64); 4] {
-    let tension = isotropic.stretch_n_m * edge_m * 3.0_f64.sqrt() / 2.0;
-    [
-        ("tension_stiffness", tension),
-        ("compression_stiffness", tension),
-        ("shear_stiffness", 0.0),
-        ("bending_stiffness", BENDING_TRIANGLES * isotropic.bending_nm / (edge_m * edge_m)),
-    ]
+/// Blender's bending stiffness on equilateral triangles.
+pub(super) fn bending_on_triangles(bending_nm: f64, edge_m: f64) -> f64 {
+    BENDING_TRIANGLES * bending_nm / (edge_m * edge_m)
 }

@@ -32,13 +32,12 @@ const HALF_HEIGHT_M: f64 = 0.02;
 pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Exported {
     let fabric = &params.fabric;
     let bending = [fabric.bending_weft_nm, fabric.bending_warp_nm, fabric.bending_bias_nm];
-    let mesh = if bench.cloth.quads.is_empty() { Mesh::Irregular } else { Mesh::Grid };
     let radius_m = bench.plate.edge_radius_m;
     let above_m = bench.rest_height_m();
     let values = json!({
         "density": fabric.density_kg_m2,
         "tri_aniso_ke": [fabric.stretch_weft_n_m, fabric.stretch_warp_n_m, fabric.shear_n_m],
-        "edge_aniso_ke": hinge::style3d(bending, mesh),
+        "edge_aniso_ke": hinge::style3d(bending, Mesh::Irregular),
         "particle_radius_m": radius_m,
         "cylinder_radius_m": bench.plate.radius_m - radius_m,
         "cylinder_half_height_m": HALF_HEIGHT_M,

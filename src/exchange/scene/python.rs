@@ -1,4 +1,5 @@
-//! A scene as a Python script: remarks, the scene's values as a literal, and the code of its target.
+//! A scene as a Python script: remarks, the scene's values as JSON in a raw string, and the code of
+//! its target. JSON escapes quotes, so that none ends the string.
 
 use std::fmt::Write as _;
 
@@ -43,7 +44,11 @@ pub(super) fn script(
     if let (Value::Object(scene), Value::Object(values)) = (&mut scene, values) {
         scene.extend(values);
     }
-    let _ = write!(text, "\nSCENE = {}\n{code}\n\n{SETTLE}", going_along::text(&scene));
+    let _ = write!(
+        text,
+        "\nimport json\n\nSCENE = json.loads(r\"\"\"\n{}\"\"\")\n\n{code}\n\n{SETTLE}",
+        going_along::text(&scene)
+    );
     text
 }
 
