@@ -7,7 +7,7 @@
 //! | mesh | about the yarns | about the bias |
 //! |---|---|---|
 //! | this square | 0.97 to 0.99 | 0.99 |
-//! | this disc, whose triangles are 5 % longer round the axis | 1.11 | 1.11 |
+//! | this disc, whose triangles are a tenth higher than equilateral ones | 1.11 | 1.11 |
 //! | square cells with alternating diagonals | 0.97 | 1.48 |
 
 use crate::sim::drop::CANONICAL_WAVES;
@@ -164,6 +164,6 @@ mod tests {
         // a polygon of 180 corners
         let polygon = 90.0 * 0.15 * 0.15 * (std::f64::consts::TAU / 180.0).sin();
         assert!((disc.area_m2() / polygon - 1.0).abs() < 1e-12);
-        assert!((disc.mean_edge_m() / 0.005 - 1.0).abs() < 0.12);
+        assert!((disc.mean_edge_m() / 0.005 - 1.12).abs() < 0.02);
     }
 }

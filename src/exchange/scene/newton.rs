@@ -2,7 +2,7 @@
 //!
 //! Particles touch the plate, with a radius. So the plate is a cylinder that is smaller by the
 //! edge's radius, and the particles have that radius: both together are the plate with its rounded
-//! edge. The cloth's triangles do not touch it; coarse ones sink over the edge.
+//! edge, raised by the height at which the cloth rests. The cloth's triangles do not touch it; coarse ones sink over the edge.
 //!
 //! The solver takes the stretch matrix of the flat cloth for its steps, which lets cloth turn only a
 //! little in an iteration. Long steps therefore brake the fall to a crawl. Steps of 0.5 ms do not
