@@ -1,7 +1,8 @@
 //! The whole experiment for another program (`export --scene`): plate, cloth, gravity, friction and
 //! the solver's settings, so that the drape comes to rest there without further input.
 //!
-//! In: a fabric, the experiment's name ([`Scene`]), the length of the mesh's edges. Out: a file that
+//! In: a fabric, the experiment's name ([`Scene`]), the length of the mesh's edges. Out: a file
+//! that
 //! the program runs. The plate is this simulator's, a disc with a rounded edge; the cloth starts
 //! level above it, with the unevenness of the canonical drop. The scene's frame has z up, x along
 //! the warp and y along the weft, against the simulation frame's z; its origin is the centre of the
@@ -254,7 +255,8 @@ mod tests {
         }
     }
 
-    /// What the cloth meets is the plate; in Newton it is raised by how high the cloth rests, and at
+    /// What the cloth meets is the plate; in Newton it is raised by how high the cloth rests, and
+    /// at
     /// the edge it is the plate itself.
     #[test]
     fn the_plate_has_its_radius_in_every_program() {
@@ -274,7 +276,8 @@ mod tests {
         }
     }
 
-    /// A Cusick disc of rings 10 mm apart, a square with edges of 10 mm: counts, extents, and indices
+    /// A Cusick disc of rings 10 mm apart, a square with edges of 10 mm: counts, extents, and
+    /// indices
     /// within them.
     #[test]
     fn meshes_are_complete() {

@@ -7,8 +7,10 @@
 //! On triangles the constants of [`super::super::blender`], which hold for quads, are others. For
 //! equilateral ones of side a: a hinge's force acts on three corners, of which one lies off the
 //! hinge, at a sqrt(3) / 2; its moment is 0.1 k a (a sqrt(3) / 6) a radian. A plate of stiffness B
-//! on such hinges has B l^2 / A = 2 B / sqrt(3) a radian ([`super::super::hinge`]). So k = 40 B / a^2.
-//! The springs along the edges are a plate of stretch 2 K / sqrt(3) with K = tension / a, so tension
+//! on such hinges has B l^2 / A = 2 B / sqrt(3) a radian ([`super::super::hinge`]). So k = 40 B /
+//! a^2.
+//! The springs along the edges are a plate of stretch 2 K / sqrt(3) with K = tension / a, so
+//! tension
 //! = S a sqrt(3) / 2; its shear is 3/8 of that stretch, whatever the fabric's.
 
 use serde_json::json;
@@ -24,7 +26,8 @@ const CODE: &str = include_str!("blender.py");
 const FRAMES_PER_S: usize = 25;
 /// Least distances that Blender lets cloth and collider keep \[m\].
 const DISTANCE_M: f64 = 1e-3;
-/// How far within the plate's surface the collider lies \[m\]: the cloth rests 1.8 mm off a collider
+/// How far within the plate's surface the collider lies \[m\]: the cloth rests 1.8 mm off a
+/// collider
 /// with both distances (observed), and should 0.5 mm off the plate.
 pub(super) const INWARDS_M: f64 = 1.3e-3;
 /// Setting over B / a^2 on equilateral triangles.

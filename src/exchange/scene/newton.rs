@@ -1,10 +1,13 @@
-//! A scene for NVIDIA Newton: a Python script that drapes the cloth with `SolverStyle3D` on the CPU.
+//! A scene for NVIDIA Newton: a Python script that drapes the cloth with `SolverStyle3D` on the
+//! CPU.
 //!
 //! Particles touch the plate, with a radius. So the plate is a cylinder that is smaller by the
 //! edge's radius, and the particles have that radius: both together are the plate with its rounded
-//! edge, raised by the height at which the cloth rests. The cloth's triangles do not touch it; coarse ones sink over the edge.
+//! edge, raised by the height at which the cloth rests. The cloth's triangles do not touch it;
+//! coarse ones sink over the edge.
 //!
-//! The solver takes the stretch matrix of the flat cloth for its steps, which lets cloth turn only a
+//! The solver takes the stretch matrix of the flat cloth for its steps, which lets cloth turn only
+//! a
 //! little in an iteration. Long steps therefore brake the fall to a crawl. Steps of 0.5 ms do not
 //! need many iterations.
 
