@@ -16,7 +16,7 @@ use scan2params::base::units::{LIKELY_SCALES, M_PER_MM};
 use scan2params::calibrate::effect::{EFFECTS, Effect};
 use scan2params::calibrate::manifest::Face;
 use scan2params::dataset::augment::{Form, Unit};
-use scan2params::exchange::Target;
+use scan2params::exchange::{Scene, Target};
 use scan2params::fabric::{DEFAULT_PRIOR, Fabric, MEASURED_PRIOR, UNION_PRIOR};
 use scan2params::intake::hints::{parse_crop, parse_place, parse_up};
 use scan2params::intake::rim::parse_warp_toward;
@@ -1461,11 +1461,15 @@ pub(crate) struct Export {
     /// File to write, with the ending of its target
     #[arg(long, short, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    /// Write the whole experiment, which the program brings to rest: plate, cloth, gravity, friction
+    /// and solver settings, for mujoco, newton and blender
+    #[arg(long, value_name = "SCENE", value_parser = names::scene())]
+    pub(crate) scene: Option<Scene>,
     /// Name of the material. If not given, that of PARAMS.json
     #[arg(long)]
     pub(crate) name: Option<String>,
     /// Length of the edges of the cloth's mesh in the program [mm]. blender needs it, and newton
-    /// for its solver VBD; mujoco and usd mesh the specimen with it (default 10)
+    /// for its solver VBD; mujoco, usd and --scene mesh the specimen with it (default 10)
     #[arg(long, value_name = "MM")]
     pub(crate) edge_mm: Option<f64>,
     /// Triangles of the cloth's mesh in newton and arcsim
@@ -1474,7 +1478,8 @@ pub(crate) struct Export {
     /// Thickness of the fabric [mm], which a drape cannot show, for clo, u3m and usd
     #[arg(long, value_name = "MM")]
     pub(crate) thickness_mm: Option<f64>,
-    /// Friction of the fabric, which a drape cannot show, for clo, blender, mujoco, u3m and usd
+    /// Friction of the fabric, which a drape cannot show, for clo, blender, mujoco, u3m, usd and
+    /// --scene (default there 0.3)
     #[arg(long, value_name = "COEFFICIENT")]
     pub(crate) friction: Option<f64>,
     /// Exchange weft and warp, for clo, whose order is not verified

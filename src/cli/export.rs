@@ -78,6 +78,7 @@ fn options(given: &args::Export) -> Options {
             args::MeshKind::Irregular => Mesh::Irregular,
             args::MeshKind::Grid => Mesh::Grid,
         },
+        scene: given.scene,
         thickness_m: given.thickness_mm.map(|mm| mm * M_PER_MM),
         friction: given.friction,
         swap_warp_weft: given.swap_warp_weft,
@@ -94,7 +95,9 @@ fn of_exchange(error: ExchangeError, params: &Path) -> Failure {
             Failure::of_kind(FailureKind::Refused, error)
         }
         ExchangeError::Fabric(_) => anyhow!("{}: {error}", params.display()).into(),
-        ExchangeError::Needs { .. } | ExchangeError::Given { .. } => Failure::usage(error),
+        ExchangeError::Needs { .. }
+        | ExchangeError::Given { .. }
+        | ExchangeError::NoScene { .. } => Failure::usage(error),
     }
 }
 

@@ -3,7 +3,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use scan2params::exchange::Target;
+use scan2params::exchange::{Scene, Target};
 use scan2params::fabric::{DEFAULT_PRIOR, MEASURED_PRIOR, UNION_PRIOR};
 use scan2params::io::{DepthSource, Format};
 use scan2params::scan::LengthUnit;
@@ -23,6 +23,12 @@ pub(super) fn target() -> impl TypedValueParser<Value = Target> {
     one_of(names, |name| {
         Target::ALL.into_iter().find(|target| target.name().eq_ignore_ascii_case(name))
     })
+}
+
+/// An experiment that `export` writes.
+pub(super) fn scene() -> impl TypedValueParser<Value = Scene> {
+    let names = Scene::ALL.map(|scene| PossibleValue::new(scene.name()).help(scene.title()));
+    one_of(names, |name| Scene::ALL.into_iter().find(|scene| scene.name() == name))
 }
 
 /// A shipped prior, by its name.
@@ -72,7 +78,7 @@ mod tests {
         fn check<T: Clone + Send + Sync + 'static>(parser: impl TypedValueParser<Value = T>) {
             let command = clap::Command::new("s");
             let names: Vec<_> = parser.possible_values().unwrap().collect();
-            assert!(names.len() > 2);
+            assert!(names.len() > 1);
             for name in names {
                 assert!(parser.parse_ref(&command, None, name.get_name().as_ref()).is_ok());
             }
@@ -85,5 +91,6 @@ mod tests {
         check(format());
         check(depth_source());
         check(unit());
+        check(scene());
     }
 }

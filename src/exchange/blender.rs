@@ -26,9 +26,11 @@ use crate::base::units::M_PER_MM;
 use crate::fabric::params::Params;
 
 /// Mass over real mass, since gravity is scaled by the inverse.
-const MASS: f64 = 1e3;
+pub(super) const MASS: f64 = 1e3;
 /// Setting over B / h^2.
 const BENDING: f64 = 20.0;
+/// Steps in a frame.
+pub(super) const QUALITY: usize = 40;
 /// Least part of the stretch stiffness that the edges keep beside the diagonals.
 const LEAST_TENSION: f64 = 0.1;
 
@@ -39,8 +41,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
         flag: "--edge-mm",
     })?;
     let fabric = &params.fabric;
-    let Isotropic { stretch_n_m, shear_n_m, bending_nm } = Isotropic::of(fabric);
-    let tension = (stretch_n_m - shear_n_m).max(LEAST_TENSION * stretch_n_m) * edge_m;
+    let isotropic = Isotropic::of(fabric);
     let mut lost = Isotropic::lost(fabric);
     lost.push("90 % intervals and verdict, but for the comment".to_owned());
     let mut notes = vec![
@@ -53,31 +54,38 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
         "of a mesh of few cells the mass is that of the cloth over its number of vertices, times 1000"
             .to_owned(),
     ];
-    if shear_n_m > (1.0 - LEAST_TENSION) * stretch_n_m {
+    if isotropic.shear_n_m > (1.0 - LEAST_TENSION) * isotropic.stretch_n_m {
         notes.push(
             "shear is as stiff as stretch: the diagonals make the cloth stiffer to pull".into(),
         );
     }
-    let settings = [
-        ("mass", MASS * fabric.density_kg_m2 * edge_m * edge_m),
-        ("tension_stiffness", tension),
-        ("compression_stiffness", tension),
-        ("shear_stiffness", shear_n_m * edge_m),
-        ("bending_stiffness", BENDING * bending_nm / (edge_m * edge_m)),
-    ];
+    let mass = ("mass", MASS * fabric.density_kg_m2 * edge_m * edge_m);
     let mut text = String::new();
     for line in going_along::lines(params, &lost, &notes) {
         // writing to a string cannot fail
         let _ = writeln!(text, "# {line}");
     }
     text += HEAD;
-    for (name, value) in settings {
+    let _ = writeln!(text, "cloth.settings.quality = {QUALITY}");
+    for (name, value) in [mass].into_iter().chain(stiffnesses(&isotropic, edge_m)) {
         let _ = writeln!(text, "cloth.settings.{name} = {}", number(value));
     }
     if let Some(friction) = options.friction {
         let _ = writeln!(text, "cloth.collision_settings.friction = {}", number(friction));
     }
     Ok(Exported { text, beside: None, lost, notes })
+}
+
+/// The stiffnesses on quads of this edge.
+fn stiffnesses(isotropic: &Isotropic, edge_m: f64) -> [(&'static str, f64); 4] {
+    let Isotropic { stretch_n_m, shear_n_m, bending_nm } = *isotropic;
+    let tension = (stretch_n_m - shear_n_m).max(LEAST_TENSION * stretch_n_m) * edge_m;
+    [
+        ("tension_stiffness", tension),
+        ("compression_stiffness", tension),
+        ("shear_stiffness", shear_n_m * edge_m),
+        ("bending_stiffness", BENDING * bending_nm / (edge_m * edge_m)),
+    ]
 }
 
 /// How the script finds the cloth: Blender gives a preset its `cloth`; run by itself it takes the
@@ -94,7 +102,6 @@ if cloth is None:
     found = [modifier for modifier in selected.modifiers if modifier.type == 'CLOTH']
     cloth = found[0] if found else selected.modifiers.new('Cloth', 'CLOTH')
 cloth.settings.bending_model = 'ANGULAR'
-cloth.settings.quality = 40
 cloth.settings.bending_damping = 0
 ";
 

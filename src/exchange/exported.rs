@@ -3,6 +3,7 @@
 use std::time::SystemTime;
 
 use super::hinge::Mesh;
+use super::scene::Scene;
 use crate::fabric::FabricError;
 
 /// What a target may need beyond the fabric.
@@ -14,6 +15,8 @@ pub struct Options {
     pub edge_m: Option<f64>,
     /// Triangles of the target's mesh.
     pub mesh: Mesh,
+    /// The experiment that is written with the fabric, or the fabric alone.
+    pub scene: Option<Scene>,
     /// The fabric's thickness \[m\], which no drape shows.
     pub thickness_m: Option<f64>,
     /// The fabric's friction, which no drape shows.
@@ -34,6 +37,7 @@ impl Options {
             name: name.into(),
             edge_m: None,
             mesh: Mesh::default(),
+            scene: None,
             thickness_m: None,
             friction: None,
             swap_warp_weft: false,
@@ -86,6 +90,12 @@ pub enum ExchangeError {
         what: &'static str,
         /// The flag that gives it.
         flag: &'static str,
+    },
+    /// A target whose file has no room for an experiment.
+    #[error("{target} holds a fabric alone; give --scene with mujoco, newton or blender")]
+    NoScene {
+        /// The target's name.
+        target: &'static str,
     },
     /// A given number that cannot be.
     #[error("{flag} is {value}; give {limits}")]

@@ -5,8 +5,9 @@
 //! In: what a params.json says ([`Params`]), and what the target asks for beyond it ([`Options`]).
 //! Out: the text of a file, what of the fabric is lost in it, and what is to be known of it. One
 //! file here per target says what is converted how and from which source; bending, which several
-//! targets make too stiff or dependent on the mesh, is [`hinge`]'s. `docs/export.md` has the strips
-//! with which the numbers were tried in the programs themselves.
+//! targets make too stiff or dependent on the mesh, is [`hinge`]'s. [`Scene`] names an experiment
+//! that goes along. `docs/export.md` has the strips and drapes with which the numbers were tried in
+//! the programs themselves.
 //!
 //! Fails for a result that is not to be used, unless forced, for a fabric that cannot be
 //! simulated, and where the target needs a number that no params.json has.
@@ -21,6 +22,7 @@ pub mod hinge;
 mod isotropic;
 mod mujoco;
 mod newton;
+mod scene;
 pub mod slider;
 pub mod systems;
 mod table;
@@ -32,6 +34,7 @@ use crate::fabric::params::Params;
 
 pub use exported::{Beside, ExchangeError, Exported, Options, beside_name};
 pub use hinge::Mesh;
+pub use scene::Scene;
 
 /// A program or format that is exported to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +110,8 @@ impl Target {
 ///
 /// # Errors
 /// A result that is not to be used, without `options.force`; a fabric that cannot be simulated; a
-/// number that the target needs and that is not given, or cannot be.
+/// number that the target needs and that is not given, or cannot be; a scene for a target that has
+/// none.
 pub fn export(
     target: Target,
     params: &Params,
@@ -121,6 +125,9 @@ pub fn export(
     }
     params.fabric.check()?;
     check(options)?;
+    if let Some(scene) = options.scene {
+        return scene::write(scene, target, params, options);
+    }
     match target {
         Target::Clo => Ok(clo::write(params, options)),
         Target::Blender => blender::write(params, options),

@@ -15,6 +15,7 @@ use super::going_along::{self, number};
 use super::isotropic::Isotropic;
 use crate::base::frame::SPECIMEN_SIDE_M;
 use crate::base::units::M_PER_MM;
+use crate::fabric::Fabric;
 use crate::fabric::params::Params;
 
 /// Largest Poisson's ratio: `MuJoCo` takes less than a half.
@@ -26,14 +27,14 @@ const DAMPING_S: f64 = 0.01;
 
 /// The constants of a flex.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Flex {
+pub(super) struct Flex {
     young_pa: f64,
     poisson: f64,
     thickness_m: f64,
 }
 
 impl Flex {
-    fn of(isotropic: &Isotropic) -> Self {
+    pub(super) fn of(isotropic: &Isotropic) -> Self {
         let poisson = isotropic.poisson(MOST_POISSON);
         let Isotropic { stretch_n_m, bending_nm, .. } = *isotropic;
         let thickness_m = (12.0 * bending_nm * (1.0 - poisson * poisson) / stretch_n_m).sqrt();
@@ -58,6 +59,36 @@ impl Flex {
             number(self.thickness_m)
         )
     }
+
+    /// The element of MJCF.
+    pub(super) fn elasticity(&self) -> String {
+        let elastic = self.attributes();
+        format!(r#"<elasticity {elastic} damping="{DAMPING_S}" elastic2d="both"/>"#)
+    }
+
+    /// What of the fabric a flex does not have.
+    pub(super) fn lost(&self, fabric: &Fabric) -> Vec<String> {
+        let mut lost = Isotropic::lost(fabric);
+        let shear = 0.5 * self.young_pa * self.thickness_m / (1.0 + self.poisson);
+        if (shear / fabric.shear_n_m - 1.0).abs() > 1e-9 {
+            lost.push(format!(
+                "shear ({:.4} N/m): an isotropic flex with this stretch has {shear:.4} N/m",
+                fabric.shear_n_m
+            ));
+        }
+        lost
+    }
+
+    /// What is to be known of its numbers, for any mesh.
+    pub(super) fn notes(&self) -> Vec<String> {
+        vec![
+            format!(
+                "thickness {:.4} mm makes both stretch and bending; it is not the fabric's",
+                self.thickness_m / M_PER_MM
+            ),
+            format!("for MuJoCo 4.0 and later; before it: {}", self.before_4().attributes()),
+        ]
+    }
 }
 
 pub(super) fn write(params: &Params, options: &Options) -> Exported {
@@ -67,32 +98,14 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
     let cells = (SPECIMEN_SIDE_M / edge_m).round().max(1.0);
     let spacing_m = SPECIMEN_SIDE_M / cells;
     let mass_kg = fabric.density_kg_m2 * SPECIMEN_SIDE_M * SPECIMEN_SIDE_M;
-    let mut lost = Isotropic::lost(fabric);
-    let shear = 0.5 * flex.young_pa * flex.thickness_m / (1.0 + flex.poisson);
-    if (shear / fabric.shear_n_m - 1.0).abs() > 1e-9 {
-        lost.push(format!(
-            "shear ({:.4} N/m): an isotropic flex with this stretch has {shear:.4} N/m",
-            fabric.shear_n_m
-        ));
-    }
-    let notes = vec![
-        format!(
-            "thickness {:.4} mm makes both stretch and bending; it is not the fabric's",
-            flex.thickness_m / M_PER_MM
-        ),
-        format!("for MuJoCo 4.0 and later; before it: {}", flex.before_4().attributes()),
-        format!(
-            "the specimen has cells of {} mm; the constants hold for any mesh of triangles that has no \
-             common direction, on a grid bending about the diagonals is off by up to a factor of 3",
-            spacing_m / M_PER_MM
-        ),
-    ];
-    let comment: String =
-        going_along::lines(params, &lost, &notes).iter().fold(String::new(), |mut text, line| {
-            // two hyphens end an XML comment; writing to a string cannot fail
-            let _ = writeln!(text, "  {}", line.replace("--", "- -"));
-            text
-        });
+    let lost = flex.lost(fabric);
+    let mut notes = flex.notes();
+    notes.push(format!(
+        "the specimen has cells of {} mm; the constants hold for any mesh of triangles that has no \
+         common direction, on a grid bending about the diagonals is off by up to a factor of 3",
+        spacing_m / M_PER_MM
+    ));
+    let comment = comment(&going_along::lines(params, &lost, &notes));
     let name = attribute(&options.name);
     let points = cells as usize + 1;
     let friction =
@@ -105,7 +118,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
   <worldbody>
     <flexcomp name="cloth" type="grid" dim="2" count="{points} {points} 1" spacing="{h} {h} {h}" mass="{mass}" radius="0.0005" pos="0 0 0.5">
       <contact{friction} selfcollide="auto"/>
-      <elasticity {elastic} damping="{DAMPING_S}" elastic2d="both"/>
+      {elasticity}
       <pin id="0"/>
     </flexcomp>
   </worldbody>
@@ -113,13 +126,22 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
 "#,
         h = number(spacing_m),
         mass = number(mass_kg),
-        elastic = flex.attributes(),
+        elasticity = flex.elasticity(),
     );
     Exported { text, beside: None, lost, notes }
 }
 
+/// Lines for an XML comment: two hyphens would end it.
+pub(super) fn comment(lines: &[String]) -> String {
+    lines.iter().fold(String::new(), |mut text, line| {
+        // writing to a string cannot fail
+        let _ = writeln!(text, "  {}", line.replace("--", "- -"));
+        text
+    })
+}
+
 /// Text for an XML attribute.
-fn attribute(text: &str) -> String {
+pub(super) fn attribute(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     text.replace(char::is_control, " ")
 }
@@ -127,7 +149,6 @@ fn attribute(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fabric::Fabric;
 
     const ISOTROPIC: Isotropic =
         Isotropic { stretch_n_m: 150.0, shear_n_m: 60.0, bending_nm: 1.5e-6 };

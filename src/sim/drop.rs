@@ -315,8 +315,14 @@ const OUTLINE_POINTS: usize = 720;
 /// How far a cell's weight stretches a guiding spring \[m\].
 const SPRING_SAG_M: f64 = 8e-3;
 
+/// The unevenness of a canonical drop.
+pub(crate) const CANONICAL_WAVES: [Wave; 2] = [
+    Wave { height_m: 0.2e-3, along_x: 1.3, along_z: 2.1, phase: 0.4 },
+    Wave { height_m: 0.1e-3, along_x: 3.2, along_z: -1.7, phase: 1.9 },
+];
+
 /// An unevenness of the flat sheet: a wave over the specimen's half sides.
-struct Wave {
+pub(crate) struct Wave {
     /// Its amplitude \[m\].
     height_m: f64,
     /// Radians a half side along x.
@@ -325,6 +331,13 @@ struct Wave {
     along_z: f64,
     /// Phase at the specimen's centre \[rad\].
     phase: f64,
+}
+
+impl Wave {
+    /// Height \[m\] at a place that is given as shares of the half sides along x and z.
+    pub(crate) fn height_at_m(&self, x: f64, z: f64) -> f64 {
+        self.height_m * (self.along_x * x + self.along_z * z + self.phase).sin()
+    }
 }
 
 /// The positions from which the sheet falls \[m\]: its lowest point over the plate lies one gap
@@ -343,10 +356,7 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
         | DropStart::Held(_)
         | DropStart::Surface(_)
         | DropStart::HeldSurface(_) => {
-            waves.extend([
-                Wave { height_m: 0.2e-3, along_x: 1.3, along_z: 2.1, phase: 0.4 },
-                Wave { height_m: 0.1e-3, along_x: 3.2, along_z: -1.7, phase: 1.9 },
-            ]);
+            waves.extend(CANONICAL_WAVES);
         }
         DropStart::Perturbed(drop_seed) => {
             let mut rng = seed::rng(drop_seed, "drop", 0);
@@ -368,10 +378,7 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
         // lifted by the square of the distance, so that the plate's part stays flat
         let lift =
             (x * tilt[0] + z * tilt[1] + x * z * tilt[2]) * p.norm_squared() / (2.0 * half * half);
-        let uneven: f64 = waves
-            .iter()
-            .map(|w| w.height_m * (w.along_x * x + w.along_z * z + w.phase).sin())
-            .sum();
+        let uneven: f64 = waves.iter().map(|wave| wave.height_at_m(x, z)).sum();
         specimen.place(p) + offset + Vector3::new(0.0, lift + uneven, 0.0)
     };
     let mut x: Vec<_> = (0..grid.vertices()).map(|v| shape(grid.flat(v))).collect();

@@ -221,3 +221,43 @@ fn a_measured_fabric_is_printed_and_written() {
         assert!(said(&run).contains(part), "{words:?}: {}", said(&run));
     }
 }
+
+/// Whole experiments: XML that a parser takes, and scripts that Python takes where there is one.
+#[test]
+fn scenes_are_well_formed() {
+    let folder = tempfile::tempdir().unwrap();
+    for (target, ending) in [("mujoco", "xml"), ("newton", "py"), ("blender", "py")] {
+        for scene in ["drape", "cusick"] {
+            let out = folder.path().join(format!("{scene}_{target}.{ending}"));
+            let path = out.to_str().unwrap();
+            let words = ["export", FABRIC, "--to", target, "--scene", scene, "--out", path];
+            let run = scan2params(&words);
+            assert_eq!(run.status.code(), Some(0), "{words:?}: {}", said(&run));
+            assert!(said(&run).contains(&format!("note: scene {scene}: ")), "{}", said(&run));
+            let text = std::fs::read_to_string(&out).unwrap();
+            if ending == "xml" {
+                let file = roxmltree::Document::parse(&text).unwrap();
+                let of = |name: &str| file.descendants().filter(|e| e.has_tag_name(name)).count();
+                assert_eq!(["mesh", "geom", "flexcomp", "elasticity"].map(of), [1; 4]);
+            } else {
+                compiles_in_python(&out);
+            }
+        }
+    }
+    let out = folder.path().join("a.jfab");
+    let words =
+        ["export", FABRIC, "--to", "clo", "--scene", "drape", "--out", out.to_str().unwrap()];
+    let run = scan2params(&words);
+    assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+    assert!(said(&run).contains("clo holds a fabric alone"), "{}", said(&run));
+    assert!(!out.exists());
+}
+
+/// Nothing where there is no Python.
+fn compiles_in_python(script: &Path) {
+    let program = "import ast, sys; ast.parse(open(sys.argv[1], encoding='utf-8').read())";
+    let run = std::process::Command::new("python3").args(["-c", program]).arg(script).output();
+    if let Ok(run) = run {
+        assert!(run.status.success(), "{}: {}", script.display(), said(&run));
+    }
+}
