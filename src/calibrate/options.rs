@@ -47,8 +47,8 @@ pub struct FitOptions {
     /// How far the weight of a piece of cloth stretches the springs that hold it to a scanned sheet
     /// \[m\]; with 0 it is released.
     pub scan_hold_sag_m: f64,
-    /// The same of the springs on the edge of a rim without a sheet; they are few. Weaker ones leave
-    /// stretch too low for its interval.
+    /// The same of the springs on the edge of a rim without a sheet; they are few. Weaker ones
+    /// leave stretch too low for its interval.
     pub rim_hold_sag_m: f64,
     /// Standard deviation of the springs' mean stretch from none \[m\].
     pub stretch_m: f64,

@@ -92,8 +92,8 @@ pub(crate) enum Command {
     /// Write a fabric for another program: CLO, Blender, Newton, MuJoCo, ARCSim, U3M, USD, JSON,
     /// CSV.
     Export(Export),
-    /// Convert a stiffness or a density to another unit, a params.json to all of them, or a measured
-    /// fabric to one that can be simulated.
+    /// Convert a stiffness or a density to another unit, a params.json to all of them, or a
+    /// measured fabric to one that can be simulated.
     Convert(Convert),
     /// Show the file of defaults, and the value of each flag of a command line.
     Config(Config),
@@ -1461,8 +1461,8 @@ pub(crate) struct Export {
     /// File to write, with the ending of its target
     #[arg(long, short, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Write the whole experiment, which the program brings to rest: plate, cloth, gravity, friction
-    /// and solver settings, for mujoco, newton and blender
+    /// Write the whole experiment, which the program brings to rest: plate, cloth, gravity,
+    /// friction and solver settings, for mujoco, newton and blender
     #[arg(long, value_name = "SCENE", value_parser = names::scene())]
     pub(crate) scene: Option<Scene>,
     /// Name of the material. If not given, that of PARAMS.json

@@ -2,8 +2,7 @@
 //! the solver's settings, so that the drape comes to rest there without further input.
 //!
 //! In: a fabric, the experiment's name ([`Scene`]), the length of the mesh's edges. Out: a file
-//! that
-//! the program runs. The plate is this simulator's, a disc with a rounded edge; the cloth starts
+//! that the program runs. The plate is this simulator's, a disc with a rounded edge; the cloth starts
 //! level above it, with the unevenness of the canonical drop. The scene's frame has z up, x along
 //! the warp and y along the weft, against the simulation frame's z; its origin is the centre of the
 //! plate's top. Lengths are in metres.

@@ -2,9 +2,9 @@
 //!
 //! In: a fabric (SI), a cut, a mesh. Out: the sheet at rest. Frame: y is up; the two corners lie on
 //! the x axis, evenly about its origin. Clips hold a short piece of the upper edge at each corner.
-//! The sheet begins bent evenly about a vertical line, so that its upper corners lie as far apart as
-//! they are held: no length changes on the way there. It runs on the drape's own grid, energies and
-//! Newton iterations, without a plate.
+//! The sheet begins bent evenly about a vertical line, with its upper corners where they are held:
+//! no length has changed there. It runs on the drape's own grid, energies and Newton iterations,
+//! without a plate.
 
 use std::sync::Arc;
 
@@ -134,7 +134,7 @@ mod tests {
         }
         // the upper edge hangs through, at most as deep as two straight threads
         let deepest = hung.top_m().iter().map(|p| -p.y).fold(0.0, f64::max);
-        assert!((0.03..0.09).contains(&deepest), "{deepest}");
+        assert!((0.01..0.09).contains(&deepest), "{deepest}");
         let n = hung.grid.n;
         for (v, p) in hung.positions_m.iter().enumerate() {
             let mirrored = hung.positions_m[v / n * n + (n - 1 - v % n)];

@@ -135,7 +135,7 @@ fn chart(measured: &Sections, compared: &Compared) -> Chart {
             series("simulated, 15 mm", plan(&own[0], shift), 2),
             series("simulated, 25 mm", plan(&own[3], shift), 3),
         ],
-        legend: Legend::Left,
+        legend: Legend::Right,
     }
 }
 

@@ -2,8 +2,8 @@
 //! `evaluate transfer`.
 //!
 //! In: fabrics of priors, sensors, a seed. Each fabric is draped, scanned once by each sensor,
-//! estimated and refined, as in [`super::refine`]. The true fabric and what was found are then tried
-//! in [`shapes`]. Out: one [`Transferred`] a fabric, kept in a folder, and rows of
+//! estimated and refined, as in [`super::refine`]. The true fabric and what was found are then
+//! tried in [`shapes`]. Out: one [`Transferred`] a fabric, kept in a folder, and rows of
 //! [`table`](mod@table). A fabric that is kept is not computed again, and one whose scans were all
 //! refused is not tried.
 
@@ -121,7 +121,7 @@ pub fn run(
         let transferred = match path.exists() {
             true => read(&path)?,
             false => {
-                let made = of_fabric_of(series, prior, index, drops)?;
+                let made = transferred(series, prior, index, drops)?;
                 let text = serde_json::to_vec(&made).unwrap_or_else(|_| unreachable!("numbers"));
                 atomically(&path, |out| out.write_all(&text))?;
                 made
@@ -141,7 +141,7 @@ fn read(path: &Path) -> Result<Transferred, TransferError> {
 }
 
 /// A fabric of a prior, scanned, found and tried.
-fn of_fabric_of(
+fn transferred(
     series: &Series<'_>,
     prior: &Mixture,
     index: u64,
