@@ -3,7 +3,7 @@
 use std::time::SystemTime;
 
 use super::hinge::Mesh;
-use super::scene::Scene;
+use super::target::Scene;
 use crate::fabric::FabricError;
 
 /// What a target may need beyond the fabric.

@@ -26,6 +26,7 @@ mod scene;
 pub mod slider;
 pub mod systems;
 mod table;
+mod target;
 mod u3m;
 pub mod units;
 mod usd;
@@ -34,77 +35,7 @@ use crate::fabric::params::Params;
 
 pub use exported::{Beside, ExchangeError, Exported, Options, beside_name};
 pub use hinge::Mesh;
-pub use scene::Scene;
-
-/// A program or format that is exported to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// CLO and Marvelous Designer, .jfab.
-    Clo,
-    /// Blender's cloth, a preset in Python.
-    Blender,
-    /// NVIDIA Newton, JSON for its solvers Style3D and VBD.
-    Newton,
-    /// `MuJoCo`, a flex in MJCF.
-    Mujoco,
-    /// ARCSim's material JSON.
-    Arcsim,
-    /// U3M 1.1, with a physics file for Browzwear next to it.
-    U3m,
-    /// OpenUSD, text.
-    Usd,
-    /// All that is known, in all units.
-    Json,
-    /// The same as a table.
-    Csv,
-}
-
-impl Target {
-    /// All targets.
-    pub const ALL: [Self; 9] = [
-        Self::Clo,
-        Self::Blender,
-        Self::Newton,
-        Self::Mujoco,
-        Self::Arcsim,
-        Self::U3m,
-        Self::Usd,
-        Self::Json,
-        Self::Csv,
-    ];
-
-    /// The name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Clo => "clo",
-            Self::Blender => "blender",
-            Self::Newton => "newton",
-            Self::Mujoco => "mujoco",
-            Self::Arcsim => "arcsim",
-            Self::U3m => "u3m",
-            Self::Usd => "usd",
-            Self::Json => "json",
-            Self::Csv => "csv",
-        }
-    }
-
-    /// What reads the file, and the file's ending.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Clo => "CLO and Marvelous Designer, .jfab",
-            Self::Blender => "Blender's cloth, a preset in Python, .py",
-            Self::Newton => "NVIDIA Newton, solvers Style3D and VBD, .json",
-            Self::Mujoco => "MuJoCo, a flex in MJCF, .xml",
-            Self::Arcsim => "ARCSim's material, .json",
-            Self::U3m => "U3M 1.1, .u3m, with FILE.fab.json for Browzwear",
-            Self::Usd => "OpenUSD, .usda",
-            Self::Json => "All values in all units, .json",
-            Self::Csv => "All values in all units as a table, .csv",
-        }
-    }
-}
+pub use target::{Scene, Target};
 
 /// A fabric as a target's file. `out_stem` is the name of the file without its ending.
 ///

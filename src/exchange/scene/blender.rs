@@ -15,7 +15,8 @@
 
 use serde_json::json;
 
-use super::{Bench, python};
+use super::bench::Bench;
+use super::python;
 use crate::exchange::blender::{MASS, QUALITY};
 use crate::exchange::exported::{Exported, Options};
 use crate::exchange::isotropic::Isotropic;

@@ -5,7 +5,7 @@
 //! rests as high above the plate. Contacts are as stiff as the time step allows. Air brakes the
 //! cloth: Stokes' drag of the box that `MuJoCo` gives each vertex of a flex, 10 mm on a side.
 
-use super::{Bench, DRAG_PER_S};
+use super::bench::{Bench, DRAG_PER_S};
 use crate::base::frame::GRAVITY_M_S2;
 use crate::exchange::exported::{Exported, Options};
 use crate::exchange::going_along::{self, number};

@@ -13,7 +13,8 @@
 
 use serde_json::json;
 
-use super::{Bench, DRAG_PER_S, python};
+use super::bench::{Bench, DRAG_PER_S};
+use super::python;
 use crate::exchange::exported::{Exported, Options};
 use crate::exchange::hinge::{self, Mesh};
 use crate::fabric::params::Params;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::Bench;
+use super::bench::Bench;
 use crate::exchange::exported::Options;
 use crate::exchange::going_along::{self, number};
 use crate::fabric::params::Params;
