@@ -5,7 +5,9 @@
 //! elastica. With m the square of the elliptic modulus, d the clamps' distance over the length L,
 //! and b the width:
 //!
-//!     2 E(m) / K(m) - 1 = d,    B = F L^2 / (16 b K(m)^2)
+//! ```text
+//! 2 E(m) / K(m) - 1 = d,    B = F L^2 / (16 b K(m)^2)
+//! ```
 //!
 //! At d = 1 that is the buckling load, F = 4 pi^2 b B / L^2. Source: Euler's elastica, e.g. S. P.
 //! Timoshenko and J. M. Gere, Theory of Elastic Stability, 2.7. The weight is left out.
