@@ -67,9 +67,9 @@ pub use sensors::DepthSource;
 pub use views::{
     SeenView, SeenViews, Turntable, VIEWS_FILE, VIEWS_SCHEMA, joined_as_posed, opengl,
 };
-#[cfg(feature = "picture")]
 #[cfg(feature = "dataset")]
 pub(crate) use write::ply_to;
+#[cfg(feature = "picture")]
 pub use write::write_png;
 pub use write::{stl_bytes, write_depth_png, write_obj, write_ply};
 

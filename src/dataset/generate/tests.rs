@@ -367,7 +367,7 @@ fn canonical_falls_depend_on_the_fabric_alone_and_their_folder_says_so() {
 /// A file of schema 1 has rims as bytes, and `at_rest` for what is `converged` now.
 #[test]
 fn files_of_schema_1_are_read_and_their_folder_is_not_continued() {
-    let fixture = Path::new("fixtures/rims");
+    let fixture = &Path::new("fixtures").join("rims");
     let rows = read_folder(fixture).unwrap();
     assert_eq!(rows.len(), 64);
     let file = std::fs::File::open(fixture.join("drapes-000000.parquet")).unwrap();
@@ -387,11 +387,9 @@ fn files_of_schema_1_are_read_and_their_folder_is_not_continued() {
     std::fs::copy(fixture.join(MANIFEST_FILE), &manifest).unwrap();
     let error = generate(&options(folder.path(), 8), fake, go_on).unwrap_err().to_string();
     assert!(error.contains("scan2params/dataset/1") && error.contains("another folder"), "{error}");
-    std::fs::write(
-        &manifest,
-        include_str!("../../../fixtures/rims/manifest.json").replace("/1", "/9"),
-    )
-    .unwrap();
+    let newer = std::fs::read_to_string(fixture.join(MANIFEST_FILE)).unwrap().replace("/1", "/9");
+    std::fs::remove_file(&manifest).unwrap();
+    std::fs::write(&manifest, newer).unwrap();
     let error = Manifest::read(folder.path()).unwrap_err().to_string();
     assert!(error.contains("scan2params/dataset/9"), "{error}");
 }
