@@ -1170,6 +1170,9 @@ pub(crate) struct Transfer {
     /// Folder that keeps true drapes and results: a fabric that is there is not computed again
     #[arg(long, value_name = "DIR")]
     pub(crate) keep: PathBuf,
+    /// Sum up the fabrics that are there and compute no others: what an ended run has
+    #[arg(long)]
+    pub(crate) kept: bool,
     /// Priors of the fabrics
     #[arg(
         long,

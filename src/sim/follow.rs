@@ -224,7 +224,7 @@ impl Follower {
         self.rested.model.guide.farther = by;
     }
 
-    /// Lets go of a sheet that is held, and brings it to rest: its equilibrium without the springs,
+    /// Releases a sheet that is held, and brings it to rest: its equilibrium without the springs,
     /// from the grips that its friction has. Gives why the search for rest ended.
     pub fn release(&mut self) -> Stop {
         self.rested.model.guide = Guide::default();

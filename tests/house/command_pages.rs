@@ -86,7 +86,7 @@ fn own(help_text: &str) -> String {
     let mut lines: Vec<String> = kept.concat().iter().map(|line| (*line).to_owned()).collect();
     let flags: Vec<String> = named.iter().filter_map(flag).collect();
     if !flags.is_empty() {
-        let mut line = format!("  As of `{SHARED}`:");
+        let mut line = format!("  As in `{SHARED}`:");
         for flag in flags {
             if line.len() + flag.len() > 98 {
                 lines.push(std::mem::replace(&mut line, " ".repeat(4)));
@@ -101,7 +101,7 @@ fn own(help_text: &str) -> String {
 #[test]
 fn options_in_the_same_words_are_named_and_others_are_shown() {
     let page = own(&help(&["inspect"]));
-    let (own, named) = page.split_once("As of `estimate`:").unwrap();
+    let (own, named) = page.split_once("As in `estimate`:").unwrap();
     assert!(own.contains("--out <FILE.png>") && !own.contains("--crop"), "{own}");
     assert!(named.contains("--crop") && named.contains("--config") && !named.contains("--out"));
 }

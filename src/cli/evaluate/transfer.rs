@@ -4,7 +4,7 @@ use super::super::{Failure, Outcome, args};
 use scan2params::estimate::Estimator;
 use scan2params::evaluate::refine::{Begin, Series, Sight};
 use scan2params::evaluate::transfer::table::{self, Lengths, Row};
-use scan2params::evaluate::transfer::{self, Transferred, pictures};
+use scan2params::evaluate::transfer::{self, Keep, Transferred, pictures};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
@@ -32,7 +32,8 @@ pub(super) fn run(given: &args::Transfer) -> Outcome {
         energy_drop: 0.0,
         keep: Some(given.keep.clone()),
     };
-    let all = transfer::run(&series, given.drops, &given.keep, tell)?;
+    let keep = Keep { folder: &given.keep, only: given.kept };
+    let all = transfer::run(&series, given.drops, keep, tell)?;
     let (rows, lengths) = (table::rows(&all), table::lengths(&all));
     println!("\n{}", Row::COLUMNS);
     rows.iter().for_each(|row| println!("{}", row.line()));

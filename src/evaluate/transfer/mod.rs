@@ -103,6 +103,15 @@ pub enum TransferError {
     Write(#[from] WriteError),
 }
 
+/// Where fabrics are kept, and whether those that are not there are left out.
+#[derive(Clone, Copy, Debug)]
+pub struct Keep<'a> {
+    /// The folder.
+    pub folder: &'a Path,
+    /// Whether nothing is computed.
+    pub only: bool,
+}
+
 /// Runs all fabrics on all cores and returns them in order; `tell` hears of each as it ends.
 ///
 /// # Errors
@@ -110,16 +119,18 @@ pub enum TransferError {
 pub fn run(
     series: &Series<'_>,
     drops: u64,
-    keep: &Path,
+    keep: Keep<'_>,
     tell: impl Fn(&Transferred) + Sync,
 ) -> Result<Vec<Transferred>, TransferError> {
     let of_fabric = |index: u64| series.priors.iter().map(move |prior| (prior, index));
     let all: Vec<(&Mixture, u64)> = series.fabrics.clone().flat_map(of_fabric).collect();
     let done = all.into_par_iter().with_max_len(1).map(|(prior, index)| {
         let seed = series.seed;
-        let path = keep.join(format!("transfer-{}-{seed}-{index}-{drops}.json", prior.name()));
+        let name = format!("transfer-{}-{seed}-{index}-{drops}.json", prior.name());
+        let path = keep.folder.join(name);
         let transferred = match path.exists() {
             true => read(&path)?,
+            false if keep.only => return Ok(None),
             false => {
                 let made = transferred(series, prior, index, drops)?;
                 let text = serde_json::to_vec(&made).unwrap_or_else(|_| unreachable!("numbers"));
@@ -128,9 +139,9 @@ pub fn run(
             }
         };
         tell(&transferred);
-        Ok(transferred)
+        Ok(Some(transferred))
     });
-    done.collect()
+    Ok(done.collect::<Result<Vec<_>, TransferError>>()?.into_iter().flatten().collect())
 }
 
 /// A fabric that is kept.

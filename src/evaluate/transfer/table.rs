@@ -24,7 +24,8 @@ pub struct Row {
     pub coefficient: [f64; 2],
     /// The standard deviation of the true fabric's drops, median \[points\]; NaN for one drop.
     pub scatter: f64,
-    /// Part of the fabrics whose mean coefficient lies within the true drops' least and largest.
+    /// Part of the fabrics whose mean coefficient lies within the true drops' least and largest; NaN
+    /// for one drop.
     pub within_scatter: f64,
     /// Distance of the mean numbers of folds, median.
     pub folds: f64,
@@ -130,6 +131,7 @@ impl Row {
             });
             (low..=high).contains(&own)
         };
+        let scattered = || tried.iter().filter(|(tried, _)| tried.truth.len() > 1);
         let continued = || {
             let pairs = tried.iter().filter_map(|(tried, at)| {
                 Some((tried.truth.first()?, tried.continued[*at].as_ref()?))
@@ -146,7 +148,7 @@ impl Row {
             fabrics: tried.len(),
             coefficient: ends(&apart(|r| r.coefficient)),
             scatter: ends(&deviations)[0],
-            within_scatter: tried.iter().filter(within).count() as f64 / tried.len() as f64,
+            within_scatter: scattered().filter(within).count() as f64 / scattered().count() as f64,
             folds: ends(&apart(|r| r.folds))[0],
             waves_mm: ends(&apart(|r| r.waves_mm)),
             hem_mm: ends(&apart(|r| r.hem_mm)),

@@ -168,7 +168,7 @@ fn held(fabric: &Fabric, sag_m: f64) -> Follower {
 }
 
 #[test]
-fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_it_is_let_go() {
+fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_it_is_released() {
     let rim = drape_dropped().boundary.clone();
     let softer = scaled(&stiff_knit(), [1.0, 1.0, 1.0, 0.6, 0.6, 0.6, 1.0]);
     let far = [100e-3, 30e-3, 10e-3].map(|sag_m| {
@@ -177,8 +177,8 @@ fn a_held_sheet_stays_the_nearer_to_its_surface_the_stronger_the_springs_until_i
         let held_m = rim.mean_distance_m(&follower.boundary());
         assert_eq!(follower.release(), Stop::AtRest);
         let free_m = rim.mean_distance_m(&follower.boundary());
-        println!("{:.0} mm: {:.2} mm, let go {:.2} mm", sag_m * 1e3, held_m * 1e3, free_m * 1e3);
-        // observed: 2.3, 1.3 and 0.6 mm, let go 4.4
+        println!("{:.0} mm: {:.2} mm, released {:.2} mm", sag_m * 1e3, held_m * 1e3, free_m * 1e3);
+        // observed: 2.3, 1.3 and 0.6 mm, released 4.4
         assert!(held_m < 0.7 * free_m, "{held_m} {free_m}");
         held_m
     });
@@ -251,8 +251,8 @@ fn a_sheet_led_by_its_rim_stays_while_that_is_held_but_for_what_is_not_known() {
     );
     assert_eq!(follower.release(), Stop::AtRest);
     let released_m = rim.mean_distance_m(&follower.boundary());
-    println!("held {near_m:.2e}, inner {inner_m:.2e}, let go {released_m:.2e} m");
-    // observed: 0.06 and 0.16 mm, let go 0.26; where the cloth has not slid freely first 0.52, 1.56
+    println!("held {near_m:.2e}, inner {inner_m:.2e}, released {released_m:.2e} m");
+    // observed: 0.06 and 0.16 mm, released 0.26; where the cloth has not slid freely first 0.52, 1.56
     // and 2.03
     assert!(near_m < 0.2e-3 && inner_m < 0.5e-3, "{near_m} {inner_m}");
     assert!(near_m < released_m && released_m < 1e-3, "{released_m}");
