@@ -129,7 +129,7 @@ pub use geom::{Cloud, Mesh};
 pub use io::{ReadError, ReadOptions, WriteError, read_scan, read_scan_with};
 #[cfg(feature = "estimate")]
 pub use job::{Job, JobError, Outcome};
-pub use refine::{LedBy, ReleasedDrape, released_drape};
+pub use refine::{ReleasedDrape, StartedFrom, released_drape};
 pub use scan::boundary_from_scan;
 pub use scan::{LengthUnit, Orientation, ScanError, ScanOptions, ScannedBoundary, WarpToward};
 pub use sim::drape::drape;

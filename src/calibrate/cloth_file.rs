@@ -109,7 +109,7 @@ pub fn read_effects(path: &Path) -> Result<Vec<(&'static Number, f64)>, ClothFil
     let fault = |fault: String| ClothFileError::Effects { path: path.to_owned(), fault };
     let text = text::read(path).map_err(|error| fault(format!("cannot be read ({error})")))?;
     let file: Value =
-        serde_json::from_slice(&text).map_err(|error| fault(format!("no JSON ({error})")))?;
+        serde_json::from_slice(&text).map_err(|error| fault(format!("not JSON ({error})")))?;
     let Some(list) = file.get("effects").filter(|value| !value.is_null()) else {
         return Ok(Vec::new());
     };

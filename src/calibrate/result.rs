@@ -222,18 +222,21 @@ impl FabricResult {
 
     /// Cells that are too coarse for the cloth, where the fit does not know what finer ones do:
     /// drapes then ask for a stiffness that is the cells' own.
-    fn coarse_cells(&self) -> Option<Doubt> {
-        let fitted =
-            self.after.as_ref().map(|after| &after.fitted).or(self.fitted.as_ref().ok())?;
+    #[must_use]
+    pub fn coarse_cells(&self) -> Option<Doubt> {
+        let after = self.after.as_ref();
+        let fitted = after.map(|after| &after.fitted).or(self.fitted.as_ref().ok())?;
+        // a fit's own drapes were moved there
+        let drapes = after.map_or(&self.drapes, |after| &after.drapes);
         let rims = self.measured.iter().filter_map(|measured| measured.rim.as_ref());
         let knows_finer = rims.clone().count() > 0 && rims.clone().all(|rim| rim.sheet.is_some());
-        let drape = &fitted.drapes.iter().flatten().next()?.drape;
+        let drape = &drapes.iter().find_map(|drape| drape.beside.as_ref().ok())?.drape;
         let cell_m = drape.grid.spacing_m;
         let shortest_m = bending_length_m(&fitted.cloth.fabric);
         (!knows_finer && cell_m * CELLS_PER_BENDING_LENGTH > shortest_m).then(|| Doubt {
             code: "cells_too_coarse",
             text: format!(
-                "cells of {:.1} mm are coarse beside a bending length of {:.1} mm: the stiffnesses are partly the cells' own; use more --vertices",
+                "cells of {:.1} mm are too coarse for a bending length of {:.1} mm: the stiffnesses are partly the cells' own; use more --vertices",
                 cell_m / M_PER_MM,
                 shortest_m / M_PER_MM
             ),

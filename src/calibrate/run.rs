@@ -200,7 +200,8 @@ pub fn read(
     let mut refused = Vec::new();
     let mut fabrics: Vec<(String, Vec<Measured>)> = Vec::new();
     for one in read {
-        match one {
+        let others = fabrics.iter().flat_map(|(_, own)| own);
+        match one.and_then(|measured| other_than(measured, others)) {
             Ok(measured) => {
                 let name = &measured.entry.fabric;
                 match fabrics.iter_mut().find(|(known, _)| known == name) {
@@ -216,6 +217,26 @@ pub fn read(
         return Err(CalibrateError::Nothing { files: entries.len(), line, why });
     }
     Ok(Files { fabrics, refused })
+}
+
+/// A file's drape, unless another file of its fabric shows the very same: a drape that counts twice makes
+/// intervals too narrow.
+fn other_than<'a>(
+    measured: Measured,
+    mut others: impl Iterator<Item = &'a Measured>,
+) -> Result<Measured, Refused> {
+    let is_same = |other: &&Measured| {
+        other.entry.fabric == measured.entry.fabric && other.outline == measured.outline
+    };
+    let Some(first) = others.find(is_same) else {
+        return Ok(measured);
+    };
+    let (line, name) = (measured.entry.line, measured.entry.name);
+    let why = format!(
+        "the same points as `{}` in line {}: one drape counts once; give the file of another drape",
+        first.entry.name, first.entry.line
+    );
+    Err(Refused { line, name, why })
 }
 
 fn check_densities(entries: &[Entry]) -> Result<(), CalibrateError> {
@@ -502,6 +523,26 @@ mod tests {
         // silhouettes of a unit are one drape
         let flat = all.map(|measured| Measured { rim: None, ..measured });
         assert_eq!(drapes_of(&flat), [0, 0, 0, 0, 4]);
+    }
+
+    #[test]
+    fn a_drape_that_two_files_show_counts_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let rim = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/drapes/woven.boundary.csv");
+        let row = |line: usize, path: PathBuf| Entry {
+            path,
+            kind: Kind::Boundary,
+            bench: Some(Bench::Square),
+            ..entry(line, "a", Some(0.18))
+        };
+        let copy = folder.path().join("copy.csv");
+        std::fs::copy(rim, &copy).unwrap();
+        let rows = [row(2, rim.into()), row(3, copy)];
+        let files = super::read(&rows, &Options::default(), &|_| ()).unwrap();
+        assert_eq!(files.fabrics[0].1.len(), 1);
+        assert_eq!((files.refused.len(), files.refused[0].line), (1, 3));
+        let why = &files.refused[0].why;
+        assert!(why.contains("the same points as `2.png` in line 2"), "{why}");
     }
 
     #[test]

@@ -30,6 +30,9 @@ use scan2params::sensor::{Profile, StandKind, Surroundings};
 /// simulator reproduces it.
 #[derive(Debug, Parser)]
 #[command(name = "scan2params", version, long_version = version::long(), about, max_term_width = 100)]
+#[command(
+    override_usage = "scan2params <SCAN> --density <G_PER_M2> [OPTIONS]\n       scan2params <COMMAND> [OPTIONS]"
+)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) talk: Talk,

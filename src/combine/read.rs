@@ -59,12 +59,13 @@ fn list(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
 /// Reads one.
 ///
 /// # Errors
-/// When it cannot be read, is no JSON, or is not what `estimate` writes.
+/// When it cannot be read, is not JSON, or is not what `estimate` writes.
 pub fn read(path: &Path) -> Result<Drape, CombineError> {
     let text =
         text::read(path).map_err(|source| CombineError::Io { path: path.to_owned(), source })?;
     let fault = |what: String| CombineError::NotParams { path: path.to_owned(), what };
-    let json: Value = serde_json::from_slice(&text).map_err(|e| fault(format!("no JSON ({e})")))?;
+    let json: Value =
+        serde_json::from_slice(&text).map_err(|e| fault(format!("not JSON ({e})")))?;
     if json.get("drapes").is_some() {
         return Err(fault("holds drapes that are combined already".to_owned()));
     }

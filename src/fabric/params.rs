@@ -3,7 +3,7 @@
 //!
 //! In: a path. Out: the fabric (SI), and of a whole file ([`read`]) its intervals (the paper's
 //! units) and its verdict. Values are in the paper's units; where a file names a unit beside a
-//! value, it must be that one. Fails where the file cannot be read, is no JSON, lacks a number
+//! value, it must be that one. Fails where the file cannot be read, is not JSON, lacks a number
 //! or names another unit.
 
 use std::path::{Path, PathBuf};
@@ -98,7 +98,7 @@ pub fn read(path: &Path) -> Result<Params, ParamsError> {
 /// before the file's.
 ///
 /// # Errors
-/// A file that cannot be read, is no JSON, lacks a value that is not given, or names another unit.
+/// A file that cannot be read, is not JSON, lacks a value that is not given, or names another unit.
 pub fn fabric(path: &Path, given: [Option<f64>; STIFFNESSES + 1]) -> Result<Fabric, ParamsError> {
     File::open(path)?.fabric(given)
 }
@@ -114,7 +114,7 @@ impl<'a> File<'a> {
         let fault = |fault: String| ParamsError { path: path.to_owned(), fault };
         let text = text::read(path).map_err(|error| fault(format!("cannot be read ({error})")))?;
         let content = serde_json::from_slice(&text).map_err(|error| {
-            fault(format!("no JSON ({error}); give a params.json as `estimate` writes it"))
+            fault(format!("not JSON ({error}); give a params.json as `estimate` writes it"))
         })?;
         Ok(Self { path, content })
     }

@@ -281,7 +281,7 @@ pub(super) fn of_value(value: &Value) -> Result<Intrinsics, String> {
 }
 
 fn of_json(text: &str) -> Result<Intrinsics, String> {
-    let value: Value = serde_json::from_str(text).map_err(|e| format!("no JSON ({e})"))?;
+    let value: Value = serde_json::from_str(text).map_err(|e| format!("not JSON ({e})"))?;
     of_value(&value)
 }
 
@@ -419,7 +419,7 @@ mod tests {
         for (text, part) in [
             ("", "no intrinsics found"),
             ("{}", "neither `intrinsic_matrix`"),
-            ("{\"fx\":", "no JSON"),
+            ("{\"fx\":", "not JSON"),
             ("1 2 3 4 5 6 7 8 9", "the intrinsic matrix is"),
             ("585 2 320 0 585 240 0 0 1", "skew of 2"),
             ("-585 0 320 0 585 240 0 0 1", "must be positive"),

@@ -147,7 +147,7 @@ codes! {
     NotRefined = "not_refined",
     /// Held to the scan, the drape of the fabric that was found is farther from it than scan and
     /// simulator err.
-    ModelLeaves = "model_leaves",
+    ModelMisfit = "model_misfit",
     /// A refined stiffness is hardly visible in this drape: its interval is the network's.
     HardlyVisible = "hardly_visible",
     /// The released drape has another number of folds than the scan.

@@ -23,5 +23,5 @@ pub use data::{DataOptions, Scan};
 pub use fit::{FitError, Progress, fit};
 pub use prior::Prior;
 pub use refined::{ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
-pub use released::{LedBy, ReleasedDrape, released_drape};
+pub use released::{ReleasedDrape, StartedFrom, released_drape};
 pub use squares::FitOptions;

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::data::Scan;
-use super::released::{LedBy, ReleasedDrape};
+use super::released::{ReleasedDrape, StartedFrom};
 use super::squares::{Squares, State};
 use super::trial::{BENCH, NUISANCES, Trial};
 use crate::base::Point3;
@@ -262,7 +262,7 @@ impl ScanFit {
         });
         let nodes = [rim_nodes(scan.rim), tied.nodes];
         let [tied_mean_m, tied_largest_m] = scan.rim.distances_m(&tied.boundary);
-        let led_by = if scan.sheet.is_some() { LedBy::Sheet } else { LedBy::Rim };
+        let started_from = if scan.sheet.is_some() { StartedFrom::Sheet } else { StartedFrom::Rim };
         Self {
             on_branch: nodes[0] == nodes[1] || tied_mean_m < ONE_BRANCH_M,
             tied: tied.clone(),
@@ -270,7 +270,7 @@ impl ScanFit {
             tied_largest_m,
             springs_share: trial.springs_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
             arcs,
-            released: released.map(|drape| ReleasedDrape::beside(scan.rim, drape, led_by)),
+            released: released.map(|drape| ReleasedDrape::beside(scan.rim, drape, started_from)),
             cells: bench[BENCH],
             bench: std::array::from_fn(|m| Nuisance {
                 key: BENCH_KEYS[m],

@@ -5,22 +5,22 @@
 //! fabric. Out: the simulated drape and its distance to the scan. A fabric has several stable
 //! drapes within millimetres of each other, and the true fabric itself moves by 0.3 to 2 mm.
 //! Springs guide the sheet to what was scanned and are then released. A rim that was read from a
-//! table has no sheet: springs lead its border alone, after a fall.
+//! table has no sheet: springs guide its border alone, after a fall.
 
 use crate::base::{Boundary, Surface};
 use crate::fabric::Fabric;
 use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
-/// What led a drape to its branch before it was released.
+/// What a drape was started from before it was released.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LedBy {
+pub enum StartedFrom {
     /// The whole scanned sheet: [`DropStart::Surface`].
     Sheet,
     /// The rim alone: [`DropStart::Guided`].
     Rim,
 }
 
-impl LedBy {
+impl StartedFrom {
     /// The word for it in files; "started from the" stands before it in texts.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -36,8 +36,8 @@ impl LedBy {
 pub struct ReleasedDrape {
     /// The drape, at rest without springs unless its `stop` says otherwise.
     pub drape: Drape,
-    /// What led it.
-    pub led_by: LedBy,
+    /// What it was started from.
+    pub started_from: StartedFrom,
     /// Mean distance of corresponding rim points \[m\].
     pub mean_distance_m: f64,
     /// Largest distance of corresponding rim points \[m\].
@@ -53,19 +53,19 @@ pub fn released_drape(
     fabric: &Fabric,
     options: &SimOptions,
 ) -> ReleasedDrape {
-    let (start, led_by) = match sheet {
-        Some(sheet) => (DropStart::Surface(Box::new(sheet.clone())), LedBy::Sheet),
-        None => (DropStart::Guided(Box::new(scanned.clone())), LedBy::Rim),
+    let (start, started_from) = match sheet {
+        Some(sheet) => (DropStart::Surface(Box::new(sheet.clone())), StartedFrom::Sheet),
+        None => (DropStart::Guided(Box::new(scanned.clone())), StartedFrom::Rim),
     };
     let drape = drape(fabric, &Drop { start }, options);
-    ReleasedDrape::beside(scanned, drape, led_by)
+    ReleasedDrape::beside(scanned, drape, started_from)
 }
 
 impl ReleasedDrape {
     /// A drape beside the rim that it is to reproduce.
     #[must_use]
-    pub fn beside(scanned: &Boundary, drape: Drape, led_by: LedBy) -> Self {
+    pub fn beside(scanned: &Boundary, drape: Drape, started_from: StartedFrom) -> Self {
         let [mean_distance_m, largest_distance_m] = scanned.distances_m(&drape.boundary);
-        Self { drape, led_by, mean_distance_m, largest_distance_m }
+        Self { drape, started_from, mean_distance_m, largest_distance_m }
     }
 }

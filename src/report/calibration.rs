@@ -569,6 +569,9 @@ fn effects_table(fabric: &FabricResult) -> String {
     }
     text += &field_lines(fabric);
     text += &format!("  verdict: {}\n", fabric.verdict.name());
+    if let Some(doubt) = fabric.coarse_cells() {
+        text += &format!("  doubtful: {}\n", doubt.text);
+    }
     let next = fabric.next_measurement();
     if let Some(next) = next.filter(|_| fabric.verdict == Verdict::Undecided) {
         text += &format!("  next: {next}\n");

@@ -13,7 +13,7 @@ use crate::scan::ScannedBoundary;
 use crate::sim::{Experiment, NUMERICS_VERSION, rim_nodes};
 
 /// Version of the layout of params.json.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// The result as JSON.
 #[must_use]
@@ -211,7 +211,7 @@ fn released_drape(released: &ReleasedDrape) -> Value {
         "rim_mean_mm": released.mean_distance_m / M_PER_MM,
         "rim_largest_mm": released.largest_distance_m / M_PER_MM,
         "folds": released.drape.nodes,
-        "led_by": released.led_by.name(),
+        "started_from": released.started_from.name(),
         "stop": released.drape.stop.name(),
         "intersections": released.drape.intersections,
     })

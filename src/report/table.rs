@@ -94,7 +94,7 @@ fn drapes(outcome: &Outcome) -> String {
             "{RELEASED}   {mean:>12.2}  mm from the scanned rim, {largest:.2} at most, {} folds ({}, started from the {})",
             released.drape.nodes,
             released.drape.stop.name(),
-            released.led_by.name()
+            released.started_from.name()
         );
     }
     if out.is_empty() { out } else { format!("\n{out}") }

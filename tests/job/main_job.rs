@@ -127,7 +127,7 @@ fn from_file_to_parameters() {
             ignoring.add(baseline.value[i], baseline.interval90[i], truth);
         }
         assert!(job.rim.mean_distance_m(rim_of(scan)) < 1e-6 && job.picture_width > 1000);
-        assert_eq!(result["released_drape"]["led_by"], "sheet");
+        assert_eq!(result["released_drape"]["started_from"], "sheet");
         let error_mm = result["released_drape"]["rim_mean_mm"].as_f64().unwrap();
         match scan {
             "mean_structured-light" => hold("main.released_mean", error_mm),
@@ -170,7 +170,7 @@ fn a_rim_that_was_given_leads_the_drape_by_itself() {
     ]);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let result: Value = serde_json::from_slice(&run.stdout).unwrap();
-    assert_eq!(result["released_drape"]["led_by"], "rim");
+    assert_eq!(result["released_drape"]["started_from"], "rim");
 }
 
 #[test]

@@ -381,7 +381,9 @@ fn a_calibration_has_its_page_with_before_and_after() {
         &scan2params::report::calibration::json_of(&calibration),
     );
     let fitted = calibration.fabrics[0].fitted.as_ref().unwrap();
+    // pictures of a knit on cells of 10 mm
     let doubts = calibration.fabrics[0].doubts();
+    assert_eq!(doubts.iter().map(|doubt| doubt.code).collect::<Vec<_>>(), ["cells_too_coarse"]);
     let fabric = scan2params::calibrate::cloth_file::text(fitted, false, &doubts);
     schema_support::must_fit("calibrated-fabric", &fabric);
     let manifest =
@@ -395,7 +397,7 @@ fn a_calibration_has_its_page_with_before_and_after() {
     let whole = of(&calibration);
     println!("{} bytes", whole.len());
     check(&whole);
-    for said in ["natural curvature 96", "nothing beyond the plain model 3"] {
+    for said in ["natural curvature 96", "Doubtful: cells of", "nothing beyond the plain model 3"] {
         assert!(whole.contains(said), "{said}");
     }
     let order = [

@@ -129,7 +129,7 @@ fn fault(path: &Path, fault: impl Into<String>) -> FabError {
 fn json(path: &Path) -> Result<Value, FabError> {
     let text =
         text::read(path).map_err(|error| fault(path, format!("cannot be read ({error})")))?;
-    serde_json::from_slice(&text).map_err(|error| fault(path, format!("no JSON ({error})")))
+    serde_json::from_slice(&text).map_err(|error| fault(path, format!("not JSON ({error})")))
 }
 
 /// A number, or a text that is one: files have both.

@@ -547,7 +547,7 @@ fn what_refining_found_is_held_against_its_limits() {
         (Level::Doubtful, limits.refined_misfit.doubtful),
         (Level::DoNotUse, limits.refined_misfit.do_not_use),
     ] {
-        straddles(Code::ModelLeaves, level, limit, |f, misfit| {
+        straddles(Code::ModelMisfit, level, limit, |f, misfit| {
             let most = limits.refined_misfit.doubtful;
             f.refining = Some(match misfit > most {
                 true => Refining::Left(NotTaken::Leaves { misfit, most }),

@@ -199,9 +199,9 @@ fn scan(line: &Line, drawn: bool) -> Markup {
     }
 }
 
-/// A path that a line breaks at its slashes only.
+/// A path that a line breaks at its slashes, spaces and underscores only.
 fn name(file: &str) -> Markup {
-    html! { @for part in file.split_inclusive('/') { span .whole { (part) } wbr; } }
+    html! { @for part in file.split_inclusive(['/', ' ', '_']) { span .whole { (part) } wbr; } }
 }
 
 /// A path that a line breaks at its slashes and underscores, in a narrow card.
@@ -434,12 +434,11 @@ mod tests {
     }
 
     #[test]
-    fn unknown_weft_and_warp_are_told_and_names_break_at_slashes() {
+    fn unknown_weft_and_warp_are_told_and_names_break_between_words() {
         let unknown = Line { warp_unknown: true, ..line("sub/linen_7.ply", 1.0) };
         let text = page("t", &[unknown, line("b.ply", 1.1)], &[]);
         assert!(text.contains("Weft and warp unknown: 1 of 2 scans."), "{text}");
-        let whole =
-            "<span class=\"whole\">sub/</span><wbr><span class=\"whole\">linen_7.ply</span>";
+        let whole = "<span class=\"whole\">sub/</span><wbr><span class=\"whole\">linen_</span><wbr><span class=\"whole\">7.ply</span>";
         assert!(text.contains(whole), "{text}");
         let text = page("t", &[line("b.ply", 1.1)], &[]);
         assert!(!text.contains("Weft and warp unknown"), "{text}");

@@ -177,7 +177,7 @@ fn remedy(ground: &Ground) -> Option<&'static str> {
             "Drop the cloth again, scan it, and give both scans (--with SECOND): another drape may lie on a \
              branch that the simulator finds."
         }
-        C::ModelLeaves | C::ReleasedDrapeOff => {
+        C::ModelMisfit | C::ReleasedDrapeOff => {
             "Look where along the rim the error lies. All around: the six stiffnesses cannot describe this fabric, or the \
              density is wrong. In one place: the cloth was creased, pulled or hidden there."
         }

@@ -182,7 +182,7 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
                 "tied to the scan, the fabric that fits best lies {misfit:.1} standard deviations of scan and simulator off \
                  (limit {limit:.2}): the cloth has an effect that the six stiffnesses lack, or plate or scan are off; {of_both}"
             );
-            Ground::new(Code::ModelLeaves, level, (*misfit, limit, ""), text)
+            Ground::new(Code::ModelMisfit, level, (*misfit, limit, ""), text)
         }
     }
 }

@@ -58,6 +58,7 @@ pub(super) fn verdict(fabric: &FabricResult) -> Markup {
 /// The grounds of the verdict.
 fn sentences(fabric: &FabricResult) -> Vec<String> {
     let mut out = Vec::new();
+    out.extend(fabric.coarse_cells().map(|doubt| format!("Doubtful: {}.", doubt.text)));
     if let Some(explanations) = &fabric.explanations {
         out.push(explained(explanations));
     }
