@@ -308,7 +308,7 @@ impl<'a> Cells<'a, '_> {
         let pixel_mm = self.number(8, PIXEL_LIMITS_MM, "mm");
         let role = self.needed_word(9, &[("fit", Role::Fit), ("holdout", Role::Holdout)]);
         if kind == Some(Kind::Silhouette) {
-            self.needed(8, "a silhouette has no scale of its own; write the mm of a pixel");
+            self.needed(8, "a silhouette has no scale; write the mm of a pixel");
         }
         let observation = self.number(11, [1.0, OBSERVATIONS], "looks");
         if observation.is_some_and(|v| v.fract() != 0.0) {

@@ -616,7 +616,7 @@ fn hold(text: &str) -> Result<f64, String> {
     if fits { Ok(percent) } else { Err(format!("{percent} is outside 0 to 100 %")) }
 }
 
-/// A scanner's edge beside the cloth's, and its standard deviation [mm].
+/// A scanner's edge relative to the cloth's, and its standard deviation [mm].
 fn sensor_edge(text: &str) -> Result<[f64; 2], String> {
     let both: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match both.as_deref() {

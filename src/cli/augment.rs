@@ -74,7 +74,7 @@ fn tell(step: Step<'_>, working: &Working) {
 fn report(made: &Made) {
     match &made.outcome {
         Ok(path) => println!("{}", path.display()),
-        Err(error) => warning!("{}: {error}", made.name),
+        Err(error) => warning!("warning: {}: {error}", made.name),
     }
 }
 

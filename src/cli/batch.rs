@@ -111,10 +111,12 @@ fn conclude(summary: &Summary) -> Outcome {
     }
     for row in &failed {
         match (&row.reason, row.verdict()) {
-            (Some(reason), _) => warning!("{} ({}): {reason}", row.file, row.status.name()),
+            (Some(reason), _) => {
+                warning!("warning: {} ({}): {reason}", row.file, row.status.name())
+            }
             (None, level) => {
                 let level = level.unwrap_or_default();
-                warning!("{} ({level}): {}", row.file, row.grounds().join(", "));
+                warning!("warning: {} ({level}): {}", row.file, row.grounds().join(", "));
             }
         }
     }

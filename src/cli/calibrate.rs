@@ -71,7 +71,7 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     }
     for refused in &found.refused {
         warning!(
-            "{}:{}: {}: {}",
+            "warning: {}:{}: {}: {}",
             given.manifest.display(),
             refused.line,
             refused.name,

@@ -264,7 +264,7 @@ fn notes(drapes: &[Drape]) -> Vec<String> {
     let refined = count(&|d| d.refined);
     if refined > 0 && refined < all {
         notes.push(format!(
-            "{refined} of {all} drapes are refined: the others weigh little beside them; refine all"
+            "{refined} of {all} drapes are refined: the others weigh little next to them; refine all"
         ));
     }
     let doubtful = count(&|d| d.verdict == crate::job::verdict::Level::Doubtful.name());

@@ -270,7 +270,7 @@ fn once(views: Vec<View>) -> Result<Vec<View>, String> {
 fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     let outside = |how: &str| {
         let name = shown(name.as_bytes());
-        Err(format!("`{name}` {how}; put the file beside the list and name it relative to it"))
+        Err(format!("`{name}` {how}; put the file next to the list and name it relative to it"))
     };
     let steps = |step| matches!(step, Component::Normal(_) | Component::CurDir);
     if !Path::new(name).components().all(steps) {

@@ -83,7 +83,7 @@ fn rendered(record: &Value) -> String {
             ),
         ),
         ("trained with", format!("`{}`", text("command"))),
-        ("density that it is asked for", format!("{} g/m^2", number("/input/asked_density_g_m2"))),
+        ("density for which it answers", format!("{} g/m^2", number("/input/asked_density_g_m2"))),
         ("densities in training", format!("{:.0} to {:.0} g/m^2", end("min"), end("max"))),
         ("a rim is novel from", format!("{:.2} mm (rms)", number("/input/novelty_limit_mm"))),
     ] {

@@ -125,7 +125,7 @@ fn verdicts(lines: &[Line]) -> Markup {
             @if unknown > 0 {
                 p {
                     "Weft and warp unknown: " (unknown) " of " (super::number::counted(lines.len(), "scan")) ". Their intervals cover both readings. \
-                     Give --warp-toward, --mark, or the column warp_toward of the table of densities."
+                     Give " span .whole { "--warp-toward" } ", --mark, or the column warp_toward of the table of densities."
                 }
             }
             p { (advice(count(Level::Reliable), lines.len(), without)) }

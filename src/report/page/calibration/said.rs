@@ -47,6 +47,7 @@ pub(super) fn verdict(fabric: &FabricResult) -> Markup {
         Verdict::Undecided => ("doubtful", "Undecided"),
         Verdict::Unexplained => ("doubtful", "Something is unexplained"),
     };
+    let tone = if fabric.coarse_cells().is_some() { "doubtful" } else { tone };
     html! {
         div class={ "verdict " (tone) } {
             p .lead { span .badge { (word) } }
@@ -176,6 +177,9 @@ fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
 
 pub(super) fn next(fabric: &FabricResult) -> Markup {
     let mut steps: Vec<&str> = remedies(fabric);
+    if fabric.coarse_cells().is_some() {
+        steps.insert(0, "Fit again with more vertices (--vertices): the cells are too coarse.");
+    }
     match fabric.verdict {
         Verdict::Found => {}
         Verdict::None => steps.push("Use the parameters of the plain model."),
