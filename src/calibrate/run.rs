@@ -219,8 +219,8 @@ pub fn read(
     Ok(Files { fabrics, refused })
 }
 
-/// A file's drape, unless another file of its fabric shows the very same: a drape that counts twice makes
-/// intervals too narrow.
+/// A file's drape, unless another file of its fabric shows the very same: a drape that counts
+/// twice makes intervals too narrow.
 fn other_than<'a>(
     measured: Measured,
     mut others: impl Iterator<Item = &'a Measured>,
