@@ -221,9 +221,10 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
         ),
         refusal(
             "PassesApart",
-            "a sheet as far off the cloth nearly everywhere: passes or views that do not meet"
+            "the same in many places, or points that scatter more across the hanging cloth than on the plate: passes \
+             or views that do not meet"
                 .to_owned(),
-            "align the views anew, or scan in one pass",
+            "align the views anew, scan in one pass, or check the focal length",
         ),
         refusal(
             "TooNoisy",

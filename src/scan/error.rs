@@ -282,12 +282,18 @@ pub enum ScanError {
         /// Where.
         bearing_deg: f64,
     },
-    /// The fitted sheet and the scanned points disagree nearly everywhere.
+    /// Points scatter across the hanging cloth more than on the plate, or lie off the fitted sheet
+    /// in many places.
     #[error(
-        "the scan's passes or views do not meet: nearly everywhere the points lie off one sheet, {rms_mm:.2} mm rms \
-         (limit {limit_mm:.2} mm); align them again, or scan in one pass"
+        "the scan's passes or views do not meet: points scatter by {hanging_mm:.2} mm across the hanging cloth, for \
+         {plate_mm:.2} mm on the plate, and lie off one sheet by {rms_mm:.2} mm rms (limit {limit_mm:.2} mm); align them \
+         again, scan in one pass, or check the focal length"
     )]
     PassesApart {
+        /// Standard deviation across the hanging cloth.
+        hanging_mm: f64,
+        /// The same on the plate.
+        plate_mm: f64,
         /// Root mean square distance.
         rms_mm: f64,
         /// Largest accepted.

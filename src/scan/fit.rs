@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use super::cloth::Cloth;
 use super::edge;
-use super::measured::Misfit;
 use super::options::ScanOptions;
 use super::parameterisation::Parameterisation;
 use super::registration::{Priors, Registration};
@@ -17,7 +16,6 @@ use super::sheet::{self, Sheet};
 use super::square::Square;
 use crate::base::Point3;
 use crate::geom::Neighbours;
-use crate::numeric::robust;
 
 /// A sheet and the surface points' places on it.
 pub(super) struct Fitted {
@@ -53,28 +51,6 @@ pub(super) fn fit_sheet(
     let mut material: Vec<[f64; 2]> = surface.flat.iter().map(|&p| square.material(p)).collect();
     let sheet = sheet::fit(&surface.points, &surface.disorder, &mut material, &settings)?;
     Some(Fitted { sheet, material })
-}
-
-/// Distances of the surface points to the sheet, which is flat within `flat_m` of its middle.
-pub(super) fn misfit(
-    sheet: &Sheet,
-    surface: &Parameterisation,
-    material: &[[f64; 2]],
-    square: &Square,
-    flat_m: f64,
-) -> Misfit {
-    let off: Vec<f64> =
-        surface.points.iter().zip(material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
-    let rms =
-        |off: &[f64]| (off.iter().map(|d| d * d).sum::<f64>() / off.len().max(1) as f64).sqrt();
-    let on_plate = |m: &[f64; 2]| m[0].hypot(m[1]) < flat_m;
-    let over_plate: Vec<f64> =
-        off.iter().zip(material).filter(|(_, m)| on_plate(m)).map(|(d, _)| *d).collect();
-    let worst = (0..off.len()).max_by(|&a, &b| off[a].total_cmp(&off[b]));
-    let worst_bearing_deg = worst.map_or(0.0, |worst| square.bearing_deg(material[worst]));
-    // The median of the length of three normal deviates is 1.538 of one.
-    let typical_m = 3.0_f64.sqrt() / 1.538 * robust::median(off.clone()).unwrap_or(0.0);
-    Misfit { rms_m: rms(&off), on_plate_m: rms(&over_plate), typical_m, worst_bearing_deg }
 }
 
 /// Raw points, of at most `most` of the cloth's, that lie on the sheet near its edge, with

@@ -6,7 +6,7 @@
 
 use super::coordinate_step::coordinate_step;
 use super::error::{NoDrape, PlateCandidate, ScanError, SizeReading};
-use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit};
+use super::measured::{MarkedSide, Marking, MeasuredSize, Misfit, Scatter};
 use super::options::ScanOptions;
 use super::plate::{Plate, Sought};
 use super::rim::{Rim, bearing_deg, longest_gap};
@@ -168,13 +168,12 @@ pub(super) fn underlying(
         ScanError::NotASquare { .. }
         | ScanError::HiddenRim { .. }
         | ScanError::TooLittleRim { .. }
-        | ScanError::Gap { .. } => (true, true),
-        ScanError::Unexplained { .. }
+        | ScanError::Gap { .. }
+        | ScanError::Unexplained { .. }
         | ScanError::Misfit { .. }
         | ScanError::PassesApart { .. }
-        | ScanError::TooNoisy { .. }
-        | ScanError::SideLength { .. }
-        | ScanError::UnevenSides { .. } => (false, true),
+        | ScanError::TooNoisy { .. } => (true, true),
+        ScanError::SideLength { .. } | ScanError::UnevenSides { .. } => (false, true),
         ScanError::WrongSize { side_mm, expected_side_mm, .. } => {
             let share = side_mm / expected_side_mm;
             ((tuning.sparse_reads..1.0).contains(&share), false)
@@ -295,22 +294,31 @@ pub(super) fn mark(marking: Marking, options: &ScanOptions) -> Result<f64, ScanE
     Ok(side_bearing_deg)
 }
 
-/// Refuses a sheet that lies farther off the points than the scan's noise does on the plate.
+/// Refuses a sheet that lies farther off the points than the scan's noise does on the plate, and
+/// passes that do not meet: sideways they meet on the plate all the same.
 pub(super) fn misfit(
     misfit: &Misfit,
+    scatter: &Scatter,
     noise_m: f64,
     options: &ScanOptions,
 ) -> Result<(), ScanError> {
+    let tuning = &options.tuning.limits;
     let limit_m = options.most_misfit_m(misfit.on_plate_m);
-    if misfit.rms_m <= limit_m {
+    let times = scatter.hanging_m / scatter.on_plate_m.max(noise_m);
+    let in_layers = times > tuning.scatter && scatter.hanging_m > tuning.least_scatter_m;
+    if misfit.rms_m <= limit_m && !in_layers {
         return Ok(());
     }
-    let (rms_mm, limit_mm, noise_mm) = (misfit.rms_m * 1e3, limit_m * 1e3, noise_m * 1e3);
-    let everywhere = misfit.typical_m > options.tuning.limits.everywhere * limit_m;
-    Err(match everywhere {
-        true if rms_mm < noise_mm => ScanError::TooNoisy { noise_mm, rms_mm, limit_mm },
-        true => ScanError::PassesApart { rms_mm, limit_mm },
-        false => ScanError::Misfit { rms_mm, limit_mm, bearing_deg: misfit.worst_bearing_deg },
+    let [rms_mm, limit_mm, noise_mm] = [misfit.rms_m, limit_m, noise_m].map(|m| m * 1e3);
+    let [hanging_mm, plate_mm] = [scatter.hanging_m, scatter.on_plate_m].map(|m| m * 1e3);
+    let is_blurred = misfit.typical_m > tuning.everywhere * limit_m && rms_mm < noise_mm;
+    let is_in_many_places = misfit.half_share > tuning.many_places;
+    Err(if is_blurred && !in_layers {
+        ScanError::TooNoisy { noise_mm, rms_mm, limit_mm }
+    } else if in_layers || (is_in_many_places && times > tuning.more_scatter) {
+        ScanError::PassesApart { rms_mm, limit_mm, hanging_mm, plate_mm }
+    } else {
+        ScanError::Misfit { rms_mm, limit_mm, bearing_deg: misfit.worst_bearing_deg }
     })
 }
 

@@ -52,6 +52,17 @@ pub(super) struct Misfit {
     pub on_plate_m: f64,
     /// The same of a typical point, robustly \[m\].
     pub typical_m: f64,
+    /// Share of the sheet's places that hold half of the squared distances.
+    pub half_share: f64,
     /// Where it is largest, bearing in the parameter plane \[degrees\].
     pub worst_bearing_deg: f64,
+}
+
+/// How far the scanned points scatter across the sheet, robustly, as a standard deviation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scatter {
+    /// Over the plate: the sensor's noise. Passes that miss each other sideways meet there \[m\].
+    pub on_plate_m: f64,
+    /// Over the hanging cloth, the upper quartile over its places \[m\].
+    pub hanging_m: f64,
 }

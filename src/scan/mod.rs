@@ -41,6 +41,7 @@ mod loops;
 mod mark;
 mod measured;
 mod mesh_facts;
+mod misfit;
 pub mod options;
 mod origin;
 mod parameterisation;

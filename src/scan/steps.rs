@@ -13,7 +13,7 @@ use super::fit::{self, EdgePoint};
 use super::floor::Floor;
 use super::hints::Region;
 use super::mark::{self, Marked};
-use super::measured::{MeasuredSize, Misfit};
+use super::measured::{MeasuredSize, Misfit, Scatter};
 use super::mesh_facts::MeshFacts;
 use super::options::{ScanOptions, WarpToward};
 use super::origin::{self, Origin};
@@ -28,7 +28,7 @@ use super::square::{Outline, Square};
 use super::uncertainty::{self, Explained, Unexplained};
 use super::unit::LengthUnit;
 use super::warp::quarters_to_warp;
-use super::{frame, limits, loops};
+use super::{frame, limits, loops, misfit};
 use crate::base::clock::Stages;
 use crate::base::{Isometry3, Point3};
 
@@ -169,6 +169,8 @@ pub(super) struct Registered<'a> {
     pub material: Vec<[f64; 2]>,
     /// How far they lie off it.
     pub misfit: Misfit,
+    /// How far raw points scatter across it.
+    scatter: Scatter,
     /// Side of the specimen \[m\].
     pub side_m: f64,
 }
@@ -385,14 +387,17 @@ impl<'a> Registered<'a> {
             fit::register_sheet(sheet, &cloth.cloth, surface, &mut material, noise_m, options);
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let flat_m = options.tuning.plate.disc_radii * options.plate_radius_m;
-        let misfit = fit::misfit(&registration.sheet, surface, &material, &cloth.square, flat_m);
+        let (sheet, tuning) = (&registration.sheet, &options.tuning.sheet);
+        let misfit = misfit::of_surface(sheet, surface, &material, &cloth.square, flat_m);
+        let (raw, surface) = (&cloth.cloth.raw, &surface.points);
+        let scatter = misfit::scatter(sheet, raw, surface, &material, flat_m, tuning);
         let side_m = options.specimen_side_m;
-        Ok(Self { cloth, registration, material, misfit, side_m })
+        Ok(Self { cloth, registration, material, misfit, scatter, side_m })
     }
 
     /// Refuses a sheet that does not fit the points.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
-        limits::misfit(&self.misfit, self.cloth.noise_m(), options)
+        limits::misfit(&self.misfit, &self.scatter, self.cloth.noise_m(), options)
     }
 
     /// The sheet.

@@ -467,6 +467,10 @@ pub struct SheetTuning {
     pub knot_m: f64,
     /// Standard deviation of a surface point beside the noise \[m\].
     pub point_sigma_m: f64,
+    /// Most raw points whose scatter across the map is measured ...
+    pub most_scatter: usize,
+    /// ... of those no farther than this from a surface point \[m\].
+    pub scatter_m: f64,
     /// Prior standard deviation of curvature \[1/m\].
     pub curvature_sigma_per_m: f64,
     /// Prior standard deviation of strain.
@@ -714,8 +718,18 @@ pub struct LimitTuning {
     /// Sides of a mesh that was cut may differ by this share of what others may \[-\].
     pub uneven_of_cut: f64,
     /// A sheet whose typical point lies off by more than this share of the misfit's limit is off
-    /// everywhere, and not where the cloth is creased.
+    /// everywhere.
     pub everywhere: f64,
+    /// A sheet is off in many places, and not where the cloth is creased, if more than this share
+    /// of its places hold half of the squared distances.
+    pub many_places: f64,
+    /// Passes miss each other if points scatter across the hanging cloth by this many times what
+    /// they do across the plate ...
+    pub scatter: f64,
+    /// ... and by more than this \[m\]; by so many times if the sheet is off in many places.
+    pub least_scatter_m: f64,
+    /// See above.
+    pub more_scatter: f64,
     /// With sparse points the flattened cloth reads shorter, down to this share.
     pub sparse_reads: f64,
     /// A direction for the warp that is nearer to the vertical tells no side of the
@@ -911,6 +925,8 @@ const SHIPPED: Tuning = Tuning {
         cover: 1.1,                   // d: stretch
         knot_m: 6e-3,                 // m: 4.5 mm changed nothing
         point_sigma_m: 0.1e-3,        // c
+        most_scatter: 40_000,         // c
+        scatter_m: 8e-3,              // c
         curvature_sigma_per_m: 100.0, // m: weaker bending changed nothing
         strain_sigma: 0.05,           // m: 0.01 makes noisy scans worse
         rounds: 6,                    // c
@@ -1012,6 +1028,10 @@ const SHIPPED: Tuning = Tuning {
         unexplained_points: 6.0,           // c
         uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c
+        many_places: 0.08,                 // m
+        scatter: 3.0,                      // m: valid scans have up to 2.4
+        least_scatter_m: 0.3e-3,           // c
+        more_scatter: 1.5,                 // m
         sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c
     },
