@@ -67,7 +67,7 @@ pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
 /// The rim of a scan, or why there is none; a file that holds a rim already is no scan.
 type Found = Result<(ScannedBoundary, ReadNotes), IntakeError>;
 
-fn rim_of(scan: &args::ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
+fn rim_of(scan: &ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
     let path = &scan.input;
     if scan.format.is_none() && boundary_csv::is_one(path) {
         let why = "holds a rim already; `estimate` takes it as it is";

@@ -2,72 +2,75 @@
 
 use clap::Args;
 
-use scan2params::base::units::M_PER_MM;
-use scan2params::sim::Experiment;
-use scan2params::sim::experiment::{Curl, ExperimentError};
+use crate::base::units::M_PER_MM;
+use crate::sim::Experiment;
+use crate::sim::experiment::{Curl, ExperimentError};
 
 /// Specimen, plate and effects; without a flag the modified Cusick drape.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Experiment")]
-pub(crate) struct ExperimentFlags {
+pub struct ExperimentFlags {
     /// A disc of 300 mm on a plate of radius 90 mm to start from: the standard Cusick drape
     #[arg(long)]
-    pub(crate) cusick: bool,
+    pub cusick: bool,
     /// Extents of the specimen along warp and weft [mm]
     #[arg(long, value_name = "WARP,WEFT", value_parser = numbers::<2>)]
-    pub(crate) size: Option<[f64; 2]>,
+    pub size: Option<[f64; 2]>,
     /// Angle by which the sides along the weft lean towards the warp [degrees]
     #[arg(long, allow_negative_numbers = true)]
-    pub(crate) skew: Option<f64>,
+    pub skew: Option<f64>,
     /// Place of the specimen's centre on the plate [mm]
     #[arg(long, value_name = "X,Z", value_parser = numbers::<2>, allow_hyphen_values = true)]
-    pub(crate) offset: Option<[f64; 2]>,
+    pub offset: Option<[f64; 2]>,
     /// Rotation of the specimen, from +x towards -z [degrees]
     #[arg(long, allow_negative_numbers = true)]
-    pub(crate) rotation: Option<f64>,
+    pub rotation: Option<f64>,
     /// Fall of the plate towards +x and +z [degrees]
     #[arg(long, value_name = "X,Z", value_parser = numbers::<2>, allow_hyphen_values = true)]
-    pub(crate) tilt: Option<[f64; 2]>,
+    pub tilt: Option<[f64; 2]>,
     /// Radius of the plate [mm]
     #[arg(long)]
-    pub(crate) plate_radius: Option<f64>,
+    pub plate_radius: Option<f64>,
     /// Radius of the plate's edge, half its thickness [mm]
     #[arg(long)]
-    pub(crate) edge_radius: Option<f64>,
+    pub edge_radius: Option<f64>,
     /// Coefficient of friction between cloth and plate
     #[arg(long)]
-    pub(crate) friction: Option<f64>,
+    pub friction: Option<f64>,
     /// Natural curvature of the whole sheet along weft, warp, and twist [1/m]
     #[arg(long, value_name = "WEFT,WARP,TWIST", value_parser = numbers::<3>, allow_hyphen_values = true)]
-    pub(crate) curl: Option<[f64; 3]>,
+    pub curl: Option<[f64; 3]>,
     /// Natural curvature across the free edges [1/m] and how far in it reaches [mm]
     #[arg(long, value_name = "CURVATURE,WIDTH", value_parser = numbers::<2>, allow_hyphen_values = true)]
-    pub(crate) edge_curl: Option<[f64; 2]>,
+    pub edge_curl: Option<[f64; 2]>,
     /// Crease: natural curvature across a line [1/m], how far from it [mm], the line's direction
     /// from the warp towards the weft [degrees] and its distance from the centre [mm]
     #[arg(long, value_name = "CURVATURE,WIDTH,ANGLE,OFFSET", value_parser = numbers::<4>, allow_hyphen_values = true)]
-    pub(crate) crease: Option<[f64; 4]>,
+    pub crease: Option<[f64; 4]>,
     /// Softening of bending M = B k (1 - s k), s along weft, warp, bias [mm]
     #[arg(long, value_name = "WEFT,WARP,BIAS", value_parser = numbers::<3>)]
-    pub(crate) softening: Option<[f64; 3]>,
+    pub softening: Option<[f64; 3]>,
     /// Bending stiffer towards the face (up) than towards the back, B (1 + a) against B (1 - a): a
     /// along weft and warp; with the other signs the same cloth laid face down
     #[arg(long, value_name = "WEFT,WARP", value_parser = numbers::<2>, allow_hyphen_values = true)]
-    pub(crate) asymmetric_bending: Option<[f64; 2]>,
+    pub asymmetric_bending: Option<[f64; 2]>,
     /// Friction moment per width against bending along weft and warp, half of KES's 2HB [mN]
     #[arg(long, value_name = "WEFT,WARP", value_parser = numbers::<2>)]
-    pub(crate) hysteresis: Option<[f64; 2]>,
+    pub hysteresis: Option<[f64; 2]>,
     /// Change of curvature over which that friction rises to its full moment [1/m]
     #[arg(long)]
-    pub(crate) hysteresis_slip: Option<f64>,
+    pub hysteresis_slip: Option<f64>,
     /// Correction of the mesh for folds (0.04 corrects cantilevers); 0: none
     #[arg(long)]
-    pub(crate) fold_correction: Option<f64>,
+    pub fold_correction: Option<f64>,
 }
 
 impl ExperimentFlags {
     /// The experiment, checked.
-    pub(crate) fn experiment(&self) -> Result<Experiment, ExperimentError> {
+    ///
+    /// # Errors
+    /// What no experiment can have.
+    pub fn experiment(&self) -> Result<Experiment, ExperimentError> {
         let mut e = if self.cusick { Experiment::standard_cusick() } else { Experiment::default() };
         let set = |number: &mut f64, value: Option<f64>, unit: f64| {
             if let Some(value) = value {
@@ -114,7 +117,10 @@ impl ExperimentFlags {
 const N_PER_MN: f64 = 1e-3;
 
 /// `N` numbers with commas between them.
-pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+///
+/// # Errors
+/// Another text, with what would be one.
+pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
     let given =
         numbers.map_err(|error| format!("{error}; give {N} numbers with commas between"))?;

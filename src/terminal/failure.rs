@@ -3,33 +3,38 @@
 use std::path::Path;
 
 use super::print;
-use scan2params::io::OutputError;
-use scan2params::job::{FailureKind, JobError, Verdict};
+use crate::io::OutputError;
+use crate::job::{FailureKind, JobError, Verdict};
 
 /// What went wrong, with the exit code that says which kind it is.
-pub(crate) struct Failure {
-    pub(crate) code: u8,
-    pub(crate) error: anyhow::Error,
+pub struct Failure {
+    /// The exit code.
+    pub code: u8,
+    /// What is told of it.
+    pub error: anyhow::Error,
 }
 
 impl Failure {
     /// A mistake in what the user asked for: exit code 2.
-    pub(crate) fn usage(error: impl Into<anyhow::Error>) -> Self {
+    pub fn usage(error: impl Into<anyhow::Error>) -> Self {
         Self { code: 2, error: error.into() }
     }
 
     /// A batch of which some failed: exit code 3.
-    pub(crate) fn partial(error: impl Into<anyhow::Error>) -> Self {
+    pub fn partial(error: impl Into<anyhow::Error>) -> Self {
         Self { code: 3, error: error.into() }
     }
 
     /// A failure of this kind.
-    pub(crate) fn of_kind(kind: FailureKind, error: impl Into<anyhow::Error>) -> Self {
+    pub fn of_kind(kind: FailureKind, error: impl Into<anyhow::Error>) -> Self {
         Self { code: kind.exit_code(), error: error.into() }
     }
 
     /// A result that was written and is not to be used: exit code 4. Nothing otherwise.
-    pub(crate) fn of_verdict(input: &Path, verdict: &Verdict, strict: bool) -> Outcome {
+    ///
+    /// # Errors
+    /// That failure.
+    pub fn of_verdict(input: &Path, verdict: &Verdict, strict: bool) -> Outcome {
         if !verdict.is_refusal(strict) {
             return Ok(());
         }
@@ -38,18 +43,18 @@ impl Failure {
     }
 
     /// The exit code that a job's error stands for.
-    pub(crate) fn of_job(error: impl Into<JobError>) -> Self {
+    pub fn of_job(error: impl Into<JobError>) -> Self {
         let error = error.into();
         Self::of_kind(error.kind(), error)
     }
 
     /// A result that cannot be written where it is asked to be.
-    pub(crate) fn of_output(error: OutputError) -> Self {
+    pub fn of_output(error: OutputError) -> Self {
         Self { code: if error.is_usage() { 2 } else { 1 }, error: error.into() }
     }
 
     /// Whether a result went to a pipe whose reader had enough, as `| head` does.
-    pub(crate) fn is_end_of_pipe(&self) -> bool {
+    pub fn is_end_of_pipe(&self) -> bool {
         let mut causes = self.error.chain().filter_map(|cause| cause.downcast_ref());
         causes.any(print::reader_has_gone)
     }
@@ -62,4 +67,4 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 }
 
 /// What a verb ends with.
-pub(crate) type Outcome = Result<(), Failure>;
+pub type Outcome = Result<(), Failure>;

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::print;
-use scan2params::io::abandon_unfinished;
+use crate::io::abandon_unfinished;
 
 /// The exit code of a program that a user interrupted.
 const INTERRUPTED: u8 = 130;
@@ -19,7 +19,7 @@ const INTERRUPTED: u8 = 130;
 static CONTINUES: AtomicBool = AtomicBool::new(false);
 
 /// Lets the message of an interruption say that the same command continues from there.
-pub(super) fn continues() {
+pub fn continues() {
     CONTINUES.store(true, Ordering::Relaxed);
 }
 
@@ -29,17 +29,17 @@ type Answer = Box<dyn FnOnce() + Send>;
 static ANSWER: Mutex<Option<Answer>> = Mutex::new(None);
 
 /// Has `give` called where the program is interrupted from now on, until [`answers_no_more`].
-pub(super) fn answers(give: impl FnOnce() + Send + 'static) {
+pub fn answers(give: impl FnOnce() + Send + 'static) {
     *ANSWER.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(give));
 }
 
 /// The better answer is there. Waits for the end of the program where the other one is being given.
-pub(super) fn answers_no_more() {
+pub fn answers_no_more() {
     ANSWER.lock().unwrap_or_else(PoisonError::into_inner).take();
 }
 
 /// Takes Ctrl-C over, from here to the end of the program.
-pub(super) fn watch() {
+pub fn watch() {
     // Where it cannot be taken over the system ends the program, as it does without.
     let _ = ctrlc::try_set_handler(|| {
         // held until the program ends, so that the work does not answer as well

@@ -3,11 +3,11 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use scan2params::exchange::{Scene, Target};
-use scan2params::fabric::{DEFAULT_PRIOR, MEASURED_PRIOR, UNION_PRIOR};
-use scan2params::io::{DepthSource, Format};
-use scan2params::scan::LengthUnit;
-use scan2params::sensor::{Profile, StandKind, Surroundings};
+use crate::exchange::{Scene, Target};
+use crate::fabric::{DEFAULT_PRIOR, MEASURED_PRIOR, UNION_PRIOR};
+use crate::io::{DepthSource, Format};
+use crate::scan::LengthUnit;
+use crate::sensor::{Profile, StandKind, Surroundings};
 
 /// One of some names, as what it stands for.
 fn one_of<T: Clone + Send + Sync + 'static>(
@@ -18,7 +18,7 @@ fn one_of<T: Clone + Send + Sync + 'static>(
 }
 
 /// A target of `export`, in any letter case.
-pub(super) fn target() -> impl TypedValueParser<Value = Target> {
+pub fn target() -> impl TypedValueParser<Value = Target> {
     let names = Target::ALL.map(|target| PossibleValue::new(target.name()).help(target.title()));
     one_of(names, |name| {
         Target::ALL.into_iter().find(|target| target.name().eq_ignore_ascii_case(name))
@@ -26,45 +26,45 @@ pub(super) fn target() -> impl TypedValueParser<Value = Target> {
 }
 
 /// An experiment that `export` writes.
-pub(super) fn scene() -> impl TypedValueParser<Value = Scene> {
+pub fn scene() -> impl TypedValueParser<Value = Scene> {
     let names = Scene::ALL.map(|scene| PossibleValue::new(scene.name()).help(scene.title()));
     one_of(names, |name| Scene::ALL.into_iter().find(|scene| scene.name() == name))
 }
 
 /// A shipped prior, by its name.
-pub(super) fn prior() -> PossibleValuesParser {
+pub fn prior() -> PossibleValuesParser {
     PossibleValuesParser::new([DEFAULT_PRIOR, MEASURED_PRIOR, UNION_PRIOR])
 }
 
 /// A sensor of the virtual camera.
-pub(super) fn profile() -> impl TypedValueParser<Value = Profile> {
+pub fn profile() -> impl TypedValueParser<Value = Profile> {
     one_of(Profile::ALL.map(|profile| profile.name), Profile::named)
 }
 
 /// What carries the plate of a virtual scan.
-pub(super) fn stand() -> impl TypedValueParser<Value = StandKind> {
+pub fn stand() -> impl TypedValueParser<Value = StandKind> {
     one_of(StandKind::ALL.map(StandKind::name), StandKind::named)
 }
 
 /// What is around the drape of a virtual scan.
-pub(super) fn surroundings() -> impl TypedValueParser<Value = Surroundings> {
+pub fn surroundings() -> impl TypedValueParser<Value = Surroundings> {
     one_of(Surroundings::ALL.map(Surroundings::name), Surroundings::named)
 }
 
 /// A format that bytes can be in: a set of views is files.
-pub(super) fn format() -> impl TypedValueParser<Value = Format> {
+pub fn format() -> impl TypedValueParser<Value = Format> {
     const NAMES: [&str; 10] =
         ["ply", "obj", "pcd", "stl", "glb", "e57", "las", "laz", "xyz", "png"];
     one_of(NAMES, Format::named)
 }
 
 /// A source of depth images.
-pub(super) fn depth_source() -> impl TypedValueParser<Value = DepthSource> {
+pub fn depth_source() -> impl TypedValueParser<Value = DepthSource> {
     one_of(DepthSource::ALL.map(|source| source.name), DepthSource::named)
 }
 
 /// A unit of length.
-pub(super) fn unit() -> impl TypedValueParser<Value = LengthUnit> {
+pub fn unit() -> impl TypedValueParser<Value = LengthUnit> {
     one_of(LengthUnit::ALL.map(LengthUnit::name), LengthUnit::named)
 }
 

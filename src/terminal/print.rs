@@ -1,6 +1,7 @@
-//! Printing that cannot panic: `println!` and its kin mean these macros below here, and
-//! the program's `deny(clippy::print_stdout, clippy::print_stderr)` holds that none of
-//! the standard library's is left.
+//! Printing that cannot panic: in this room and in the programs `println!` and its kin mean these
+//! macros, and the programs' `deny(clippy::print_stdout, clippy::print_stderr)` holds that none of
+//! the standard library's is left. A program takes them in its `main.rs`, with
+//! `#[macro_use(eprint, eprintln, print, println, warning)] extern crate scan2params`.
 //!
 //! A reader of stdout that goes (`| head -1`) had what it wanted: nothing more is
 //! printed, files are still written, and the exit code is that of the work. A command
@@ -14,31 +15,41 @@ use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
+#[doc(hidden)]
+#[macro_export]
 macro_rules! print {
-    ($($text:tt)*) => { $crate::cli::print::to_stdout(format_args!($($text)*)) };
+    ($($text:tt)*) => { $crate::terminal::print::to_stdout(format_args!($($text)*)) };
 }
 
+#[doc(hidden)]
+#[macro_export]
 macro_rules! println {
-    () => { $crate::cli::print::to_stdout(format_args!("\n")) };
+    () => { $crate::terminal::print::to_stdout(format_args!("\n")) };
     ($($text:tt)*) => {
-        $crate::cli::print::to_stdout(format_args!("{}\n", format_args!($($text)*)))
+        $crate::terminal::print::to_stdout(format_args!("{}\n", format_args!($($text)*)))
     };
 }
 
+#[doc(hidden)]
+#[macro_export]
 macro_rules! eprint {
-    ($($text:tt)*) => { $crate::cli::print::to_stderr(format_args!($($text)*)) };
+    ($($text:tt)*) => { $crate::terminal::print::to_stderr(format_args!($($text)*)) };
 }
 
 /// Prints warnings and errors on stderr, also with `--quiet`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! warning {
     ($($text:tt)*) => {
-        $crate::cli::print::always(format_args!("{}\n", format_args!($($text)*)))
+        $crate::terminal::print::always(format_args!("{}\n", format_args!($($text)*)))
     };
 }
 
+#[doc(hidden)]
+#[macro_export]
 macro_rules! eprintln {
     ($($text:tt)*) => {
-        $crate::cli::print::to_stderr(format_args!("{}\n", format_args!($($text)*)))
+        $crate::terminal::print::to_stderr(format_args!("{}\n", format_args!($($text)*)))
     };
 }
 
@@ -48,11 +59,12 @@ static IS_ALL: AtomicBool = AtomicBool::new(false);
 
 /// From here on what is printed is all that the program makes: it ends when stdout
 /// takes no more.
-pub(super) fn stdout_is_all() {
+pub fn stdout_is_all() {
     IS_ALL.store(true, Ordering::Relaxed);
 }
 
-pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
+/// Prints on stdout, as long as it takes something.
+pub fn to_stdout(text: fmt::Arguments<'_>) {
     if FAULT.get().is_none() {
         note(io::stdout().lock().write_all(plain(text).as_bytes()));
     }
@@ -63,26 +75,30 @@ pub(super) fn to_stdout(text: fmt::Arguments<'_>) {
 static TALK: AtomicU8 = AtomicU8::new(1);
 
 /// Takes `--quiet` and `--verbose`, of which one at most is given.
-pub(super) fn talk(quiet: bool, verbose: bool) {
+pub fn talk(quiet: bool, verbose: bool) {
     let level = if quiet { 0 } else { 1 + u8::from(verbose) };
     TALK.store(level, Ordering::Relaxed);
 }
 
-pub(super) fn is_quiet() -> bool {
+/// Whether only warnings and errors are printed on stderr.
+pub fn is_quiet() -> bool {
     TALK.load(Ordering::Relaxed) == 0
 }
 
-pub(super) fn is_verbose() -> bool {
+/// Whether the steps of the work are printed on stderr.
+pub fn is_verbose() -> bool {
     TALK.load(Ordering::Relaxed) == 2
 }
 
-pub(super) fn to_stderr(text: fmt::Arguments<'_>) {
+/// Prints on stderr, unless `--quiet` was given.
+pub fn to_stderr(text: fmt::Arguments<'_>) {
     if !is_quiet() {
         always(text);
     }
 }
 
-pub(super) fn always(text: fmt::Arguments<'_>) {
+/// Prints on stderr.
+pub fn always(text: fmt::Arguments<'_>) {
     let _ = io::stderr().lock().write_all(plain(text).as_bytes());
 }
 
@@ -98,14 +114,14 @@ fn note(printed: io::Result<()>) {
     let _ = FAULT.set(error);
     if IS_ALL.load(Ordering::Relaxed) {
         let code = finish(0);
-        scan2params::io::abandon_unfinished();
+        crate::io::abandon_unfinished();
         std::process::exit(code.into());
     }
 }
 
 /// Prints what is held back. Returns the exit code of a program whose work ended with
 /// `code`: another where that was 0 and stdout did not take everything.
-pub(super) fn finish(code: u8) -> u8 {
+pub fn finish(code: u8) -> u8 {
     if FAULT.get().is_none()
         && let Err(error) = io::stdout().flush()
     {
@@ -121,12 +137,12 @@ pub(super) fn finish(code: u8) -> u8 {
 }
 
 /// Whether an error says that nobody reads on: the end of a pipe, not a failure.
-pub(super) fn reader_has_gone(error: &io::Error) -> bool {
+pub fn reader_has_gone(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::BrokenPipe
 }
 
 /// Help, the version, or what is wrong with the arguments.
-pub(super) fn of_clap(error: &clap::Error) -> ExitCode {
+pub fn of_clap(error: &clap::Error) -> ExitCode {
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
     match error.print() {
         Err(fault) if !error.use_stderr() => note(Err(fault)),

@@ -13,14 +13,14 @@ use super::print;
 const TICK: Duration = Duration::from_millis(120);
 
 /// A line that lives as long as the work.
-pub(super) struct Working {
+pub struct Working {
     line: ProgressBar,
     since: Instant,
 }
 
 impl Working {
     /// Shows the line: `doing` is what is being done.
-    pub(super) fn on(doing: impl Into<String>) -> Self {
+    pub fn on(doing: impl Into<String>) -> Self {
         let silent = print::is_quiet() || print::is_verbose();
         let line = if silent { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
@@ -33,7 +33,7 @@ impl Working {
     }
 
     /// What is being done from now on.
-    pub(super) fn now(&self, doing: impl Into<String>) {
+    pub fn now(&self, doing: impl Into<String>) {
         let doing = doing.into();
         if print::is_verbose() && doing != self.line.message() {
             eprintln!("{:8.2} s  {doing}", self.since.elapsed().as_secs_f64());
@@ -42,12 +42,12 @@ impl Working {
     }
 
     /// The line, for who has to end it in this one's place.
-    pub(super) fn handle(&self) -> ProgressBar {
+    pub fn handle(&self) -> ProgressBar {
         self.line.clone()
     }
 
     /// Prints without the line in between.
-    pub(super) fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
+    pub fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
         self.line.suspend(print)
     }
 }

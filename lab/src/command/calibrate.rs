@@ -1,18 +1,18 @@
-//! `evaluate calibrate`: calibration held against sealed cases.
+//! `scan2params-lab calibrate`: calibration held against sealed cases.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
-use super::super::augment::profile;
-use super::super::{Failure, Outcome, args};
+use super::profile;
+use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::manifest::Bench;
 use scan2params::calibrate::run::Options;
-use scan2params::evaluate::calibrate::{LEAST_FLOORS, Scored, Series, Summary};
+use scan2params_lab::evaluate::calibrate::{LEAST_FLOORS, Scored, Series, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
-use scan2params::sealed::MakeOptions;
+use scan2params_lab::sealed::MakeOptions;
 
 pub(super) fn run(given: &args::SealedCases) -> Outcome {
     let folder = Folder::of(given.keep.as_deref())?;

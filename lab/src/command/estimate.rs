@@ -1,4 +1,4 @@
-//! `evaluate estimate`: the shipped estimate, or another network's, held against drapes that it has
+//! `scan2params-lab estimate`: the shipped estimate, or another network's, held against drapes that it has
 //! not seen.
 
 use std::io::IsTerminal as _;
@@ -10,15 +10,15 @@ use anyhow::{Context as _, anyhow};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use scan2params::dataset::drapes::{dataset_options, simulate};
 use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::{EstimateError, Estimator};
-use scan2params::evaluate::estimate::{
+use scan2params_lab::evaluate::estimate::{
     self as held_out, Answer, Baseline, Group, Scores, UnfitDrapes, anywhere, by_likeness, noisy,
     pictures, quarters, repeats::Repeats, verdicts::Verdicts,
 };
-use scan2params::evaluate::rim_noise::RimNoise;
+use scan2params_lab::evaluate::rim_noise::RimNoise;
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::io::output;
 use scan2params::report::files;

@@ -1,9 +1,9 @@
-//! `evaluate follow`: continuation beside fresh drapes.
+//! `scan2params-lab follow`: continuation beside fresh drapes.
 
 use rayon::prelude::*;
 
-use super::super::{Failure, Outcome, args};
-use scan2params::evaluate::follow::{Sums, Walk, walk};
+use super::{Failure, Outcome, args};
+use scan2params_lab::evaluate::follow::{Sums, Walk, walk};
 use scan2params::fabric::{Mixture, MixtureError};
 use scan2params::sim::{FollowOptions, SimOptions};
 

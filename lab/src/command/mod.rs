@@ -1,5 +1,8 @@
-//! `evaluate`: the tables of docs/validation.
+//! The command line of the laboratory: the tables of docs/validation.
+//!
+//! stdout is for data, stderr for people. Exit codes are those of `scan2params`.
 
+mod args;
 mod calibrate;
 mod estimate;
 mod follow;
@@ -14,58 +17,84 @@ mod transfer;
 mod verdict;
 mod views;
 
-use anyhow::Context as _;
-use clap::ValueEnum as _;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use anyhow::{Context as _, anyhow};
+use clap::{Parser as _, ValueEnum as _};
 use rayon::prelude::*;
 
-use super::{Failure, Outcome, args, print};
+use args::{Arguments, Command};
 use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::dataset_options;
-use scan2params::evaluate::physics::{drapes, effects, sections, strips};
-use scan2params::evaluate::soak::{self, Soaked, Tally};
-use scan2params::evaluate::timed::timed_drape;
-use scan2params::evaluate::{speed, stages};
+use scan2params_lab::evaluate::physics::{drapes, effects, sections, strips};
+use scan2params_lab::evaluate::soak::{self, Soaked, Tally};
+use scan2params_lab::evaluate::timed::timed_drape;
+use scan2params_lab::evaluate::{speed, stages};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;
+use scan2params::sensor::Profile;
 use scan2params::sim::{Numerics, SimOptions};
+use scan2params::terminal::flags::ScanFlags;
+use scan2params::terminal::value::numerics;
+use scan2params::terminal::{Failure, Outcome, ended, interrupt, print};
 
-pub(crate) fn run(given: &args::Evaluate) -> Outcome {
+/// Runs the program with `arguments`, the program's name first.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    interrupt::watch();
+    let parsed = match Arguments::try_parse_from(arguments) {
+        Ok(parsed) => parsed,
+        Err(error) => return print::of_clap(&error),
+    };
+    parsed.talk.apply();
+    ended(parsed.threads.apply().and_then(|()| measure(&parsed.command)))
+}
+
+fn measure(command: &Command) -> Outcome {
     // Without a reader the tables are for nobody, and some take hours.
     print::stdout_is_all();
-    match given {
-        args::Evaluate::Scan { drapes, profiles, seeds, first_seed, pictures, tune } => {
+    match command {
+        Command::Scan { drapes, profiles, seeds, first_seed, pictures, tune } => {
             let seeds = *first_seed..first_seed.saturating_add(*seeds);
             let tuning = scan::tuned(tune)?;
             scan::run(drapes, &Sweep { profiles, seeds, pictures: pictures.as_deref(), tuning })
         }
-        args::Evaluate::Estimate(given) => estimate::run(given),
-        args::Evaluate::Redrape(given) => redrape::run(given),
-        args::Evaluate::Sensors(given) => sensors::run(given),
-        args::Evaluate::Scenes(given) => scenes::run(given),
-        args::Evaluate::Views(given) => views::run(given),
-        args::Evaluate::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
-        args::Evaluate::Stages { scan, repeat } => time_stages(scan, *repeat),
-        args::Evaluate::Physics(given) => run_physics(given),
-        args::Evaluate::Soak { prior, count, first, seed, numerics } => {
-            run_soak(prior, *first, *count, *seed, super::simulate::numerics(*numerics))
+        Command::Estimate(given) => estimate::run(given),
+        Command::Redrape(given) => redrape::run(given),
+        Command::Sensors(given) => sensors::run(given),
+        Command::Scenes(given) => scenes::run(given),
+        Command::Views(given) => views::run(given),
+        Command::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
+        Command::Stages { scan, repeat } => time_stages(scan, *repeat),
+        Command::Physics(given) => run_physics(given),
+        Command::Soak { prior, count, first, seed, numerics } => {
+            run_soak(prior, *first, *count, *seed, numerics(*numerics))
         }
-        args::Evaluate::Follow(given) => follow::run(given),
-        args::Evaluate::Speed { count, seed, dataset, vertices, numerics } => {
-            let numerics = super::simulate::numerics(*numerics);
+        Command::Follow(given) => follow::run(given),
+        Command::Speed { count, seed, dataset, vertices, numerics } => {
+            let numerics = numerics(*numerics);
             run_speed(*count, *seed, *dataset, vertices, numerics)
         }
-        args::Evaluate::Verdict(given) => verdict::run(given),
-        args::Evaluate::Start(given) => start::run(given),
-        args::Evaluate::Refine(given) => refine::run(given),
-        args::Evaluate::Transfer(given) => transfer::run(given),
-        args::Evaluate::Calibrate(given) => calibrate::run(given),
-        args::Evaluate::Sensitivities { seed, index } => sensitivities(*seed, *index),
+        Command::Verdict(given) => verdict::run(given),
+        Command::Start(given) => start::run(given),
+        Command::Refine(given) => refine::run(given),
+        Command::Transfer(given) => transfer::run(given),
+        Command::Calibrate(given) => calibrate::run(given),
+        Command::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
 }
 
-fn time_stages(scan: &args::ScanFlags, repeat: u64) -> Outcome {
+/// The sensor profile of this name.
+fn profile(name: &str) -> Result<Profile, Failure> {
+    Profile::named(name).ok_or_else(|| {
+        let names = Profile::ALL.map(|profile| profile.name).join(", ");
+        Failure::usage(anyhow!("no sensor profile `{name}`: give one of {names}"))
+    })
+}
+
+fn time_stages(scan: &ScanFlags, repeat: u64) -> Outcome {
     let (read, options) = (scan.read_options()?, scan.read.options()?);
     let mut best: Option<Vec<Stage>> = None;
     let cost = |stages: &[Stage]| stages.iter().map(|s| s.cpu_s.unwrap_or(s.wall_s)).sum::<f64>();

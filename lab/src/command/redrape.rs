@@ -1,12 +1,12 @@
-//! `evaluate redrape`: fabrics that fall again with what is estimated from their rims.
+//! `scan2params-lab redrape`: fabrics that fall again with what is estimated from their rims.
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use super::estimate::estimator;
 use scan2params::dataset::read_folder;
-use scan2params::evaluate::estimate::converged;
-use scan2params::evaluate::linear::Linear;
-use scan2params::evaluate::redrape::{self, Beside, Redraped, Tally};
-use scan2params::evaluate::refine::{Begin, Series, Sight};
+use scan2params_lab::evaluate::estimate::converged;
+use scan2params_lab::evaluate::linear::Linear;
+use scan2params_lab::evaluate::redrape::{self, Beside, Redraped, Tally};
+use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;

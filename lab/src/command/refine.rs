@@ -1,9 +1,9 @@
-//! `evaluate refine`: refinement held against known fabrics.
+//! `scan2params-lab refine`: refinement held against known fabrics.
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::refine::{Begin, Case, Series, Sight, Summary};
+use scan2params_lab::evaluate::refine::{Begin, Case, Series, Sight, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;

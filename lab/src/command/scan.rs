@@ -1,12 +1,12 @@
-//! `evaluate scan`: rims of virtual scans against the true ones.
+//! `scan2params-lab scan`: rims of virtual scans against the true ones.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
 
-use super::super::{Failure, Outcome};
+use super::{Failure, Outcome};
 use scan2params::dataset::drape_file::{read_drape, rim_of};
-use scan2params::evaluate::scan::{self as rims, Case, Setup, Summary};
+use scan2params_lab::evaluate::scan::{self as rims, Case, Setup, Summary};
 use scan2params::io::output;
 use scan2params::report::files;
 use scan2params::scan::Tuning;

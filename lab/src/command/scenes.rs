@@ -1,12 +1,12 @@
-//! `evaluate scenes`: scenes drawn blind through the scan path.
+//! `scan2params-lab scenes`: scenes drawn blind through the scan path.
 
 use anyhow::anyhow;
 
-use super::super::augment::profile;
-use super::super::{Failure, Outcome, args};
-use scan2params::evaluate::scenes::drapes::{Filled, Filling, KeptDrape};
-use scan2params::evaluate::scenes::table::{Group, Moved, Named};
-use scan2params::evaluate::scenes::{Record, Series};
+use super::profile;
+use super::{Failure, Outcome, args};
+use scan2params_lab::evaluate::scenes::drapes::{Filled, Filling, KeptDrape};
+use scan2params_lab::evaluate::scenes::table::{Group, Moved, Named};
+use scan2params_lab::evaluate::scenes::{Record, Series};
 use scan2params::io::output;
 
 pub(super) fn run(given: &args::Scenes) -> Outcome {

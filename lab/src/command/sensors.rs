@@ -1,11 +1,11 @@
-//! `evaluate sensors`: the estimate by drop, sensor and network.
+//! `scan2params-lab sensors`: the estimate by drop, sensor and network.
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use super::estimate::estimator;
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::estimate as held_out;
-use scan2params::evaluate::refine::Sight;
-use scan2params::evaluate::sensors::{Cell, Sweep};
+use scan2params_lab::evaluate::estimate as held_out;
+use scan2params_lab::evaluate::refine::Sight;
+use scan2params_lab::evaluate::sensors::{Cell, Sweep};
 use scan2params::fabric::Mixture;
 use scan2params::sim::NUMERICS_VERSION;
 

@@ -1,9 +1,9 @@
-//! `evaluate start`: where scanned drapes come to rest when they start from the scan.
+//! `scan2params-lab start`: where scanned drapes come to rest when they start from the scan.
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
-use scan2params::evaluate::scan::Setup;
-use scan2params::evaluate::start::{CLASSES_M, Case, Series, Start, Summary, picture};
+use scan2params_lab::evaluate::scan::Setup;
+use scan2params_lab::evaluate::start::{CLASSES_M, Case, Series, Start, Summary, picture};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;

@@ -1,12 +1,12 @@
-//! `evaluate table3`: the paper's Table 3 beside ours.
+//! `scan2params-lab table3`: the paper's Table 3 beside ours.
 
 use std::path::Path;
 
-use super::super::Outcome;
+use super::Outcome;
 use super::estimate::unseen;
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::estimate::{self as held_out, Answer, Scores};
-use scan2params::evaluate::table3::{self, Line};
+use scan2params_lab::evaluate::estimate::{self as held_out, Answer, Scores};
+use scan2params_lab::evaluate::table3::{self, Line};
 use scan2params::fabric::{Fabric, Mixture};
 
 pub(super) fn run(drapes: Option<&Path>, as_json: bool) -> Outcome {

@@ -1,10 +1,10 @@
-//! `evaluate transfer`: found fabrics in experiments that the fit has not seen.
+//! `scan2params-lab transfer`: found fabrics in experiments that the fit has not seen.
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::refine::{Begin, Series, Sight};
-use scan2params::evaluate::transfer::table::{self, Lengths, Row};
-use scan2params::evaluate::transfer::{self, Keep, Transferred, pictures};
+use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
+use scan2params_lab::evaluate::transfer::table::{self, Lengths, Row};
+use scan2params_lab::evaluate::transfer::{self, Keep, Transferred, pictures};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;

@@ -1,10 +1,10 @@
-//! `evaluate verdict`: a table of what the verdict is made of.
+//! `scan2params-lab verdict`: a table of what the verdict is made of.
 
-use super::super::{Failure, Outcome, args};
+use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
-use scan2params::evaluate::scan::Setup;
-use scan2params::evaluate::verdict::{self, Case, Series, Wrong};
+use scan2params_lab::evaluate::scan::Setup;
+use scan2params_lab::evaluate::verdict::{self, Case, Series, Wrong};
 use scan2params::fabric::Mixture;
 
 pub(super) fn run(given: &args::Verdict) -> Outcome {

@@ -1,9 +1,9 @@
-//! `evaluate views`: views that miss each other, brought together.
+//! `scan2params-lab views`: views that miss each other, brought together.
 
-use super::super::augment::profile;
-use super::super::{Outcome, args};
-use scan2params::evaluate::scenes::drapes::KeptDrape;
-use scan2params::evaluate::views::{Group, Record, Series};
+use super::profile;
+use super::{Outcome, args};
+use scan2params_lab::evaluate::scenes::drapes::KeptDrape;
+use scan2params_lab::evaluate::views::{Group, Record, Series};
 
 pub(super) fn run(given: &args::Views) -> Outcome {
     let sensors = given.sensors.iter().map(|name| profile(name)).collect::<Result<Vec<_>, _>>()?;

@@ -1,4 +1,4 @@
-//! Calibration held against sealed cases, for `evaluate calibrate`.
+//! Calibration held against sealed cases, for `scan2params-lab calibrate`.
 //!
 //! In: a seed, which cases, how they are made and calibrated. Out: one [`Scored`] a case: its
 //! truth, what the calibration [`Said`], and the held-out error of the truth: the true fabric in
@@ -14,18 +14,18 @@ use serde::Serialize;
 
 use self::kept::{Keeper, Kept};
 pub use self::said::{Said, said_of};
-use crate::base::units::M_PER_MM;
-use crate::calibrate::effect::{Acts, Cloth, Effect};
-use crate::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
-use crate::calibrate::predict::predict;
-use crate::calibrate::result::FabricResult;
-use crate::calibrate::run::{CalibrateError, Options, Told, calibrate};
-use crate::calibrate::target::Target;
-use crate::io::WriteError;
-use crate::numeric::moments::mean;
-use crate::numeric::robust::median;
+use scan2params::base::units::M_PER_MM;
+use scan2params::calibrate::effect::{Acts, Cloth, Effect};
+use scan2params::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
+use scan2params::calibrate::predict::predict;
+use scan2params::calibrate::result::FabricResult;
+use scan2params::calibrate::run::{CalibrateError, Options, Told, calibrate};
+use scan2params::calibrate::target::Target;
+use scan2params::io::WriteError;
+use scan2params::numeric::moments::mean;
+use scan2params::numeric::robust::median;
 use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
-use crate::sim::Experiment;
+use scan2params::sim::Experiment;
 
 /// A sealed case and its calibration.
 #[derive(Clone, Debug)]
@@ -405,7 +405,7 @@ mod said;
 mod tests {
     use super::*;
     use crate::sealed::{Effect, SealedDrape};
-    use crate::sim::experiment::Hem;
+    use scan2params::sim::experiment::Hem;
 
     fn scored(kind: Kind, effects: Vec<Effect>, size_m: Option<f64>, said: Said) -> Scored {
         let drape = SealedDrape {

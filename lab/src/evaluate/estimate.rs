@@ -1,5 +1,5 @@
 //! The promise of the estimate, measured: accuracy, width and coverage of its intervals on
-//! the rims of drapes that the network has not seen, for `evaluate estimate`.
+//! the rims of drapes that the network has not seen, for `scan2params-lab estimate`.
 //!
 //! In: drapes with their fabrics ([`Row`]) and an estimator. Out: [`Scores`], one
 //! row for each stiffness and one for all, comparable between any two that answer: the
@@ -24,15 +24,15 @@ use rand::RngExt as _;
 use rayon::prelude::*;
 
 use super::rim_noise::RimNoise;
-use crate::base::Boundary;
-use crate::base::seed;
-use crate::base::units::M_PER_MM;
-use crate::dataset::{Manifest, Row};
-use crate::estimate::{Estimate, EstimateError, EstimateWarning, Estimator};
-use crate::fabric::{Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2};
-use crate::numeric::robust;
-use crate::sim::NUMERICS_VERSION;
-use crate::sim::experiment::bending_length_m;
+use scan2params::base::Boundary;
+use scan2params::base::seed;
+use scan2params::base::units::M_PER_MM;
+use scan2params::dataset::{Manifest, Row};
+use scan2params::estimate::{Estimate, EstimateError, EstimateWarning, Estimator};
+use scan2params::fabric::{Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2};
+use scan2params::numeric::robust;
+use scan2params::sim::NUMERICS_VERSION;
+use scan2params::sim::experiment::bending_length_m;
 
 /// Level of the intervals.
 const LEVEL: f64 = 0.9;

@@ -7,13 +7,13 @@
 
 use rand::RngExt as _;
 
-use crate::base::clock::thread_cpu_s;
-use crate::base::seed;
-use crate::base::units::M_PER_MM;
-use crate::fabric::{Fabric, Mixture, MixtureError, PARAMETERS};
-use crate::numeric::robust;
-use crate::sim::experiment::bending_length_m;
-use crate::sim::{
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::base::seed;
+use scan2params::base::units::M_PER_MM;
+use scan2params::fabric::{Fabric, Mixture, MixtureError, PARAMETERS};
+use scan2params::numeric::robust;
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::{
     Drape, Drop, DropStart, FollowError, FollowOptions, Followed, Follower, SimOptions, Stop,
 };
 
@@ -214,7 +214,7 @@ fn at(values: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::Setup;
+    use scan2params::sim::Setup;
 
     #[test]
     fn a_neighbour_lies_one_step_away_and_is_the_same_every_time() {

@@ -11,12 +11,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::Boundary;
-use crate::base::boundary::POINTS;
-use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::dataset::Row;
-use crate::estimate::{SWAPPED, View, views};
-use crate::fabric::{Fabric, Mixture, STIFFNESSES};
+use scan2params::base::Boundary;
+use scan2params::base::boundary::POINTS;
+use scan2params::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use scan2params::dataset::Row;
+use scan2params::estimate::{SWAPPED, View, views};
+use scan2params::fabric::{Fabric, Mixture, STIFFNESSES};
 
 /// Ridge on scaled inputs, and the least range that an input is scaled by \[mm, g/m^2\]: those of
 /// `scripts/train.py`.

@@ -1,4 +1,4 @@
-//! The laboratory: what the program promises, measured, for `evaluate` and docs/validation.
+//! The laboratory: what the program promises, measured, for `scan2params-lab` and docs/validation.
 //!
 //! In: drapes with known truth, a prior, measured data. Out: rows, tables and pictures.
 

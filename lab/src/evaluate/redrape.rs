@@ -1,11 +1,11 @@
-//! Fabrics draped again from their estimates, for `evaluate redrape`: Figs. 8 and 9 of the paper.
+//! Fabrics draped again from their estimates, for `scan2params-lab redrape`: Figs. 8 and 9 of the paper.
 //!
 //! In: fabrics of a prior. Out: one [`Redraped`] each: the fabric falls canonically on the
 //! network's cells, its rim is answered for by the network, by a linear regression where there is
 //! one, and by the fit where that is asked for, and each answer falls as the true fabric did; so
 //! does, where it is asked for, the true fabric with stiffnesses that are wrong by a known share.
 //! What counts is the mean distance of the rims, and the shares below 5 and 10 mm ([`Tally`]). The
-//! drops, the fit and the comparison are those of `evaluate refine --canonical` ([`Series`]).
+//! drops, the fit and the comparison are those of `scan2params-lab refine --canonical` ([`Series`]).
 //!
 //! Where it fails: a soft knit's drop ends on another branch with hardly another fabric, so that
 //! its distance says little of its stiffnesses; hence the tally by bending length. The paper's
@@ -17,10 +17,10 @@ use serde::Serialize;
 
 use super::linear::Linear;
 use super::refine::{CaseError, NoAnswer, Series, Sight};
-use crate::base::units::M_PER_MM;
-use crate::fabric::{Fabric, STIFFNESSES};
-use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series as Drawn};
-use crate::sim::experiment::bending_length_m;
+use scan2params::base::units::M_PER_MM;
+use scan2params::fabric::{Fabric, STIFFNESSES};
+use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series as Drawn};
+use scan2params::sim::experiment::bending_length_m;
 
 /// Distances of which the shares below are counted \[mm\]: the paper's 5 and 10.
 pub const WITHIN_MM: [f64; 2] = [5.0, 10.0];
@@ -267,7 +267,7 @@ pub fn histogram(cases: &[Redraped]) -> RgbImage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::Stop;
+    use scan2params::sim::Stop;
 
     /// A fabric of a bending length of 4 or 15 mm.
     fn case(stiff: bool, distances_m: [Option<f64>; 4]) -> Redraped {

@@ -1,4 +1,4 @@
-//! Refinement held against fabrics that are known, for `evaluate refine`.
+//! Refinement held against fabrics that are known, for `scan2params-lab refine`.
 //!
 //! In: priors, sensors, seeds. Out: one [`Case`] a virtual scan: a fabric draped by a perturbed
 //! drop on cells finer than any that the fit uses, so that the fit never meets its own mesh;
@@ -14,20 +14,20 @@ use serde::Serialize;
 
 use super::estimate::anywhere;
 use super::scan::{Setup, SetupError, find};
-use crate::base::clock::thread_cpu_s;
-use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Surface};
-use crate::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
-use crate::estimate::{Estimate, EstimateError, Estimator};
-use crate::fabric::{Fabric, Mixture, MixtureError, STIFFNESSES};
-use crate::geom::Mesh;
-use crate::io::{WriteError, write_obj};
-use crate::numeric::robust;
-use crate::refine::{FitError, FitOptions, Prior, Refined, Scan, fit, released_drape};
-use crate::scan::{ScanError, Tuning};
-use crate::sensor::SceneError;
-use crate::sim::experiment::bending_length_m;
-use crate::sim::{Drape, Drop, Experiment, Fall, SimOptions, Stop, drape};
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Boundary, Surface};
+use scan2params::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
+use scan2params::estimate::{Estimate, EstimateError, Estimator};
+use scan2params::fabric::{Fabric, Mixture, MixtureError, STIFFNESSES};
+use scan2params::geom::Mesh;
+use scan2params::io::{WriteError, write_obj};
+use scan2params::numeric::robust;
+use scan2params::refine::{FitError, FitOptions, Prior, Refined, Scan, fit, released_drape};
+use scan2params::scan::{ScanError, Tuning};
+use scan2params::sensor::SceneError;
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::{Drape, Drop, Experiment, Fall, SimOptions, Stop, drape};
 
 /// One scan of one drape.
 #[derive(Debug)]

@@ -5,7 +5,7 @@
 //! numbers of `Noise` in `scripts/drape_data.py`; the draws are others (another generator).
 //!
 //! Where it fails: it is the model of a scan's errors that the network was trained with, not a
-//! scan's own errors; those are in `evaluate scan`.
+//! scan's own errors; those are in `scan2params-lab scan`.
 
 use std::f64::consts::PI;
 
@@ -13,10 +13,10 @@ use rand::RngExt as _;
 use rand_distr::StandardNormal;
 use serde::Deserialize;
 
-use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
-use crate::base::seed::{self, Rng};
-use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, BoundaryPoint, Vector3};
+use scan2params::base::boundary::{POINTS, POINTS_PER_SIDE};
+use scan2params::base::seed::{self, Rng};
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Boundary, BoundaryPoint, Vector3};
 
 /// Length of the rim in the mind of the noise, and of a side \[mm\].
 const RIM_MM: f64 = 1200.0;
@@ -104,7 +104,7 @@ impl RimNoise {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Point3;
+    use scan2params::base::Point3;
 
     const SHIPPED: RimNoise = RimNoise {
         smooth_mm: 1.0,
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn the_shipped_model_says_what_noise_it_was_trained_with() {
-        let model = crate::estimate::Estimator::shipped().unwrap();
+        let model = scan2params::estimate::Estimator::shipped().unwrap();
         let noise: RimNoise =
             serde_json::from_value(model.model().record["noise"].clone()).unwrap();
         assert_eq!(noise, SHIPPED);

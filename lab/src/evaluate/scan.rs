@@ -1,5 +1,5 @@
 //! The promise of the scan path, measured: rim error, stated sigma and refusals of
-//! virtual scans of drapes with known truth, for `evaluate scan`.
+//! virtual scans of drapes with known truth, for `scan2params-lab scan`.
 //!
 //! In: drapes (mesh and true rim), [`Setup`]s (sensor, poses, stand), seeds. Out: one
 //! [`Case`] each, and a [`Summary`] of many. A refusal is a case too.
@@ -10,15 +10,15 @@ use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
 pub use super::setup::{Setup, SetupError};
-use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Point3, Vector3};
-use crate::geom::Mesh;
-use crate::numeric::robust;
-use crate::picture::draw::{dot, line};
-use crate::scan::{
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Boundary, Point3, Vector3};
+use scan2params::geom::Mesh;
+use scan2params::numeric::robust;
+use scan2params::picture::draw::{dot, line};
+use scan2params::scan::{
     ScanError, ScanOptions, ScannedBoundary, Tuning, WarpToward, boundary_from_scan,
 };
-use crate::sensor::VirtualScan;
+use scan2params::sensor::VirtualScan;
 
 /// Shares of a normal distribution within [`INTERVAL_SIGMAS`].
 pub const INTERVALS: [f64; 2] = [0.68, 0.95];
@@ -186,12 +186,12 @@ fn best_motion(arms: &[Vector3], errors: &[Vector3]) -> (Vector3, Vector3) {
 
 /// Unit vector along the cloth, outward across the rim at point `index`.
 fn outward(drape: &Mesh, index: usize) -> Vector3 {
-    let side_m = crate::base::frame::SPECIMEN_SIDE_M;
+    let side_m = scan2params::base::frame::SPECIMEN_SIDE_M;
     let n = drape.vertices.len().isqrt();
     let [x, z] = Boundary::flat_xz_m(index, side_m);
     let of = |c: f64| ((c / side_m + 0.5) * (n - 1) as f64).round() as usize;
     let (i, j) = (of(x).min(n - 1), of(z).min(n - 1));
-    let (a, b) = match index / crate::base::boundary::POINTS_PER_SIDE {
+    let (a, b) = match index / scan2params::base::boundary::POINTS_PER_SIDE {
         0 => (n - 2, j),
         1 => (i, n - 2),
         2 => (1, j),
@@ -298,7 +298,7 @@ mod tests {
             let [x, z] = Boundary::flat_xz_m(i, 0.3);
             Point3::new(x, -0.3 * x.abs().max(z.abs()), z)
         };
-        Boundary::exact((0..crate::base::boundary::POINTS).map(at)).unwrap()
+        Boundary::exact((0..scan2params::base::boundary::POINTS).map(at)).unwrap()
     }
 
     #[test]

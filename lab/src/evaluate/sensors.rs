@@ -7,7 +7,7 @@
 //! errors are over the prior's box.
 //!
 //! Where it fails: scans of the simulator's own drapes; finer cells and real cloth are elsewhere
-//! (`evaluate refine`, docs/validation/refine.md).
+//! (`scan2params-lab refine`, docs/validation/refine.md).
 
 use std::ops::Range;
 
@@ -17,12 +17,12 @@ use serde::Serialize;
 use super::estimate::{Answer, Scores, answered};
 use super::refine::{CaseError, Sight};
 use super::scan::RimOff;
-use crate::base::Boundary;
-use crate::dataset::drape_file::rim_of;
-use crate::estimate::{EstimateError, Estimator};
-use crate::fabric::{Fabric, Mixture};
-use crate::scan::ScanError;
-use crate::sim::{Fall, SimOptions, Stop, drape};
+use scan2params::base::Boundary;
+use scan2params::dataset::drape_file::rim_of;
+use scan2params::estimate::{EstimateError, Estimator};
+use scan2params::fabric::{Fabric, Mixture};
+use scan2params::scan::ScanError;
+use scan2params::sim::{Fall, SimOptions, Stop, drape};
 
 /// Fabrics, who is asked, and what they see.
 pub struct Sweep<'a> {

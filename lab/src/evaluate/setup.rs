@@ -1,11 +1,11 @@
-//! The scenes of the virtual sensor that `evaluate scan` knows by name: a sensor, where
+//! The scenes of the virtual sensor that `scan2params-lab scan` knows by name: a sensor, where
 //! it stands, and what the drape lies on.
 //!
 //! A name is a profile with parts behind it, each after an `@`, in any order:
 //! `structured-light@post@below@views8`. [`Setup::PARTS`] lists them.
 
-use crate::geom::Mesh;
-use crate::sensor::{CameraPose, Profile, Ring, Scene, SceneError, Stand, VirtualScan, scan};
+use scan2params::geom::Mesh;
+use scan2params::sensor::{CameraPose, Profile, Ring, Scene, SceneError, Stand, VirtualScan, scan};
 
 /// Most views of a setup: more only take time.
 const MOST_VIEWS: usize = 200;
@@ -224,7 +224,7 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::default_ring;
+    use scan2params::sensor::default_ring;
 
     #[test]
     fn setups_have_names() {

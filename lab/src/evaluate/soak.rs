@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::base::clock::thread_cpu_s;
-use crate::fabric::{Fabric, Mixture, MixtureError, PARAMETERS, TABLE_2};
-use crate::sim::experiment::bending_length_m;
-use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::fabric::{Fabric, Mixture, MixtureError, PARAMETERS, TABLE_2};
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
 /// Where a fabric of the soak comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -104,7 +104,7 @@ pub fn soak(
     let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, options);
     let cpu_s = before.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
     let cell_n =
-        fabric.density_kg_m2 * drape.grid.spacing_m.powi(2) * crate::base::frame::GRAVITY_M_S2;
+        fabric.density_kg_m2 * drape.grid.spacing_m.powi(2) * scan2params::base::frame::GRAVITY_M_S2;
     let residual = drape.residual_n / cell_n;
     Ok(Soaked { index, source, fabric, drape, residual, cpu_s })
 }
@@ -134,7 +134,7 @@ impl Tally {
         for soaked in drapes {
             let d = &soaked.drape;
             *tally.stops.entry(d.stop.name()).or_default() += 1;
-            let at_rest = d.stop == crate::sim::Stop::AtRest;
+            let at_rest = d.stop == scan2params::sim::Stop::AtRest;
             if at_rest {
                 tally.worst_residual = tally.worst_residual.max(soaked.residual);
             }

@@ -5,14 +5,14 @@
 use std::fmt;
 
 use super::timed::{TimedDrape, timed_drape};
-use crate::base::Vector3;
-use crate::base::clock::thread_cpu_s;
-use crate::fabric::MixtureError;
-use crate::sim::drape::drape_with_sensitivities;
-use crate::sim::effort::Effort;
-use crate::sim::experiment::bending_length_m;
-use crate::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
-use crate::sim::{Drop, DropStart, SimOptions, Stop};
+use scan2params::base::Vector3;
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::fabric::MixtureError;
+use scan2params::sim::drape::drape_with_sensitivities;
+use scan2params::sim::effort::Effort;
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::sensitivity::{Parameter, Sensitivity, SensitivityError};
+use scan2params::sim::{Drop, DropStart, SimOptions, Stop};
 
 /// The names of what [`row`] gives.
 pub const COLUMNS: &str = "fabric, bending_length_mm, cpu_s, factorisations, nodes, stop, \

@@ -1,11 +1,11 @@
-//! Where the time of one scan goes, from file to rim, for `evaluate stages`.
+//! Where the time of one scan goes, from file to rim, for `scan2params-lab stages`.
 
 use std::path::Path;
 
-use crate::base::clock::{Stage, Stages};
-use crate::intake::{IntakeError, rim};
-use crate::io::ReadOptions;
-use crate::scan::{ScanOptions, ScannedBoundary};
+use scan2params::base::clock::{Stage, Stages};
+use scan2params::intake::{IntakeError, rim};
+use scan2params::io::ReadOptions;
+use scan2params::scan::{ScanOptions, ScannedBoundary};
 
 /// Reads a scan and finds its rim; the stages in order, the first is `read`.
 ///

@@ -1,4 +1,4 @@
-//! Where a scanned drape comes to rest when it starts from the scan, for `evaluate start`: the
+//! Where a scanned drape comes to rest when it starts from the scan, for `scan2params-lab start`: the
 //! branch that a released drape and a fit stand on.
 //!
 //! In: a prior, a sensor, seeds. Out: one [`Case`] a virtual scan of a drape by a perturbed drop:
@@ -9,16 +9,16 @@
 use rayon::prelude::*;
 
 use super::scan::{Setup, find};
-use crate::base::clock::thread_cpu_s;
-use crate::base::{Boundary, Point3, Surface};
-use crate::fabric::{Fabric, Mixture, MixtureError};
-use crate::numeric::robust;
-use crate::picture::draw::{dot, line};
-use crate::scan::{ScanError, ScannedBoundary, Tuning};
-use crate::sensor::SceneError;
-use crate::sim::experiment::bending_length_m;
-use crate::sim::self_contact::count_intersections;
-use crate::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::base::{Boundary, Point3, Surface};
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::numeric::robust;
+use scan2params::picture::draw::{dot, line};
+use scan2params::scan::{ScanError, ScannedBoundary, Tuning};
+use scan2params::sensor::SceneError;
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::self_contact::count_intersections;
+use scan2params::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
 
 /// The starts that are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

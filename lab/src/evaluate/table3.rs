@@ -1,4 +1,4 @@
-//! The paper's Table 3 beside ours, for `evaluate table3`.
+//! The paper's Table 3 beside ours, for `scan2params-lab table3`.
 //!
 //! In: the shipped model's record (`shipped.json`), perhaps scores on a folder of drapes. Out:
 //! [`Line`]s of RMSE and R2 on normalised outputs, each with the drapes that it was trained on and
@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::estimate::Scores;
-use crate::estimate::Model;
+use scan2params::estimate::Model;
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -172,7 +172,7 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::Estimator;
+    use scan2params::estimate::Estimator;
 
     #[test]
     fn every_line_has_its_errors_and_ours_have_the_sizes_of_their_data() {

@@ -1,10 +1,10 @@
-//! Timed drapes of a prior's fabrics, for `evaluate dataset` and `evaluate speed`.
+//! Timed drapes of a prior's fabrics, for `scan2params-lab dataset` and `scan2params-lab speed`.
 //!
 //! In: a prior's seed and index. Out: the drape with its processor time.
 
-use crate::base::clock::thread_cpu_s;
-use crate::fabric::{Fabric, Mixture, MixtureError};
-use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
 /// One timed drape.
 #[derive(Clone, Debug)]

@@ -1,5 +1,5 @@
 //! What scans look like to the verdict: virtual scans of a prior's fabrics through the whole
-//! main job, valid or with a known fault, for `evaluate verdict`. The limits of
+//! main job, valid or with a known fault, for `scan2params-lab verdict`. The limits of
 //! `job::verdict` come from its table.
 //!
 //! In: a prior, a sensor, what is wrong, seeds. Out: one [`Case`] a scan, with the figures that
@@ -11,16 +11,16 @@ use rayon::prelude::*;
 
 use super::estimate::Answer;
 use super::scan::{Setup, find};
-use crate::base::frame::PLATE_RADIUS_M;
-use crate::base::units::M_PER_MM;
-use crate::estimate::{EstimateError, Estimator};
-use crate::fabric::{Fabric, Mixture, MixtureError};
-use crate::job::verdict::{Figures, Limits, Scale, Verdict};
-use crate::refine::released_drape;
-use crate::scan::{ScanError, ScanOptions, Tuning};
-use crate::sensor::{Scene, SceneError, Stand, scan};
-use crate::sim::experiment::bending_length_m;
-use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
+use scan2params::base::frame::PLATE_RADIUS_M;
+use scan2params::base::units::M_PER_MM;
+use scan2params::estimate::{EstimateError, Estimator};
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::job::verdict::{Figures, Limits, Scale, Verdict};
+use scan2params::refine::released_drape;
+use scan2params::scan::{ScanError, ScanOptions, Tuning};
+use scan2params::sensor::{Scene, SceneError, Stand, scan};
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
 /// What is wrong with the experiment, unknown to the main job.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -275,7 +275,7 @@ impl Summary {
 /// Codes of the grounds that speak against a result, each once.
 #[must_use]
 pub fn codes(verdict: &Verdict) -> Vec<&'static str> {
-    let against = verdict.grounds.iter().filter(|g| g.level > crate::job::verdict::Level::Reliable);
+    let against = verdict.grounds.iter().filter(|g| g.level > scan2params::job::verdict::Level::Reliable);
     let mut codes: Vec<&str> = against.map(|ground| ground.code.name()).collect();
     codes.dedup();
     codes

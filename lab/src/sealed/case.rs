@@ -9,11 +9,11 @@ use rand::RngExt as _;
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Cloth, Effect, LISTED, UNLISTED};
-use crate::base::frame::GRAVITY_M_S2;
-use crate::base::seed::{Rng, rng};
-use crate::calibrate::manifest::{Bench, Face};
-use crate::fabric::{Fabric, Mixture, MixtureError};
-use crate::sim::Experiment;
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::base::seed::{Rng, rng};
+use scan2params::calibrate::manifest::{Bench, Face};
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::sim::Experiment;
 
 /// How many effects a case has, and of what sort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

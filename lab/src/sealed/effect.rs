@@ -8,10 +8,10 @@
 use rand::RngExt as _;
 use serde::{Deserialize, Serialize};
 
-use crate::base::frame::GRAVITY_M_S2;
-use crate::base::seed::Rng;
-use crate::sim::Experiment;
-use crate::sim::experiment::{
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::base::seed::Rng;
+use scan2params::sim::Experiment;
+use scan2params::sim::experiment::{
     AsymmetricBending, Curl, Draught, EdgeCurl, Hem, Hysteresis, Seam, Softening,
     StiffnessGradient, Tilt,
 };
@@ -328,13 +328,13 @@ impl Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::seed::rng;
+    use scan2params::base::seed::rng;
 
     #[test]
     fn the_effects_that_are_listed_are_those_that_a_calibration_looks_for() {
         // no sealed drape is looked at twice, so that none settles
-        use crate::calibrate::effect::{Acts, EFFECTS};
-        let lasts = |n: &crate::calibrate::effect::Number| !matches!(n.acts, Acts::Settling(_));
+        use scan2params::calibrate::effect::{Acts, EFFECTS};
+        let lasts = |n: &scan2params::calibrate::effect::Number| !matches!(n.acts, Acts::Settling(_));
         let lasting = EFFECTS.iter().filter(|effect| effect.numbers.iter().all(lasts));
         let mut names: Vec<&str> = lasting.map(|effect| effect.name).collect();
         let mut listed = LISTED;

@@ -11,15 +11,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::boundary::POINTS;
-use crate::base::{Outline, Surface, Vector3};
-use crate::calibrate::manifest::Bench;
-use crate::calibrate::options::FitOptions;
-use crate::calibrate::trial::{Compared, Move, STRIDE, Trial, compared, trial_of};
-use crate::fabric::STIFFNESSES;
-use crate::numeric::moments::mean;
-use crate::sim::sensitivity::Parameter;
-use crate::sim::{Drape, Follower};
+use scan2params::base::boundary::POINTS;
+use scan2params::base::{Outline, Surface, Vector3};
+use scan2params::calibrate::manifest::Bench;
+use scan2params::calibrate::options::FitOptions;
+use scan2params::calibrate::trial::{Compared, Move, STRIDE, Trial, compared, trial_of};
+use scan2params::fabric::STIFFNESSES;
+use scan2params::numeric::moments::mean;
+use scan2params::sim::sensitivity::Parameter;
+use scan2params::sim::{Drape, Follower};
 
 /// How a drape's measured places move: with the effects, with the logarithm of each stiffness and
 /// with each number of its pose.
@@ -255,8 +255,8 @@ fn mean_step_m(points: &[Vector3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fabric::Fabric;
-    use crate::sim::{Drop, DropStart, SimOptions};
+    use scan2params::fabric::Fabric;
+    use scan2params::sim::{Drop, DropStart, SimOptions};
 
     /// The moves of a scanned drape of 31 x 31 vertices, by nothing.
     fn still() -> Moved {

@@ -19,20 +19,20 @@ use serde::{Deserialize, Serialize};
 use super::case::{Case, Kind, Plan};
 use super::effect::Effect;
 use super::left::{Moved, at_rest, left_m, of_outline, of_scan};
-use crate::base::boundary::POINTS;
-use crate::base::seed::rng;
-use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::base::{Outline, Vector3};
-use crate::calibrate::floor::distance_m;
-use crate::calibrate::manifest::{Bench, Face, Role};
-use crate::calibrate::options::FitOptions;
-use crate::calibrate::trial::{Trial, outline_seen};
-use crate::fabric::{Fabric, STIFFNESSES};
-use crate::io::{WriteError, atomically, write_ply, write_png};
-use crate::numeric::moments::mean;
-use crate::sensor::silhouette::{SilhouetteCamera, SilhouetteErrors, silhouette};
-use crate::sensor::{self, Profile, Scene, SceneError, Stand, default_ring};
-use crate::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Setup, SimOptions, Stop};
+use scan2params::base::boundary::POINTS;
+use scan2params::base::seed::rng;
+use scan2params::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use scan2params::base::{Outline, Vector3};
+use scan2params::calibrate::floor::distance_m;
+use scan2params::calibrate::manifest::{Bench, Face, Role};
+use scan2params::calibrate::options::FitOptions;
+use scan2params::calibrate::trial::{Trial, outline_seen};
+use scan2params::fabric::{Fabric, STIFFNESSES};
+use scan2params::io::{WriteError, atomically, write_ply, write_png};
+use scan2params::numeric::moments::mean;
+use scan2params::sensor::silhouette::{SilhouetteCamera, SilhouetteErrors, silhouette};
+use scan2params::sensor::{self, Profile, Scene, SceneError, Stand, default_ring};
+use scan2params::sim::{Drape, Drop, DropStart, FollowOptions, Follower, Setup, SimOptions, Stop};
 
 /// How cases are made.
 #[derive(Clone, Debug, PartialEq)]
@@ -533,10 +533,10 @@ fn manifest(case: &Case, units: &[Unit], options: &MakeOptions) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::manifest;
-    use crate::calibrate::measures::{FoldRule, Measures};
-    use crate::calibrate::silhouette::{SilhouetteLimits, outline_of as outline_in, read as grey};
-    use crate::sim::Experiment;
+    use scan2params::calibrate::manifest;
+    use scan2params::calibrate::measures::{FoldRule, Measures};
+    use scan2params::calibrate::silhouette::{SilhouetteLimits, outline_of as outline_in, read as grey};
+    use scan2params::sim::Experiment;
 
     fn options() -> MakeOptions {
         MakeOptions { vertices: 31, ..MakeOptions::default() }
@@ -589,7 +589,7 @@ mod tests {
             let experiment = case.experiment(entries[2 * k].face.unwrap());
             let vertices = options().vertices;
             let sim = SimOptions { vertices, experiment, ..SimOptions::default() };
-            outline_seen(&crate::sim::drape(&case.fabric, &drop, &sim), 0.0)
+            outline_seen(&scan2params::sim::drape(&case.fabric, &drop, &sim), 0.0)
         });
         for (entry, k) in entries.iter().zip([0, 0, 1, 1]) {
             let drape = &sealed.drapes[k];
@@ -614,7 +614,7 @@ mod tests {
     }
 
     /// What was read, turned back by the bearing that the specimen was laid with.
-    fn turned_back(case: &Case, unit: &Unit, found: &crate::base::Outline) -> crate::base::Outline {
+    fn turned_back(case: &Case, unit: &Unit, found: &scan2params::base::Outline) -> scan2params::base::Outline {
         let (sin, cos) = unit.camera(case, 1, &options()).rotation_rad.sin_cos();
         found.mapped(|[x, z]| [x * cos + z * sin, z * cos - x * sin])
     }

@@ -1,5 +1,5 @@
 //! Sealed cases: measured drapes, as `calibrate` reads them, whose fabric and whose effects are
-//! known to nobody but this module and `evaluate`.
+//! known to nobody but this module and `scan2params-lab calibrate`.
 //!
 //! Flow: `case` (what is drawn from a seed: a fabric, effects, specimens) -> `effect` (what each
 //! effect makes of the experiment) -> `make` (the drapes on fine cells, their pictures, the

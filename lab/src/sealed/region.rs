@@ -2,15 +2,15 @@
 //! against.
 //!
 //! In: an [`Effect`], the bench, a place on the specimen as fractions of its sides along warp and
-//! weft, as [`crate::calibrate::field::Strongest`] has it. Out: whether the effect acts there, as
+//! weft, as [`scan2params::calibrate::field::Strongest`] has it. Out: whether the effect acts there, as
 //! far as a field of 5 x 5 nodes can say: a border or a line counts up to half of the distance of
 //! two nodes beyond it. And which share of the specimen such a region is, which a place drawn at
 //! random would score.
 
 use super::effect::Effect;
-use crate::calibrate::field::is_on;
-use crate::sim::Experiment;
-use crate::sim::experiment::CURL_NODES;
+use scan2params::calibrate::field::is_on;
+use scan2params::sim::Experiment;
+use scan2params::sim::experiment::CURL_NODES;
 
 /// Parts of a side between the places by which a region's share is counted.
 const LOOKS: usize = 60;
@@ -64,7 +64,7 @@ impl Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::experiment::{Draught, Hem, Seam, StiffnessGradient};
+    use scan2params::sim::experiment::{Draught, Hem, Seam, StiffnessGradient};
 
     #[test]
     fn an_effect_acts_on_its_side_or_line_and_what_is_everywhere_has_no_region() {

@@ -9,7 +9,7 @@ use clap::{ArgMatches, Command, CommandFactory as _};
 use super::file;
 use super::setting::{Fate, Setting};
 use crate::cli::args::Arguments;
-use crate::cli::failure::Failure;
+use scan2params::terminal::Failure;
 use crate::cli::verb;
 
 /// Name of the file in the folder that the program is started in.

@@ -16,7 +16,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::setting::{Fate, Setting};
-use crate::cli::failure::Failure;
+use scan2params::terminal::Failure;
 use crate::cli::verb;
 
 /// A file while it is read.

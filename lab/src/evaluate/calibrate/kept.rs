@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::said::{Said, nan_of_null};
-use crate::calibrate::run::Options;
-use crate::fabric::sha256_hex;
-use crate::io::{WriteError, atomically};
+use scan2params::calibrate::run::Options;
+use scan2params::fabric::sha256_hex;
+use scan2params::io::{WriteError, atomically};
 
 /// Where what one program says with some options is kept.
 pub(super) struct Keeper {
@@ -64,7 +64,7 @@ const NAME_DIGITS: usize = 16;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::effect::Effect;
+    use scan2params::calibrate::effect::Effect;
 
     #[test]
     fn what_was_said_is_read_again_by_the_same_program_with_the_same_options() {

@@ -5,10 +5,10 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::base::units::M_PER_MM;
-use crate::calibrate::floor::Pairing;
-use crate::calibrate::result::FabricResult;
-use crate::numeric::moments::mean;
+use scan2params::base::units::M_PER_MM;
+use scan2params::calibrate::floor::Pairing;
+use scan2params::calibrate::result::FabricResult;
+use scan2params::numeric::moments::mean;
 
 /// A calibration's result for a fabric.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -8,8 +8,8 @@
 use image::RgbImage;
 
 use super::Answer;
-use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
-use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series, grid};
+use scan2params::fabric::{Fabric, STIFFNESSES, TABLE_2};
+use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series, grid};
 
 /// Charts to a row.
 const COLUMNS: usize = 3;
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn exact_answers_lie_on_the_line_and_on_the_true_fabrics() {
-        let prior = crate::fabric::Mixture::union();
+        let prior = scan2params::fabric::Mixture::union();
         let truths: Vec<Fabric> = (0..40).map(|k| prior.sample(3, k).unwrap()).collect();
         let exact: Vec<Answer> = truths.iter().map(|fabric| answer_of(fabric, 1.2)).collect();
         for i in 0..STIFFNESSES {

@@ -15,9 +15,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Answer;
-use crate::combine::COMMON;
-use crate::combine::pooled::{self, Pooled};
-use crate::fabric::{Fabric, PARAMETERS, STIFFNESSES, TABLE_2};
+use scan2params::combine::COMMON;
+use scan2params::combine::pooled::{self, Pooled};
+use scan2params::fabric::{Fabric, PARAMETERS, STIFFNESSES, TABLE_2};
 
 /// How well the drops of a fabric, taken together, tell one stiffness.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -159,7 +159,7 @@ fn mean_of(parameters: &[RepeatScore]) -> RepeatScore {
 mod tests {
     use super::super::tests::{LIMITS, answer_of, fabrics};
     use super::*;
-    use crate::base::seed;
+    use scan2params::base::seed;
     use rand::RngExt as _;
     use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! What the verdict makes of the answers to rims, for `evaluate estimate`.
+//! What the verdict makes of the answers to rims, for `scan2params-lab estimate`.
 //!
 //! In: rims of drapes that were made, and the estimates from them. Out: how many answers are
 //! reliable, doubtful and not to be used, and on which grounds. It is the verdict of `estimate` on
@@ -11,13 +11,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::base::boundary::Orientation;
-use crate::dataset::Row;
-use crate::estimate::Estimate;
-use crate::fabric::Mixture;
-use crate::intake::rim::{GivenWarp, Rim};
-use crate::job::verdict::{self, Level, Verdict};
-use crate::scan::ScanOptions;
+use scan2params::base::boundary::Orientation;
+use scan2params::dataset::Row;
+use scan2params::estimate::Estimate;
+use scan2params::fabric::Mixture;
+use scan2params::intake::rim::{GivenWarp, Rim};
+use scan2params::job::verdict::{self, Level, Verdict};
+use scan2params::scan::ScanOptions;
 
 /// Answers by level, and by what makes them worse than reliable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -69,7 +69,7 @@ impl Verdicts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::verdict::{Code, Ground};
+    use scan2params::job::verdict::{Code, Ground};
 
     #[test]
     fn answers_are_counted_by_level_and_a_ground_once_an_answer() {

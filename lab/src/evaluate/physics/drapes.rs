@@ -1,4 +1,4 @@
-//! Drapes against each other and against measured ones, for `evaluate physics`.
+//! Drapes against each other and against measured ones, for `scan2params-lab physics`.
 //!
 //! In: nothing, or a folder of measured data. Out: tables, charts and pictures. Meshes are
 //! compared on one branch: the finer drape starts from the coarser one.
@@ -8,14 +8,14 @@ use std::path::Path;
 use image::RgbImage;
 
 use super::{DataError, Table, text_rows};
-use crate::base::Boundary;
-use crate::base::clock::thread_cpu_s;
-use crate::base::frame::GRAVITY_M_S2;
-use crate::fabric::Fabric;
-use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
-use crate::picture::shaded::picture;
-use crate::sim::experiment::{Softening, bending_length_m};
-use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on_finer};
+use scan2params::base::Boundary;
+use scan2params::base::clock::thread_cpu_s;
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::fabric::Fabric;
+use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
+use scan2params::picture::shaded::picture;
+use scan2params::sim::experiment::{Softening, bending_length_m};
+use scan2params::sim::{Drape, Drop, DropStart, Experiment, SimOptions, drape, drape_on_finer};
 
 /// Fabrics of the mesh study: name and the paper's units. Bending lengths of 19, 12 and
 /// 8 mm: the median of 618 measured fabrics, a stiff and the mean knit.
@@ -444,8 +444,8 @@ fn silhouettes(data: &Path) -> Result<TableAndBars, DataError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::Stop;
-    use crate::sim::grid::Grid;
+    use scan2params::sim::Stop;
+    use scan2params::sim::grid::Grid;
 
     /// A disc that lies flat, or hangs as a cone at 60 degrees beyond the plate.
     fn disc(cone: bool) -> (Drape, Experiment) {
@@ -458,7 +458,7 @@ mod tests {
                 return p;
             }
             let radial = p / p.norm();
-            radial * (0.09 + 0.5 * beyond) - crate::base::Vector3::y() * (0.866 * beyond)
+            radial * (0.09 + 0.5 * beyond) - scan2params::base::Vector3::y() * (0.866 * beyond)
         };
         let positions_m: Vec<_> = (0..grid.vertices()).map(fold).collect();
         let boundary = grid.boundary(&positions_m);

@@ -1,5 +1,5 @@
 //! What bending that is stiffer to one side and bending hysteresis do to a standard Cusick drape,
-//! for `evaluate physics`.
+//! for `scan2params-lab physics`.
 //!
 //! In: for hysteresis a folder of measured data; else nothing. Out: rows of drape coefficients, one
 //! fabric with one strength of one effect over several drops each.
@@ -8,10 +8,10 @@ use std::path::Path;
 
 use super::drapes::{Timed, drape_coefficient, fabric_of, kes_drape, options, timed};
 use super::{DataError, text_rows};
-use crate::base::frame::GRAVITY_M_S2;
-use crate::fabric::Fabric;
-use crate::sim::experiment::{AsymmetricBending, Hysteresis};
-use crate::sim::{Drop, DropStart, Experiment, drape};
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::fabric::Fabric;
+use scan2params::sim::experiment::{AsymmetricBending, Hysteresis};
+use scan2params::sim::{Drop, DropStart, Experiment, drape};
 
 /// Columns of both tables.
 pub const COLUMNS: &str = "fabric, effect, dc_percent of each drop, dc_mean, dc_mean less that without, folds, stops, cpu_s";

@@ -1,4 +1,4 @@
-//! The simulator against known answers and measured drapes, for `evaluate physics` and
+//! The simulator against known answers and measured drapes, for `scan2params-lab physics` and
 //! docs/validation: strips ([`strips`]), drapes on several meshes and of measured fabrics
 //! ([`drapes`]), with effects beyond the seven parameters ([`effects`]), next to a real drape's
 //! sections ([`mod@sections`]).
@@ -13,7 +13,7 @@ pub mod strips;
 
 use std::path::Path;
 
-use crate::io::table::{Layout, Rows};
+use scan2params::io::table::{Layout, Rows};
 
 /// A table of results.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! The one real drape that is known in three dimensions, for `evaluate physics`: four horizontal
+//! The one real drape that is known in three dimensions, for `scan2params-lab physics`: four horizontal
 //! sections of a Cusick drape, 15 to 25 mm below the disc.
 //!
 //! In: a folder of measured data. Out: how near the simulator's drape comes to all four sections,
@@ -13,14 +13,14 @@ use std::path::Path;
 
 use super::drapes::fabric_of;
 use super::{DataError, Table, text_rows};
-use crate::base::frame::GRAVITY_M_S2;
-use crate::base::units::M_PER_MM;
-use crate::base::{Outline, Vector3};
-use crate::calibrate::measures::{BEARINGS, FoldRule, Measures, farthest_m, folds};
-use crate::calibrate::trial::outline_of;
-use crate::geom::MeshIndex;
-use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
-use crate::sim::{Drape, Drop, DropStart, Experiment, SimOptions, Stop, drape};
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Outline, Vector3};
+use scan2params::calibrate::measures::{BEARINGS, FoldRule, Measures, farthest_m, folds};
+use scan2params::calibrate::trial::outline_of;
+use scan2params::geom::MeshIndex;
+use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
+use scan2params::sim::{Drape, Drop, DropStart, Experiment, SimOptions, Stop, drape};
 
 /// Depths of the sections below the disc \[m\].
 const DEPTHS_M: [f64; 4] = [15.0e-3, 18.3e-3, 21.7e-3, 25.0e-3];
@@ -183,7 +183,7 @@ fn read(path: &Path) -> Result<Sections, DataError> {
 }
 
 /// The fabric of a cloth.
-fn fabric(cloth: Cloth) -> crate::fabric::Fabric {
+fn fabric(cloth: Cloth) -> scan2params::fabric::Fabric {
     let rigidity = cloth.length_m.powi(3) * DENSITY_KG_M2 * GRAVITY_M_S2;
     let root = cloth.ratio.sqrt();
     fabric_of(DENSITY_KG_M2, [rigidity / root, rigidity * root, rigidity])

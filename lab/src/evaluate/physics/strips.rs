@@ -1,4 +1,4 @@
-//! The simulator against known answers, for `evaluate physics` and docs/validation/simulator.md.
+//! The simulator against known answers, for `scan2params-lab physics` and docs/validation/simulator.md.
 //!
 //! In: nothing, or a folder of measured data. Out: tables of numbers with their known
 //! answers, and charts. Strips: `sim::strip`; the elastica: `sim::elastica`.
@@ -6,12 +6,12 @@
 use std::path::Path;
 
 use super::{DataError, Table, text_rows};
-use crate::base::frame::GRAVITY_M_S2;
-use crate::fabric::Fabric;
-use crate::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
-use crate::sim::Experiment;
-use crate::sim::elastica::{Elastica, End};
-use crate::sim::strip::{Cut, Strip, cantilever, hanging, slide};
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::fabric::Fabric;
+use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
+use scan2params::sim::Experiment;
+use scan2params::sim::elastica::{Elastica, End};
+use scan2params::sim::strip::{Cut, Strip, cantilever, hanging, slide};
 
 /// The stretch of a strip that hardly stretches \[g/s^2\].
 const STIFF: f64 = 1e6;

@@ -12,10 +12,10 @@ use serde::Serialize;
 use super::deform::{crease, touching_fold};
 use super::drapes::KeptDrape;
 use super::spread::{Under, spread_over};
-use crate::base::{Isometry3, Vector3, seed};
-use crate::geom::Mesh;
-use crate::scan::ScanError;
-use crate::sensor::{
+use scan2params::base::{Isometry3, Vector3, seed};
+use scan2params::geom::Mesh;
+use scan2params::scan::ScanError;
+use scan2params::sensor::{
     CameraPose, Fusion, Profile, Scene, Solid, Stand, Support, Thing, VirtualScan,
 };
 
@@ -231,7 +231,7 @@ pub fn is_right(cause: Cause, error: &str) -> bool {
 }
 
 /// Leaves of the cloud the points that fit.
-pub(super) fn keep(made: &mut VirtualScan, fits: impl Fn(&crate::base::Point3) -> bool) {
+pub(super) fn keep(made: &mut VirtualScan, fits: impl Fn(&scan2params::base::Point3) -> bool) {
     let cloud = &mut made.cloud;
     let kept: Vec<usize> = (0..cloud.points.len()).filter(|&k| fits(&cloud.points[k])).collect();
     cloud.points = kept.iter().map(|&k| cloud.points[k]).collect();
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn every_broken_cause_has_a_right_name_that_is_a_variant() {
-        let source = include_str!("../../scan/error.rs");
+        let source = include_str!("../../../../src/scan/error.rs");
         for cause in Cause::BROKEN {
             let names = cause.right_names();
             assert!(!names.is_empty(), "{}", cause.name());

@@ -7,11 +7,11 @@
 use rand::RngExt as _;
 
 use super::spread::Lengths;
-use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
-use crate::base::{Point3, Vector3, seed};
-use crate::dataset::drape_file::rim_of;
-use crate::geom::Mesh;
-use crate::geom::adjacency::area_vector2;
+use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
+use scan2params::base::{Point3, Vector3, seed};
+use scan2params::dataset::drape_file::rim_of;
+use scan2params::geom::Mesh;
+use scan2params::geom::adjacency::area_vector2;
 
 /// The layers of a pressed fold lie this far from its middle plane \[m\].
 const HALF_GAP_M: f64 = 0.3e-3;

@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
-use crate::base::Boundary;
-use crate::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
-use crate::fabric::params::{self, ParamsError};
-use crate::fabric::{Fabric, Mixture, MixtureError, TABLE_2};
-use crate::geom::Mesh;
-use crate::io::{self, WriteError, write_obj};
-use crate::sim::experiment::bending_length_m;
-use crate::sim::{Fall, SimOptions, Stop, drape};
+use scan2params::base::Boundary;
+use scan2params::dataset::drape_file::{DrapeFileError, read_drape, rim_of};
+use scan2params::fabric::params::{self, ParamsError};
+use scan2params::fabric::{Fabric, Mixture, MixtureError, TABLE_2};
+use scan2params::geom::Mesh;
+use scan2params::io::{self, WriteError, write_obj};
+use scan2params::sim::experiment::bending_length_m;
+use scan2params::sim::{Fall, SimOptions, Stop, drape};
 
 /// Least vertices a side of a drape that scans of it pass for those of cloth.
 pub const LEAST_VERTICES: usize = 101;

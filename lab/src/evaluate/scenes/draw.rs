@@ -9,9 +9,9 @@ use rand::seq::IndexedRandom as _;
 
 use super::broken::Cause;
 use super::drapes::KeptDrape;
-use crate::base::seed;
-use crate::dataset::setting::Setting;
-use crate::sensor::{
+use scan2params::base::seed;
+use scan2params::dataset::setting::Setting;
+use scan2params::sensor::{
     CameraPose, Profile, Scene, SceneError, Seen, StandKind, Surroundings, draw_views, seen,
 };
 
@@ -96,7 +96,7 @@ impl Drawn {
     pub fn views(
         &self,
         scene: &Scene,
-        rim: &[crate::base::Point3],
+        rim: &[scan2params::base::Point3],
     ) -> Result<(Vec<CameraPose>, Seen), SceneError> {
         let mut best: Option<(Vec<CameraPose>, Seen)> = None;
         let mut views = self.views;

@@ -9,10 +9,10 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::made::Made;
-use crate::base::Vector3;
-use crate::base::units::M_PER_MM;
-use crate::fabric::{Fabric, TABLE_2};
-use crate::io::{self, WriteError};
+use scan2params::base::Vector3;
+use scan2params::base::units::M_PER_MM;
+use scan2params::fabric::{Fabric, TABLE_2};
+use scan2params::io::{self, WriteError};
 
 /// Writes a scene under a name that says what it is.
 pub(super) fn write(folder: &Path, made: &Made, fabric: Option<&Fabric>) -> Result<(), WriteError> {

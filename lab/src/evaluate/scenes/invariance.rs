@@ -10,11 +10,11 @@ use serde::Serialize;
 
 use super::broken::{keep, name_of};
 use super::made::Made;
-use crate::base::units::M_PER_MM;
-use crate::base::{Isometry3, Point3, Vector3, seed};
-use crate::geom::adjacency::spread;
-use crate::scan::{ScanError, ScannedBoundary};
-use crate::sensor::{Solid, VirtualScan};
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Isometry3, Point3, Vector3, seed};
+use scan2params::geom::adjacency::spread;
+use scan2params::scan::{ScanError, ScannedBoundary};
+use scan2params::sensor::{Solid, VirtualScan};
 
 /// Points so near above the floor go with it \[m\].
 const FLOOR_M: f64 = 6e-3;

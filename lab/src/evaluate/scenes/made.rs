@@ -3,10 +3,10 @@
 use super::broken::Cause;
 use super::drapes::KeptDrape;
 use super::draw::Drawn;
-use crate::base::{Boundary, Point3};
-use crate::dataset::drape_file::rim_of;
-use crate::geom::Mesh;
-use crate::sensor::{SceneError, Seen, VirtualScan, scan};
+use scan2params::base::{Boundary, Point3};
+use scan2params::dataset::drape_file::rim_of;
+use scan2params::geom::Mesh;
+use scan2params::sensor::{SceneError, Seen, VirtualScan, scan};
 
 /// A scene that was scanned.
 pub(super) struct Made {

@@ -1,4 +1,4 @@
-//! Scenes drawn blind, for `evaluate scenes`: sensor, stand, surroundings, fabric, views and unit,
+//! Scenes drawn blind, for `scan2params-lab scenes`: sensor, stand, surroundings, fabric, views and unit,
 //! each scan through the whole scan path.
 //!
 //! In: sensors, a folder of drapes ([`drapes`]), a seed. Out: a [`Record`] of each scene: what it
@@ -33,15 +33,15 @@ use self::drapes::{DrapesError, KeptDrape};
 use self::draw::Drawn;
 use self::made::Made;
 use super::scan::{RimOff, rim_error};
-use crate::base::units::M_PER_MM;
-use crate::base::{Boundary, Vector3};
-use crate::geom::Mesh;
-use crate::io::WriteError;
-use crate::numeric::robust;
-use crate::scan::{
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Boundary, Vector3};
+use scan2params::geom::Mesh;
+use scan2params::io::WriteError;
+use scan2params::numeric::robust;
+use scan2params::scan::{
     Quality, ScanError, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan,
 };
-use crate::sensor::{Profile, SceneError, VirtualScan};
+use scan2params::sensor::{Profile, SceneError, VirtualScan};
 
 /// A mean rim error up to this is an answer that is right, of a scene that is broken \[mm\].
 const RIGHT_ALL_THE_SAME_MM: f64 = 1.5;

@@ -4,10 +4,10 @@
 //! on it. Points with lengths between them (Mueller et al., "Position based dynamics", 2007): no
 //! fabric's drape, and good enough for a scene that must be refused.
 
-use crate::base::frame::SPECIMEN_SIDE_M;
-use crate::base::{Point3, Vector3};
-use crate::geom::Mesh;
-use crate::sensor::Solid;
+use scan2params::base::frame::SPECIMEN_SIDE_M;
+use scan2params::base::{Point3, Vector3};
+use scan2params::geom::Mesh;
+use scan2params::sensor::Solid;
 
 /// What is under the cloth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,7 +111,7 @@ impl Lengths {
             ((vertices[a] - vertices[b]).norm() / length - 1.0).abs()
         };
         let strains = self.0.iter().map(strain).collect();
-        crate::numeric::robust::quantile(strains, share).unwrap_or(f64::NAN)
+        scan2params::numeric::robust::quantile(strains, share).unwrap_or(f64::NAN)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The tables of `evaluate scenes`.
+//! The tables of `scan2params-lab scenes`.
 //!
 //! In: [`Record`]s. Out: of valid scenes a [`Group`] per sensor and class of bending length, and
 //! how often each refusal came; of broken ones what was wrong against what was named; of variants

@@ -1,10 +1,10 @@
 use super::table::{Group, Moved, Named};
 use super::*;
-use crate::base::Point3;
-use crate::dataset::drape_file::rim_of;
-use crate::dataset::drapes::dataset_options;
-use crate::fabric::Mixture;
-use crate::sim::{Drop, drape};
+use scan2params::base::Point3;
+use scan2params::dataset::drape_file::rim_of;
+use scan2params::dataset::drapes::dataset_options;
+use scan2params::fabric::Mixture;
+use scan2params::sim::{Drop, drape};
 
 /// Two drapes, made once for all tests: a stiff cloth's and a soft knit's.
 pub(super) fn kept() -> Vec<KeptDrape> {
@@ -23,7 +23,7 @@ pub(super) fn kept() -> Vec<KeptDrape> {
 /// A sensor with few pixels and a coarse cloud, for tests of the flow.
 fn quick(name: &str) -> Profile {
     let own = Profile::named(name).unwrap();
-    let camera = crate::sensor::Camera { width: 200, height: 150, focal_px: 180.0 };
+    let camera = scan2params::sensor::Camera { width: 200, height: 150, focal_px: 180.0 };
     Profile { camera, spacing_m: 0.003, samples_per_point: 1.0, ..own }
 }
 
@@ -88,7 +88,7 @@ fn a_scene_is_written_with_its_truth_and_its_variants_are_compared() {
     assert_eq!(truth["rim_mm"].as_array().unwrap().len(), 244);
     // The true rim lies on the cloud, by the file's own matrix.
     let ply = files.iter().find(|path| path.extension().unwrap() == "ply").unwrap();
-    let (cloud, _) = crate::io::read_scan(ply).unwrap();
+    let (cloud, _) = scan2params::io::read_scan(ply).unwrap();
     let entry = |row: usize, column: usize| truth["sensor_from_sim"][row][column].as_f64().unwrap();
     let unit_m = if records[0].unit == "m" { 1.0 } else { 1e-3 };
     let near = |p: &serde_json::Value| {

@@ -1,5 +1,5 @@
 //! Whether found fabrics behave as the true ones in experiments that the fit has not seen, for
-//! `evaluate transfer`.
+//! `scan2params-lab transfer`.
 //!
 //! In: fabrics of priors, sensors, a seed. Each fabric is draped, scanned once by each sensor,
 //! estimated and refined, as in [`super::refine`]. The true fabric and what was found are then
@@ -17,8 +17,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::refine::{Case, CaseError, Series};
-use crate::fabric::{Fabric, Mixture, PARAMETERS};
-use crate::io::{WriteError, atomically};
+use scan2params::fabric::{Fabric, Mixture, PARAMETERS};
+use scan2params::io::{WriteError, atomically};
 use shapes::{Shape, Tried, cantilevers_mm};
 
 /// One fabric: what was found of it, and how truth and found behave.

@@ -4,8 +4,8 @@ use image::{Rgb, RgbImage, imageops};
 
 use super::shapes::{Reading, Shape};
 use super::{Reader, Transferred};
-use crate::fabric::Fabric;
-use crate::picture::{draw, shaded};
+use scan2params::fabric::Fabric;
+use scan2params::picture::{draw, shaded};
 
 /// A refined fabric in one experiment.
 struct Apart<'a> {

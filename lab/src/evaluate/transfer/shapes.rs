@@ -8,15 +8,15 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::Vector3;
-use crate::base::frame::GRAVITY_M_S2;
-use crate::base::units::M_PER_MM;
-use crate::calibrate::measures::{FoldRule, Measures};
-use crate::calibrate::trial::outline_of;
-use crate::fabric::Fabric;
-use crate::sim::hung::{Hung, HungSquare};
-use crate::sim::strip::{Cut, cantilever};
-use crate::sim::{
+use scan2params::base::Vector3;
+use scan2params::base::frame::GRAVITY_M_S2;
+use scan2params::base::units::M_PER_MM;
+use scan2params::calibrate::measures::{FoldRule, Measures};
+use scan2params::calibrate::trial::outline_of;
+use scan2params::fabric::Fabric;
+use scan2params::sim::hung::{Hung, HungSquare};
+use scan2params::sim::strip::{Cut, cantilever};
+use scan2params::sim::{
     Drape, Drop, DropStart, Experiment, FollowOptions, Follower, Plate, SimOptions, Stop,
 };
 
@@ -178,11 +178,11 @@ impl Shape {
 
     /// One sheet of a fabric, for a picture: its first drop.
     #[must_use]
-    pub fn mesh(self, fabric: &Fabric, seed: u64) -> crate::geom::Mesh {
+    pub fn mesh(self, fabric: &Fabric, seed: u64) -> scan2params::geom::Mesh {
         match self.options() {
             Some(options) => {
                 let start = DropStart::Perturbed(seed);
-                crate::sim::drape(fabric, &Drop { start }, &options).mesh()
+                scan2params::sim::drape(fabric, &Drop { start }, &options).mesh()
             }
             None => {
                 let hung = HungSquare::default().hang(fabric);

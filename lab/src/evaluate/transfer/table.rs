@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::shapes::{Reading, Shape, Tried};
 use super::{Reader, Transferred};
-use crate::numeric::robust;
+use scan2params::numeric::robust;
 
 /// One sensor, one reader, one shape.
 #[derive(Clone, Debug, PartialEq, Serialize)]

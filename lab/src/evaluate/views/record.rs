@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Rotation3};
 use serde::Serialize;
 
-use crate::base::clock::process_cpu_s;
-use crate::base::units::M_PER_MM;
-use crate::base::{Isometry3, Point3, Vector3};
+use scan2params::base::clock::process_cpu_s;
+use scan2params::base::units::M_PER_MM;
+use scan2params::base::{Isometry3, Point3, Vector3};
 use crate::evaluate::scenes::drapes::KeptDrape;
-use crate::intake::register::{Fit, Placed, Unfit};
-use crate::numeric::robust::median;
-use crate::sensor::{Profile, Scene};
+use scan2params::intake::register::{Fit, Placed, Unfit};
+use scan2params::numeric::robust::median;
+use scan2params::sensor::{Profile, Scene};
 
 /// Every so many vertices of the cloth one is asked how far it moves.
 const PROBE_STEP: usize = 37;

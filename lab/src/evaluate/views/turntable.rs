@@ -9,12 +9,12 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::record::{Brought, Drawn, Record, Truth};
-use crate::base::{Isometry3, Point3, Vector3, seed};
-use crate::geom::Cloud;
-use crate::intake::turntable;
-use crate::io::{Format, ReadNotes, SeenView};
-use crate::scan::ScanOptions;
-use crate::sensor::{CameraPose, DepthImage, SceneError, scan};
+use scan2params::base::{Isometry3, Point3, Vector3, seed};
+use scan2params::geom::Cloud;
+use scan2params::intake::turntable;
+use scan2params::io::{Format, ReadNotes, SeenView};
+use scan2params::scan::ScanOptions;
+use scan2params::sensor::{CameraPose, DepthImage, SceneError, scan};
 
 /// Views of a whole turn.
 const VIEWS: [usize; 5] = [8, 12, 18, 24, 36];
