@@ -47,6 +47,6 @@ for run in 1 2 3; do
         "$work/venv/bin/python" scripts/peers/open3d_stages.py "$cloud" $floor \
             >"$work/open3d-$floor.$run.csv"
     done
-    "$ours" evaluate stages "$cloud" --warp-toward +x --repeat 1 >"$work/ours.$run.csv"
+    "$ours-lab" stages "$cloud" --warp-toward +x --repeat 1 >"$work/ours.$run.csv"
 done
 "$work/venv/bin/python" scripts/peers/table.py "$work"

@@ -45,7 +45,7 @@ for name, width in [("inspect", 1440), ("refused", 1440), ("overlay", 1200)]:
     palette.putpalette([v for colour in chosen for v in colour])
     image.quantize(palette=palette, dither=Image.Dither.NONE).save(f"{name}.png", optimize=True)
 PY
-"$program" evaluate estimate fixtures/rims --out . >/dev/null
+"$program-lab" estimate fixtures/rims --out . >/dev/null
 python3 - <<'PY'
 from PIL import Image
 image = Image.open("answers.png").convert("RGB")

@@ -9,6 +9,7 @@ use scan2params::io::{ReadNotes, boundary_csv, output};
 use scan2params::job::verdict;
 use scan2params::report::{files, inspection, json, table, verdict as words};
 use scan2params::scan::{ScanOptions, ScannedBoundary};
+use scan2params::terminal::flags::ScanFlags;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     if let Some(path) = &given.out {

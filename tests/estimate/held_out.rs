@@ -1,7 +1,7 @@
 //! What the shipped estimate promises of drapes that the model has not seen: errors, widths and
 //! coverage. They are 64 (`fixtures/rims`), 37 on finer cells, and four drops each of 16 fabrics.
 //! An estimator that ignores the scan breaks these promises, and so does each planted fault.
-//! On the same rims: the linear regression with which `evaluate redrape` compares the network.
+//! On the same rims: the linear regression with which `scan2params-lab redrape` compares the network.
 
 use std::sync::OnceLock;
 

@@ -1,6 +1,7 @@
 //! Flags and verbs. A flag means here what the parameter of the same name means in the library.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -13,7 +14,7 @@ use scan2params::terminal::{names, version};
 
 /// Measure the accuracy of scan2params and print the tables of docs/validation.
 #[derive(Debug, Parser)]
-#[command(name = "scan2params-lab", version, long_version = version::long(env!("CARGO_PKG_VERSION"), ""), about, max_term_width = 100)]
+#[command(name = "scan2params-lab", version, long_version = long_version(), about, max_term_width = 100)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) talk: Talk,
@@ -21,6 +22,13 @@ pub(crate) struct Arguments {
     pub(crate) threads: ThreadFlags,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// Version, model and numerics, a line each.
+fn long_version() -> &'static str {
+    static TEXT: LazyLock<String> =
+        LazyLock::new(|| version::long(env!("CARGO_PKG_VERSION"), ""));
+    &TEXT
 }
 
 #[derive(Debug, Subcommand)]

@@ -38,7 +38,7 @@ use scan2params::report::files;
 use scan2params::sensor::Profile;
 use scan2params::sim::{Numerics, SimOptions};
 use scan2params::terminal::flags::ScanFlags;
-use scan2params::terminal::value::numerics;
+use scan2params::terminal::value;
 use scan2params::terminal::{Failure, Outcome, ended, interrupt, print};
 
 /// Runs the program with `arguments`, the program's name first.
@@ -70,11 +70,11 @@ fn measure(command: &Command) -> Outcome {
         Command::Stages { scan, repeat } => time_stages(scan, *repeat),
         Command::Physics(given) => run_physics(given),
         Command::Soak { prior, count, first, seed, numerics } => {
-            run_soak(prior, *first, *count, *seed, numerics(*numerics))
+            run_soak(prior, *first, *count, *seed, value::numerics(*numerics))
         }
         Command::Follow(given) => follow::run(given),
         Command::Speed { count, seed, dataset, vertices, numerics } => {
-            let numerics = numerics(*numerics);
+            let numerics = value::numerics(*numerics);
             run_speed(*count, *seed, *dataset, vertices, numerics)
         }
         Command::Verdict(given) => verdict::run(given),

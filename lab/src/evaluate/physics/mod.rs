@@ -13,7 +13,7 @@ pub mod strips;
 
 use std::path::Path;
 
-use scan2params::io::table::{Layout, Rows};
+use csv::{ReaderBuilder, Trim};
 
 /// A table of results.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,10 +82,15 @@ impl TextRow {
 /// The rows below one line of heads.
 pub(super) fn text_rows(path: &Path) -> Result<Vec<TextRow>, DataError> {
     let bytes = std::fs::read(path)?;
-    let mut rows = Rows::new(&bytes, Layout::PLAIN);
-    rows.next();
+    let mut reader =
+        ReaderBuilder::new().flexible(true).trim(Trim::All).from_reader(bytes.as_slice());
     let mut all = Vec::new();
-    while let Some((line, record)) = rows.next() {
+    for record in reader.byte_records() {
+        let record = record.map_err(std::io::Error::other)?;
+        if record.iter().all(<[u8]>::is_empty) {
+            continue;
+        }
+        let line = record.position().map_or(0, |at| at.line() as usize);
         let cells = record.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect();
         all.push(TextRow { line, cells });
     }
