@@ -26,8 +26,7 @@ pub(crate) struct Arguments {
 
 /// Version, model and numerics, a line each.
 fn long_version() -> &'static str {
-    static TEXT: LazyLock<String> =
-        LazyLock::new(|| version::long(env!("CARGO_PKG_VERSION"), ""));
+    static TEXT: LazyLock<String> = LazyLock::new(|| version::long(env!("CARGO_PKG_VERSION"), ""));
     &TEXT
 }
 

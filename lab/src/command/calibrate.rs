@@ -9,9 +9,9 @@ use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::manifest::Bench;
 use scan2params::calibrate::run::Options;
-use scan2params_lab::evaluate::calibrate::{LEAST_FLOORS, Scored, Series, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
+use scan2params_lab::evaluate::calibrate::{LEAST_FLOORS, Scored, Series, Summary};
 use scan2params_lab::sealed::MakeOptions;
 
 pub(super) fn run(given: &args::SealedCases) -> Outcome {

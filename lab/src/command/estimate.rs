@@ -14,15 +14,15 @@ use super::{Failure, Outcome, args};
 use scan2params::dataset::drapes::{dataset_options, simulate};
 use scan2params::dataset::{Manifest, Row, Sample, read_folder};
 use scan2params::estimate::{EstimateError, Estimator};
+use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::io::output;
+use scan2params::report::files;
+use scan2params::sim::{Experiment, Fall, NUMERICS_VERSION, SimOptions};
 use scan2params_lab::evaluate::estimate::{
     self as held_out, Answer, Baseline, Group, Scores, UnfitDrapes, anywhere, by_likeness, noisy,
     pictures, quarters, repeats::Repeats, verdicts::Verdicts,
 };
 use scan2params_lab::evaluate::rim_noise::RimNoise;
-use scan2params::fabric::{Fabric, Mixture, MixtureError};
-use scan2params::io::output;
-use scan2params::report::files;
-use scan2params::sim::{Experiment, Fall, NUMERICS_VERSION, SimOptions};
 
 pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let estimator = estimator(given.model.as_deref())?;

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::{Failure, Outcome, args};
-use scan2params_lab::evaluate::follow::{Sums, Walk, walk};
 use scan2params::fabric::{Mixture, MixtureError};
 use scan2params::sim::{FollowOptions, SimOptions};
+use scan2params_lab::evaluate::follow::{Sums, Walk, walk};
 
 pub(crate) fn run(given: &args::Follow) -> Outcome {
     let priors = match &given.prior {

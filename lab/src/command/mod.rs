@@ -28,10 +28,6 @@ use args::{Arguments, Command};
 use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::dataset_options;
-use scan2params_lab::evaluate::physics::{drapes, effects, sections, strips};
-use scan2params_lab::evaluate::soak::{self, Soaked, Tally};
-use scan2params_lab::evaluate::timed::timed_drape;
-use scan2params_lab::evaluate::{speed, stages};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;
@@ -40,6 +36,10 @@ use scan2params::sim::{Numerics, SimOptions};
 use scan2params::terminal::flags::ScanFlags;
 use scan2params::terminal::value;
 use scan2params::terminal::{Failure, Outcome, ended, interrupt, print};
+use scan2params_lab::evaluate::physics::{drapes, effects, sections, strips};
+use scan2params_lab::evaluate::soak::{self, Soaked, Tally};
+use scan2params_lab::evaluate::timed::timed_drape;
+use scan2params_lab::evaluate::{speed, stages};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {

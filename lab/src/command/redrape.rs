@@ -1,17 +1,17 @@
 //! `scan2params-lab redrape`: fabrics that fall again with what is estimated from their rims.
 
-use super::{Failure, Outcome, args};
 use super::estimate::estimator;
+use super::{Failure, Outcome, args};
 use scan2params::dataset::read_folder;
-use scan2params_lab::evaluate::estimate::converged;
-use scan2params_lab::evaluate::linear::Linear;
-use scan2params_lab::evaluate::redrape::{self, Beside, Redraped, Tally};
-use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
 use scan2params::report::files;
 use scan2params::sim::{Fall, SimOptions};
+use scan2params_lab::evaluate::estimate::converged;
+use scan2params_lab::evaluate::linear::Linear;
+use scan2params_lab::evaluate::redrape::{self, Beside, Redraped, Tally};
+use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
 
 pub(super) fn run(given: &args::Redrape) -> Outcome {
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;

@@ -3,12 +3,12 @@
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
-use scan2params_lab::evaluate::refine::{Begin, Case, Series, Sight, Summary};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
 use scan2params::sim::Fall;
 use scan2params::sim::experiment::bending_length_m;
+use scan2params_lab::evaluate::refine::{Begin, Case, Series, Sight, Summary};
 
 /// Bending length from which on cells of 5 mm resolve the folds \[mm\].
 const STIFFER_MM: f64 = 10.0;

@@ -6,10 +6,10 @@ use anyhow::{Context as _, anyhow};
 
 use super::{Failure, Outcome};
 use scan2params::dataset::drape_file::{read_drape, rim_of};
-use scan2params_lab::evaluate::scan::{self as rims, Case, Setup, Summary};
 use scan2params::io::output;
 use scan2params::report::files;
 use scan2params::scan::Tuning;
+use scan2params_lab::evaluate::scan::{self as rims, Case, Setup, Summary};
 
 /// Which scans are made.
 pub(super) struct Sweep<'a> {

@@ -4,10 +4,10 @@ use anyhow::anyhow;
 
 use super::profile;
 use super::{Failure, Outcome, args};
+use scan2params::io::output;
 use scan2params_lab::evaluate::scenes::drapes::{Filled, Filling, KeptDrape};
 use scan2params_lab::evaluate::scenes::table::{Group, Moved, Named};
 use scan2params_lab::evaluate::scenes::{Record, Series};
-use scan2params::io::output;
 
 pub(super) fn run(given: &args::Scenes) -> Outcome {
     let folder = &given.drapes;

@@ -1,13 +1,13 @@
 //! `scan2params-lab sensors`: the estimate by drop, sensor and network.
 
-use super::{Failure, Outcome, args};
 use super::estimate::estimator;
+use super::{Failure, Outcome, args};
 use scan2params::estimate::Estimator;
+use scan2params::fabric::Mixture;
+use scan2params::sim::NUMERICS_VERSION;
 use scan2params_lab::evaluate::estimate as held_out;
 use scan2params_lab::evaluate::refine::Sight;
 use scan2params_lab::evaluate::sensors::{Cell, Sweep};
-use scan2params::fabric::Mixture;
-use scan2params::sim::NUMERICS_VERSION;
 
 pub(super) fn run(given: &args::Sensors) -> Outcome {
     let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;

@@ -2,11 +2,11 @@
 
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
-use scan2params_lab::evaluate::scan::Setup;
-use scan2params_lab::evaluate::start::{CLASSES_M, Case, Series, Start, Summary, picture};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;
+use scan2params_lab::evaluate::scan::Setup;
+use scan2params_lab::evaluate::start::{CLASSES_M, Case, Series, Start, Summary, picture};
 
 /// The columns that are summed up for each start.
 const SUMMARY: &str = "ends, at_rest, folds_as_true, from_true_median_mm, from_true_95_mm, \

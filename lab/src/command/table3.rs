@@ -5,9 +5,9 @@ use std::path::Path;
 use super::Outcome;
 use super::estimate::unseen;
 use scan2params::estimate::Estimator;
+use scan2params::fabric::{Fabric, Mixture};
 use scan2params_lab::evaluate::estimate::{self as held_out, Answer, Scores};
 use scan2params_lab::evaluate::table3::{self, Line};
-use scan2params::fabric::{Fabric, Mixture};
 
 pub(super) fn run(drapes: Option<&Path>, as_json: bool) -> Outcome {
     let estimator = Estimator::shipped()?;

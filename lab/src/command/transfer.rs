@@ -2,14 +2,14 @@
 
 use super::{Failure, Outcome, args};
 use scan2params::estimate::Estimator;
-use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
-use scan2params_lab::evaluate::transfer::table::{self, Lengths, Row};
-use scan2params_lab::evaluate::transfer::{self, Keep, Transferred, pictures};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::refine::FitOptions;
 use scan2params::report::files;
 use scan2params::sim::Fall;
+use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
+use scan2params_lab::evaluate::transfer::table::{self, Lengths, Row};
+use scan2params_lab::evaluate::transfer::{self, Keep, Transferred, pictures};
 
 pub(super) fn run(given: &args::Transfer) -> Outcome {
     let named = |name: &String| Mixture::named(name).map_err(Failure::usage);

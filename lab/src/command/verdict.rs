@@ -3,9 +3,9 @@
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
+use scan2params::fabric::Mixture;
 use scan2params_lab::evaluate::scan::Setup;
 use scan2params_lab::evaluate::verdict::{self, Case, Series, Wrong};
-use scan2params::fabric::Mixture;
 
 pub(super) fn run(given: &args::Verdict) -> Outcome {
     let series = Series {

@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use self::kept::{Keeper, Kept};
 pub use self::said::{Said, said_of};
+use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
 use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::effect::{Acts, Cloth, Effect};
 use scan2params::calibrate::manifest::{Bench, Face, ManifestError, Role, read as read_manifest};
@@ -24,7 +25,6 @@ use scan2params::calibrate::target::Target;
 use scan2params::io::WriteError;
 use scan2params::numeric::moments::mean;
 use scan2params::numeric::robust::median;
-use crate::sealed::{Case, CaseError, Kind, MakeError, MakeOptions, Sealed, make};
 use scan2params::sim::Experiment;
 
 /// A sealed case and its calibration.

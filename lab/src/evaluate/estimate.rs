@@ -29,7 +29,9 @@ use scan2params::base::seed;
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::{Manifest, Row};
 use scan2params::estimate::{Estimate, EstimateError, EstimateWarning, Estimator};
-use scan2params::fabric::{Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2};
+use scan2params::fabric::{
+    Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2,
+};
 use scan2params::numeric::robust;
 use scan2params::sim::NUMERICS_VERSION;
 use scan2params::sim::experiment::bending_length_m;

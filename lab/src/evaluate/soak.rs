@@ -103,8 +103,9 @@ pub fn soak(
     let before = thread_cpu_s();
     let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, options);
     let cpu_s = before.zip(thread_cpu_s()).map_or(f64::NAN, |(before, after)| after - before);
-    let cell_n =
-        fabric.density_kg_m2 * drape.grid.spacing_m.powi(2) * scan2params::base::frame::GRAVITY_M_S2;
+    let cell_n = fabric.density_kg_m2
+        * drape.grid.spacing_m.powi(2)
+        * scan2params::base::frame::GRAVITY_M_S2;
     let residual = drape.residual_n / cell_n;
     Ok(Soaked { index, source, fabric, drape, residual, cpu_s })
 }

@@ -275,7 +275,8 @@ impl Summary {
 /// Codes of the grounds that speak against a result, each once.
 #[must_use]
 pub fn codes(verdict: &Verdict) -> Vec<&'static str> {
-    let against = verdict.grounds.iter().filter(|g| g.level > scan2params::job::verdict::Level::Reliable);
+    let against =
+        verdict.grounds.iter().filter(|g| g.level > scan2params::job::verdict::Level::Reliable);
     let mut codes: Vec<&str> = against.map(|ground| ground.code.name()).collect();
     codes.dedup();
     codes

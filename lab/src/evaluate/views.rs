@@ -18,13 +18,13 @@ use rand::RngExt as _;
 use rand::seq::IndexedRandom as _;
 
 use super::scenes::drapes::KeptDrape;
+use record::{Brought, Drawn, Truth};
 use scan2params::base::{Isometry3, Point3, Vector3, seed};
 use scan2params::dataset::setting::Setting;
 use scan2params::intake::register::{Register, View};
 use scan2params::sensor::{
     CameraPose, DepthImage, Profile, SceneError, StandKind, Surroundings, draw_views, scan,
 };
-use record::{Brought, Drawn, Truth};
 
 pub use record::{Group, Record};
 

@@ -334,7 +334,8 @@ mod tests {
     fn the_effects_that_are_listed_are_those_that_a_calibration_looks_for() {
         // no sealed drape is looked at twice, so that none settles
         use scan2params::calibrate::effect::{Acts, EFFECTS};
-        let lasts = |n: &scan2params::calibrate::effect::Number| !matches!(n.acts, Acts::Settling(_));
+        let lasts =
+            |n: &scan2params::calibrate::effect::Number| !matches!(n.acts, Acts::Settling(_));
         let lasting = EFFECTS.iter().filter(|effect| effect.numbers.iter().all(lasts));
         let mut names: Vec<&str> = lasting.map(|effect| effect.name).collect();
         let mut listed = LISTED;

@@ -535,7 +535,9 @@ mod tests {
     use super::*;
     use scan2params::calibrate::manifest;
     use scan2params::calibrate::measures::{FoldRule, Measures};
-    use scan2params::calibrate::silhouette::{SilhouetteLimits, outline_of as outline_in, read as grey};
+    use scan2params::calibrate::silhouette::{
+        SilhouetteLimits, outline_of as outline_in, read as grey,
+    };
     use scan2params::sim::Experiment;
 
     fn options() -> MakeOptions {
@@ -614,7 +616,11 @@ mod tests {
     }
 
     /// What was read, turned back by the bearing that the specimen was laid with.
-    fn turned_back(case: &Case, unit: &Unit, found: &scan2params::base::Outline) -> scan2params::base::Outline {
+    fn turned_back(
+        case: &Case,
+        unit: &Unit,
+        found: &scan2params::base::Outline,
+    ) -> scan2params::base::Outline {
         let (sin, cos) = unit.camera(case, 1, &options()).rotation_rad.sin_cos();
         found.mapped(|[x, z]| [x * cos + z * sin, z * cos - x * sin])
     }

@@ -16,8 +16,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::setting::{Fate, Setting};
-use scan2params::terminal::Failure;
 use crate::cli::verb;
+use scan2params::terminal::Failure;
 
 /// A file while it is read.
 struct Reading<'a> {

@@ -159,8 +159,8 @@ fn mean_of(parameters: &[RepeatScore]) -> RepeatScore {
 mod tests {
     use super::super::tests::{LIMITS, answer_of, fabrics};
     use super::*;
-    use scan2params::base::seed;
     use rand::RngExt as _;
+    use scan2params::base::seed;
     use std::f64::consts::TAU;
 
     #[test]

@@ -3,10 +3,10 @@
 use nalgebra::{Matrix3, Rotation3};
 use serde::Serialize;
 
+use crate::evaluate::scenes::drapes::KeptDrape;
 use scan2params::base::clock::process_cpu_s;
 use scan2params::base::units::M_PER_MM;
 use scan2params::base::{Isometry3, Point3, Vector3};
-use crate::evaluate::scenes::drapes::KeptDrape;
 use scan2params::intake::register::{Fit, Placed, Unfit};
 use scan2params::numeric::robust::median;
 use scan2params::sensor::{Profile, Scene};

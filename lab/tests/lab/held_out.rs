@@ -8,13 +8,13 @@ use std::sync::OnceLock;
 use crate::promises::{self, hold, promise};
 use scan2params::dataset::{Manifest, Row, read_folder};
 use scan2params::estimate::{Estimator, SWAPPED};
-use scan2params::evaluate::estimate::repeats::Repeats;
-use scan2params::evaluate::estimate::{
+use scan2params::fabric::{Fabric, Mixture, STIFFNESSES};
+use scan2params_lab::evaluate::estimate::repeats::Repeats;
+use scan2params_lab::evaluate::estimate::{
     Answer, Baseline, Scores, answer, check_folder, converged, noisy,
 };
-use scan2params::evaluate::linear::Linear;
-use scan2params::evaluate::rim_noise::RimNoise;
-use scan2params::fabric::{Fabric, Mixture, STIFFNESSES};
+use scan2params_lab::evaluate::linear::Linear;
+use scan2params_lab::evaluate::rim_noise::RimNoise;
 
 fn rims() -> Vec<Row> {
     of_folder("fixtures/rims")

@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 
 use crate::promises::hold;
 use crate::scan_support::Drape;
-use scan2params::evaluate::scan::{Setup, find};
 use scan2params::geom::Mesh;
 use scan2params::scan::Tuning;
+use scan2params_lab::evaluate::scan::{Setup, find};
 
 /// A knit of 18 mm bending length, simulated once.
 fn stiff() -> &'static Drape {

@@ -1,12 +1,12 @@
 //! Strips and a sliding piece against their known answers.
 
 use crate::promises::{hold, promise};
-use scan2params::evaluate::physics::strips::{Cantilever, elastica_against, extension};
 use scan2params::fabric::Fabric;
 use scan2params::sim::Experiment;
 use scan2params::sim::elastica::Elastica;
 use scan2params::sim::experiment::{Curl, LineCurl, Softening};
 use scan2params::sim::strip::{Cut, cantilever, slide};
+use scan2params_lab::evaluate::physics::strips::{Cantilever, elastica_against, extension};
 
 /// 142.5 mm from the clamp on 5 mm cells.
 fn cut(degrees: f64, across: usize) -> Cut {
@@ -184,7 +184,8 @@ fn knit(gamma: f64, length_m: f64) -> Fabric {
 
 #[test]
 fn the_elastica_is_the_published_curve() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/cantilever_master_curve.csv");
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/cantilever_master_curve.csv");
     if !std::path::Path::new(path).exists() {
         eprintln!("skipped: {path} is absent (see its ORIGIN.md)");
         return;
