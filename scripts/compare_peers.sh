@@ -29,7 +29,9 @@ if ! "$work/venv/bin/python" -c 'import open3d' 2>/dev/null; then
     "$work/venv/bin/pip" install --quiet --disable-pip-version-check "$open3d"
 fi
 profile=${PROFILE:-release}
-if [ "$profile" = release ]; then cargo build --quiet --release; else cargo build --quiet; fi
+if [ "$profile" = release ]; then release=--release; else release=; fi
+# shellcheck disable=SC2086
+cargo build --quiet $release -p scan2params -p scan2params-lab
 ours=target/$([ "$profile" = release ] && echo release || echo debug)/scan2params
 
 if [ -z "$drape" ]; then

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/images again from the fixtures, with the program that is built: `bash scripts/pictures.sh [NAME]`.
+# Makes the pictures of docs/images again from the fixtures, with the programs that are built (also `-p scan2params-lab`): `bash scripts/pictures.sh [NAME]`.
 # Needs Python with Pillow and numpy. Look at what it has made before you commit it. (report.png is a screenshot: viewer/check.mjs --shots.)
 set -euo pipefail
 cd "$(dirname "$0")/.."

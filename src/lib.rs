@@ -65,8 +65,8 @@
 //! | `picture` | [`picture`] | image, plotters, a font | 150 |
 //! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`], [`combine`] | statrs | 221 |
 //! | `kit` | `report`, and [`kit`] | pdf-writer, pulldown-cmark | 225 |
-//! | `terminal` | `calibrate`, `estimate`, and [`terminal`] | clap | 238 |
-//! | `cli` | all of it, and the program | clap | 267 |
+//! | `terminal` | `calibrate`, `estimate`, and [`terminal`] | clap | 224 |
+//! | `cli` | all of it, and the program | | 267 |
 //!
 //! # Layers
 //!

@@ -1,9 +1,8 @@
 //! What a file of defaults says: each key a flag of its verb.
 //!
 //! In: TOML. Keys above the first table are flags that every verb takes (`threads`, `quiet`,
-//! `verbose`); a table is a verb, `[evaluate.scan]` a verb below one. A key is a flag's name,
-//! hyphens or underscores. Faults are told with file, line and column, and a name that is not known
-//! with the nearest that is.
+//! `verbose`); a table is a verb. A key is a flag's name, hyphens or underscores. Faults are told
+//! with file, line and column, and a name that is not known with the nearest that is.
 
 use std::any::TypeId;
 use std::ffi::{OsStr, OsString};
