@@ -235,7 +235,7 @@ pub(crate) struct Sensors {
     /// Prior of the fabrics
     #[arg(long, default_value = UNION_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
-    /// Inputs of the estimate: `rim` for exact rims, and sensor profiles, as for `scan2params-lab scan`
+    /// Inputs of the estimate: `rim` for exact rims, and sensor profiles, as for `scan`
     #[arg(
         long,
         value_delimiter = ',',
@@ -264,7 +264,7 @@ pub(crate) struct Sensors {
 /// `scan2params-lab views`.
 #[derive(Debug, Args)]
 pub(crate) struct Views {
-    /// Folder of drapes, as `scan2params-lab scenes --make-drapes` fills it
+    /// Folder of drapes, as `scenes --make-drapes` fills it
     #[arg(long, value_name = "FOLDER")]
     pub(crate) drapes: PathBuf,
     /// Scenes: single views and passes in turn
@@ -372,7 +372,7 @@ pub(crate) struct Verdict {
     /// Prior of the fabrics
     #[arg(long, default_value = DEFAULT_PRIOR, value_parser = names::prior())]
     pub(crate) prior: String,
-    /// Sensor profile; as for `scan2params-lab scan`
+    /// Sensor profile; as for `scan`
     #[arg(long, default_value = "structured-light")]
     pub(crate) profile: String,
     /// Fabrics
@@ -409,7 +409,7 @@ pub(crate) struct Start {
         value_parser = names::prior()
     )]
     pub(crate) priors: Vec<String>,
-    /// Sensor profile; as for `scan2params-lab scan`
+    /// Sensor profile; as for `scan`
     #[arg(long, default_value = "structured-light")]
     pub(crate) profile: String,
     /// Fabrics of each prior, each scanned once; a scan takes half a minute
@@ -444,7 +444,7 @@ pub(crate) struct Refine {
     /// priors' fabrics
     #[arg(long)]
     pub(crate) anywhere: bool,
-    /// Sensor profiles, as for `scan2params-lab scan`, or `rim` for exact rims without a sheet
+    /// Sensor profiles, as for `scan`, or `rim` for exact rims without a sheet
     #[arg(
         long,
         value_delimiter = ',',
@@ -507,7 +507,7 @@ pub(crate) struct Transfer {
         value_parser = names::prior()
     )]
     pub(crate) priors: Vec<String>,
-    /// Sensor profiles, as for `scan2params-lab scan`
+    /// Sensor profiles, as for `scan`
     #[arg(long, value_delimiter = ',', default_value = "handheld,phone", value_name = "PROFILES")]
     pub(crate) profiles: Vec<String>,
     /// Fabrics of each prior, each scanned once by every sensor
