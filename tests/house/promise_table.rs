@@ -343,7 +343,7 @@ fn every_number_of_the_readme_is_in_the_table() {
 
 /// Whether a piece of code is a command that measures.
 fn is_command(code: &str) -> bool {
-    ["cargo ", "scan2params ", "scan2params-lab ", "scripts/", "python ", "fuzz/"]
+    ["cargo ", "scan2params ", "scan2params-lab", "scripts/", "python ", "fuzz/"]
         .iter()
         .any(|c| code.contains(c))
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
-use super::profile;
+use super::profile::profile;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::manifest::Bench;

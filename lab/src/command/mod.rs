@@ -6,6 +6,7 @@ mod args;
 mod calibrate;
 mod estimate;
 mod follow;
+mod profile;
 mod redrape;
 mod refine;
 mod scan;
@@ -20,7 +21,7 @@ mod views;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use anyhow::{Context as _, anyhow};
+use anyhow::Context as _;
 use clap::{Parser as _, ValueEnum as _};
 use rayon::prelude::*;
 
@@ -31,7 +32,6 @@ use scan2params::dataset::drapes::dataset_options;
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
 use scan2params::report::files;
-use scan2params::sensor::Profile;
 use scan2params::sim::{Numerics, SimOptions};
 use scan2params::terminal::flags::ScanFlags;
 use scan2params::terminal::value;
@@ -84,14 +84,6 @@ fn measure(command: &Command) -> Outcome {
         Command::Calibrate(given) => calibrate::run(given),
         Command::Sensitivities { seed, index } => sensitivities(*seed, *index),
     }
-}
-
-/// The sensor profile of this name.
-fn profile(name: &str) -> Result<Profile, Failure> {
-    Profile::named(name).ok_or_else(|| {
-        let names = Profile::ALL.map(|profile| profile.name).join(", ");
-        Failure::usage(anyhow!("no sensor profile `{name}`: give one of {names}"))
-    })
 }
 
 fn time_stages(scan: &ScanFlags, repeat: u64) -> Outcome {

@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 
-use super::profile;
+use super::profile::profile;
 use super::{Failure, Outcome, args};
 use scan2params::io::output;
 use scan2params_lab::evaluate::scenes::drapes::{Filled, Filling, KeptDrape};

@@ -1,6 +1,6 @@
 //! `scan2params-lab views`: views that miss each other, brought together.
 
-use super::profile;
+use super::profile::profile;
 use super::{Outcome, args};
 use scan2params_lab::evaluate::scenes::drapes::KeptDrape;
 use scan2params_lab::evaluate::views::{Group, Record, Series};
