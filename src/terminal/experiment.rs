@@ -1,5 +1,10 @@
 //! The flags of an experiment, mm and degrees, and what they mean in SI.
 
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "the words are those of --help, units in brackets"
+)]
+
 use clap::Args;
 
 use crate::base::units::M_PER_MM;

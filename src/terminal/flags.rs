@@ -1,5 +1,10 @@
 //! Flags that both command lines have: threads, how much is printed, a scan and how it is read.
 
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "the words are those of --help, units in brackets"
+)]
+
 use std::path::PathBuf;
 
 use anyhow::anyhow;

@@ -8,7 +8,7 @@ pub fn numerics(version: u32) -> Numerics {
     if version == 4 { Numerics::FOUR } else { Numerics::THREE }
 }
 
-/// A scanner's edge beside the cloth's, and its standard deviation [mm].
+/// A scanner's edge beside the cloth's, and its standard deviation \[mm\].
 ///
 /// # Errors
 /// Another text, with what would be one.
