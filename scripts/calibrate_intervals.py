@@ -70,7 +70,7 @@ class Model:
             size_mm = np.random.default_rng(noise_seed).uniform(0.0, self.noise.smooth_mm, len(drapes.density))
         size_mm = np.broadcast_to(size_mm, len(drapes.density)).astype(np.float32)
         rims, density = self.noisy(jax.random.key(noise_seed), *inputs, size_mm=size_mm[:, None, None])
-        # as `RimNoise` in src/evaluate/rim_noise.rs has it: a motion of the whole moves no answer
+        # as `RimNoise` in lab/src/evaluate/rim_noise.rs has it: a motion of the whole moves no answer
         return np.asarray(rims), np.asarray(density), np.hypot(size_mm, self.noise.white_mm)
 
     def novelty_mm(self, drapes, noise_seeds):

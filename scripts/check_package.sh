@@ -41,7 +41,7 @@ done < <(grep -rhoHE 'include_(bytes|str)!\("[^"]+"\)' src --include='*.rs' |
 while read -r file; do holds "$file"; done < <(
     { grep -rhoE '"(fixtures|tests|benches)/[^"]+"' src --include='*.rs' | tr -d '"'
       awk '/<!-- main job -->/ { on = 1 } on && /^```$/ { exit } on' README.md | grep -oE 'fixtures/[^ ]+'; } | sort -u)
-made=$(grep -E '^(target|out|data|fuzz|docs/images|\.ci)/|\.part$|__pycache__|node_modules' <<<"$list" || true)
+made=$(grep -E '^(target|out|data|fuzz|lab|docs/images|\.ci)/|\.part$|__pycache__|node_modules' <<<"$list" || true)
 [ -z "$made" ] || fail "the package holds what is no part of it: $made"
 
 for key in description license readme rust-version keywords categories; do

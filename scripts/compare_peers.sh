@@ -29,7 +29,9 @@ if ! "$work/venv/bin/python" -c 'import open3d' 2>/dev/null; then
     "$work/venv/bin/pip" install --quiet --disable-pip-version-check "$open3d"
 fi
 profile=${PROFILE:-release}
-if [ "$profile" = release ]; then cargo build --quiet --release; else cargo build --quiet; fi
+if [ "$profile" = release ]; then release=--release; else release=; fi
+# shellcheck disable=SC2086
+cargo build --quiet $release -p scan2params -p scan2params-lab
 ours=target/$([ "$profile" = release ] && echo release || echo debug)/scan2params
 
 if [ -z "$drape" ]; then
@@ -47,6 +49,6 @@ for run in 1 2 3; do
         "$work/venv/bin/python" scripts/peers/open3d_stages.py "$cloud" $floor \
             >"$work/open3d-$floor.$run.csv"
     done
-    "$ours" evaluate stages "$cloud" --warp-toward +x --repeat 1 >"$work/ours.$run.csv"
+    "$ours-lab" stages "$cloud" --warp-toward +x --repeat 1 >"$work/ours.$run.csv"
 done
 "$work/venv/bin/python" scripts/peers/table.py "$work"

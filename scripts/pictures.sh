@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/images again from the fixtures, with the program that is built: `bash scripts/pictures.sh [NAME]`.
+# Makes the pictures of docs/images again from the fixtures, with the programs that are built (also `-p scan2params-lab`): `bash scripts/pictures.sh [NAME]`.
 # Needs Python with Pillow and numpy. Look at what it has made before you commit it. (report.png is a screenshot: viewer/check.mjs --shots.)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -45,7 +45,7 @@ for name, width in [("inspect", 1440), ("refused", 1440), ("overlay", 1200)]:
     palette.putpalette([v for colour in chosen for v in colour])
     image.quantize(palette=palette, dither=Image.Dither.NONE).save(f"{name}.png", optimize=True)
 PY
-"$program" evaluate estimate fixtures/rims --out . >/dev/null
+"$program-lab" estimate fixtures/rims --out . >/dev/null
 python3 - <<'PY'
 from PIL import Image
 image = Image.open("answers.png").convert("RGB")

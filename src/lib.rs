@@ -65,8 +65,8 @@
 //! | `picture` | [`picture`] | image, plotters, a font | 150 |
 //! | `report` | `calibrate`, `estimate`, `picture`, and [`report`], [`batch`], [`combine`] | statrs | 221 |
 //! | `kit` | `report`, and [`kit`] | pdf-writer, pulldown-cmark | 225 |
-//! | `evaluate` | `report`, `dataset`, and [`sealed`], [`evaluate`] | | 238 |
-//! | `cli` | all of it, and the program | clap | 267 |
+//! | `terminal` | `calibrate`, `estimate`, and [`terminal`] | clap | 224 |
+//! | `cli` | all of it, and the program | | 267 |
 //!
 //! # Layers
 //!
@@ -75,8 +75,8 @@
 //! (`tests/house/layering.rs` holds that):
 //!
 //! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset <
-//! estimate < refine < calibrate < job < report < exchange < batch < combine < kit < sealed <
-//! evaluate < cli`
+//! estimate < refine < calibrate < job < report < exchange < batch < combine < kit < terminal <
+//! cli`
 //!
 //! # Units
 //!
@@ -98,8 +98,6 @@ pub mod combine;
 pub mod dataset;
 #[cfg(feature = "estimate")]
 pub mod estimate;
-#[cfg(feature = "evaluate")]
-pub mod evaluate;
 pub mod exchange;
 pub mod fabric;
 pub mod geom;
@@ -116,10 +114,10 @@ pub mod refine;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod scan;
-#[cfg(feature = "evaluate")]
-pub mod sealed;
 pub mod sensor;
 pub mod sim;
+#[cfg(feature = "terminal")]
+pub mod terminal;
 
 pub use base::{Boundary, BoundaryPoint, Isometry3, Point3, Vector3};
 #[cfg(feature = "estimate")]

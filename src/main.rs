@@ -1,7 +1,10 @@
 //! The `scan2params` program: see [`cli`].
 
-// What prints is `cli::print`, which a full disk or a closed pipe does not make panic.
+// What prints is `terminal::print`, which a full disk or a closed pipe does not make panic.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
+
+#[macro_use(eprint, eprintln, print, println, warning)]
+extern crate scan2params;
 
 mod cli;
 

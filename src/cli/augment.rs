@@ -9,7 +9,6 @@ use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made, Step};
 use scan2params::dataset::setting::Setting;
-use scan2params::sensor::Profile;
 use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Augment) -> Outcome {
@@ -90,12 +89,4 @@ fn failure(error: AugmentError) -> Failure {
 fn setting(given: &args::Augment) -> Setting {
     let rounding_m = given.rounded.map(|mm| mm * M_PER_MM);
     Setting { stand: given.stand, surroundings: given.scene, rounding_m }
-}
-
-/// The sensor profile of this name.
-pub(super) fn profile(name: &str) -> Result<Profile, Failure> {
-    Profile::named(name).ok_or_else(|| {
-        let names = Profile::ALL.map(|profile| profile.name).join(", ");
-        Failure::usage(anyhow!("no sensor profile `{name}`: give one of {names}"))
-    })
 }

@@ -9,6 +9,7 @@ use scan2params::io::{ReadNotes, boundary_csv, output};
 use scan2params::job::verdict;
 use scan2params::report::{files, inspection, json, table, verdict as words};
 use scan2params::scan::{ScanOptions, ScannedBoundary};
+use scan2params::terminal::flags::ScanFlags;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     if let Some(path) = &given.out {
@@ -67,7 +68,7 @@ pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
 /// The rim of a scan, or why there is none; a file that holds a rim already is no scan.
 type Found = Result<(ScannedBoundary, ReadNotes), IntakeError>;
 
-fn rim_of(scan: &args::ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
+fn rim_of(scan: &ScanFlags, options: &ScanOptions) -> Result<Found, Failure> {
     let path = &scan.input;
     if scan.format.is_none() && boundary_csv::is_one(path) {
         let why = "holds a rim already; `estimate` takes it as it is";

@@ -3,10 +3,6 @@
 //! stdout is for data, stderr for people. Exit codes: 0 ok, 1 failure, 2 usage,
 //! 3 some of a batch failed, 4 scan refused or not the experiment, 130 interrupted.
 
-// First: its macros stand in for the standard library's in the modules below.
-#[macro_use]
-mod print;
-
 mod args;
 mod augment;
 mod batch;
@@ -14,17 +10,11 @@ mod calibrate;
 mod combine;
 mod config;
 mod estimate;
-mod evaluate;
-mod experiment;
 mod export;
-mod failure;
 mod generate;
 mod inspect;
-mod interrupt;
 mod kit;
 mod merge;
-mod names;
-mod progress;
 mod shell;
 mod simulate;
 mod usage;
@@ -34,7 +24,7 @@ mod version;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use failure::{Failure, Outcome};
+use scan2params::terminal::{Failure, Outcome, ended, interrupt, print, progress};
 
 /// Runs the program with `arguments`, the program's name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -57,11 +47,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return code;
         }
     };
-    print::talk(parsed.talk.quiet, parsed.talk.verbose);
+    parsed.talk.apply();
     if let Some(told) = expanded.told() {
         eprintln!("{told}");
     }
-    if let Err(failure) = use_threads(parsed.command.threads()) {
+    if let Err(failure) = parsed.command.use_threads() {
         return ended(Err(failure));
     }
     if print::is_verbose() {
@@ -85,49 +75,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Augment(given) => augment::run(&given),
         args::Command::Combine(given) => combine::run(&given),
         args::Command::Kit(given) => kit::run(&given),
-        args::Command::Evaluate(given) => evaluate::run(&given.what),
         args::Command::Simulate(given) => simulate::run(&given),
         args::Command::Generate(given) => generate::run(&given),
         args::Command::Export(given) => export::export(&given),
         args::Command::Convert(given) => export::convert(&given),
-        args::Command::Config(given) => config::run(&given, parsed.talk.config.as_deref()),
+        args::Command::Config(given) => config::run(&given, parsed.config.as_deref()),
         args::Command::Completions(given) => shell::completions(&given),
         args::Command::Man(given) => shell::man(&given),
         args::Command::Version => version::print(),
     };
     ended(outcome)
-}
-
-/// Limits what runs on rayon's pool, which all computing does; 0 leaves one thread per core.
-fn use_threads(threads: usize) -> Outcome {
-    if threads > 0 {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
-    }
-    Ok(())
-}
-
-/// The exit code of what a verb ended with, and its message.
-fn ended(outcome: Outcome) -> ExitCode {
-    let code = match outcome {
-        Ok(()) => 0,
-        Err(failure) if failure.is_end_of_pipe() => 0,
-        Err(failure) => {
-            warning!("error: {}", message(&failure.error));
-            failure.code
-        }
-    };
-    ExitCode::from(print::finish(code))
-}
-
-/// An error with its causes, each once: most errors of the library name theirs.
-fn message(error: &anyhow::Error) -> String {
-    error.chain().map(ToString::to_string).fold(String::new(), |text, cause| {
-        if text.is_empty() {
-            cause
-        } else if text.contains(&cause) {
-            text
-        } else {
-            format!("{text}: {cause}")
-        }
-    })
 }

@@ -8,9 +8,8 @@ use scan2params::calibrate::cloth_file;
 use scan2params::calibrate::effect::Cloth;
 use scan2params::dataset::sheet_file::read_sheet;
 use scan2params::io::{OutputError, boundary_csv, output};
-use scan2params::sim::{
-    Drape, Drop, DropStart, Numerics, SimOptions, Stop, drape, rim_harmonics_m,
-};
+use scan2params::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape, rim_harmonics_m};
+use scan2params::terminal::value::numerics;
 
 pub(crate) fn run(given: &args::Simulate) -> Outcome {
     check_outputs(given).map_err(Failure::of_output)?;
@@ -60,11 +59,6 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
         warning!("warning: the drape is not at rest ({})", drape.stop.name());
     }
     report(given, &drape, cpu_s)
-}
-
-/// The numerics of a version that the flags let through.
-pub(crate) fn numerics(version: u32) -> Numerics {
-    if version == 4 { Numerics::FOUR } else { Numerics::THREE }
 }
 
 /// Prints what became of the drape.

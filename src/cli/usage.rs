@@ -164,7 +164,7 @@ mod tests {
             format!("s inspect {long}.ply"),
             format!("s estimate a.ply --density 1 --out {long}"),
             format!("s combine a.json {}", "b/".repeat(4000)),
-            format!("s evaluate stages {long}"),
+            format!("s merge {long} -o b.ply"),
         ] {
             let said = fault(&line);
             assert!(said.contains("too long for this system") && said.len() < 1000, "{said}");

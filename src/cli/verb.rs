@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use super::args::Arguments;
 
 /// Verbs: anything else in the first place is the input of `estimate`.
-const VERBS: [&str; 19] = [
+const VERBS: [&str; 18] = [
     "estimate",
     "inspect",
     "boundary",
@@ -19,7 +19,6 @@ const VERBS: [&str; 19] = [
     "simulate",
     "generate",
     "augment",
-    "evaluate",
     "calibrate",
     "combine",
     "kit",

@@ -4,13 +4,12 @@ use std::sync::LazyLock;
 
 use git_version::git_version;
 
-use scan2params::estimate::shipped_model;
-use scan2params::sim::NUMERICS_VERSION;
+use scan2params::terminal::version;
 
 /// The commit of the checkout that this was built from, `-modified` if that was changed; empty
 /// where there was none. Of the whole package only the program depends on it, so that a commit does
 /// not compile the library again.
-pub(super) const COMMIT: &str = git_version!(
+const COMMIT: &str = git_version!(
     args = ["--always", "--exclude=*", "--abbrev=12", "--dirty=-modified"],
     fallback = ""
 );
@@ -23,19 +22,7 @@ pub(super) fn print() -> super::Outcome {
 
 /// Version, model, numerics and commit, a line each.
 pub(super) fn long() -> &'static str {
-    static TEXT: LazyLock<String> = LazyLock::new(text);
+    static TEXT: LazyLock<String> =
+        LazyLock::new(|| version::long(env!("CARGO_PKG_VERSION"), COMMIT));
     &TEXT
-}
-
-fn text() -> String {
-    let [id, sha256] = shipped_model();
-    let mut text = format!(
-        "{}\nmodel {id} (SHA-256 {})\nsimulator numerics {NUMERICS_VERSION}",
-        env!("CARGO_PKG_VERSION"),
-        sha256.get(..12).unwrap_or(&sha256)
-    );
-    if !COMMIT.is_empty() {
-        text += &format!("\ncommit {COMMIT}");
-    }
-    text
 }

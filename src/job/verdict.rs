@@ -11,7 +11,7 @@
 //!
 //! The numbers are gathered first ([`Figures`]), then held against [`Limits`]: one pure
 //! function, [`Figures::verdict`]. The limits were measured on valid scans
-//! (`evaluate verdict`), so that these are reliable.
+//! (`scan2params-lab verdict`), so that these are reliable.
 //!
 //! Where it fails: what leaves no trace in these figures goes unnoticed. A vertical scale
 //! that is 2 % off looks like another fabric.

@@ -43,7 +43,7 @@ pub struct DataOptions {
 }
 
 impl Default for DataOptions {
-    /// By `evaluate refine`; where the numbers come from is in `docs/design/refinement.md`.
+    /// By `scan2params-lab refine`; where the numbers come from is in `docs/design/refinement.md`.
     fn default() -> Self {
         Self { along_m: 0.7e-3, model_m: 0.5e-3, alike_m: 22e-3, outlier: 3.0 }
     }

@@ -161,12 +161,12 @@ impl Ended {
 /// a shallow fold is counted or not.
 const ONE_BRANCH_M: f64 = 3e-3;
 /// Misfit of tied sheets without any fault. The intervals of fits that leave more are wider in
-/// proportion: on the 23 scans of `evaluate refine --seed 7` that it was set on, most intervals
+/// proportion: on the 23 scans of `scan2params-lab refine --seed 7` that it was set on, most intervals
 /// that missed the truth were of fits that left 0.4 and more.
 const USUAL_MISFIT: f64 = 0.25;
 /// Part of the variance of what misleads a fit (cells, contact, the scan path) that all scans of
 /// one fabric have in common: so many of them count for fewer. Set on four fabrics of four drops
-/// (`evaluate refine --seed 8 --drops 4`), whose intervals held 18 times of 24 with none.
+/// (`scan2params-lab refine --seed 8 --drops 4`), whose intervals held 18 times of 24 with none.
 const ALIKE: f64 = 0.25;
 /// How near an end of what is allowed a logarithm counts as there.
 const AT_LIMIT: f64 = 1e-3;

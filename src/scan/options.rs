@@ -73,7 +73,7 @@ pub struct ScanOptions {
     /// Seed of the plane consensus.
     pub seed: u64,
     /// Largest arc of the rim that is bridged \[m\]. Empirical, as the four below, from
-    /// `evaluate scan`: a scan that is answered must not be off by 5 mm anywhere.
+    /// `scan2params-lab scan`: a scan that is answered must not be off by 5 mm anywhere.
     pub max_gap_m: f64,
     /// By how much shorter it must be for each metre of noise beyond 1 mm \[-\]: then
     /// folds are missed that the lengths cannot bring back.

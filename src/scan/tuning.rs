@@ -11,7 +11,7 @@
 //! One command sweeps any of them:
 //!
 //! ```text
-//! scan2params evaluate scan DRAPES --seeds 3 --tune sheet.knot_m=4.5e-3
+//! scan2params-lab scan DRAPES --seeds 3 --tune sheet.knot_m=4.5e-3
 //! ```
 //!
 //! prints rim errors, what sigma is worth and the refusals with that value in place of its

@@ -1,8 +1,8 @@
 //! What a version of the numerics stands for.
 //!
 //! Numerics 4 is the default and what the shipped model was trained on; numerics 3 makes the drapes
-//! of earlier data again. Each choice is a field, so that `evaluate physics schemes` can vary one
-//! at a time.
+//! of earlier data again. Each choice is a field, so that a sweep can vary one at a
+//! time.
 
 /// Where the lines of vertices are denser than elsewhere: in a band along the plate's edge, where
 /// the sheet leaves the plate and bends most.
@@ -22,7 +22,7 @@ pub struct Grading {
 impl Grading {
     /// Evenly spaced lines.
     pub const EVEN: Self = Self { density: 1.0, ..Self::EDGE };
-    /// By `evaluate physics schemes`: the best of densities from 1.5 to 2.5 in bands from 12 to 40
+    /// By a sweep: the best of densities from 1.5 to 2.5 in bands from 12 to 40
     /// mm inwards and 10 to 50 mm outwards, on three fabrics. Lines run along x and z, and the edge
     /// of a plate of 50 mm lies at 35 mm of both on the diagonals: a band that reaches less far
     /// inwards misses it.
@@ -49,7 +49,7 @@ impl Numerics {
     pub const THREE: Self =
         Self { grading: Grading::EVEN, twist_hold: 1.0, contact_by_weight: false };
     /// Cells graded towards the plate's edge, hardly any hold, self-contact by weight. The numbers
-    /// are those of the sweep `evaluate physics schemes`.
+    /// are those of that sweep.
     pub const FOUR: Self =
         Self { grading: Grading::EDGE, twist_hold: 0.03, contact_by_weight: true };
 

@@ -128,7 +128,6 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
         ("generate --out PATH", &file, 2, "is a file; give a folder"),
         ("augment fixtures/drapes --out PATH", &file, 2, "is a file; give a folder"),
         ("augment fixtures/drapes/stiff.params.json --out PATH.ply", &none, 1, "cannot be"),
-        ("evaluate physics friction --out PATH", &file, 2, "is a file; give a folder"),
     ] {
         let line = line.replace("PATH.ply", &format!("{}.ply", none.display()));
         let run = run(&line, &[path]);

@@ -10,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 const SCAN: &str = "fixtures/scans/stiff_structured-light.ply";
 /// Estimated in a fifth of the time of a scan.
 const RIM: &str = "fixtures/drapes/stiff.boundary.csv --density 260 --quick";
-const COMPUTING: [&str; 10] = [
+const COMPUTING: [&str; 9] = [
     "estimate",
     "inspect",
     "boundary",
@@ -18,7 +18,6 @@ const COMPUTING: [&str; 10] = [
     "batch",
     "calibrate",
     "augment",
-    "evaluate",
     "simulate",
     "generate",
 ];
@@ -155,12 +154,9 @@ fn values_are_completed_and_flags_where_the_verb_is_left_out() {
 }
 
 #[test]
-fn the_version_is_a_verb_too_and_the_developers_verb_is_not_listed() {
+fn the_version_is_a_verb_too() {
     let [verb, flag] = ["version", "--version"].map(run);
     assert_eq!((verb.status.code(), told(&verb)), (Some(0), told(&flag)));
-    let help = told(&run("--help"));
-    assert!(!help.contains("\n  evaluate") && help.contains("\n  estimate"), "{help}");
-    assert!(told(&run("evaluate --help")).contains("  physics "));
 }
 
 #[test]
@@ -226,7 +222,6 @@ fn every_verb_that_computes_takes_threads() {
     for verb in OTHERS {
         assert!(!told(&run(&format!("{verb} --help"))).contains("--threads"), "{verb}");
     }
-    assert!(told(&run("evaluate stages --help")).contains("--threads"));
     let [one, three] = ["1", "3"].map(|n| run(&format!("-v inspect {SCAN} --json --threads {n}")));
     assert_eq!(told(&one), told(&three));
     assert!(

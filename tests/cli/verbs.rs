@@ -21,7 +21,6 @@ fn a_mistyped_verb_is_told_which_was_meant() {
         ("estimte scan.ply --density 180 --quick", "estimate"),
         ("simulat --params p.json", "simulate"),
         ("inspct scan.ply", "inspect"),
-        ("evalute stages", "evaluate"),
     ] {
         let run = scan2params(line);
         assert_eq!(run.status.code(), Some(2), "{line}: {}", said(&run));

@@ -3,6 +3,5 @@
 #[path = "../promises/mod.rs"]
 mod promises;
 
-mod held_out;
 mod network;
 mod shipped;

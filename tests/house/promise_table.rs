@@ -10,6 +10,8 @@ use crate::promises::{MARGIN, Promise, promise, root, shown, table};
 
 const BEGIN: &str = "<!-- promises -->";
 const END: &str = "<!-- /promises -->";
+/// The tests of the laboratory.
+const LAB: &str = "lab/tests/lab/";
 /// Set to write the tables into docs/validation instead of comparing them.
 const WRITE: &str = "SCAN2PARAMS_WRITE_PROMISES";
 /// The pages of docs/validation that show promises: those whose names begin so.
@@ -63,6 +65,10 @@ fn command_of(p: &Promise) -> String {
         (None, Some(test)) => {
             let (file, name) = test.split_once("::").unwrap_or((test, ""));
             let command = match file.split_once('/') {
+                Some(_) if file.starts_with(LAB) => {
+                    let module = file.trim_start_matches(LAB).trim_end_matches(".rs");
+                    format!("-p scan2params-lab --test lab {module}::{name}")
+                }
                 _ if file.ends_with(".rs") => format!("--lib {name}"),
                 Some((program, module)) => format!("--test {program} {module}::{name}"),
                 None => format!("--test {file} {name}"),
@@ -155,7 +161,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 /// All sources with tests, by path from the root.
 fn all_sources() -> BTreeMap<String, String> {
     let mut found = Vec::new();
-    for folder in ["tests", "src", "benches"] {
+    for folder in ["tests", "src", "benches", "lab/tests", "lab/src"] {
         sources(&root().join(folder), &mut found);
     }
     let named = found.into_iter().map(|path| {
@@ -218,10 +224,13 @@ fn every_promise_that_a_test_asks_for_says_so() {
                 faults.push(format!("{path}: no promise `{id}`"));
                 continue;
             };
-            let file = path.trim_start_matches("tests/").trim_end_matches(".rs");
-            let named =
-                p.test.as_deref().is_some_and(|test| test.starts_with(&format!("{file}::")));
-            if path.starts_with("tests/") && !path.contains("promise") && !named {
+            let named = p.test.as_deref().is_some_and(|test| {
+                test.split_once("::").is_some_and(|(file, _)| path_of(file) == path)
+            });
+            if (path.starts_with("tests/") || path.starts_with(LAB))
+                && !path.contains("promise")
+                && !named
+            {
                 faults.push(format!("{path} holds `{id}`, which names {:?}", p.test));
             }
         }
@@ -334,7 +343,9 @@ fn every_number_of_the_readme_is_in_the_table() {
 
 /// Whether a piece of code is a command that measures.
 fn is_command(code: &str) -> bool {
-    ["cargo ", "scan2params ", "scripts/", "python ", "fuzz/"].iter().any(|c| code.contains(c))
+    ["cargo ", "scan2params ", "scan2params-lab", "scripts/", "python ", "fuzz/"]
+        .iter()
+        .any(|c| code.contains(c))
 }
 
 #[test]

@@ -9,8 +9,7 @@ use crate::schema_support::{faults, folder, json, must_fit, names, schema};
 use scan2params::job::verdict::Code;
 use serde_json::{Value, json};
 
-/// Verbs with `--json`, with the schemas of what they print; `evaluate` prints measurements for
-/// developers, which may change with any version.
+/// Verbs with `--json`, with the schemas of what they print.
 const PRINTED: [(&str, &str); 7] = [
     ("estimate", "params"),
     ("inspect", "inspect"),
@@ -20,7 +19,6 @@ const PRINTED: [(&str, &str); 7] = [
     ("simulate", "simulate"),
     ("convert", "convert"),
 ];
-const UNDESCRIBED: &str = "evaluate";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -152,10 +150,8 @@ fn every_verb_with_json_has_a_schema_and_every_schema_an_example() {
     let verbs: BTreeSet<&str> = verbs.collect();
     assert!(verbs.len() > 14, "{verbs:?}");
     let has_json = |verb: &str| bench.run(&format!("{verb} --help")).1.contains("      --json");
-    let with: BTreeSet<&str> = verbs
-        .into_iter()
-        .filter(|verb| !["help", UNDESCRIBED].contains(verb) && has_json(verb))
-        .collect();
+    let with: BTreeSet<&str> =
+        verbs.into_iter().filter(|verb| *verb != "help" && has_json(verb)).collect();
     assert_eq!(with, PRINTED.iter().map(|(verb, _)| *verb).collect());
     let names = names();
     for (_, schema) in PRINTED {

@@ -7,10 +7,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Mention, Role, Source};
+use super::{Mention, Role, Source, is_root};
 
-/// The library's name, as the program writes it.
-const LIBRARY: &str = "scan2params";
 /// Re-exports of re-exports followed before a name is given up.
 const DEEPEST: usize = 8;
 
@@ -141,7 +139,7 @@ impl Modules {
         let mut rest = path;
         while let Some((first, after)) = rest.split_first() {
             match first.as_str() {
-                "crate" | LIBRARY => at.clear(),
+                name if is_root(name) => at.clear(),
                 "self" => {}
                 "super" => drop(at.pop()),
                 _ => break,

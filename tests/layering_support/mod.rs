@@ -15,6 +15,15 @@ use syn::{Attribute, ImplItem, Item, Meta, TraitItem, UseTree, Visibility};
 /// The macros that print.
 const PRINTING: [&str; 5] = ["print", "println", "eprint", "eprintln", "dbg"];
 
+/// The libraries' names, as the programs and the laboratory write them. Their modules are read as
+/// those of one crate: no folder of one has the name of another's.
+const LIBRARIES: [&str; 2] = ["scan2params", "scan2params_lab"];
+
+/// Whether a path that begins with this word begins at the root of a crate.
+pub fn is_root(word: &str) -> bool {
+    word == "crate" || LIBRARIES.contains(&word)
+}
+
 /// One source file.
 pub struct Source {
     /// Path from the package's root, with slashes.
@@ -63,7 +72,8 @@ pub enum Role {
 impl Source {
     /// Reads `text` as the file `file` below the package's root.
     pub fn new(file: &str, text: &str) -> Self {
-        let inner = file.trim_start_matches("src/").trim_end_matches(".rs");
+        let inner = file.trim_start_matches("lab/");
+        let inner = inner.trim_start_matches("src/").trim_end_matches(".rs");
         let mut module: Vec<String> = inner.split('/').map(String::from).collect();
         let last = module.last().map(String::as_str);
         if last == Some("mod") || matches!(inner, "lib" | "main") {
@@ -303,10 +313,10 @@ pub fn src() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// All `.rs` files below `src`.
+/// All `.rs` files below `src`, and those of the laboratory.
 pub fn sources() -> Vec<Source> {
     let mut found = Vec::new();
-    let mut folders = vec![src()];
+    let mut folders = vec![src(), Path::new(env!("CARGO_MANIFEST_DIR")).join("lab/src")];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();

@@ -2,7 +2,8 @@
 
 use nalgebra::Rotation3;
 use scan2params::base::Vector3;
-use scan2params::evaluate::physics::drapes::drape_coefficient;
+use scan2params::calibrate::measures::drape_coefficient;
+use scan2params::calibrate::trial::outline_of;
 use scan2params::fabric::Fabric;
 use scan2params::sim::elastica::end_under;
 use scan2params::sim::energy::asymmetry::SMOOTHING_PER_M;
@@ -353,7 +354,8 @@ fn cloth_with_friction_inside_comes_to_rest_and_drapes_stiffer() {
             let cell_n = fabric.density_kg_m2 * 9.80665 * d.grid.cell_area_m2();
             assert_eq!(d.stop, Stop::AtRest);
             assert!(d.residual_n < options.residual * cell_n);
-            (drape_coefficient(&d, &experiment), d.effort.factorisations)
+            let area_m2 = outline_of(&d).area_m2();
+            (drape_coefficient(area_m2, &experiment), d.effort.factorisations)
         };
         let ((without, plain), (with, factors)) =
             (coefficient(Hysteresis::default()), coefficient(hysteresis));

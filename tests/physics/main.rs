@@ -9,4 +9,3 @@ mod bits;
 mod experiment;
 mod pinned;
 mod sim_start;
-mod strips;

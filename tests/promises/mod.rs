@@ -30,7 +30,8 @@ pub struct Promise {
     pub margin: Option<String>,
     /// What a planted fault scores, or why none was planted.
     pub planted: String,
-    /// The test that holds it, `program/file::name` below tests/ or `src/path.rs::name`; none where
+    /// The test that holds it, `program/file::name` below tests/, or with its whole path
+    /// `src/path.rs::name`, `lab/tests/lab/file.rs::name`; none where
     /// a test would take too long.
     pub test: Option<String>,
     /// The limit as the file of the test has it, where the test does not take it from here.
@@ -67,11 +68,14 @@ pub struct Table {
 pub const MARGIN: f64 = 1.5;
 
 /// The repository's root: of the checkout that the tests are run in, also where they were compiled
-/// in another one.
+/// in another one. The laboratory's package lies one folder below.
 pub fn root() -> &'static Path {
     static ROOT: OnceLock<PathBuf> = OnceLock::new();
     ROOT.get_or_init(|| {
-        std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into()).into()
+        let package =
+            std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into());
+        let package = PathBuf::from(package);
+        if package.ends_with("lab") { package.parent().unwrap().to_owned() } else { package }
     })
 }
 

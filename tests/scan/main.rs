@@ -1,4 +1,4 @@
-//! From scan to rim: clouds, meshes, scenes, sizes, stands, refusals; outlines and noise.
+//! From scan to rim: clouds, meshes, scenes, sizes, refusals; outlines and noise.
 
 #[path = "../program/mod.rs"]
 mod program;
@@ -17,4 +17,3 @@ mod silhouettes;
 mod size;
 mod small;
 mod stages;
-mod stands;

@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use scan2params::evaluate::stages;
+use scan2params::base::clock::Stages;
+use scan2params::intake::rim;
 use scan2params::io::ReadOptions;
 use scan2params::scan::{ScanOptions, WarpToward};
 
@@ -22,8 +23,9 @@ fn the_bench_and_the_peers_table_leave_no_stage_out() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scans/mean_structured-light.ply");
     let warp_toward = Some(WarpToward::Direction([-1.0, 0.0, 0.0]));
     let options = ScanOptions { warp_toward, ..ScanOptions::default() };
-    let (_, noted) = stages::of_scan(&scan, &ReadOptions::default(), &options).unwrap();
-    let names: BTreeSet<&str> = noted.iter().map(|stage| stage.name).collect();
+    let mut stages = Stages::start();
+    rim::of_scan_in_stages(&scan, &ReadOptions::default(), &options, &mut stages).unwrap();
+    let names: BTreeSet<&str> = stages.noted().iter().map(|stage| stage.name).collect();
     assert!(names.len() > 10 && names.contains("read"), "{names:?}");
     for (file, begin, end) in
         [("benches/scan.rs", "const PARTS", "];"), ("scripts/peers/table.py", "OURS = {", "\n}")]

@@ -9,8 +9,8 @@ use clap::{ArgMatches, Command, CommandFactory as _};
 use super::file;
 use super::setting::{Fate, Setting};
 use crate::cli::args::Arguments;
-use crate::cli::failure::Failure;
 use crate::cli::verb;
+use scan2params::terminal::Failure;
 
 /// Name of the file in the folder that the program is started in.
 pub(super) const NAME: &str = "scan2params.toml";

@@ -1,9 +1,8 @@
 //! What a file of defaults says: each key a flag of its verb.
 //!
 //! In: TOML. Keys above the first table are flags that every verb takes (`threads`, `quiet`,
-//! `verbose`); a table is a verb, `[evaluate.scan]` a verb below one. A key is a flag's name,
-//! hyphens or underscores. Faults are told with file, line and column, and a name that is not known
-//! with the nearest that is.
+//! `verbose`); a table is a verb. A key is a flag's name, hyphens or underscores. Faults are told
+//! with file, line and column, and a name that is not known with the nearest that is.
 
 use std::any::TypeId;
 use std::ffi::{OsStr, OsString};
@@ -16,8 +15,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::setting::{Fate, Setting};
-use crate::cli::failure::Failure;
 use crate::cli::verb;
+use scan2params::terminal::Failure;
 
 /// A file while it is read.
 struct Reading<'a> {

@@ -11,8 +11,8 @@ use super::expand::{Expanded, NAME, VARIABLE, of_user, path_of, with_defaults};
 use super::file;
 use super::setting::Fate;
 use crate::cli::args::{self, Arguments};
-use crate::cli::failure::{Failure, Outcome};
 use crate::cli::verb;
+use scan2params::terminal::{Failure, Outcome};
 
 /// Prints where defaults come from; with a command line the value of each of its flags, too.
 pub(crate) fn run(given: &args::Config, file: Option<&OsStr>) -> Outcome {
