@@ -173,12 +173,23 @@ fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions)
 }
 
 /// Typical distance between points: the side of the square that each point has
-/// to itself on the plate's disc.
+/// to itself on what is seen of the plate's disc.
 fn spacing(points: &[Point3], options: &ScanOptions) -> f64 {
+    /// Parts of the disc, of which those are not seen that have this share of what the fullest has.
+    const SECTORS: usize = 24;
+    const UNSEEN: f64 = 0.05;
     let radius = 0.9 * options.plate_radius_m;
     let flat = |p: &&Point3| p.y.abs() < 0.2 * radius && p.x * p.x + p.z * p.z < radius * radius;
-    let count = points.iter().filter(flat).count().max(1) as f64;
-    (std::f64::consts::PI / count).sqrt() * radius
+    let mut counts = [0_usize; SECTORS];
+    for p in points.iter().filter(flat) {
+        let turn = 0.5 + p.z.atan2(p.x) / std::f64::consts::TAU;
+        counts[(turn * SECTORS as f64) as usize % SECTORS] += 1;
+    }
+    let most = counts.into_iter().max().unwrap_or(0) as f64;
+    let seen = counts.iter().filter(|&&count| count as f64 > UNSEEN * most).count();
+    let count = counts.iter().sum::<usize>().max(1);
+    let share = seen.max(1) as f64 / SECTORS as f64;
+    (std::f64::consts::PI * share / count as f64).sqrt() * radius
 }
 
 /// Statistical outlier removal on downsampled points: those whose neighbours are

@@ -344,6 +344,13 @@ pub(super) fn rim(
     sides(rim, share * options.max_uneven_m + options.max_uneven_per_noise * noise_m, options)
 }
 
+/// The refusal of a rim of which most of a side is not seen, if it is one.
+pub(super) fn lacks_a_side(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Option<ScanError> {
+    let most_m = options.tuning.limits.most_of_a_side * options.specimen_side_m;
+    let lacks_it = longest_gap(&rim.points).length_m > most_m;
+    observed(rim, noise_m, options).err().filter(|_| lacks_it)
+}
+
 /// Refuses a rim of which too little is observed.
 fn observed(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
     let (min_observed, max_gap_m) =

@@ -173,10 +173,14 @@ fn assess<'a>(
     let oriented = stages.span("square", || Oriented::of(relaxed, options))?;
     let sheeted = stages.span("sheet", || Sheeted::of(oriented, options))?;
     let registered = found.note(stages.span("registration", || Registered::of(sheeted, options))?);
-    registered.judge(options)?;
+    let fits = registered.judge(options);
     let edged = found.note(stages.span("edge and rim", || Edged::of(registered, options)));
-    edged.judge(options)?;
+    if fits.is_ok() {
+        edged.judge(options)?;
+    }
     let assessed = found.note(stages.span("uncertainty", || Assessed::of(edged, options)));
+    // Half a sheet fits nothing well.
+    fits.map_err(|misfit| assessed.lacks_a_side(options).unwrap_or(misfit))?;
     assessed.judge(options)?;
     Ok(assessed)
 }

@@ -485,6 +485,11 @@ impl<'a> Assessed<'a> {
         Self { edged, unexplained }
     }
 
+    /// The refusal of a rim of which most of a side is not seen, if it is one.
+    pub fn lacks_a_side(&self, options: &ScanOptions) -> Option<ScanError> {
+        limits::lacks_a_side(&self.edged.rim, self.edged.registered.cloth.noise_m(), options)
+    }
+
     /// Refuses a rim whose uncertainty is not known.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
         let noise_m = self.edged.registered.cloth.noise_m();

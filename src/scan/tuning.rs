@@ -713,6 +713,9 @@ pub struct LimitTuning {
     pub sparse_m: f64,
     /// Distance between points that is enough \[m\].
     pub needed_m: f64,
+    /// An arc of the rim longer than this share of a side that is not seen is to blame for a sheet
+    /// that does not fit.
+    pub most_of_a_side: f64,
     /// Fewer surface points than this near a place of the rim that lie off the sheet are strays.
     pub unexplained_points: f64,
     /// Sides of a mesh that was cut may differ by this share of what others may \[-\].
@@ -1025,6 +1028,7 @@ const SHIPPED: Tuning = Tuning {
         coarse_step_m: 2e-3,               // m
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
+        most_of_a_side: 0.8,               // c
         unexplained_points: 6.0,           // c
         uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c
