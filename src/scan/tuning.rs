@@ -1033,10 +1033,10 @@ const SHIPPED: Tuning = Tuning {
         uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c
         many_places: 0.08,                 // m
-        scatter: 3.0,                      // m: valid scans have up to 2.4
-        least_scatter_m: 0.3e-3,           // c
-        more_scatter: 1.5,                 // m
-        sparse_reads: 0.94,                // m
+        scatter: 3.5, // m: valid scans have up to 3.2, passes 3 mm apart from 3.7 on
+        least_scatter_m: 0.3e-3, // c
+        more_scatter: 1.5, // m
+        sparse_reads: 0.94, // m
         least_warp_off_vertical_deg: 30.0, // c
     },
 };

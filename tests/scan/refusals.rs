@@ -199,7 +199,7 @@ fn passes_that_lie_three_millimetres_apart() {
     let apart = made.cloud;
     let refusal = refusal(&apart);
     assert!(
-        matches!(refusal, ScanError::PassesApart { rms_mm, limit_mm, .. } if rms_mm > limit_mm),
+        matches!(refusal, ScanError::PassesApart { hanging_mm, plate_mm, .. } if hanging_mm > 2.0 * plate_mm),
         "{refusal:?}"
     );
 }
