@@ -119,8 +119,9 @@ mod tests {
 
     #[test]
     fn half_of_the_squares_lies_in_one_place_of_a_crease_and_in_half_of_them_of_an_even_misfit() {
-        let material: Vec<[f64; 2]> =
-            (0..1600).map(|k| [f64::from(k % 40), f64::from(k / 40)].map(|x| x * 5e-3)).collect();
+        let material: Vec<[f64; 2]> = (0..1600)
+            .map(|k| [f64::from(k % 40), f64::from(k / 40)].map(|x| (x + 0.5) * 5e-3))
+            .collect();
         let even = vec![1e-3; 1600];
         // 8 x 8 places of 5 x 5 points
         assert!((half_share(&even, &material) - 0.5).abs() < 1e-12);
