@@ -415,7 +415,7 @@ fn views_lie_in_the_folder_of_their_list() {
     {
         let said = read("/views/1/file", name).unwrap_err();
         assert!(said.contains("leads out of the list's folder"), "{name}: {said}");
-        assert!(said.contains("views.json") && said.contains("put the file beside"), "{said}");
+        assert!(said.contains("views.json") && said.contains("put the file next to"), "{said}");
     }
     let said = read("/intrinsics", "../camera.json").unwrap_err();
     assert!(said.contains("leads out of the list's folder"), "{said}");
