@@ -727,12 +727,12 @@ pub struct LimitTuning {
     /// of its places hold half of the squared distances.
     pub many_places: f64,
     /// Passes miss each other if points scatter across the hanging cloth by this many times what
-    /// they do across the plate ...
+    /// they do across the plate: valid scans have up to 3.2, passes 3 mm apart from 3.7 on ...
     pub scatter: f64,
-    /// ... and by more than this \[m\]; by so many times if the sheet is off in many places.
+    /// ... and by more than this \[m\].
     pub least_scatter_m: f64,
-    /// See above.
-    pub more_scatter: f64,
+    /// Where the sheet is off in many places, this many times are enough.
+    pub scatter_where_off: f64,
     /// With sparse points the flattened cloth reads shorter, down to this share.
     pub sparse_reads: f64,
     /// A direction for the warp that is nearer to the vertical tells no side of the
@@ -1033,10 +1033,10 @@ const SHIPPED: Tuning = Tuning {
         uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c
         many_places: 0.08,                 // m
-        scatter: 3.5, // m: valid scans have up to 3.2, passes 3 mm apart from 3.7 on
-        least_scatter_m: 0.3e-3, // c
-        more_scatter: 1.5, // m
-        sparse_reads: 0.94, // m
+        scatter: 3.5,                      // m
+        least_scatter_m: 0.3e-3,           // c
+        scatter_where_off: 1.5,            // m
+        sparse_reads: 0.94,                // m
         least_warp_off_vertical_deg: 30.0, // c
     },
 };

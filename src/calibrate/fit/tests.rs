@@ -213,7 +213,7 @@ fn with_faces(asymmetry: f64) -> (Explained, Vec<&'static str>) {
     }
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let asked = ["asymmetric_bending", "softening"];
+    let asked = ["asymmetric_bending", "natural_curvature"];
     explained(&mut fit, &all_but(&asked))
 }
 
@@ -367,7 +367,7 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
     let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
-    let asked = ["creep", "softening"];
+    let asked = ["creep", "creep_in_plane"];
     let (creeps, alike) = explained(&mut fit, &all_but(&asked));
     let with = fit.with(&numbers).unwrap();
     let found = with.cloth.effects[0].1;

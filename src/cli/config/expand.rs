@@ -58,52 +58,31 @@ pub(crate) fn with_defaults(mut words: Vec<OsString>) -> Result<Expanded, Failur
     let mut program = Arguments::command();
     program.build();
     let without = |words| Ok(Expanded { words, file: None, settings: Vec::new() });
-    let Some(verbs) = path_of(&program, &words) else { return without(words) };
-    let verbs: Vec<&Command> = verbs.into_iter().map(|(verb, _)| verb).collect();
-    let off = take_switched_off(&mut words, &verbs);
+    let Some(verb) = verb_of(&program, &words) else { return without(words) };
+    let off = take_switched_off(&mut words, verb);
     // Help and versions need no file.
     let given = Arguments::command().ignore_errors(true).try_get_matches_from(&words);
     let (Some(path), Ok(given)) = (find(&words), given) else { return without(words) };
-    let mut settings = file::read(&path, &program, &verbs)?;
+    let mut settings = file::read(&path, &program, verb)?;
     for setting in &mut settings {
-        setting.fate = fate(setting, &given, &verbs, &off);
+        setting.fate = fate(setting, &given, verb, &off);
     }
-    // The deepest first, so that the places before it stay.
-    let places: Vec<usize> =
-        path_of(&program, &words).into_iter().flatten().map(|(_, place)| place).collect();
-    for (depth, place) in places.into_iter().enumerate().rev() {
-        let new = settings.iter().filter(|s| s.depth == depth && s.fate == Fate::Holds);
-        let new: Vec<OsString> = new.flat_map(|setting| setting.words.clone()).collect();
-        words.splice(place + 1..place + 1, new);
-    }
+    let new = settings.iter().filter(|setting| setting.fate == Fate::Holds);
+    let new: Vec<OsString> = new.flat_map(|setting| setting.words.clone()).collect();
+    let after = verb::place(&words) + 1;
+    words.splice(after..after, new);
     Ok(Expanded { words, file: Some(path), settings })
 }
 
-/// The verb of a command line and the verb below it, each with its place; `None` without one, and
-/// for `help`.
-pub(super) fn path_of<'a>(
-    program: &'a Command,
-    words: &[OsString],
-) -> Option<Vec<(&'a Command, usize)>> {
-    let first = verb::place(words);
-    let mut command = program.find_subcommand(words.get(first)?)?;
-    let mut path = vec![(command, first)];
-    let is_help = |command: &Command| command.get_name() == "help";
-    for (place, word) in words.iter().enumerate().skip(first + 1) {
-        if word == "--" || !command.has_subcommands() {
-            break;
-        }
-        if let Some(below) = command.find_subcommand(word) {
-            command = below;
-            path.push((below, place));
-        }
-    }
-    (!path.iter().any(|(command, _)| is_help(command))).then_some(path)
+/// The verb of a command line; `None` without one, and for `help`.
+pub(super) fn verb_of<'a>(program: &'a Command, words: &[OsString]) -> Option<&'a Command> {
+    let verb = program.find_subcommand(words.get(verb::place(words))?)?;
+    (verb.get_name() != "help").then_some(verb)
 }
 
 /// Takes `--strict=false` and its kin out of a command line, and makes `--strict` of
 /// `--strict=true`. Returns the names of the flags that are switched off.
-fn take_switched_off(words: &mut Vec<OsString>, verbs: &[&Command]) -> Vec<String> {
+fn take_switched_off(words: &mut Vec<OsString>, verb: &Command) -> Vec<String> {
     let mut off = Vec::new();
     let end = words.iter().position(|word| word == "--").unwrap_or(words.len());
     let mut place = 0;
@@ -112,7 +91,7 @@ fn take_switched_off(words: &mut Vec<OsString>, verbs: &[&Command]) -> Vec<Strin
         let switch = word.to_str().filter(|_| place <= end).and_then(|word| {
             let (flag, value) = word.strip_prefix("--")?.split_once('=')?;
             let on: bool = value.parse().ok()?;
-            let arg = verbs.iter().find_map(|verb| file::flag(verb, flag))?;
+            let arg = file::flag(verb, flag)?;
             file::is_switch(arg).then(|| (arg.get_id().to_string(), format!("--{flag}"), on))
         });
         match switch {
@@ -165,7 +144,7 @@ pub(super) fn of_user() -> Option<PathBuf> {
 }
 
 /// What becomes of a setting beside what the command line gives.
-fn fate(setting: &Setting, given: &ArgMatches, verbs: &[&Command], off: &[String]) -> Fate {
+fn fate(setting: &Setting, given: &ArgMatches, verb: &Command, off: &[String]) -> Fate {
     let on_line = |id: &str| {
         let mut matches = Some(given);
         while let Some(of) = matches {
@@ -180,7 +159,6 @@ fn fate(setting: &Setting, given: &ArgMatches, verbs: &[&Command], off: &[String
     if off.contains(&setting.id) || on_line(&setting.id) {
         return Fate::Given;
     }
-    let verb = verbs[setting.depth];
     let Some(own) = verb.get_arguments().find(|arg| arg.get_id() == &setting.id) else {
         return Fate::Holds;
     };

@@ -22,8 +22,8 @@ use scan2params::terminal::Failure;
 struct Reading<'a> {
     path: &'a Path,
     text: &'a str,
-    /// The verbs of the command line.
-    verbs: &'a [&'a Command],
+    /// The verb of the command line.
+    verb: &'a Command,
     settings: Vec<Setting>,
 }
 
@@ -34,11 +34,11 @@ struct Reading<'a> {
 pub(super) fn read(
     path: &Path,
     program: &Command,
-    verbs: &[&Command],
+    verb: &Command,
 ) -> Result<Vec<Setting>, Failure> {
     let text = scan2params::base::text::read_to_string(path)
         .map_err(|error| anyhow!("{}: cannot be read ({error})", path.display()))?;
-    let mut reading = Reading { path, text: &text, verbs, settings: Vec::new() };
+    let mut reading = Reading { path, text: &text, verb, settings: Vec::new() };
     let parsed = DeTable::parse(&text);
     let table = parsed.map_err(|error| {
         reading.fault(error.span().unwrap_or(0..0), &format!("no TOML: {}", error.message()))
@@ -95,7 +95,7 @@ impl Reading<'_> {
             self.only_once(key, &mut seen)?;
             let name = key.get_ref().as_ref();
             if let Some(verb) = verbs().find(|verb| verb.get_name() == name) {
-                self.verb(key, value, verb, 0, true)?;
+                self.verb(key, value, verb)?;
                 continue;
             }
             let long = name.replace('_', "-");
@@ -113,66 +113,58 @@ impl Reading<'_> {
                 return Err(self.fault(key.span(), &why));
             };
             // Of the verb that is run, if it takes it.
-            let taken = self.verbs.last().is_some_and(|verb| flag(verb, &long).is_some());
-            let depth = taken.then(|| self.verbs.len() - 1);
-            self.set(key, value, arg, depth, true)?;
+            let is_taken = flag(self.verb, &long).is_some();
+            self.set(key, value, arg, is_taken, true)?;
         }
         Ok(())
     }
 
-    /// The table of a verb; `on_path` where all verbs above it are those of the command line.
+    /// The table of a verb.
     fn verb(
         &mut self,
         key: &Spanned<impl AsRef<str>>,
         value: &Spanned<DeValue<'_>>,
         verb: &Command,
-        depth: usize,
-        on_path: bool,
     ) -> Result<(), Failure> {
         let DeValue::Table(table) = value.get_ref() else {
             let why =
                 format!("`{0}` is a verb: write its flags below `[{0}]`", key.get_ref().as_ref());
             return Err(self.fault(key.span(), &why));
         };
-        let is_run = self.verbs.get(depth).is_some_and(|run| run.get_name() == verb.get_name());
-        let on_path = on_path && is_run;
+        let is_run = self.verb.get_name() == verb.get_name();
         let mut seen = Vec::new();
         for (key, value) in table {
             self.only_once(key, &mut seen)?;
             let name = key.get_ref().as_ref();
-            let below = verb.find_subcommand(name).filter(|below| below.get_name() != "help");
-            if let Some(below) = below {
-                self.verb(key, value, below, depth + 1, on_path)?;
-                continue;
-            }
             let Some(arg) = flag(verb, &name.replace('_', "-")) else {
                 let of = format!("flag of `{}`", verb.get_name());
                 let known = flags(verb).filter_map(Arg::get_long);
                 return Err(self.fault(key.span(), &unknown(name, &of, known)));
             };
-            self.set(key, value, arg, on_path.then_some(depth), false)?;
+            self.set(key, value, arg, is_run, false)?;
         }
         Ok(())
     }
 
     /// Checks a setting, and takes it where it is of the verb that is run: what stands in the table
-    /// of a verb before what stands above all tables, and the verb below before the one above.
+    /// of a verb before what stands above all tables.
     fn set(
         &mut self,
         key: &Spanned<impl AsRef<str>>,
         value: &Spanned<DeValue<'_>>,
         arg: &Arg,
-        depth: Option<usize>,
+        is_taken: bool,
         of_all: bool,
     ) -> Result<(), Failure> {
         let words = self.words(value, arg)?;
-        let Some(depth) = depth else { return Ok(()) };
+        if !is_taken {
+            return Ok(());
+        }
         let (flag, id) = (named(arg), arg.get_id().to_string());
         let line = self.line(key.span().start);
-        let new = Setting { depth, of_all, id, flag, words, line, fate: Fate::Holds };
-        let rank = |setting: &Setting| (!setting.of_all, setting.depth);
+        let new = Setting { of_all, id, flag, words, line, fate: Fate::Holds };
         match self.settings.iter_mut().find(|old| old.id == new.id) {
-            Some(old) if rank(&new) > rank(old) => *old = new,
+            Some(old) if old.of_all && !new.of_all => *old = new,
             Some(_) => {}
             None => self.settings.push(new),
         }

@@ -4,8 +4,6 @@ use std::ffi::OsString;
 
 /// A setting of the file.
 pub(crate) struct Setting {
-    /// Place of its verb in the path of verbs: 0 for `estimate`, 1 for a verb below one.
-    pub(super) depth: usize,
     /// Whether it stands above the tables, for every verb.
     pub(super) of_all: bool,
     /// The flag's name in clap.

@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, CommandFactory as _};
 
-use super::expand::{Expanded, NAME, VARIABLE, of_user, path_of, with_defaults};
+use super::expand::{Expanded, NAME, VARIABLE, of_user, verb_of, with_defaults};
 use super::file;
 use super::setting::Fate;
 use crate::cli::args::{self, Arguments};
@@ -50,10 +50,9 @@ pub(crate) fn run(given: &args::Config, file: Option<&OsStr>) -> Outcome {
     let mut program = Arguments::command();
     program.build();
     let parsed = Arguments::command().ignore_errors(true).try_get_matches_from(&expanded.words);
-    let (Some(path), Ok(parsed)) = (path_of(&program, &expanded.words), parsed) else {
+    let (Some(verb), Ok(parsed)) = (verb_of(&program, &expanded.words), parsed) else {
         return Ok(());
     };
-    let Some((verb, _)) = path.last() else { return Ok(()) };
     let mut matches = &parsed;
     while let Some((_, below)) = matches.subcommand() {
         matches = below;
