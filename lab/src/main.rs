@@ -1,6 +1,7 @@
 //! The `scan2params-lab` program: see [`command`].
 
-// What prints is `scan2params::terminal::print`, which a full disk or a closed pipe does not make panic.
+// What prints is `scan2params::terminal::print`, which a full disk or a closed pipe does not make
+// panic.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 #[macro_use(eprintln, println)]

@@ -173,12 +173,12 @@ mod tests {
         let away = |p: Point3| Point3::new(p.x + 3e-3, p.y - 0.01, p.z);
         let moved = Boundary::exact(flat().positions_m().map(away)).unwrap();
         let (sin, cos) = 0.12_f64.sin_cos();
-        let whirl = |p: Point3| Point3::new(cos * p.x - sin * p.z, p.y, sin * p.x + cos * p.z);
-        let whirled = Boundary::exact(moved.positions_m().map(whirl)).unwrap();
-        assert!(whirled.mean_distance_m(&moved) > 15e-3);
-        assert!(whirled.turned_onto(&moved).mean_distance_m(&moved) < 1e-12);
+        let turn = |p: Point3| Point3::new(cos * p.x - sin * p.z, p.y, sin * p.x + cos * p.z);
+        let turned = Boundary::exact(moved.positions_m().map(turn)).unwrap();
+        assert!(turned.mean_distance_m(&moved) > 15e-3);
+        assert!(turned.turned_onto(&moved).mean_distance_m(&moved) < 1e-12);
         // what is no rotation stays
-        let off_m = whirled.turned_onto(&flat()).mean_distance_m(&flat());
+        let off_m = turned.turned_onto(&flat()).mean_distance_m(&flat());
         assert!((off_m - 3e-3_f64.hypot(0.01)).abs() < 1e-6, "{off_m}");
     }
 

@@ -123,7 +123,7 @@ pub fn read_effects(path: &Path) -> Result<Vec<(&'static Number, f64)>, ClothFil
 /// # Errors
 /// [`ClothFileError`].
 pub fn experiment(path: &Path, face: Face) -> Result<Experiment, ClothFileError> {
-    // no fabric is asked of it here: that is what is looked for
+    // no fabric is read here: that is what is looked for
     let cloth = Cloth { effects: read_effects(path)?, ..Cloth::plain(Fabric::mean_knit()) };
     let experiment = cloth.experiment(&Experiment::default(), face);
     experiment.check()?;

@@ -277,7 +277,7 @@ const fn harmonic(order: u8, sine: bool, stays: Stays) -> Number {
     }
 }
 
-/// Patterns of the outline that come back from specimen to specimen, whatever makes them: what
+/// Patterns of the outline that come back from specimen to specimen, for any reason: what
 /// these explain and no effect does is unexplained.
 pub const PATTERNS: [Effect; 3] = [
     Effect {

@@ -3,12 +3,12 @@
 //! In: the least squares of each drape around a fit ([`Around`]), with the moves of every effect.
 //! Out: [`Evidence`], the logarithm of the marginal likelihood over sizes of the discrepancy.
 //! Integrated out are the stiffnesses and the effects' sizes, each drape's pose, and a small part
-//! of every effect that each scan has of its own (Laplace's method: the least squares are quadratic
-//! around the fit).
+//! of every effect that is particular to each scan (Laplace's method: the least squares are
+//! quadratic around the fit).
 //!
-//! The discrepancy is what no parameter makes: cells, minima beside the scan's, noise that is alike
-//! over a stretch. Its standard deviation is a share of the one that the fit takes for the
-//! distances, the same for all drapes, and unknown. Of drapes of the model it follows from the
+//! The discrepancy is what no parameter makes: cells, minima beside the scan's, noise that is
+//! correlated over a stretch. Its standard deviation is a share of the one that the fit takes for
+//! the distances, the same for all drapes, and unknown. Of drapes of the model it follows from the
 //! scans' noise ([`Discrepancy::usual`]), or from how far two pictures of one drape differ
 //! ([`Discrepancy::of_pictures`]); where something else is there, it is larger.
 //!
@@ -17,9 +17,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::effect::{Acts, Effect, FIELDS, Layers, Number, PATTERNS};
+use super::equations::Sums;
 use super::pose::POSE;
 use super::smooth::smoothness_of;
-use super::squares::Sums;
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::Parameter;
 
@@ -88,7 +88,7 @@ impl Discrepancy {
         self.median
     }
 
-    /// Whatever its size.
+    /// Of any size.
     pub fn of_any_size(self) -> Self {
         Self { ln_sigma: 1.0, ..self }
     }
@@ -133,8 +133,8 @@ impl Evidence {
     }
 
     /// The logarithm with the discrepancy's size integrated out.
-    pub fn ln(&self, believed: Discrepancy) -> f64 {
-        let Discrepancy { median, ln_sigma } = believed;
+    pub fn ln(&self, prior: Discrepancy) -> f64 {
+        let Discrepancy { median, ln_sigma } = prior;
         let ln_prior = SHARES.map(|share| -0.5 * ((share / median).ln() / ln_sigma).powi(2));
         let both: Vec<f64> = self.0.iter().zip(ln_prior).map(|(ln, prior)| ln + prior).collect();
         ln_sum(&both) - ln_sum(&ln_prior)
@@ -165,8 +165,8 @@ pub(super) fn ln_sum(all: &[f64]) -> f64 {
 pub(super) struct Forms(Vec<Form>);
 
 impl Around {
-    /// The drapes' forms, poses and what each scan has of its own integrated out; `None` where they
-    /// have no solution.
+    /// The drapes' forms, poses and what is particular to each scan integrated out; `None` where
+    /// they have no solution.
     pub fn forms(&self) -> Option<Forms> {
         let own = self.own();
         let of = |share: f64| -> Option<Form> {
@@ -218,20 +218,20 @@ impl Around {
         (self.indices(&all), precision)
     }
 
-    /// The evidence of something that is not on the list, beside some numbers: of smooth fields on
-    /// the cloth, as [`Self::fields`] has them, since whatever is there acts at some places of the
-    /// cloth; of pictures of patterns of the outline too.
-    pub fn of_something_else(&self, forms: &Forms, beside: &[&'static Number]) -> Option<Evidence> {
+    /// The evidence of something that is not on the list, given some numbers: of smooth fields on
+    /// the cloth, as [`Self::fields`] has them, since any effect acts at some places of the cloth;
+    /// of pictures of patterns of the outline too.
+    pub fn of_something_else(&self, forms: &Forms, given: &[&'static Number]) -> Option<Evidence> {
         let patterns = if self.has_pictures() { &PATTERNS[..] } else { &[] };
         let of_pattern = |pattern: &'static Effect| {
             let numbers: Vec<&'static Number> =
-                beside.iter().copied().chain(pattern.numbers).collect();
+                given.iter().copied().chain(pattern.numbers).collect();
             self.evidence(forms, &numbers)
         };
         let mut all: Vec<Evidence> = patterns.iter().filter_map(of_pattern).collect();
         for (field, layers) in self.fields() {
             let smooth = smoothness_of(layers);
-            all.extend(smooth.filter_map(|s| self.of_field(forms, beside, field, &s)));
+            all.extend(smooth.filter_map(|s| self.of_field(forms, given, field, &s)));
         }
         (!all.is_empty()).then(|| Evidence::mean(&all))
     }
@@ -240,11 +240,11 @@ impl Around {
     pub fn of_field(
         &self,
         Forms(forms): &Forms,
-        beside: &[&'static Number],
+        given: &[&'static Number],
         field: &'static Effect,
         smooth: &DMatrix<f64>,
     ) -> Option<Evidence> {
-        let (of, precision) = self.with_field(beside, field, smooth);
+        let (of, precision) = self.with_field(given, field, smooth);
         self.with_precision(forms, &of, &precision)
     }
 
@@ -252,12 +252,12 @@ impl Around {
     pub fn at_nodes(
         &self,
         forms: &Forms,
-        beside: &[&'static Number],
+        given: &[&'static Number],
         field: &'static Effect,
         smooth: &DMatrix<f64>,
     ) -> Option<[Vec<f64>; 2]> {
-        let form = &forms.0[self.of_field(forms, beside, field, smooth)?.likeliest()];
-        let (of, precision) = self.with_field(beside, field, smooth);
+        let form = &forms.0[self.of_field(forms, given, field, smooth)?.likeliest()];
+        let (of, precision) = self.with_field(given, field, smooth);
         let prior = precision.select_rows(&of).select_columns(&of);
         let pull = &prior * self.off.select_rows(&of);
         let whole = form.a.select_rows(&of).select_columns(&of) + prior;
@@ -273,11 +273,11 @@ impl Around {
     /// smooth.
     fn with_field(
         &self,
-        beside: &[&'static Number],
+        given: &[&'static Number],
         field: &'static Effect,
         smooth: &DMatrix<f64>,
     ) -> (Vec<usize>, DMatrix<f64>) {
-        let with = beside.iter().copied().chain(field.numbers);
+        let with = given.iter().copied().chain(field.numbers);
         let (of, mut precision) = self.unknowns(&with.collect::<Vec<_>>());
         let nodes = self.indices(&field.numbers.iter().collect::<Vec<_>>());
         for (a, &row) in nodes[STIFFNESSES..].iter().enumerate() {
@@ -354,7 +354,7 @@ impl Around {
         (0..STIFFNESSES).chain(numbers).collect()
     }
 
-    /// The changes that every scan has of its own, and their standard deviations: by so much a
+    /// The changes that are particular to each scan, and their standard deviations: by so much a
     /// bench is not what it is said to be, a scan not what was there, cells not the cloth.
     fn own(&self) -> Vec<(usize, f64)> {
         let number = |(k, number): (usize, &&'static Number)| {
@@ -466,7 +466,7 @@ const INDEPENDENT_OF_OUTLINE: f64 = 0.7;
 /// 3 to 4 points by which drape coefficients of one face scatter over the specimens of the measured
 /// fabrics.
 const SPECIMENS_DIFFER: f64 = 0.15;
-/// Part of what may be expected of each effect that every scan has of its own.
+/// Part of what may be expected of each effect that is particular to each scan.
 const OF_EACH_SCAN: f64 = 0.03;
 /// The same of the specimen's size, and of the logarithm of a stiffness.
 const SIZE_OF_EACH_SCAN: f64 = 0.1;

@@ -167,7 +167,7 @@ pub(super) fn explain(
 }
 
 /// An explanation on trial.
-struct Trial {
+struct Hypothesis {
     effects: Vec<&'static Effect>,
     evidence: Evidence,
     /// Its own fit; without one the evidence is linear, around another fit.
@@ -184,14 +184,14 @@ enum Tried {
     /// By a fit from the plain one on, if there is one.
     Fitted,
     /// By a fit whose sheets were started anew as well.
-    LedAnew,
+    Refit,
 }
 
 /// The explanations that are compared.
 struct Hunt {
     declared: Vec<&'static Number>,
     asked: Vec<&'static Effect>,
-    trials: Vec<Trial>,
+    hypotheses: Vec<Hypothesis>,
     /// The prior of the discrepancy of the model's own drapes.
     usual: Discrepancy,
     /// Evidence of what is on no list: of smooth fields on the cloth, and of patterns.
@@ -225,26 +225,26 @@ impl Hunt {
         let other = around.of_something_else(&forms, &declared);
         let nothing = around.evidence(&forms, &declared)?;
         let plain =
-            Trial { effects: Vec::new(), evidence: nothing, found: None, tried: Tried::LedAnew };
-        let trials = vec![plain];
+            Hypothesis { effects: Vec::new(), evidence: nothing, found: None, tried: Tried::Refit };
+        let hypotheses = vec![plain];
         let plain = (around, forms);
-        let mut hunt = Self { declared, asked, trials, usual, other, fits: 0, plain };
-        let beside = hunt.beside(&[], &hunt.plain.0, &hunt.plain.1);
-        hunt.trials.extend(beside);
+        let mut hunt = Self { declared, asked, hypotheses, usual, other, fits: 0, plain };
+        let given = hunt.given(&[], &hunt.plain.0, &hunt.plain.1);
+        hunt.hypotheses.extend(given);
         Some(hunt)
     }
 
     /// The explanations with one effect more than some have, by their linear evidence around the
     /// fit of those.
-    fn beside(&self, first: &[&'static Effect], around: &Around, forms: &Forms) -> Vec<Trial> {
+    fn given(&self, first: &[&'static Effect], around: &Around, forms: &Forms) -> Vec<Hypothesis> {
         let with = |&effect: &&'static Effect| {
             let effects = sorted(&[first, &[effect]].concat());
-            let is_known = self.trials.iter().any(|trial| trial.effects == effects);
+            let is_known = self.hypotheses.iter().any(|hypothesis| hypothesis.effects == effects);
             if first.contains(&effect) || is_known {
                 return None;
             }
             let evidence = around.evidence(forms, &self.numbers(&effects))?;
-            Some(Trial { effects, evidence, found: None, tried: Tried::No })
+            Some(Hypothesis { effects, evidence, found: None, tried: Tried::No })
         };
         self.asked.iter().filter_map(with).collect()
     }
@@ -260,7 +260,7 @@ impl Hunt {
         while let Some((at, tried)) = self.next() {
             match tried {
                 Tried::No => self.fit_one(fit, at),
-                Tried::Fitted | Tried::LedAnew => self.lead_anew(fit, at),
+                Tried::Fitted | Tried::Refit => self.refit(fit, at),
             }
         }
     }
@@ -269,7 +269,7 @@ impl Hunt {
     fn next(&self) -> Option<(usize, Tried)> {
         let probabilities = self.probabilities();
         let most = |tried: Tried, least: f64| {
-            let own = (0..self.trials.len()).filter(|&k| self.trials[k].tried == tried);
+            let own = (0..self.hypotheses.len()).filter(|&k| self.hypotheses[k].tried == tried);
             let first = own.max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]))?;
             (probabilities[first] > least).then_some((first, tried))
         };
@@ -280,42 +280,44 @@ impl Hunt {
     /// Fits the likeliest single effects that were not fitted, and softening: of a large effect the
     /// linear evidence says little.
     fn fit_in_doubt(&mut self, fit: &mut Fit<'_>) {
-        let mut untried: Vec<usize> = (0..self.trials.len())
-            .filter(|&k| self.trials[k].tried == Tried::No && self.trials[k].effects.len() == 1)
+        let mut untried: Vec<usize> = (0..self.hypotheses.len())
+            .filter(|&k| {
+                self.hypotheses[k].tried == Tried::No && self.hypotheses[k].effects.len() == 1
+            })
             .collect();
-        let ln = |k: &usize| self.trials[*k].evidence.ln(self.usual);
+        let ln = |k: &usize| self.hypotheses[*k].evidence.ln(self.usual);
         untried.sort_by(|a, b| ln(b).total_cmp(&ln(a)));
-        let softens = |k: &usize| self.trials[*k].effects[0].name == SOFTENING;
+        let softens = |k: &usize| self.hypotheses[*k].effects[0].name == SOFTENING;
         let softening = untried.iter().copied().skip(IN_DOUBT).find(softens);
         untried.truncate(IN_DOUBT);
         untried.extend(softening);
         for k in untried {
             self.fit_one(fit, k);
-            self.lead_anew(fit, k);
+            self.refit(fit, k);
         }
     }
 
     /// Fits an explanation from the plain fit on.
     fn fit_one(&mut self, fit: &mut Fit<'_>, at: usize) {
         self.fits += 1;
-        let numbers = self.numbers(&self.trials[at].effects);
+        let numbers = self.numbers(&self.hypotheses[at].effects);
         let found = fit.found(&numbers);
         match found.and_then(|found| with_evidence(found, &numbers)) {
-            Some((found, evidence)) => self.trials[at].take(found, evidence),
+            Some((found, evidence)) => self.hypotheses[at].take(found, evidence),
             // without a fit it explains nothing
-            None => self.trials[at].evidence = self.trials[0].evidence,
+            None => self.hypotheses[at].evidence = self.hypotheses[0].evidence,
         }
-        self.trials[at].tried = Tried::Fitted;
+        self.hypotheses[at].tried = Tried::Fitted;
     }
 
     /// Fits an explanation from sheets that are started anew by the cloth of its fit: sheets bring
     /// along what friction remembers of their way. A cloth that softens much is far from the plain
     /// one: its fit begins from the balance of forces as well. The nearest is kept, and what a
     /// second effect would be worth is asked around it.
-    fn lead_anew(&mut self, fit: &mut Fit<'_>, at: usize) {
-        self.trials[at].tried = Tried::LedAnew;
-        let Some(first) = self.trials[at].found.clone() else { return };
-        let effects = self.trials[at].effects.clone();
+    fn refit(&mut self, fit: &mut Fit<'_>, at: usize) {
+        self.hypotheses[at].tried = Tried::Refit;
+        let Some(first) = self.hypotheses[at].found.clone() else { return };
+        let effects = self.hypotheses[at].effects.clone();
         let numbers = self.numbers(&effects);
         let again = fit.around(&numbers, &first.0, Fit::plain_found).flatten();
         let softens = effects.iter().any(|effect| effect.name == SOFTENING);
@@ -326,20 +328,20 @@ impl Hunt {
             return;
         };
         if let (1, Some(forms)) = (effects.len(), found.1.forms()) {
-            let beside = self.beside(&effects, &found.1, &forms);
-            self.trials.extend(beside);
+            let given = self.given(&effects, &found.1, &forms);
+            self.hypotheses.extend(given);
         }
-        self.trials[at].take(found, evidence);
+        self.hypotheses[at].take(found, evidence);
     }
 
     /// Logarithm of the probability before anything is measured.
-    fn ln_prior(&self, trial: &Trial) -> f64 {
+    fn ln_prior(&self, hypothesis: &Hypothesis) -> f64 {
         let of = |effect: &&'static Effect| if effect.is_of_bench() { BENCH } else { 1.0 };
         let each: Vec<f64> = self.asked.iter().map(of).collect();
         let (sum, squares): (f64, f64) =
             (each.iter().sum(), each.iter().map(|own| own * own).sum());
-        let own: f64 = trial.effects.iter().map(of).product();
-        match trial.effects.len() {
+        let own: f64 = hypothesis.effects.iter().map(of).product();
+        match hypothesis.effects.len() {
             0 => PRIOR_NOTHING.ln(),
             1 => (PRIOR_ONE * own / sum).ln(),
             _ => (PRIOR_TWO * own / (0.5 * (sum * sum - squares))).ln(),
@@ -348,11 +350,13 @@ impl Hunt {
 
     /// Logarithms of what is compared: each trial's, then that of something else.
     fn ln_all(&self) -> Vec<f64> {
-        let own = self.trials.iter().map(|t| self.ln_prior(t) + t.evidence.ln(self.usual));
+        let own = self.hypotheses.iter().map(|t| self.ln_prior(t) + t.evidence.ln(self.usual));
         let mut all: Vec<f64> = own.collect();
-        let beside =
-            self.trials.iter().map(|t| self.ln_prior(t) + t.evidence.ln(self.usual.with_more()));
-        let mut other: Vec<f64> = beside.map(|ln| ln + PRIOR_ELSE.ln()).collect();
+        let given = self
+            .hypotheses
+            .iter()
+            .map(|t| self.ln_prior(t) + t.evidence.ln(self.usual.with_more()));
+        let mut other: Vec<f64> = given.map(|ln| ln + PRIOR_ELSE.ln()).collect();
         let of_no_effect =
             self.other.map(|own| [own.ln(self.usual), own.ln(self.usual.with_more())]);
         other.extend(of_no_effect.into_iter().flatten().map(|ln| ln + PRIOR_ELSE.ln()));
@@ -369,7 +373,7 @@ impl Hunt {
 
     fn explained(mut self) -> Explained {
         let probabilities = self.probabilities();
-        let causes = self.trials.iter().map(Trial::cause).chain([Cause::Else]);
+        let causes = self.hypotheses.iter().map(Hypothesis::cause).chain([Cause::Else]);
         let both = causes.zip(&probabilities);
         let mut explanations: Vec<Explanation> =
             both.map(|(cause, &probability)| Explanation { cause, probability }).collect();
@@ -378,7 +382,8 @@ impl Hunt {
         let alike = explanations.alike();
         let first = alike.first().filter(|(_, sum)| *sum > probabilities[0]);
         let added = first.and_then(|(effects, _)| {
-            let own = self.trials.iter_mut().find(|trial| trial.effects == *effects)?;
+            let own =
+                self.hypotheses.iter_mut().find(|hypothesis| hypothesis.effects == *effects)?;
             let fitted = own.found.take()?.0;
             let mut group: Vec<&'static str> = Vec::new();
             for effect in alike.iter().flat_map(|(other, _)| *other) {
@@ -390,9 +395,9 @@ impl Hunt {
             Some((found.collect::<Vec<_>>(), fitted))
         });
         let found = added.iter().flat_map(|(found, _)| found);
-        let beside: Vec<&'static Effect> = found.map(|found| found.effect).collect();
+        let given: Vec<&'static Effect> = found.map(|found| found.effect).collect();
         let (around, forms) = &self.plain;
-        let fields = fields(around, forms, &self.numbers(&beside), self.usual);
+        let fields = fields(around, forms, &self.numbers(&given), self.usual);
         Explained { explanations, fields, added }
     }
 
@@ -411,7 +416,7 @@ impl Hunt {
         let probabilities = self.probabilities();
         let best =
             (0..probabilities.len()).max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
-        best.and_then(|k| self.trials.get(k)).map_or(Cause::Else, Trial::cause)
+        best.and_then(|k| self.hypotheses.get(k)).map_or(Cause::Else, Hypothesis::cause)
     }
 }
 
@@ -421,7 +426,7 @@ fn with_evidence(found: Found, numbers: &[&'static Number]) -> Option<(Found, Ev
     Some((found, evidence))
 }
 
-impl Trial {
+impl Hypothesis {
     fn take(&mut self, found: Found, evidence: Evidence) {
         (self.found, self.evidence) = (Some(found), evidence);
     }

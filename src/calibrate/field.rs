@@ -8,10 +8,10 @@
 //! neighbouring nodes may differ is what is most probable of what is tried; the least of that
 //! leaves a field that is even.
 //!
-//! It shows where on the cloth something is, and hardly what: whatever moves the sheet as a
-//! curvature at that place would is drawn as one. The three are told beside each other, the most
-//! probable first. Where drapes are seen from above alone, much of the plate's cloth moves nothing,
-//! and the field there is that of its neighbours.
+//! It shows where on the cloth something is, and hardly what: an effect that moves the
+//! sheet as a curvature at that place would is drawn as one. The three are told next to each other,
+//! the most probable first. Where drapes are seen from above alone, much of the plate's cloth moves
+//! nothing, and the field there is that of its neighbours.
 
 use super::effect::{Effect, FieldOf, LAYER_NODES, Layer, Layers, Number};
 use super::evidence::{Around, Discrepancy, Forms};
@@ -70,18 +70,18 @@ const LOOKS: usize = 40;
 pub(super) fn fields(
     around: &Around,
     forms: &Forms,
-    beside: &[&'static Number],
+    comparison: &[&'static Number],
     usual: Discrepancy,
 ) -> Vec<Field> {
-    let Some(without) = around.evidence(forms, beside) else { return Vec::new() };
+    let Some(without) = around.evidence(forms, comparison) else { return Vec::new() };
     let without = without.ln(usual.of_any_size());
     let of = |(effect, layers): &'static (Effect, Layers)| {
         let tried = STEPS.iter().zip(smoothness_of(layers)).filter_map(|(step, smooth)| {
-            let evidence = around.of_field(forms, beside, effect, &smooth)?;
+            let evidence = around.of_field(forms, comparison, effect, &smooth)?;
             Some((*step, evidence.ln(usual.of_any_size()), smooth))
         });
         let (step, ln, smooth) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let [values, errors] = around.at_nodes(forms, beside, effect, &smooth)?;
+        let [values, errors] = around.at_nodes(forms, comparison, effect, &smooth)?;
         Some(Field {
             name: effect.name,
             layers: layers_of(layers, &values, &errors),

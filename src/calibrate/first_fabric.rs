@@ -5,11 +5,11 @@
 
 use rayon::prelude::*;
 
-use super::believed::Believed;
+use super::continuation::Continuation;
 use super::effect::Cloth;
-use super::lead::Lead;
+use super::equations::{NormalEquations, parameters};
+use super::fabric_prior::FabricPrior;
 use super::options::FitOptions;
-use super::squares::{Squares, parameters};
 use super::target::Target;
 use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::{Fabric, STIFFNESSES};
@@ -18,43 +18,43 @@ use crate::fabric::{Fabric, STIFFNESSES};
 /// scanned, of some bending lengths the one whose drape lies closest to the first rim.
 pub(super) fn first_fabric(
     targets: &[Target],
-    believed: &Believed,
+    fabric_prior: &FabricPrior,
     drape_coefficient: f64,
     options: &FitOptions,
 ) -> Fabric {
     let Some(target) = targets.iter().find(|target| target.rim.is_some()) else {
         let [shortest, longest] = LENGTHS_M;
         let length_m = LENGTH_AT_50_M + LENGTH_PER_PERCENT_M * (drape_coefficient - 50.0);
-        return bending(believed, length_m.clamp(shortest, longest));
+        return bending(fabric_prior, length_m.clamp(shortest, longest));
     };
     let one = std::slice::from_ref(target);
     let tried = RIM_LENGTHS_M.into_par_iter().filter_map(|length_m| {
-        let cloth = Cloth::plain(bending(believed, length_m));
-        let lead = Lead { cloth: &cloth, options, asked: &parameters(&[]) };
-        let led = lead.all(one, &[target.first_pose()]);
-        let (_, trial) = led.into_iter().next()?.ok()?;
-        let squares = Squares { targets: one, believed, options, numbers: &[] };
-        let state = squares.around(&cloth.ln(), vec![trial], vec![target.first_pose()]);
+        let cloth = Cloth::plain(bending(fabric_prior, length_m));
+        let continuation = Continuation { cloth: &cloth, options, asked: &parameters(&[]) };
+        let guided = continuation.all(one, &[target.first_pose()]);
+        let (_, prediction) = guided.into_iter().next()?.ok()?;
+        let equations = NormalEquations { targets: one, fabric_prior, options, numbers: &[] };
+        let state = equations.around(&cloth.ln(), vec![prediction], vec![target.first_pose()]);
         Some((state.data_cost, cloth.fabric))
     });
     let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map_or_else(|| bending(believed, LENGTH_AT_50_M), |(_, fabric)| fabric)
+    nearest.map_or_else(|| bending(fabric_prior, LENGTH_AT_50_M), |(_, fabric)| fabric)
 }
 
 /// Bending lengths that are tried with a scanned rim.
 const RIM_LENGTHS_M: [f64; 5] = [6e-3, 9e-3, 13e-3, 18e-3, 26e-3];
 
 /// The prior's mean, its bending scaled to a bending length.
-fn bending(believed: &Believed, length_m: f64) -> Fabric {
-    let mut ln = believed.ln_mean;
-    let wanted = (believed.density_kg_m2 * GRAVITY_M_S2 * length_m.powi(3)).ln();
+fn bending(fabric_prior: &FabricPrior, length_m: f64) -> Fabric {
+    let mut ln = fabric_prior.ln_mean;
+    let wanted = (fabric_prior.density_kg_m2 * GRAVITY_M_S2 * length_m.powi(3)).ln();
     let shift = wanted - (ln[3] + ln[4] + ln[5]) / 3.0;
     (3..STIFFNESSES).for_each(|k| ln[k] += shift);
     let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| {
-        let [low, high] = believed.ln_limits[k];
+        let [low, high] = fabric_prior.ln_limits[k];
         ln[k].clamp(low, high)
     });
-    Fabric::from_ln_stiffnesses(&ln, believed.density_kg_m2)
+    Fabric::from_ln_stiffnesses(&ln, fabric_prior.density_kg_m2)
 }
 
 /// Bending length over drape coefficient of standard Cusick drapes: roughly a line,

@@ -1,41 +1,42 @@
 //! The fabric whose drapes, seen from above, lie closest to measured outlines, plain or with
 //! effects.
 //!
-//! Each outline guides a sheet to its branch and holds it there by weak springs (`lead.rs`); at
-//! rest on them, the sheet is continued from fabric to fabric. A scanned sheet is held to its scan,
-//! and laid once on finer cells, so that it is known what cells do to it; a given rim guides a
-//! sheet that nothing holds. Levenberg-Marquardt over the logarithms of the six stiffnesses and the
-//! sizes of the effects that are asked for, shared by all drapes, and the pose of each, with the
-//! prior's Gaussian on the former. Where the steps end, the outlines lead sheets of the fabric
-//! found, and the steps continue as long as that gains.
+//! Each outline guides a sheet to its branch and holds it there by weak springs
+//! (`continuation.rs`); at rest on them, the sheet is continued from fabric to fabric. A scanned
+//! sheet is held to its scan, and laid once on finer cells, so that it is known what cells do to
+//! it; a given rim guides a sheet that nothing holds. Levenberg-Marquardt over the logarithms of
+//! the six stiffnesses and the sizes of the effects that are asked for, shared by all drapes, and
+//! the pose of each, with the prior's Gaussian on the former. Where the steps end, the outlines
+//! lead sheets of the fabric found, and the steps continue as long as that gains.
 //!
 //! The first fabric is the prior's mean with its bending scaled to the outlines' drape coefficient,
 //! so that the sheets are not brought to folds that they cannot hold.
 //!
 //! Why they are held: released, sheets leave the measured arrangement of folds for nearly regular
-//! waves, whatever the outline ([calibration.md](../../docs/design/calibration.md)), and a
+//! waves with any outline ([calibration.md](../../docs/design/calibration.md)), and a
 //! comparison over branches says little about a fabric.
 //!
 //! Where it fails: tied drapes differ less from their outlines than free ones would, in all but
-//! their mean extent, which is free; the force of the springs ([`Beside::springs_share`]) says what
-//! that cost. A drape that does not come to rest is left out of the fit, and the result says so.
+//! their mean extent, which is free; the force of the springs ([`Comparison::springs_share`]) says
+//! what that cost. A drape that does not come to rest is left out of the fit, and the result says
+//! so.
 
 use rayon::prelude::*;
 
-use super::believed::Believed;
-use super::beside::Beside;
+use super::comparison::Comparison;
+use super::continuation::{Continuation, Sheet};
 use super::effect::{Cloth, EFFECTS, Number, SENSOR_EDGE};
+use super::equations::{NormalEquations, State, parameters, rms_m, shared_of};
 use super::evidence::{Around, Discrepancy, DrapeAround};
+use super::fabric_prior::FabricPrior;
 use super::first_fabric::first_fabric;
-use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
 use super::options::{FitOptions, MUCH};
 use super::pose::Pose;
+use super::prediction::{Prediction, steadied_prediction_of};
 use super::softened::softened;
 use super::specimens::specimens_of;
-use super::squares::{Squares, State, parameters, rms_m, shared_of};
 use super::target::{Finer, Rim, Target};
-use super::trial::{Trial, steadied_trial_of};
 use crate::fabric::STIFFNESSES;
 use crate::numeric::moments::{Z90, mean};
 use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
@@ -70,10 +71,10 @@ pub enum FitError {
 /// The fabric found.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The fabric, of the density of [`Believed`], and the sizes of the effects that were asked
+    /// The fabric, of the density of [`FabricPrior`], and the sizes of the effects that were asked
     /// for.
     pub cloth: Cloth,
-    /// Its stiffnesses, paper's order, for the density of [`Believed`]. The intervals are of the
+    /// Its stiffnesses, paper's order, for the density of [`FabricPrior`]. The intervals are of the
     /// least squares' curvature, the misfit counted in, and have not been held against known
     /// fabrics.
     pub stiffnesses: [RefinedStiffness; STIFFNESSES],
@@ -82,7 +83,7 @@ pub struct Fitted {
     /// Whether each of these numbers is at an end of what is tried, but for an end at nothing.
     pub at_limit: Vec<bool>,
     /// Each outline beside its drape, or why its sheet was left out.
-    pub drapes: Vec<Result<Beside, SensitivityError>>,
+    pub drapes: Vec<Result<Comparison, SensitivityError>>,
     /// Sum of squared distances in standard deviations, priors' in it.
     pub cost: f64,
     /// Root mean square distance of an independent point in standard deviations.
@@ -101,7 +102,7 @@ pub struct Fit<'a> {
     targets: Vec<Target>,
     /// For each outline given, why its sheet was left out.
     lost: Vec<Option<SensitivityError>>,
-    believed: &'a Believed,
+    fabric_prior: &'a FabricPrior,
     options: &'a FitOptions,
     rule: &'a FoldRule,
     tell: &'a (dyn Fn(Progress) + Sync),
@@ -124,7 +125,7 @@ pub struct Fit<'a> {
 /// [`FitError`].
 pub fn fit<'a>(
     targets: &[Target],
-    believed: &'a Believed,
+    fabric_prior: &'a FabricPrior,
     drape_coefficient: f64,
     options: &'a FitOptions,
     rule: &'a FoldRule,
@@ -133,11 +134,11 @@ pub fn fit<'a>(
     if targets.is_empty() {
         return Err(FitError::Nothing);
     }
-    let first = first_fabric(targets, believed, drape_coefficient, options);
+    let first = first_fabric(targets, fabric_prior, drape_coefficient, options);
     let at_mean = |number: &'static Number| (number, options.mean_of(number));
     let effects = options.declared().into_iter().map(at_mean).collect();
     let cloth = Cloth { effects, ..Cloth::plain(first) };
-    let begun = |cloth: &Cloth| Fit::begun(targets, cloth, believed, options, rule, tell);
+    let begun = |cloth: &Cloth| Fit::begun(targets, cloth, fabric_prior, options, rule, tell);
     let mut fit = begun(&cloth)?;
     fit.run(&shared_of(&cloth));
     if fit.lost.iter().all(Option::is_none) {
@@ -145,7 +146,7 @@ pub fn fit<'a>(
     }
     // sheets that the first fabric did not bring to rest are guided by the one that the others
     // found
-    let nearer = fit.squares(&fit.declared).cloth(&fit.plain.shared);
+    let nearer = fit.equations(&fit.declared).cloth(&fit.plain.shared);
     match begun(&nearer) {
         Ok(mut again) if again.targets.len() > fit.targets.len() => {
             again.simulated += fit.simulated;
@@ -161,16 +162,17 @@ impl<'a> Fit<'a> {
     fn begun(
         targets: &[Target],
         cloth: &Cloth,
-        believed: &'a Believed,
+        fabric_prior: &'a FabricPrior,
         options: &'a FitOptions,
         rule: &'a FoldRule,
         tell: &'a (dyn Fn(Progress) + Sync),
     ) -> Result<Self, FitError> {
         let declared = options.declared();
         let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-        let led = Lead { cloth, options, asked: &parameters(&declared) }.all(targets, &poses);
+        let guided =
+            Continuation { cloth, options, asked: &parameters(&declared) }.all(targets, &poses);
         let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
-        for (target, sheet) in targets.iter().zip(led) {
+        for (target, sheet) in targets.iter().zip(guided) {
             lost.push(sheet.as_ref().err().cloned());
             if let Ok(sheet) = sheet {
                 own.push(target.clone());
@@ -180,10 +182,11 @@ impl<'a> Fit<'a> {
         if let (true, Some(Some(error))) = (sheets.is_empty(), lost.first().cloned()) {
             return Err(FitError::NeverAtRest(error));
         }
-        let (followers, trials): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
-        let squares = Squares { targets: &own, believed, options, numbers: &declared };
+        let (followers, predictions): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
+        let equations =
+            NormalEquations { targets: &own, fabric_prior, options, numbers: &declared };
         let poses = own.iter().map(Target::first_pose).collect();
-        let plain = squares.around(&shared_of(cloth), trials, poses);
+        let plain = equations.around(&shared_of(cloth), predictions, poses);
         Ok(Self {
             kept: followers.iter().map(Follower::keep).collect(),
             stays: vec![false; followers.len()],
@@ -195,7 +198,7 @@ impl<'a> Fit<'a> {
             followers,
             lost,
             plain,
-            believed,
+            fabric_prior,
             options,
             rule,
             tell,
@@ -211,15 +214,15 @@ impl Fit<'_> {
         let (state, ended) = self.descend(&declared, self.plain.clone(), self.simulated + most);
         (self.plain, self.ended) = (state, ended);
         self.keep();
-        let mut led_with = first.to_vec();
+        let mut guided_with = first.to_vec();
         for _ in 1..LEADINGS {
             // the outlines again, with a fabric that is nearer: the branches may be others
-            let off = self.plain.shared.iter().zip(&led_with).map(|(a, b)| (a - b).abs());
+            let off = self.plain.shared.iter().zip(&guided_with).map(|(a, b)| (a - b).abs());
             if off.take(STIFFNESSES).skip(STIFFNESSES / 2).fold(0.0, f64::max) < NEAR {
                 break;
             }
-            led_with.clone_from(&self.plain.shared);
-            let Some(state) = self.led(&declared, &led_with) else { break };
+            guided_with.clone_from(&self.plain.shared);
+            let Some(state) = self.guided(&declared, &guided_with) else { break };
             let (state, ended) = self.descend(&declared, state, self.simulated + most);
             let gained = self.plain.cost - state.cost;
             if gained > 0.0 {
@@ -238,7 +241,7 @@ impl Fit<'_> {
     /// what cells do, and no effect. Then continues with the plain fit.
     fn look_finer(&mut self) {
         let declared = self.declared.clone();
-        let cloth = self.squares(&declared).cloth(&self.plain.shared);
+        let cloth = self.equations(&declared).cloth(&self.plain.shared);
         let finer = self.finer(&cloth, &self.plain);
         if finer.iter().all(Option::is_none) {
             return;
@@ -254,9 +257,10 @@ impl Fit<'_> {
 
     /// What finer cells do to the sheets of a cloth.
     fn finer(&self, cloth: &Cloth, state: &State) -> Vec<Option<Box<Finer>>> {
-        let all = self.targets.par_iter().zip(&state.poses).zip(&state.trials);
-        let lead = Lead { cloth, options: self.options, asked: &[] };
-        all.map(|((target, pose), trial)| lead.finer(target, pose, trial)).collect()
+        let all = self.targets.par_iter().zip(&state.poses).zip(&state.predictions);
+        let continuation = Continuation { cloth, options: self.options, asked: &[] };
+        all.map(|((target, pose), prediction)| continuation.finer(target, pose, prediction))
+            .collect()
     }
 
     /// For each outline given, whether its sheet was left out.
@@ -319,20 +323,20 @@ impl Fit<'_> {
         numbers: &[&'static Number],
     ) -> Option<State> {
         let asked = parameters(numbers);
-        let cloth = self.squares(own).cloth(&state.shared);
-        let lead = Lead { cloth: &cloth, options: self.options, asked: &asked };
+        let cloth = self.equations(own).cloth(&state.shared);
+        let continuation = Continuation { cloth: &cloth, options: self.options, asked: &asked };
         let sheets = self.followers.par_iter_mut().zip(&self.targets);
         let both = sheets.zip(&state.poses).zip(&self.stays);
-        let trials: Option<Vec<Trial>> = both
+        let predictions: Option<Vec<Prediction>> = both
             .map(|(((sheet, target), pose), stays)| match stays {
-                true => steadied_trial_of(sheet, &asked, target.compared()).ok(),
-                false => lead.seen(sheet, target, pose).ok(),
+                true => steadied_prediction_of(sheet, &asked, target.compared()).ok(),
+                false => continuation.seen(sheet, target, pose).ok(),
             })
             .collect();
-        let trials = trials?;
-        self.stays = trials.iter().map(|trial| trial.is_steadied).collect();
+        let predictions = predictions?;
+        self.stays = predictions.iter().map(|prediction| prediction.is_steadied).collect();
         let shared = extended(&state.shared, own, numbers);
-        Some(self.squares(numbers).around(&shared, trials, state.poses.clone()))
+        Some(self.equations(numbers).around(&shared, predictions, state.poses.clone()))
     }
 
     /// The least squares around the plain fit with every number of some effects.
@@ -353,17 +357,17 @@ impl Fit<'_> {
     }
 
     fn around_state(&self, numbers: Vec<&'static Number>, state: &State) -> Around {
-        let squares = self.squares(&numbers);
-        let (precision, _, _) = squares.prior(&state.shared);
-        let off = squares.off(&state.shared);
-        let drapes = self.targets.iter().zip(&state.seen).zip(&state.poses);
-        let drapes = drapes.map(|((target, seen), pose)| DrapeAround {
-            sums: squares.sums_of(seen),
-            pose: squares.pose_prior(target, pose),
+        let equations = self.equations(&numbers);
+        let (precision, _, _) = equations.prior(&state.shared);
+        let off = equations.off(&state.shared);
+        let drapes = self.targets.iter().zip(&state.residuals).zip(&state.poses);
+        let drapes = drapes.map(|((target, residuals), pose)| DrapeAround {
+            sums: equations.sums_of(residuals),
+            pose: equations.pose_prior(target, pose),
             is_picture: target.rim.is_none(),
         });
         let drapes = drapes.collect();
-        let ends = squares.limits();
+        let ends = equations.limits();
         let room = ends.iter().zip(&state.shared).map(|(ends, at)| ends.map(|end| end - at));
         let room = room.collect();
         let specimens: Vec<Option<&str>> =
@@ -404,7 +408,7 @@ impl Fit<'_> {
     /// cells do to that cloth; `None` where nothing softens, or a sheet does not come to rest.
     pub(super) fn softened(&mut self, numbers: &[&'static Number]) -> Option<Found> {
         let state = self.state_with(numbers)?;
-        let shared = softened(&state, numbers, &self.squares(numbers).limits())?;
+        let shared = softened(&state, numbers, &self.equations(numbers).limits())?;
         self.around_shared(numbers, &shared, Self::plain_found)?
     }
 
@@ -429,7 +433,7 @@ impl Fit<'_> {
         act: impl FnOnce(&mut Self) -> T,
     ) -> Option<T> {
         let finer: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let done = self.finely_led(numbers, shared).map(|(state, ended)| {
+        let done = self.finely_guided(numbers, shared).map(|(state, ended)| {
             let (kept, stays) = (std::mem::take(&mut self.kept), self.stays.clone());
             self.keep();
             let plain = std::mem::replace(&mut self.plain, state);
@@ -447,38 +451,43 @@ impl Fit<'_> {
 
     /// Where the least squares end from sheets started anew with some shared unknowns, with what
     /// finer cells do to that cloth.
-    fn finely_led(
+    fn finely_guided(
         &mut self,
         numbers: &[&'static Number],
         shared: &[f64],
     ) -> Option<(State, Ended)> {
-        let state = self.led(numbers, shared)?;
-        let cloth = self.squares(numbers).cloth(shared);
+        let state = self.guided(numbers, shared)?;
+        let cloth = self.equations(numbers).cloth(shared);
         let finer = self.finer(&cloth, &state);
         let both = self.targets.iter_mut().zip(finer);
         both.filter(|(_, finer)| finer.is_some()).for_each(|(target, finer)| target.finer = finer);
-        let state = self.squares(numbers).around(shared, state.trials, state.poses);
+        let state = self.equations(numbers).around(shared, state.predictions, state.poses);
         let most = self.simulated + self.options.evaluations * self.targets.len();
         Some(self.descend(numbers, state, most))
     }
 
     /// Sheets of a cloth guided by the outlines anew, in the plain fit's poses, and the least
     /// squares around them; `None`, and the sheets as they were, where one does not come to rest.
-    fn led(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<State> {
-        let cloth = self.squares(numbers).cloth(shared);
+    fn guided(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<State> {
+        let cloth = self.equations(numbers).cloth(shared);
         let poses = self.plain.poses.clone();
         let asked = parameters(numbers);
         self.simulated += self.targets.len();
-        let lead = Lead { cloth: &cloth, options: self.options, asked: &asked };
-        let led = lead.all(&self.targets, &poses);
-        let sheets: Option<Vec<Sheet>> = led.into_iter().map(Result::ok).collect();
-        let (followers, trials): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
+        let continuation = Continuation { cloth: &cloth, options: self.options, asked: &asked };
+        let guided = continuation.all(&self.targets, &poses);
+        let sheets: Option<Vec<Sheet>> = guided.into_iter().map(Result::ok).collect();
+        let (followers, predictions): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
         self.followers = followers;
-        Some(self.squares(numbers).around(shared, trials, poses))
+        Some(self.equations(numbers).around(shared, predictions, poses))
     }
 
-    pub(super) fn squares<'b>(&'b self, numbers: &'b [&'static Number]) -> Squares<'b> {
-        Squares { targets: &self.targets, believed: self.believed, options: self.options, numbers }
+    pub(super) fn equations<'b>(&'b self, numbers: &'b [&'static Number]) -> NormalEquations<'b> {
+        NormalEquations {
+            targets: &self.targets,
+            fabric_prior: self.fabric_prior,
+            options: self.options,
+            numbers,
+        }
     }
 
     /// The sheets as they lie are those of the plain fit.
@@ -519,11 +528,11 @@ impl Fit<'_> {
             if self.simulated >= most {
                 return (best, Ended::Spent);
             }
-            let step = self.squares(numbers).step(&best, damping.value());
-            let Some((shared, foretold)) = step else { return (best, Ended::Singular) };
+            let step = self.equations(numbers).step(&best, damping.value());
+            let Some((shared, predicted)) = step else { return (best, Ended::Singular) };
             let changes = shared.iter().zip(&best.shared).map(|(a, b)| (a - b).abs());
             let moved = changes.fold(0.0, f64::max);
-            if foretold < LEAST_GAIN.max(self.least_share(&best) * best.cost) || moved < LEAST_MOVE
+            if predicted < LEAST_GAIN.max(self.least_share(&best) * best.cost) || moved < LEAST_MOVE
             {
                 return (best, Ended::Converged);
             }
@@ -560,26 +569,27 @@ impl Fit<'_> {
         shared: &[f64],
         before: &State,
     ) -> Option<State> {
-        let cloth = self.squares(numbers).cloth(shared);
+        let cloth = self.equations(numbers).cloth(shared);
         let asked = parameters(numbers);
         self.simulated += self.followers.len();
-        let (lead, poses) =
-            (Lead { cloth: &cloth, options: self.options, asked: &asked }, &before.poses);
+        let (continuation, poses) =
+            (Continuation { cloth: &cloth, options: self.options, asked: &asked }, &before.poses);
         let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses);
-        let trials: Option<Vec<Trial>> = both
+        let predictions: Option<Vec<Prediction>> = both
             .map(|((sheet, target), pose)| {
-                let way = lead.steadily_on(sheet, target, pose);
-                way.or_else(|_| lead.anew(sheet, target, pose)).ok()
+                let way = continuation.steadily_on(sheet, target, pose);
+                way.or_else(|_| continuation.anew(sheet, target, pose)).ok()
             })
             .collect();
-        let mut state = self.squares(numbers).around(shared, trials?, poses.clone());
+        let mut state = self.equations(numbers).around(shared, predictions?, poses.clone());
         let lost = |k: &usize| state.sums[*k].cost > LOST[0] * before.sums[*k].cost + LOST[1];
         let lost: Vec<usize> = (0..self.targets.len()).filter(lost).collect();
         if !lost.is_empty() {
             state = self.recovered(numbers, (shared, &cloth), state, &lost);
         }
-        let squared: f64 = state.seen.iter().map(|seen| rms_m(&seen.rows).powi(2)).sum();
-        self.least_m = self.least_m.min((squared / state.seen.len() as f64).sqrt());
+        let squared: f64 =
+            state.residuals.iter().map(|residuals| rms_m(&residuals.rows).powi(2)).sum();
+        self.least_m = self.least_m.min((squared / state.residuals.len() as f64).sqrt());
         (self.tell)(Progress {
             drapes: self.simulated,
             outlines: self.targets.len(),
@@ -601,30 +611,31 @@ impl Fit<'_> {
         let poses: Vec<Pose> = lost.iter().map(|&k| state.poses[k]).collect();
         self.simulated += lost.len();
         let asked = parameters(numbers);
-        let lead = Lead { cloth, options: self.options, asked: &asked };
-        let led = lead.all(&targets, &poses);
-        let again = led.into_par_iter().zip(&targets).zip(&poses).map(|((sheet, target), pose)| {
-            let (mut sheet, _) = sheet.ok()?;
-            let trial = lead.on(&mut sheet, target, pose).ok()?;
-            Some((sheet, trial))
-        });
+        let continuation = Continuation { cloth, options: self.options, asked: &asked };
+        let guided = continuation.all(&targets, &poses);
+        let again =
+            guided.into_par_iter().zip(&targets).zip(&poses).map(|((sheet, target), pose)| {
+                let (mut sheet, _) = sheet.ok()?;
+                let prediction = continuation.on(&mut sheet, target, pose).ok()?;
+                Some((sheet, prediction))
+            });
         let again: Vec<Option<Sheet>> = again.collect();
-        let mut trials = state.trials.clone();
+        let mut predictions = state.predictions.clone();
         for (&k, sheet) in lost.iter().zip(again) {
-            let Some((sheet, trial)) = sheet else { continue };
+            let Some((sheet, prediction)) = sheet else { continue };
             let one = [self.targets[k].clone()];
-            let squares = Squares { targets: &one, ..self.squares(numbers) };
-            let alone = squares.around(shared, vec![trial.clone()], vec![state.poses[k]]);
+            let equations = NormalEquations { targets: &one, ..self.equations(numbers) };
+            let alone = equations.around(shared, vec![prediction.clone()], vec![state.poses[k]]);
             if alone.sums[0].cost < state.sums[k].cost {
                 self.followers[k] = sheet;
-                trials[k] = trial;
+                predictions[k] = prediction;
             }
         }
-        self.squares(numbers).around(shared, trials, state.poses)
+        self.equations(numbers).around(shared, predictions, state.poses)
     }
 
     fn fitted(&self, numbers: &[&'static Number], state: State, ended: Ended) -> Fitted {
-        let squares = self.squares(numbers);
+        let equations = self.equations(numbers);
         let misfit = state.misfit();
         let precision = &state.normal / misfit.max(1.0).powi(2) + &state.priors;
         let size = precision.nrows();
@@ -634,11 +645,11 @@ impl Fit<'_> {
         let sigma_of =
             |k: usize, prior: f64| covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
         let stiffnesses = std::array::from_fn(|k| {
-            let prior = squares.believed.covariance[(k, k)].sqrt();
+            let prior = equations.fabric_prior.covariance[(k, k)].sqrt();
             let sigmas = [sigma_of(k, prior), prior];
-            RefinedStiffness::of(k, state.shared[k], sigmas, squares.believed.ln_limits[k])
+            RefinedStiffness::of(k, state.shared[k], sigmas, equations.fabric_prior.ln_limits[k])
         });
-        let cloth = squares.cloth(&state.shared);
+        let cloth = equations.cloth(&state.shared);
         let interval = |(k, (number, value)): (usize, &(&Number, f64))| {
             let half = Z90 * number.sigma * sigma_of(STIFFNESSES + k, 1.0);
             [value - half, value + half]
@@ -650,10 +661,17 @@ impl Fit<'_> {
         };
         let at_limit = cloth.effects.iter().map(is_at_limit).collect();
         let (cost, simulated) = (state.cost, self.simulated);
-        let State { trials, poses, seen, .. } = state;
-        let drapes = self.targets.iter().zip(trials).zip(poses).zip(seen);
-        let mut drapes = drapes.map(|(((target, trial), pose), seen)| {
-            Beside::of(target, trial, (pose, cloth.view()), seen, self.options, self.rule)
+        let State { predictions, poses, residuals, .. } = state;
+        let drapes = self.targets.iter().zip(predictions).zip(poses).zip(residuals);
+        let mut drapes = drapes.map(|(((target, prediction), pose), residuals)| {
+            Comparison::of(
+                target,
+                prediction,
+                (pose, cloth.view()),
+                residuals,
+                self.options,
+                self.rule,
+            )
         });
         let drapes = self.lost.iter().filter_map(|lost| match lost {
             Some(error) => Some(Err(error.clone())),

@@ -16,7 +16,7 @@ pub struct FitOptions {
     /// The same where a scan's sheet or rim leads it \[m\].
     pub scan_model_m: f64,
     /// Length of outline over which errors are alike \[m\]: one point of it counts.
-    pub alike_m: f64,
+    pub correlation_length_m: f64,
     /// Distance, in standard deviations, from which on a point pulls no harder.
     pub outlier: f64,
     /// Standard deviation of a place of a rim along it, beside that across it \[m\].
@@ -70,7 +70,7 @@ impl Default for FitOptions {
             model_m: 1.0e-3,
             scan_model_m: refined.data.model_m,
             // a quarter of a fold of seven
-            alike_m: 25e-3,
+            correlation_length_m: 25e-3,
             outlier: 3.0,
             // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is
             // marked to 3 degrees; the pull is what it must be

@@ -1,66 +1,69 @@
 //! Drapes that are predicted: those of a cloth that was fitted to others, or is known.
 //!
-//! In: targets, a cloth with its effects. Out: each target [`Beside`] its drape, led and held as
-//! those of the fit are, and of scanned sheets how far off they are once they are released; or why
-//! a sheet did not come to rest.
+//! In: targets, a cloth with its effects. Out: each target [`Comparison`] its drape, led and held
+//! as those of the fit are, and of scanned sheets how far off they are once they are released; or
+//! why a sheet did not come to rest.
 
 use rayon::prelude::*;
 
-use super::believed::Believed;
-use super::beside::Beside;
+use super::comparison::Comparison;
+use super::continuation::{Continuation, Sheet};
 use super::effect::{Cloth, Number};
+use super::equations::{NormalEquations, parameters, rms_m, shared_of};
+use super::fabric_prior::FabricPrior;
 use super::fit::Progress;
-use super::lead::{Lead, Sheet};
 use super::measures::FoldRule;
 use super::options::FitOptions;
 use super::pose::Pose;
-use super::squares::{Squares, parameters, rms_m, shared_of};
+use super::prediction::{prediction_of, steadied_prediction_of};
 use super::target::Target;
-use super::trial::{steadied_trial_of, trial_of};
 use crate::sim::sensitivity::SensitivityError;
 
 /// Drapes of one cloth led and held by outlines, each beside its own.
 pub fn predict(
     targets: &[Target],
-    believed: &Believed,
+    fabric_prior: &FabricPrior,
     cloth: &Cloth,
     options: &FitOptions,
     rule: &FoldRule,
     tell: &(dyn Fn(Progress) + Sync),
-) -> Vec<Result<Beside, SensitivityError>> {
+) -> Vec<Result<Comparison, SensitivityError>> {
     let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
     let numbers: Vec<&'static Number> = cloth.effects.iter().map(|(number, _)| *number).collect();
     let (shared, asked) = (shared_of(cloth), parameters(&numbers));
-    let lead = Lead { cloth, options, asked: &asked };
-    let led = lead.all(targets, &poses);
+    let continuation = Continuation { cloth, options, asked: &asked };
+    let guided = continuation.all(targets, &poses);
     tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
-    let beside = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
-        let (mut sheet, mut trial) = sheet?;
-        let finer = lead.finer(target, &target.first_pose(), &trial);
+    let comparison = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
+        let (mut sheet, mut prediction) = sheet?;
+        let finer = continuation.finer(target, &target.first_pose(), &prediction);
         let one = [Target { finer, ..target.clone() }];
         let target = &one[0];
-        let squares = Squares { targets: &one, believed, options, numbers: &numbers };
+        let equations = NormalEquations { targets: &one, fabric_prior, options, numbers: &numbers };
         let mut pose = target.first_pose();
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
-            pose = squares.around(&shared, vec![trial], vec![pose]).poses[0];
-            trial = lead.steadily_on(&mut sheet, target, &pose)?;
+            pose = equations.around(&shared, vec![prediction], vec![pose]).poses[0];
+            prediction = continuation.steadily_on(&mut sheet, target, &pose)?;
         }
-        let mut state = squares.around(&shared, vec![trial], vec![pose]);
+        let mut state = equations.around(&shared, vec![prediction], vec![pose]);
         let mut release = || {
             sheet.release();
-            let free = trial_of(&mut sheet, &asked, target.compared())
-                .or_else(|_| steadied_trial_of(&mut sheet, &asked, target.compared()))
+            let free = prediction_of(&mut sheet, &asked, target.compared())
+                .or_else(|_| steadied_prediction_of(&mut sheet, &asked, target.compared()))
                 .ok()?;
-            let free = squares.around(&shared, vec![free], state.poses.clone());
-            Some(rms_m(&free.seen[0].rows))
+            let free = equations.around(&shared, vec![free], state.poses.clone());
+            Some(rms_m(&free.residuals[0].rows))
         };
         let released_rms_m = if target.is_held(options) { release() } else { None };
-        let (trial, seen) = (state.trials.remove(0), state.seen.remove(0));
+        let (prediction, residuals) = (state.predictions.remove(0), state.residuals.remove(0));
         let pose = (state.poses[0], cloth.view());
-        Ok(Beside { released_rms_m, ..Beside::of(target, trial, pose, seen, options, rule) })
+        Ok(Comparison {
+            released_rms_m,
+            ..Comparison::of(target, prediction, pose, residuals, options, rule)
+        })
     };
-    targets.par_iter().zip(led).map(beside).collect()
+    targets.par_iter().zip(guided).map(comparison).collect()
 }
 
 /// How often a predicted drape's pose and springs follow each other.

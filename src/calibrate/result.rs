@@ -3,18 +3,18 @@
 //! In: a plain fit and one with the effects that were chosen, each drape beside what was measured
 //! of it. The verdict compares the drapes held out before and after as pairs.
 
-use super::believed::Believed;
-use super::beside::Beside;
+use super::comparison::Comparison;
 use super::effect::Acts;
 use super::explain::{Explanations, next_measurement};
+use super::fabric_prior::FabricPrior;
 use super::field::Field;
 use super::fit::{FitError, Fitted};
 use super::floor::Spread;
 use super::found::FoundEffect;
-use super::left::{Left, left};
 use super::manifest::{Face, Role};
 use super::measured::Measured;
 use super::measures::Measures;
+use super::residual_size::{ResidualSize, residual_size};
 use super::specimens::specimens_of;
 use crate::base::units::M_PER_MM;
 use crate::numeric::moments::{mean, mean_and_error};
@@ -23,11 +23,11 @@ use crate::sim::sensitivity::SensitivityError;
 
 /// A measured drape beside its simulated one.
 #[derive(Clone, Debug)]
-pub struct DrapeBeside {
+pub struct ComparedDrape {
     /// Which of [`FabricResult::measured`] it is.
     pub measured: usize,
     /// The drape, or why there is none.
-    pub beside: Result<Beside, SensitivityError>,
+    pub comparison: Result<Comparison, SensitivityError>,
 }
 
 /// What was found of a fabric.
@@ -36,7 +36,7 @@ pub struct FabricResult {
     /// Its name in the manifest.
     pub name: String,
     /// The prior of it, with the density of its drapes.
-    pub believed: Believed,
+    pub fabric_prior: FabricPrior,
     /// Its outlines.
     pub measured: Vec<Measured>,
     /// How well they are known.
@@ -44,7 +44,7 @@ pub struct FabricResult {
     /// The plain fit; its drapes are the first of [`Self::drapes`].
     pub fitted: Result<Fitted, FitError>,
     /// The drapes that were fitted, then those that were predicted.
-    pub drapes: Vec<DrapeBeside>,
+    pub drapes: Vec<ComparedDrape>,
     /// What explains the drapes, with probabilities; `None` where a sheet does not say how it
     /// moves.
     pub explanations: Option<Explanations>,
@@ -65,7 +65,7 @@ pub struct After {
     /// The fit.
     pub fitted: Fitted,
     /// The drapes, in the order of [`FabricResult::drapes`].
-    pub drapes: Vec<DrapeBeside>,
+    pub drapes: Vec<ComparedDrape>,
 }
 
 /// What was found of a fabric beyond the plain model.
@@ -167,7 +167,7 @@ impl FabricResult {
     /// its own.
     #[must_use]
     pub fn specimens_fitted(&self) -> usize {
-        let is_fitted = |d: &&DrapeBeside| self.measured[d.measured].entry.role == Role::Fit;
+        let is_fitted = |d: &&ComparedDrape| self.measured[d.measured].entry.role == Role::Fit;
         let own = self.drapes.iter().filter(is_fitted);
         let specimens: Vec<Option<&str>> =
             own.map(|d| self.measured[d.measured].entry.specimen.as_deref()).collect();
@@ -177,8 +177,9 @@ impl FabricResult {
     /// Root mean square distances of the drapes that were predicted and came to rest \[m\].
     #[must_use]
     pub fn held_out_rms_m(&self) -> Vec<f64> {
-        let held = |d: &&DrapeBeside| self.measured[d.measured].entry.role == Role::Holdout;
-        let at_rest = |d: &DrapeBeside| d.beside.as_ref().ok().map(|beside| beside.rms_m);
+        let held = |d: &&ComparedDrape| self.measured[d.measured].entry.role == Role::Holdout;
+        let at_rest =
+            |d: &ComparedDrape| d.comparison.as_ref().ok().map(|comparison| comparison.rms_m);
         self.drapes.iter().filter(held).filter_map(at_rest).collect()
     }
 
@@ -187,11 +188,11 @@ impl FabricResult {
     pub fn pairs(&self) -> Vec<Pair> {
         let Some(after) = &self.after else { return Vec::new() };
         let both = self.drapes.iter().zip(&after.drapes);
-        let pair = |(before, after): (&DrapeBeside, &DrapeBeside)| {
+        let pair = |(before, after): (&ComparedDrape, &ComparedDrape)| {
             let measured = &self.measured[before.measured];
-            let (Ok(a), Ok(b)) = (&before.beside, &after.beside) else { return None };
-            let dc = |beside: &Beside| {
-                beside.measures.drape_coefficient - measured.measures.drape_coefficient
+            let (Ok(a), Ok(b)) = (&before.comparison, &after.comparison) else { return None };
+            let dc = |comparison: &Comparison| {
+                comparison.measures.drape_coefficient - measured.measures.drape_coefficient
             };
             let (rms_m, dc_off) = ([a.rms_m, b.rms_m], [dc(a), dc(b)]);
             let held = measured.entry.role == Role::Holdout;
@@ -230,7 +231,7 @@ impl FabricResult {
         let drapes = after.map_or(&self.drapes, |after| &after.drapes);
         let rims = self.measured.iter().filter_map(|measured| measured.rim.as_ref());
         let knows_finer = rims.clone().count() > 0 && rims.clone().all(|rim| rim.sheet.is_some());
-        let drape = &drapes.iter().find_map(|drape| drape.beside.as_ref().ok())?.drape;
+        let drape = &drapes.iter().find_map(|drape| drape.comparison.as_ref().ok())?.drape;
         let cell_m = drape.grid.spacing_m;
         let shortest_m = bending_length_m(&fitted.cloth.fabric);
         (!knows_finer && cell_m * CELLS_PER_BENDING_LENGTH > shortest_m).then(|| Doubt {
@@ -246,9 +247,9 @@ impl FabricResult {
     /// What stays of the drapes, fitted and held out, with the effects that were added or without
     /// any.
     #[must_use]
-    pub fn left(&self) -> Option<Left> {
+    pub fn residual_size(&self) -> Option<ResidualSize> {
         let drapes = self.after.as_ref().map_or(&self.drapes, |after| &after.drapes);
-        left(drapes.iter().filter_map(|drape| drape.beside.as_ref().ok()))
+        residual_size(drapes.iter().filter_map(|drape| drape.comparison.as_ref().ok()))
     }
 
     /// By how much the squares of the distances of the drapes held out fall with the effects: of
@@ -258,13 +259,13 @@ impl FabricResult {
         if pairs.len() >= FEWEST_DRAPES {
             return pairs.iter().map(|p| p.rms_m[0].powi(2) - p.rms_m[1].powi(2)).collect();
         }
-        let rows = |drapes: &[DrapeBeside], k: usize| -> Vec<f64> {
+        let rows = |drapes: &[ComparedDrape], k: usize| -> Vec<f64> {
             let own = drapes.iter().find(|drape| drape.measured == k);
-            let beside = own.and_then(|drape| drape.beside.as_ref().ok());
-            beside.iter().flat_map(|b| b.rows.iter().map(|row| row.across_m.powi(2))).collect()
+            let comparison = own.and_then(|drape| drape.comparison.as_ref().ok());
+            comparison.iter().flat_map(|b| b.rows.iter().map(|row| row.across_m.powi(2))).collect()
         };
         let after = self.after.iter().map(|after| &after.drapes);
-        let of_pair = |(pair, after): (&Pair, &Vec<DrapeBeside>)| -> Vec<f64> {
+        let of_pair = |(pair, after): (&Pair, &Vec<ComparedDrape>)| -> Vec<f64> {
             let (before, after) = (rows(&self.drapes, pair.measured), rows(after, pair.measured));
             let falls: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
             falls.chunks(falls.len().div_ceil(ARCS).max(1)).map(mean).collect()
@@ -352,8 +353,8 @@ impl FabricResult {
 
     /// The same of other drapes of these measured ones.
     #[must_use]
-    pub fn groups_of(&self, drapes: &[DrapeBeside]) -> Vec<Group> {
-        let key = |drape: &DrapeBeside| {
+    pub fn groups_of(&self, drapes: &[ComparedDrape]) -> Vec<Group> {
+        let key = |drape: &ComparedDrape| {
             let entry = &self.measured[drape.measured].entry;
             (entry.role, entry.face, entry.observation)
         };
@@ -364,12 +365,14 @@ impl FabricResult {
         keys.into_iter().map(of).collect()
     }
 
-    fn group(&self, (role, face, observation): Together, all: Vec<&DrapeBeside>) -> Group {
-        let at_rest: Vec<(&Measures, &Beside)> = all
+    fn group(&self, (role, face, observation): Together, all: Vec<&ComparedDrape>) -> Group {
+        let at_rest: Vec<(&Measures, &Comparison)> = all
             .iter()
-            .filter_map(|d| Some((&self.measured[d.measured].measures, d.beside.as_ref().ok()?)))
+            .filter_map(|d| {
+                Some((&self.measured[d.measured].measures, d.comparison.as_ref().ok()?))
+            })
             .collect();
-        let of = |value: &dyn Fn(&Measures, &Beside) -> f64| {
+        let of = |value: &dyn Fn(&Measures, &Comparison) -> f64| {
             let values: Vec<f64> = at_rest.iter().map(|(m, b)| value(m, b)).collect();
             mean_and_error(&values)
         };

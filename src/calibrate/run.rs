@@ -14,9 +14,9 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use super::believed::Believed;
 use super::effect::{EFFECTS, Effect};
 use super::explain::{Explained, explain};
+use super::fabric_prior::FabricPrior;
 use super::fit::{Fitted, Progress, fit};
 use super::floor::{Observed, Pairing, spreads};
 use super::manifest::{Bench, Entry, Kind, Role};
@@ -24,7 +24,7 @@ use super::measured::Measured;
 use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
 use super::predict::predict;
-use super::result::{After, DrapeBeside, FabricResult, Verdict};
+use super::result::{After, ComparedDrape, FabricResult, Verdict};
 use super::silhouette::{self, SilhouetteLimits};
 use super::target::{Rim, Target};
 use crate::base::boundary::Orientation;
@@ -368,7 +368,7 @@ pub fn fabric(
         .collect();
     let floor = spreads(&observed);
     let density = measured.iter().find_map(|m| m.entry.density_kg_m2);
-    let believed = Believed::of(&options.prior, density)?;
+    let fabric_prior = FabricPrior::of(&options.prior, density)?;
     let of_role = |role: Role| -> Vec<usize> {
         let own = |k: &usize| measured[*k].entry.role == role && drape_of[*k] == *k;
         (0..measured.len()).filter(own).collect()
@@ -382,7 +382,8 @@ pub fn fabric(
     let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
     let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
     let own = targets(&to_fit);
-    let (mut fitted, explained) = match fit(&own, &believed, mean, fit_options, rule, &fitting) {
+    let (mut fitted, explained) = match fit(&own, &fabric_prior, mean, fit_options, rule, &fitting)
+    {
         Ok(mut fit) => {
             let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
             let perspective = Effect::named("perspective").filter(|_| known);
@@ -400,27 +401,28 @@ pub fn fabric(
     };
     let predicting = |progress| tell(Told::Predicting(&name, progress));
     let held = targets(&held_out);
-    let beside = |fitted: &mut Fitted| {
+    let comparison = |fitted: &mut Fitted| {
         let mut drapes = Vec::new();
         let own = to_fit.iter().zip(std::mem::take(&mut fitted.drapes));
-        drapes.extend(own.map(|(&measured, beside)| DrapeBeside { measured, beside }));
-        let foretold = predict(&held, &believed, &fitted.cloth, fit_options, rule, &predicting);
-        let other = held_out.iter().zip(foretold);
-        drapes.extend(other.map(|(&measured, beside)| DrapeBeside { measured, beside }));
+        drapes.extend(own.map(|(&measured, comparison)| ComparedDrape { measured, comparison }));
+        let predicted =
+            predict(&held, &fabric_prior, &fitted.cloth, fit_options, rule, &predicting);
+        let other = held_out.iter().zip(predicted);
+        drapes.extend(other.map(|(&measured, comparison)| ComparedDrape { measured, comparison }));
         drapes
     };
-    let drapes = fitted.as_mut().map(&beside).unwrap_or_default();
+    let drapes = fitted.as_mut().map(&comparison).unwrap_or_default();
     let (explanations, fields, added) = match explained {
         Some(Explained { explanations, fields, added }) => (Some(explanations), fields, added),
         None => (None, Vec::new(), None),
     };
     let after = added.map(|(effects, mut fitted)| {
-        let drapes = beside(&mut fitted);
+        let drapes = comparison(&mut fitted);
         After { effects, fitted, drapes }
     });
     let mut result = FabricResult {
         name,
-        believed,
+        fabric_prior,
         measured,
         floor,
         fitted,

@@ -8,7 +8,7 @@ use crate::sim::experiment::CURL_NODES;
 
 /// Standard deviations between neighbouring nodes that are tried, in units of [`unit_of`].
 pub(super) const STEPS: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// Standard deviation of a number whatever its neighbours are, in the same units.
+/// Standard deviation of a number with any neighbours, in the same units.
 const SIGMA: f64 = 1.2;
 /// The same of the mean over the cloth of weight and of bending, which are the cloth's own.
 const MEAN: f64 = 0.01;

@@ -6,7 +6,7 @@
 //! the truth is long and crooked in ln B and s. But the forces on a sheet as it lies are linear in
 //! B and in s B, and how a sheet answers forces is known of the plain fit's. So for some s the
 //! factors on the three bending stiffnesses under which its sheets come nearest to what was scanned
-//! are one linear solution, whatever their size.
+//! are one linear solution, of any size.
 //!
 //! In: the least squares around the plain fit's sheets with the three numbers of softening, which
 //! are nothing there. Out: shared unknowns.
@@ -18,7 +18,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::effect::{Acts, Number};
-use super::squares::State;
+use super::equations::State;
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::Parameter;
 
@@ -56,7 +56,7 @@ pub(super) fn softened(
     let sums = Sums { normal: &at.normal, priors: &at.priors, right: &at.right };
     let tried = TRIED_M.into_iter().filter_map(|s_m| {
         let sizes = pairs.map(|(_, own)| s_m / numbers[own - STIFFNESSES].sigma);
-        let (change, cost) = sums.beside(&pairs, sizes)?;
+        let (change, cost) = sums.comparison(&pairs, sizes)?;
         Some((cost, change, sizes))
     });
     let (cost, change, sizes) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -87,7 +87,7 @@ struct Sums<'a> {
 impl Sums<'_> {
     /// The change of all unknowns, of bending as a share of it, beside which softening of these
     /// sizes costs least, and by how much the cost changes.
-    fn beside(&self, pairs: &[Pair; 3], sizes: [f64; 3]) -> Option<(DVector<f64>, f64)> {
+    fn comparison(&self, pairs: &[Pair; 3], sizes: [f64; 3]) -> Option<(DVector<f64>, f64)> {
         let unknowns = self.right.len();
         // B (1 + b) k (1 - s k) is linear in b and in (1 + b) s
         let mut into = DMatrix::identity(unknowns, unknowns);
@@ -114,7 +114,7 @@ impl Sums<'_> {
 mod tests {
     use super::*;
 
-    /// Moments of three strips at some curvatures, each with B and s of its own, seen from plain
+    /// Moments of three strips at some curvatures, each with another B and s, seen from plain
     /// strips: unknown are the logarithms of B and s.
     #[test]
     fn strips_that_soften_are_found_from_plain_ones_at_one_go() {
@@ -137,7 +137,7 @@ mod tests {
         }
         let priors = DMatrix::identity(6, 6) * 1e-9;
         let sums = Sums { normal: &normal, priors: &priors, right: &right };
-        let (change, cost) = sums.beside(&pairs, [s_m; 3]).unwrap();
+        let (change, cost) = sums.comparison(&pairs, [s_m; 3]).unwrap();
         for strip in 0..3 {
             let factor = 1.0 + change[strip];
             assert!((factor * plain[strip] / truth[strip] - 1.0).abs() < 1e-6, "{factor}");
@@ -145,7 +145,7 @@ mod tests {
         assert!((cost / left + 1.0).abs() < 1e-6, "{cost} {left}");
         // another softening explains less
         for other in [1e-3, 5e-3] {
-            assert!(sums.beside(&pairs, [other; 3]).unwrap().1 > 0.99 * cost);
+            assert!(sums.comparison(&pairs, [other; 3]).unwrap().1 > 0.99 * cost);
         }
     }
 }

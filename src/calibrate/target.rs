@@ -4,7 +4,7 @@ use super::effect::{Lies, View};
 use super::measures::each_bearing;
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, plan_of};
-use super::trial::{Compared, Trial, compared};
+use super::prediction::{Compared, Prediction, compared};
 use crate::base::boundary::POINTS;
 use crate::base::{Boundary, Outline, Surface, Vector3};
 use crate::numeric::moments::mean;
@@ -44,7 +44,7 @@ pub struct Finer {
     /// Moves of the places that are compared ([`compared`]) \[m\].
     pub places: Vec<Vector3>,
     /// How far cloth lies along these moves: mean and standard deviation of the prior.
-    pub believed: [f64; 2],
+    pub fabric_prior: [f64; 2],
 }
 
 /// A rim in space, simulation frame.
@@ -98,7 +98,7 @@ impl Target {
     pub fn first_pose(&self) -> Pose {
         let mut pose = [0.0; POSE];
         pose[2] = self.warp_rad.unwrap_or(0.0);
-        pose[10] = self.finer.as_ref().map_or(0.0, |finer| finer.believed[0]);
+        pose[10] = self.finer.as_ref().map_or(0.0, |finer| finer.fabric_prior[0]);
         pose
     }
 
@@ -117,16 +117,21 @@ impl Target {
 
     /// Force of the springs that tie a drape to what was scanned, root mean square, as a share of
     /// the cloth's weight; 0 where none do.
-    pub(super) fn tied_share(&self, trial: &Trial, view: View, options: &FitOptions) -> f64 {
+    pub(super) fn tied_share(
+        &self,
+        prediction: &Prediction,
+        view: View,
+        options: &FitOptions,
+    ) -> f64 {
         match self.start(view, options) {
-            Some(DropStart::HeldSurface(held)) => share_of(&held, &trial.places),
+            Some(DropStart::HeldSurface(held)) => share_of(&held, &prediction.places),
             Some(DropStart::HeldRim(held)) => {
-                let both = held.rim.positions_m().zip(&trial.rim);
+                let both = held.rim.positions_m().zip(&prediction.rim);
                 let squared: Vec<f64> = both
                     .map(|(to, at)| (to.coords * (1.0 + held.farther) - at).norm_squared())
                     .collect();
                 // each vertex of the border is tied as strongly as a cell weighs
-                let grid = &trial.drape.grid;
+                let grid = &prediction.drape.grid;
                 let share = grid.border().len() as f64 / grid.cells.len() as f64;
                 mean(&squared).sqrt() / held.sag_m * share
             }
@@ -159,7 +164,7 @@ impl Target {
     pub(super) fn pose_sigma(&self, options: &FitOptions) -> Pose {
         if self.rim.is_some() {
             let mut sigma = options.scan_pose_sigma;
-            sigma[10] = self.finer.as_ref().map_or(0.0, |finer| finer.believed[1]);
+            sigma[10] = self.finer.as_ref().map_or(0.0, |finer| finer.fabric_prior[1]);
             return sigma;
         }
         let mut sigma = options.pose_sigma;
@@ -266,8 +271,9 @@ mod tests {
         let outline = rim.from_above().unwrap();
         // a square of 300 mm, but for its corners between two bearings
         assert!((outline.area_m2() - 0.09).abs() < 1e-4, "{}", outline.area_m2());
-        let beside = rim.boundary.positions_m().map(|p| Point3::new(p.x + 1.0, p.y, p.z));
-        let beside = Rim { boundary: Boundary::exact(beside).unwrap(), sheet: None, edge: None };
-        assert!(beside.from_above().is_none());
+        let comparison = rim.boundary.positions_m().map(|p| Point3::new(p.x + 1.0, p.y, p.z));
+        let comparison =
+            Rim { boundary: Boundary::exact(comparison).unwrap(), sheet: None, edge: None };
+        assert!(comparison.from_above().is_none());
     }
 }

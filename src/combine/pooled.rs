@@ -20,9 +20,9 @@
 //! Logarithms make the mean geometric and the interval positive.
 //!
 //! Where it fails: two drapes that scatter by as much again as they state hold 74 % of draws, for
-//! what they state is believed. The share in common was set on the network's answers to simulated
-//! drops, and is taken for refined ones too. What all specimens of a fabric differ in from the
-//! fabric is not in it.
+//! what they state is taken as it is. The share in common was set on the network's answers to
+//! simulated drops, and is taken for refined ones too. What all specimens of a fabric differ in
+//! from the fabric is not in it.
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 

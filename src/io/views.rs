@@ -11,7 +11,8 @@
 //!   "camera_axes": "opencv",
 //!   "views": [
 //!     { "file": "view-00.png", "world_from_camera": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]] },
-//!     { "file": "side.ply", "unit": "mm", "world_from_camera": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }
+//!     { "file": "side.ply", "unit": "mm", "world_from_camera": [1,0,0,0, 0,1,0,0, 0,0,1,0,
+//! 0,0,0,1] }
 //!   ]
 //! }
 //! ```

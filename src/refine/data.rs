@@ -37,7 +37,7 @@ pub struct DataOptions {
     pub model_m: f64,
     /// Distance on the cloth over which errors are alike \[m\]: of the places in a square with this
     /// side one counts.
-    pub alike_m: f64,
+    pub correlation_length_m: f64,
     /// Distance, in standard deviations, from which on a place pulls no harder.
     pub outlier: f64,
 }
@@ -45,7 +45,7 @@ pub struct DataOptions {
 impl Default for DataOptions {
     /// By `scan2params-lab refine`; where the numbers come from is in `docs/design/refinement.md`.
     fn default() -> Self {
-        Self { along_m: 0.7e-3, model_m: 0.5e-3, alike_m: 22e-3, outlier: 3.0 }
+        Self { along_m: 0.7e-3, model_m: 0.5e-3, correlation_length_m: 22e-3, outlier: 3.0 }
     }
 }
 
@@ -69,7 +69,7 @@ pub(super) const SIDE: usize = Surface::SIDE;
 pub(super) fn data_of(scan: &Scan<'_>, options: &DataOptions) -> Vec<Datum> {
     let step_m = scan.experiment.specimen.weft_m / (SIDE - 1) as f64;
     // as many places as lie in a patch, and along an edge
-    let alike = (options.alike_m / step_m).max(1.0);
+    let alike = (options.correlation_length_m / step_m).max(1.0);
     match scan.sheet {
         Some(sheet) => of_sheet(sheet, alike, options),
         None => of_rim(scan.rim, alike, options),
@@ -158,7 +158,8 @@ mod tests {
 
     #[test]
     fn a_sheet_is_sure_across_itself_its_edges_across_the_edge_and_holes_say_nothing() {
-        let options = DataOptions { model_m: 0.3e-3, alike_m: 20e-3, ..DataOptions::default() };
+        let options =
+            DataOptions { model_m: 0.3e-3, correlation_length_m: 20e-3, ..DataOptions::default() };
         let (sheet, rim) = (
             flat(0.4e-3),
             Boundary::exact((0..POINTS).map(|i| {

@@ -11,9 +11,9 @@
 //! more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
 //!
 //! The first start is the prior's mean. Where the sheet does not come to rest with it, others are
-//! tried. The first step from the held sheet is the balance of forces on it
-//! ([`Refined::of_balance`]). A fit with too large a residual ([`FitOptions::leaves`]) begins again
-//! at stiffer stretch and shear.
+//! tried. The first step from the tied sheet is the balance of forces on it
+//! ([`Refined::of_balance`]). A fit with too large a residual ([`FitOptions::largest_misfit`])
+//! begins again at stiffer stretch and shear.
 //!
 //! Where it fails: far from the scan's fabric the tied sheet still snaps, and the least squares see
 //! a step there. A step that does not lower the cost is shortened a few times, and the best drape
@@ -23,10 +23,10 @@ use rayon::prelude::*;
 
 use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use super::data::{DataOptions, Scan, data_of, place_of};
+use super::equations::{FitOptions, NormalEquations, State};
+use super::prediction::{Prediction, places_of, prediction_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
-use super::squares::{FitOptions, Squares, State};
-use super::trial::{Trial, places_of, trial_of};
 use crate::base::boundary::BoundaryPoint;
 use crate::base::clock::{Begun, Stages};
 use crate::base::{Surface, SurfacePoint, Vector3};
@@ -80,7 +80,7 @@ pub fn fit(
     tell: impl Fn(Progress),
 ) -> Result<Refined, FitError> {
     let mut fit = Fit::new(scans, density_kg_m2, prior, options, &tell);
-    if fit.squares.data.iter().all(Vec::is_empty) {
+    if fit.equations.data.iter().all(Vec::is_empty) {
         return Err(FitError::NothingObserved);
     }
     let mut last_error = None;
@@ -91,7 +91,7 @@ pub fn fit(
                 let Best { state, mut followers, ended } = fit.begun_again(best);
                 let released = fit.released(&mut followers);
                 let how = (*name, ended, fit.drapes);
-                let refined = Refined::of(scans, &fit.squares, state, released, how, of_balance);
+                let refined = Refined::of(scans, &fit.equations, state, released, how, of_balance);
                 return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
             }
             Err(error) => {
@@ -127,7 +127,7 @@ impl Target<'_> {
 
     /// Where a rim alone held the first drapes: the sheet of the last of them with the rim where it
     /// was scanned, and only the rim holds.
-    fn start_beside(&self, first: &Trial, options: &FitOptions) -> Option<DropStart> {
+    fn start_beside(&self, first: &Prediction, options: &FitOptions) -> Option<DropStart> {
         if self.scan.sheet.is_some() {
             return None;
         }
@@ -191,7 +191,7 @@ struct Fit<'a> {
     targets: Vec<Target<'a>>,
     /// What each scan's drapes start from.
     starts: Vec<DropStart>,
-    squares: Squares<'a>,
+    equations: NormalEquations<'a>,
     /// Vertices on a side of the present cells.
     vertices: usize,
     /// The moves of each scan's places from the first cells to the last \[m\]; none before the
@@ -223,12 +223,13 @@ impl<'a> Fit<'a> {
                 ..options.sim
             },
         };
-        let squares = Squares { data: Vec::new(), cells: NO_FINER, density_kg_m2, prior, options };
+        let equations =
+            NormalEquations { data: Vec::new(), cells: NO_FINER, density_kg_m2, prior, options };
         let targets = scans.iter().map(target).collect();
         let mut fit = Self {
             targets,
             starts: Vec::new(),
-            squares,
+            equations,
             vertices: 0,
             finer: Vec::new(),
             of_balance: None,
@@ -242,26 +243,26 @@ impl<'a> Fit<'a> {
 
     /// The drapes to come are on cells of so many vertices, which lie off by so much.
     fn on_cells(&mut self, vertices: usize, model_m: f64) {
-        let options = DataOptions { model_m, ..self.squares.options.data };
+        let options = DataOptions { model_m, ..self.equations.options.data };
         self.vertices = vertices;
-        self.squares.data = self.targets.iter().map(|t| data_of(t.scan, &options)).collect();
-        self.squares.cells = if self.is_on_finer_cells() {
-            self.squares.options.believed_of_cells(vertices)
+        self.equations.data = self.targets.iter().map(|t| data_of(t.scan, &options)).collect();
+        self.equations.cells = if self.is_on_finer_cells() {
+            self.equations.options.prior_of_cells(vertices)
         } else {
             NO_FINER
         };
     }
 
-    /// Where a fit leaves more than the simulator should, where it ends if it begins again at
-    /// stiffer stretch and shear, as long as that is nearer. What coarse cells lock is taken for
+    /// Where a fit largest_misfit more than the simulator should, where it ends if it begins again
+    /// at stiffer stretch and shear, as long as that is nearer. What coarse cells lock is taken for
     /// softer cloth before it is known what finer ones do, and from there no step leads back; so
     /// the first cells take no step here.
     fn begun_again(&mut self, mut best: Best) -> Best {
         for _ in 0..AGAIN {
-            if best.state.misfit() < self.squares.options.leaves {
+            if best.state.misfit() < self.equations.options.largest_misfit {
                 break;
             }
-            let limits = &self.squares.prior.ln_limits;
+            let limits = &self.equations.prior.ln_limits;
             let stiffer = std::array::from_fn(|k| {
                 let [low, high] = limits[k];
                 let by = if k < STRETCH_AND_SHEAR { STIFFER } else { 0.0 };
@@ -281,7 +282,7 @@ impl<'a> Fit<'a> {
 
     /// The best state from `start`, and why it ended there.
     fn from(&mut self, start: &[f64; STIFFNESSES], first: First) -> Result<Best, SensitivityError> {
-        let options = self.squares.options;
+        let options = self.equations.options;
         self.of_balance = None;
         let evaluations = options.evaluations[usize::from(first == First::Stays)];
         let most = self.drapes + evaluations * self.targets.len();
@@ -290,16 +291,16 @@ impl<'a> Fit<'a> {
         let no_last = options.vertices[1] <= few;
         self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
         let most_first = if first == First::Stays && !no_last { 0 } else { most };
-        let mut best = self.laid_and_descended(start, None, most_first)?;
+        let mut best = self.initialised_and_descended(start, None, most_first)?;
         if !no_last {
             let Best { state: coarse, .. } = best;
             self.begin_beside(&coarse);
-            let last = options.last_vertices(&self.squares.fabric(&coarse.ln));
+            let last = options.last_vertices(&self.equations.fabric(&coarse.ln));
             self.on_cells(last, options.data.model_m);
-            best = self.laid_and_descended(&coarse.ln, Some(&coarse), most)?;
+            best = self.initialised_and_descended(&coarse.ln, Some(&coarse), most)?;
         } else if self.begin_beside(&best.state) {
             let ln = best.state.ln;
-            best = self.laid_and_descended(&ln, None, most).unwrap_or(best);
+            best = self.initialised_and_descended(&ln, None, most).unwrap_or(best);
         }
         Ok(best)
     }
@@ -307,9 +308,10 @@ impl<'a> Fit<'a> {
     /// Sheets that are laid from now on start from what a rim alone has held so far, so that what
     /// they remember is of a fabric near the one found; whether there are such.
     fn begin_beside(&mut self, first: &State) -> bool {
-        let options = self.squares.options;
-        let trials = self.targets.iter().zip(&first.trials);
-        let beside: Vec<_> = trials.map(|(t, trial)| t.start_beside(trial, options)).collect();
+        let options = self.equations.options;
+        let predictions = self.targets.iter().zip(&first.predictions);
+        let beside: Vec<_> =
+            predictions.map(|(t, prediction)| t.start_beside(prediction, options)).collect();
         let is_any = beside.iter().any(Option::is_some);
         for (start, beside) in self.starts.iter_mut().zip(beside) {
             *start = beside.unwrap_or_else(|| start.clone());
@@ -320,25 +322,25 @@ impl<'a> Fit<'a> {
     /// The scanned sheets laid with one fabric, and where the steps from there end. `coarse` is the
     /// same fabric on coarser cells: what the sheets move by from those to these, cloth may move on
     /// by.
-    fn laid_and_descended(
+    fn initialised_and_descended(
         &mut self,
         ln: &[f64; STIFFNESSES],
         coarse: Option<&State>,
         most: usize,
     ) -> Result<Best, SensitivityError> {
         let begun = Begun::now();
-        let mut followers = self.lay(ln);
+        let mut followers = self.initialise(ln);
         self.stages.add(self.of_cells("first laid", "last laid"), begun);
-        let moves = |(follower, before): (&Follower, &Trial)| -> Vec<Vector3> {
+        let moves = |(follower, before): (&Follower, &Prediction)| -> Vec<Vector3> {
             places_of(&follower.drape()).iter().zip(&before.at).map(|(a, b)| a - b).collect()
         };
-        let trials = coarse.iter().flat_map(|coarse| &coarse.trials);
-        self.finer = followers.iter().zip(trials).map(moves).collect();
+        let predictions = coarse.iter().flat_map(|coarse| &coarse.predictions);
+        self.finer = followers.iter().zip(predictions).map(moves).collect();
         let mut state = self.state(&mut followers, coarse)?;
         self.drapes += followers.len();
         self.tell_of(&state);
         if self.of_balance.is_none() {
-            self.of_balance = self.squares.step(&state, 0.0).map(|(ln, _)| ln);
+            self.of_balance = self.equations.step(&state, 0.0).map(|(ln, _)| ln);
         }
         let ended = self.descend(&mut state, &mut followers, most);
         Ok(Best { state, followers, ended })
@@ -353,13 +355,13 @@ impl<'a> Fit<'a> {
             if self.drapes >= most {
                 return Ended::Spent;
             }
-            let Some((ln, foretold)) = self.squares.step(best, damping.value()) else {
+            let Some((ln, predicted)) = self.equations.step(best, damping.value()) else {
                 return Ended::Singular;
             };
-            if is_little(&ln, foretold, best) {
+            if is_little(&ln, predicted, best) {
                 return Ended::Converged;
             }
-            let fabric = self.squares.fabric(&ln);
+            let fabric = self.equations.fabric(&ln);
             let how = FollowOptions::default();
             let begun = Begun::now();
             let led = followers.par_iter_mut().all(|follower| {
@@ -401,12 +403,12 @@ impl<'a> Fit<'a> {
     }
 
     /// The scanned sheets at rest with the fabric of six logarithms.
-    fn lay(&self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
-        let fabric = self.squares.fabric(ln);
+    fn initialise(&self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
+        let fabric = self.equations.fabric(ln);
         let vertices = self.vertices;
-        let FitOptions { step_factorisations, last_factorisations, .. } = *self.squares.options;
+        let FitOptions { step_factorisations, last_factorisations, .. } = *self.equations.options;
         let is_finer = self.is_on_finer_cells();
-        let lay = |(target, start): (&Target, &DropStart)| {
+        let initialise = |(target, start): (&Target, &DropStart)| {
             let mut options = SimOptions { vertices, ..target.options };
             let is_sheet = target.scan.sheet.is_some();
             if is_finer && is_sheet {
@@ -418,7 +420,7 @@ impl<'a> Fit<'a> {
             }
             follower
         };
-        self.targets.par_iter().zip(&self.starts).map(lay).collect()
+        self.targets.par_iter().zip(&self.starts).map(initialise).collect()
     }
 
     /// The least squares around the sheets of `followers`; the bench's numbers begin at those of
@@ -428,29 +430,32 @@ impl<'a> Fit<'a> {
         followers: &mut [Follower],
         near: Option<&State>,
     ) -> Result<State, SensitivityError> {
-        let mut trials = Vec::new();
+        let mut predictions = Vec::new();
         let finer = &self.finer;
-        let trial_of = |(k, follower)| trial_of(follower, finer.get(k).map(Vec::as_slice));
+        let prediction_of =
+            |(k, follower)| prediction_of(follower, finer.get(k).map(Vec::as_slice));
         let begun = Begun::now();
-        let moved: Vec<_> = followers.par_iter_mut().enumerate().map(trial_of).collect();
+        let moved: Vec<_> = followers.par_iter_mut().enumerate().map(prediction_of).collect();
         self.stages.add(self.of_cells("first sensitivities", "last sensitivities"), begun);
-        for trial in moved {
-            trials.push(trial?);
+        for prediction in moved {
+            predictions.push(prediction?);
         }
         let scans = self.targets.len();
-        let means = self.squares.believed().map(|[mean, _]| mean);
+        let means = self.equations.bench_prior().map(|[mean, _]| mean);
         let bench = near.map_or_else(|| vec![means; scans], |near| near.bench.clone());
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
-        Ok(self.squares.around(ln, trials, bench))
+        Ok(self.equations.around(ln, predictions, bench))
     }
 
     /// The least squares around the sheets of `followers` with the sensitivities of `near`, a short
     /// step away: no solve.
     fn state_near(&mut self, followers: &[Follower], near: &State) -> State {
-        let moved = |(follower, trial): (&Follower, &Trial)| trial.at_sheet(follower.drape());
-        let trials = followers.iter().zip(&near.trials).map(moved).collect();
+        let moved = |(follower, prediction): (&Follower, &Prediction)| {
+            prediction.at_sheet(follower.drape())
+        };
+        let predictions = followers.iter().zip(&near.predictions).map(moved).collect();
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
-        let state = self.squares.around(ln, trials, near.bench.clone());
+        let state = self.equations.around(ln, predictions, near.bench.clone());
         self.drapes += followers.len();
         self.tell_of(&state);
         state
@@ -458,13 +463,13 @@ impl<'a> Fit<'a> {
 
     /// Whether no more gain is predicted from a state.
     fn is_converged(&self, at: &State) -> bool {
-        let step = self.squares.step(at, 0.0);
-        step.is_some_and(|(ln, foretold)| is_little(&ln, foretold, at))
+        let step = self.equations.step(at, 0.0);
+        step.is_some_and(|(ln, predicted)| is_little(&ln, predicted, at))
     }
 
     fn tell_of(&self, state: &State) {
-        let distances = self.targets.iter().zip(&state.trials);
-        let sum: f64 = distances.map(|(t, trial)| trial.rim_distance_m(t.scan.rim)).sum();
+        let distances = self.targets.iter().zip(&state.predictions);
+        let sum: f64 = distances.map(|(t, prediction)| prediction.rim_distance_m(t.scan.rim)).sum();
         (self.tell)(Progress {
             drapes: self.drapes,
             rim_m: sum / self.targets.len() as f64,
@@ -475,11 +480,11 @@ impl<'a> Fit<'a> {
 
     /// The released sheets, if wanted.
     fn released(&mut self, followers: &mut [Follower]) -> Vec<Option<Drape>> {
-        if !self.squares.options.release {
+        if !self.equations.options.release {
             return vec![None; followers.len()];
         }
         let begun = Begun::now();
-        let factorisations = self.squares.options.sim.iterations;
+        let factorisations = self.equations.options.sim.iterations;
         let release = |follower: &mut Follower| {
             follower.search_at_most(factorisations);
             follower.release();
@@ -491,11 +496,11 @@ impl<'a> Fit<'a> {
     }
 
     fn is_on_finer_cells(&self) -> bool {
-        self.vertices > self.squares.options.vertices[0]
+        self.vertices > self.equations.options.vertices[0]
     }
 
     fn is_on_last_cells(&self) -> bool {
-        let [first, last] = self.squares.options.vertices;
+        let [first, last] = self.equations.options.vertices;
         self.is_on_finer_cells() || last <= first
     }
 
@@ -506,9 +511,9 @@ impl<'a> Fit<'a> {
 }
 
 /// Whether a step is not worth a drape.
-fn is_little(ln: &[f64; STIFFNESSES], foretold: f64, from: &State) -> bool {
+fn is_little(ln: &[f64; STIFFNESSES], predicted: f64, from: &State) -> bool {
     let moved = (0..STIFFNESSES).map(|k| (ln[k] - from.ln[k]).abs()).fold(0.0, f64::max);
-    foretold < LEAST_GAIN || moved < LEAST_MOVE
+    predicted < LEAST_GAIN || moved < LEAST_MOVE
 }
 
 #[cfg(test)]

@@ -5,23 +5,23 @@
 //! whose drape on that branch lies closest to the scan: every fabric that it tries starts from the
 //! scanned sheet, so that the branch is the scan's and no fall decides on it.
 //!
-//! Flow: `data` (what a scan says of the sheet, and how surely) -> `trial` (one fabric's drape from
-//! the sheet, with its sensitivities) -> `squares` (the least squares around them, and the prior:
-//! `prior`) -> `fit` (steps of these, continued from fabric to fabric) -> `refined` (values,
+//! Flow: `data` (what a scan says of the sheet, and how surely) -> `prediction` (one fabric's drape
+//! from the sheet, with its sensitivities) -> `equations` (the least squares around them, and the
+//! prior: `prior`) -> `fit` (steps of these, continued from fabric to fabric) -> `refined` (values,
 //! intervals, what the drape shows and what the model leaves).
 
 pub(crate) mod damping;
 mod data;
+mod equations;
 mod fit;
+mod prediction;
 mod prior;
 mod refined;
 mod released;
-mod squares;
-mod trial;
 
 pub use data::{DataOptions, Scan};
+pub use equations::FitOptions;
 pub use fit::{FitError, Progress, fit};
 pub use prior::Prior;
 pub use refined::{ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
 pub use released::{ReleasedDrape, StartedFrom, released_drape};
-pub use squares::FitOptions;

@@ -101,7 +101,8 @@ impl Prior {
 /// Factor beyond what the network was trained on up to which values are tried.
 const BEYOND: f64 = 3.0;
 /// Factor on the standard deviations of what the network says of a fabric outside of its prior: of
-/// 142 such fabrics, with a scan's noise, 47 % of the 90 % intervals hold (`scan2params-lab estimate
+/// 142 such fabrics, with a scan's noise, 47 % of the 90 % intervals hold (`scan2params-lab
+/// estimate
 /// --count 200 --anywhere --seed 2`), as if they were 2.6 times too narrow.
 #[cfg(feature = "estimate")]
 const OUTSIDE: f64 = 2.6;

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::data::Scan;
+use super::equations::{NormalEquations, State};
+use super::prediction::{BENCH, NUISANCES, Prediction};
 use super::released::{ReleasedDrape, StartedFrom};
-use super::squares::{Squares, State};
-use super::trial::{BENCH, NUISANCES, Trial};
 use crate::base::Point3;
 use crate::base::boundary::{BoundaryPoint, POINTS_PER_SIDE};
 use crate::base::clock::Stage;
@@ -161,8 +161,8 @@ impl Ended {
 /// a shallow fold is counted or not.
 const ONE_BRANCH_M: f64 = 3e-3;
 /// Misfit of tied sheets without any fault. The intervals of fits that leave more are wider in
-/// proportion: on the 23 scans of `scan2params-lab refine --seed 7` that it was set on, most intervals
-/// that missed the truth were of fits that left 0.4 and more.
+/// proportion: on the 23 scans of `scan2params-lab refine --seed 7` that it was set on, most
+/// intervals that missed the truth were of fits that left 0.4 and more.
 const USUAL_MISFIT: f64 = 0.25;
 /// Part of the variance of what misleads a fit (cells, contact, the scan path) that all scans of
 /// one fabric have in common: so many of them count for fewer. Set on four fabrics of four drops
@@ -174,7 +174,7 @@ const AT_LIMIT: f64 = 1e-3;
 impl Refined {
     pub(super) fn of(
         scans: &[Scan<'_>],
-        squares: &Squares<'_>,
+        equations: &NormalEquations<'_>,
         state: State,
         released: Vec<Option<Drape>>,
         (start, ended, drapes): (&'static str, Ended, usize),
@@ -184,11 +184,11 @@ impl Refined {
         let more = (scans.len() - 1) as f64;
         let widened = (misfit / USUAL_MISFIT).max(1.0) * (1.0 + ALIKE * more).sqrt();
         let covariance = covariance(&state, widened);
-        let fabric = squares.fabric(&state.ln);
+        let fabric = equations.fabric(&state.ln);
         let stiffnesses = std::array::from_fn(|k| {
-            let prior = squares.prior.ln_sigma[k];
+            let prior = equations.prior.ln_sigma[k];
             let sigma = covariance[(k, k)].sqrt();
-            RefinedStiffness::of(k, state.ln[k], [sigma, prior], squares.prior.ln_limits[k])
+            RefinedStiffness::of(k, state.ln[k], [sigma, prior], equations.prior.ln_limits[k])
         });
         let correlation = std::array::from_fn(|a| {
             std::array::from_fn(|b| {
@@ -198,9 +198,9 @@ impl Refined {
         let bench = state.bench;
         let scans = scans
             .iter()
-            .zip(state.trials.iter().zip(released))
+            .zip(state.predictions.iter().zip(released))
             .zip(&bench)
-            .map(|((scan, drapes), bench)| ScanFit::of(scan, squares, drapes, bench))
+            .map(|((scan, drapes), bench)| ScanFit::of(scan, equations, drapes, bench))
             .collect();
         let of_balance = ln_of_balance.map(f64::exp);
         let stages = Vec::new();
@@ -239,12 +239,12 @@ fn covariance(state: &State, misfit: f64) -> DMatrix<f64> {
 impl ScanFit {
     fn of(
         scan: &Scan<'_>,
-        squares: &Squares<'_>,
-        (trial, released): (&Trial, Option<Drape>),
+        equations: &NormalEquations<'_>,
+        (prediction, released): (&Prediction, Option<Drape>),
         bench: &[f64; NUISANCES],
     ) -> Self {
-        let options = squares.options;
-        let tied = &trial.drape;
+        let options = equations.options;
+        let tied = &prediction.drape;
         let rims = || scan.rim.points().iter().zip(tied.boundary.positions_m());
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
         let model_m = options.data.model_m;
@@ -268,7 +268,11 @@ impl ScanFit {
             tied: tied.clone(),
             tied_mean_m,
             tied_largest_m,
-            springs_share: trial.springs_share(scan, options.hold_sag_m, options.rim_hold_sag_m),
+            springs_share: prediction.springs_share(
+                scan,
+                options.hold_sag_m,
+                options.rim_hold_sag_m,
+            ),
             arcs,
             released: released.map(|drape| ReleasedDrape::beside(scan.rim, drape, started_from)),
             cells: bench[BENCH],

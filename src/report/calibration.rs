@@ -9,8 +9,8 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::calibrate::beside::Beside;
 use crate::calibrate::cloth_file;
+use crate::calibrate::comparison::Comparison;
 use crate::calibrate::effect::{Effect, Number};
 use crate::calibrate::explain::{Cause, Explanation, Explanations};
 use crate::calibrate::field::{Field, FieldLayer, Strongest};
@@ -20,7 +20,7 @@ use crate::calibrate::found::FoundEffect;
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;
 use crate::calibrate::pose::POSE_KEYS;
-use crate::calibrate::result::{DrapeBeside, FabricResult, Group, Pair, Verdict};
+use crate::calibrate::result::{ComparedDrape, FabricResult, Group, Pair, Verdict};
 use crate::calibrate::run::{Calibration, Refused};
 use crate::fabric::TABLE_2;
 use crate::io::{self, OutputError, WriteError, output};
@@ -36,7 +36,7 @@ pub const JSON: &str = "calibration.json";
 /// Name of the page.
 pub const PAGE: &str = "report.html";
 /// Version of calibration.json.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// Whether `calibration.json` and the page can be written into `folder` without any of `inputs`
 /// being lost.
@@ -94,7 +94,7 @@ fn write_files(fabric: &FabricResult, folder: &Path) -> Result<Vec<String>, Writ
     let found = fabric.after.as_ref().map(|after| &after.fitted);
     if let Some(fitted) = found.or(fabric.fitted.as_ref().ok()) {
         let name = format!("{}.params.json", plain(&fabric.name));
-        let text = cloth_file::text(fitted, fabric.believed.density_known, &fabric.doubts());
+        let text = cloth_file::text(fitted, fabric.fabric_prior.density_known, &fabric.doubts());
         io::atomically(folder.join(&name), |out| {
             serde_json::to_writer_pretty(&mut *out, &text)?;
             writeln!(out)
@@ -104,10 +104,10 @@ fn write_files(fabric: &FabricResult, folder: &Path) -> Result<Vec<String>, Writ
     let after = fabric.after.iter().flat_map(|after| &after.drapes);
     let both = fabric.drapes.iter().map(|d| (d, "")).chain(after.map(|d| (d, "_after")));
     for (drape, which) in both {
-        let Ok(beside) = &drape.beside else { continue };
+        let Ok(comparison) = &drape.comparison else { continue };
         let measured = &fabric.measured[drape.measured];
         let name = format!("{}_line{}{which}.png", plain(&fabric.name), measured.entry.line);
-        let picture = picture(measured, beside);
+        let picture = picture(measured, comparison);
         io::write_png(folder.join(&name), [picture.width(), picture.height()], picture.as_raw())?;
         written.push(name);
     }
@@ -161,9 +161,9 @@ fn whole(fabrics: impl Iterator<Item = (String, Value)>, refused: &[Refused]) ->
 
 fn of_fabric(fabric: &FabricResult) -> Value {
     let density = json!({
-        "value": fabric.believed.density_kg_m2 / KG_M2_PER_G_M2,
+        "value": fabric.fabric_prior.density_kg_m2 / KG_M2_PER_G_M2,
         "unit": "g/m^2",
-        "known": fabric.believed.density_known,
+        "known": fabric.fabric_prior.density_known,
     });
     let floor: serde_json::Map<String, Value> =
         fabric.floor.iter().map(|s| (s.pairing.name().to_owned(), of_spread(s))).collect();
@@ -185,10 +185,10 @@ fn of_fabric(fabric: &FabricResult) -> Value {
     let specimen = fabric.measured.first().map(|measured| measured.bench.specimen);
     let fields = specimen.iter().flat_map(|s| fabric.fields.iter().map(move |f| of_field(f, s)));
     text["fields"] = fields.collect();
-    text["left"] = fabric.left().map_or(
-        Value::Null,
-        |left| json!({"rms_mm": left.rms_m / M_PER_MM, "along_mm": left.along_m / M_PER_MM}),
-    );
+    text["residual"] = fabric.residual_size().map_or(Value::Null, |of| {
+        let length_mm = of.correlation_length_m / M_PER_MM;
+        json!({"rms_mm": of.rms_m / M_PER_MM, "correlation_length_mm": length_mm})
+    });
     text["holdout"] = of_holdout(fabric);
     if let Some(after) = &fabric.after {
         text["after"] = json!({
@@ -386,16 +386,16 @@ fn numbers_of(fitted: &Fitted) -> Vec<Shown> {
     .collect()
 }
 
-fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
+fn of_drape(fabric: &FabricResult, drape: &ComparedDrape) -> Value {
     let measured = &fabric.measured[drape.measured];
     let (file, role) = (&measured.entry.name, measured.entry.role.name());
-    let beside = match &drape.beside {
-        Ok(beside) => beside,
+    let comparison = match &drape.comparison {
+        Ok(comparison) => comparison,
         Err(error) => return json!({"file": file, "role": role, "failed": error.to_string()}),
     };
     let pose: serde_json::Map<String, Value> = POSE_KEYS
         .iter()
-        .zip(beside.pose)
+        .zip(comparison.pose)
         .map(|(key, value)| match *key {
             "rotation" => ("rotation_deg".to_owned(), json!(value.to_degrees())),
             "ln_scale" => ("scale".to_owned(), json!(value.exp())),
@@ -407,14 +407,14 @@ fn of_drape(fabric: &FabricResult, drape: &DrapeBeside) -> Value {
     json!({
         "file": file,
         "role": role,
-        "rms_mm": beside.rms_m / M_PER_MM,
-        "springs_share": beside.springs_share,
-        "released_rms_mm": beside.released_rms_m.map(|m| m / M_PER_MM),
-        "drape_coefficient": beside.measures.drape_coefficient,
-        "folds": beside.measures.folds,
-        "amplitudes_mm": beside.measures.amplitudes_m.map(|a| a / M_PER_MM),
+        "rms_mm": comparison.rms_m / M_PER_MM,
+        "springs_share": comparison.springs_share,
+        "released_rms_mm": comparison.released_rms_m.map(|m| m / M_PER_MM),
+        "drape_coefficient": comparison.measures.drape_coefficient,
+        "folds": comparison.measures.folds,
+        "amplitudes_mm": comparison.measures.amplitudes_m.map(|a| a / M_PER_MM),
         "pose": pose,
-        "residual_by_bearing_mm": by_bearing(beside).map(|m| m / M_PER_MM),
+        "residual_by_bearing_mm": by_bearing(comparison).map(|m| m / M_PER_MM),
     })
 }
 
@@ -423,9 +423,9 @@ const SECTORS: usize = 24;
 
 /// Mean distance of the measured outline outside the simulated one in each of 24 sectors from the
 /// warp on, towards the weft \[m\].
-fn by_bearing(beside: &Beside) -> [f64; SECTORS] {
+fn by_bearing(comparison: &Comparison) -> [f64; SECTORS] {
     let (mut sums, mut counts) = ([0.0; SECTORS], [0.0_f64; SECTORS]);
-    for row in &beside.rows {
+    for row in &comparison.rows {
         let turn = row.bearing_rad.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
         sums[sector] += row.outwards_m;
@@ -464,8 +464,8 @@ pub fn table(sections: &[Section]) -> String {
 }
 
 fn fabric_table(fabric: &FabricResult) -> String {
-    let density = fabric.believed.density_kg_m2 / KG_M2_PER_G_M2;
-    let known = if fabric.believed.density_known {
+    let density = fabric.fabric_prior.density_kg_m2 / KG_M2_PER_G_M2;
+    let known = if fabric.fabric_prior.density_known {
         ""
     } else {
         " (assumed: stiffness over weight is fitted)"
@@ -624,35 +624,35 @@ const REACH_M: f64 = 15e-3;
 /// The outlines of a drape, and how far the measured one lies outside the simulated one around the
 /// rim.
 #[must_use]
-pub fn picture(measured: &Measured, beside: &Beside) -> RgbImage {
+pub fn picture(measured: &Measured, comparison: &Comparison) -> RgbImage {
     let mut image = RgbImage::from_pixel(2 * SIDE, SIDE + 40, WHITE);
     let middle = f64::from(SIDE) / 2.0;
     let at = |[x, z]: [f64; 2]| [x, z].map(|v| (middle + v * SCALE) as f32);
     let closed = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {
         points.iter().chain(points.first()).map(|&p| at(p)).collect()
     };
-    let [px, pz] = [beside.pose[0], beside.pose[1]];
+    let [px, pz] = [comparison.pose[0], comparison.pose[1]];
     let radius_m = measured.bench.plate.radius_m;
     let circle: Vec<[f64; 2]> = (0..180)
         .map(|k| f64::from(2 * k).to_radians())
         .map(|t| [px + radius_m * t.cos(), pz + radius_m * t.sin()])
         .collect();
     draw::polyline(&mut image, &closed(&circle), 1.0, FAINT);
-    let (sin, cos) = beside.pose[2].sin_cos();
+    let (sin, cos) = comparison.pose[2].sin_cos();
     draw::line(&mut image, at([px, pz]), at([px + 0.04 * cos, pz + 0.04 * sin]), WARP);
-    draw::polyline(&mut image, &closed(beside.measured.points_m()), 2.0, MEASURED);
-    draw::polyline(&mut image, &closed(beside.simulated.points_m()), 1.6, SIMULATED);
-    residual_chart(&mut image, beside);
+    draw::polyline(&mut image, &closed(comparison.measured.points_m()), 2.0, MEASURED);
+    draw::polyline(&mut image, &closed(comparison.simulated.points_m()), 1.6, SIMULATED);
+    residual_chart(&mut image, comparison);
     let m = &measured.measures;
     let said = format!(
         "{} line {}: {:.2} mm rms; drape coefficient {:.1}, simulated {:.1}; folds {}, simulated {}",
         measured.entry.fabric,
         measured.entry.line,
-        beside.rms_m / M_PER_MM,
+        comparison.rms_m / M_PER_MM,
         m.drape_coefficient,
-        beside.measures.drape_coefficient,
+        comparison.measures.drape_coefficient,
         m.folds,
-        beside.measures.folds
+        comparison.measures.folds
     );
     draw::text(&mut image, 8, SIDE as i32 + 14, &said, INK);
     draw::text(&mut image, 8, 6, "black: measured, red: simulated, blue: warp", INK);
@@ -660,7 +660,7 @@ pub fn picture(measured: &Measured, beside: &Beside) -> RgbImage {
 }
 
 /// On the right half: distance over the bearing from the warp.
-fn residual_chart(image: &mut RgbImage, beside: &Beside) {
+fn residual_chart(image: &mut RgbImage, comparison: &Comparison) {
     let (left, width) = (SIDE as f32 + 30.0, SIDE as f32 - 60.0);
     let middle = 0.5 * SIDE as f32;
     let half = middle - 30.0;
@@ -677,7 +677,7 @@ fn residual_chart(image: &mut RgbImage, beside: &Beside) {
     }
     let title = "measured rim outside simulated rim [mm] over bearing from warp [deg]";
     draw::text(image, left as i32, 6, title, INK);
-    for row in &beside.rows {
+    for row in &comparison.rows {
         let turn = row.bearing_rad.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
         let x = left + width * turn as f32;
         let y = middle - half * (row.outwards_m / REACH_M).clamp(-1.0, 1.0) as f32;

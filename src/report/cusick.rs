@@ -5,7 +5,7 @@
 //! a plate of radius 90 mm. A fabric has several drapes; one of them is simulated.
 
 use crate::calibrate::measures::{FoldRule, Measures};
-use crate::calibrate::trial::outline_of;
+use crate::calibrate::prediction::outline_of;
 use crate::fabric::Fabric;
 use crate::sim::{Drop, Experiment, SimOptions, Stop, drape};
 

@@ -47,8 +47,8 @@ pub(super) struct Misfit {
     /// Root mean square distance \[m\].
     pub rms_m: f64,
     /// The same over the plate, where the cloth is smooth: what the scan's noise leaves of
-    /// itself on the smoothed surface. White noise leaves little, noise that is smooth over
-    /// several points most of it \[m\].
+    /// itself on the smoothed surface. Little of white noise remains, and most of a noise that
+    /// is smooth over several points \[m\].
     pub on_plate_m: f64,
     /// The same of a typical point, robustly \[m\].
     pub typical_m: f64,

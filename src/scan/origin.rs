@@ -34,8 +34,8 @@ pub(super) struct Origin {
     pub axis_sigma_m: f64,
     /// Height of the cloth where it touches the face \[m\].
     pub face_y_m: f64,
-    /// Its radius: where the cloth is 1 mm below the face. Of stiff cloth too, which leaves the
-    /// plane of its own top 10 to 20 mm farther in.
+    /// Its radius: where the cloth is 1 mm below the face. Of stiff cloth too, whose top is
+    /// plane only to 10 to 20 mm farther in.
     pub radius_m: f64,
     /// Robust scatter of that over the bearings \[m\].
     pub radius_scatter_m: f64,

@@ -516,7 +516,7 @@ pub struct RegistrationTuning {
     /// last factor preconditions well.
     pub factor_m: f64,
     /// A step this small ends them \[m\]: where nothing holds it, beyond the edge, the sheet
-    /// goes on by half of it.
+    /// still moves by half of it.
     pub converged_m: f64,
     /// Largest move of a control in one step \[m\].
     pub most_move_m: f64,
@@ -704,8 +704,8 @@ pub struct LimitTuning {
     pub longest_rim_side: f64,
     /// Noise makes it read larger by up to this many times the noise.
     pub size_noises: f64,
-    /// What the plate's radius reads in a scan, as a share of its own: the cloth leaves it a
-    /// little inside its edge.
+    /// What the plate's radius reads in a scan, as a share of the true radius: the cloth leaves it
+    /// a little inside its edge.
     pub plate_reads: f64,
     /// Coordinates stored in larger steps than this are to blame for most refusals \[m\].
     pub coarse_step_m: f64,

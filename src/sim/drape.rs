@@ -21,7 +21,7 @@ use crate::sim::effort::Effort;
 use crate::sim::experiment::{MeshWarning, mesh_warnings};
 use crate::sim::grid::Grid;
 use crate::sim::guide::Guide;
-use crate::sim::lay::lay;
+use crate::sim::initialise::initialise;
 use crate::sim::model::Model;
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::{Memory, Newton};
@@ -243,7 +243,7 @@ pub(super) fn rest(
         DropStart::HeldSurface(held) => (Some((&held.surface, held.farther)), Some(held.sag_m)),
         _ => (None, None),
     };
-    let mut laid = surface.map(|surface| lay(surface, &options.experiment, fabric, &model));
+    let mut laid = surface.map(|surface| initialise(surface, &options.experiment, fabric, &model));
     let mut x = laid.as_mut().map_or(start, |laid| std::mem::take(&mut laid.x));
     lift_clear(&model, grid, &mut x);
     let cell_weight_n =

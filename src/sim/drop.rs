@@ -13,7 +13,7 @@ use crate::fabric::Fabric;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
 use crate::sim::guide::{Guide, Target, known};
-use crate::sim::lay::SAG_M;
+use crate::sim::initialise::SAG_M;
 use crate::sim::options::SimOptions;
 
 /// The state from which the flat specimen falls.
@@ -348,7 +348,7 @@ pub(super) fn start_positions(drop: &Drop, grid: &Grid, options: &SimOptions) ->
     let mut waves = Vec::new();
     let (mut tilt, mut offset) = ([0.0, 0.0, 0.0], Vector3::zeros());
     match drop.start {
-        // a surface is laid, not dropped: `lay`
+        // a surface is laid, not dropped: `initialise`
         DropStart::Canonical
         | DropStart::Guided(_)
         | DropStart::HeldRim(_)

@@ -8,8 +8,8 @@
 //! energy (`newton/correct.rs`); where those do not come to rest, the descents of `rest.rs` do.
 //!
 //! A branch that ends shows as an event: the sheet left the place that the sensitivity predicted by
-//! more than [`FollowOptions::surprise_m`]. An event names the stretch of the way, the rims before
-//! and after, and where the rim moved most. What is smaller than that is not told from the
+//! more than [`FollowOptions::branch_jump_m`]. An event names the stretch of the way, the rims
+//! before and after, and where the rim moved most. What is smaller than that is not told from the
 //! curvature of the way: soft sheets have many equilibria a fraction of a millimetre apart.
 //!
 //! A sheet whose search for rest was to end early ([`SimOptions::energy_drop`]) can be led as well,
@@ -72,14 +72,14 @@ pub struct FollowOptions {
     pub halvings: u32,
     /// Root mean square distance of the sheet's vertices from where the sensitivity put them,
     /// beyond half of the move itself, from which on it counts as having left its branch \[m\].
-    pub surprise_m: f64,
+    pub branch_jump_m: f64,
     /// Whether to continue after an event.
     pub on_event: OnEvent,
 }
 
 impl Default for FollowOptions {
     fn default() -> Self {
-        Self { longest_step: 0.25, halvings: 0, surprise_m: 0.3e-3, on_event: OnEvent::GoOn }
+        Self { longest_step: 0.25, halvings: 0, branch_jump_m: 0.3e-3, on_event: OnEvent::GoOn }
     }
 }
 
@@ -109,7 +109,7 @@ pub struct Event {
     /// +x towards +z \[rad\].
     pub bearing_rad: f64,
     /// Root mean square distance of the vertices from where the sensitivity put them \[m\].
-    pub surprise_m: f64,
+    pub branch_jump_m: f64,
 }
 
 /// How a way was followed.
@@ -146,8 +146,8 @@ struct Tried {
     x: Vec<Vector3>,
     stop: Stop,
     residual_n: f64,
-    surprise_m: f64,
-    surprising: bool,
+    branch_jump_m: f64,
+    left_branch: bool,
     descended: bool,
 }
 
@@ -323,7 +323,7 @@ impl Follower {
             let next = if last { 1.0 } else { followed.reached + length };
             let setup = from.between(to, next);
             let tried = self.attempt(&setup, how);
-            if (tried.surprising || !tried.stop.is_as_asked()) && length > 1.5 * smallest {
+            if (tried.left_branch || !tried.stop.is_as_asked()) && length > 1.5 * smallest {
                 length *= 0.5;
                 self.restore();
                 continue;
@@ -332,12 +332,11 @@ impl Follower {
             followed.descents += usize::from(tried.descended);
             followed.stop = tried.stop;
             let stretch = [followed.reached, next];
-            let event = tried.surprising.then(|| self.event(&tried, stretch, setup));
+            let event = tried.left_branch.then(|| self.event(&tried, stretch, setup));
             self.accept(tried, setup);
             followed.reached = next;
-            let surprised = event.is_some();
+            let stopped = event.is_some() && how.on_event == OnEvent::Stop;
             followed.events.extend(event);
-            let stopped = surprised && how.on_event == OnEvent::Stop;
             if stopped || !self.rested.stop.is_as_asked() {
                 break;
             }
@@ -358,13 +357,13 @@ impl Follower {
         };
         let mut model = old.changed(&grid, &setup.fabric, &setup.experiment);
         let mut x = x0.clone();
-        let foretold = newton.predict(&mut model, &mut x);
+        let predicted = newton.predict(&mut model, &mut x);
         let cell_n = setup.fabric.density_kg_m2 * grid.spacing_m.powi(2) * GRAVITY_M_S2;
         let limit_n = self.options.residual * cell_n;
         // a sheet whose search for rest ended early has no factor that predicts a move, and
         // corrections from there hardly ever come to rest: the descents begin at once
-        let hopeless = foretold.is_none() && self.options.energy_drop > 0.0;
-        let corrected = match hopeless {
+        let skip_correction = predicted.is_none() && self.options.energy_drop > 0.0;
+        let corrected = match skip_correction {
             true => None,
             false => correct(&mut model, newton, &mut x, limit_n, self.options.step_m),
         };
@@ -373,13 +372,21 @@ impl Follower {
             None => settle(&mut model, newton, &mut x, limit_n, &self.options),
         };
         let still = vec![Vector3::zeros(); x.len()];
-        let foretold = foretold.as_ref().unwrap_or(&still);
-        let off = x.iter().zip(x0.iter()).zip(foretold).map(|((a, b), d)| a - b - d);
-        let surprise_m = root_mean_square(off);
-        let expected_m = root_mean_square(foretold.iter().copied());
+        let predicted = predicted.as_ref().unwrap_or(&still);
+        let off = x.iter().zip(x0.iter()).zip(predicted).map(|((a, b), d)| a - b - d);
+        let branch_jump_m = root_mean_square(off);
+        let expected_m = root_mean_square(predicted.iter().copied());
         let error = if corrected.is_some() { EXPECTED_ERROR } else { DESCENT_ERROR };
-        let surprising = surprise_m > how.surprise_m + error * expected_m;
-        Tried { model, x, stop, residual_n, surprise_m, surprising, descended: corrected.is_none() }
+        let left_branch = branch_jump_m > how.branch_jump_m + error * expected_m;
+        Tried {
+            model,
+            x,
+            stop,
+            residual_n,
+            branch_jump_m,
+            left_branch,
+            descended: corrected.is_none(),
+        }
     }
 
     /// Makes the factor at the sheet's rest again, after a step that was not taken.
@@ -411,7 +418,7 @@ impl Follower {
             setup,
             nodes: [count_nodes(&before), count_nodes(&after)],
             bearing_rad,
-            surprise_m: tried.surprise_m,
+            branch_jump_m: tried.branch_jump_m,
             before,
             after,
         }

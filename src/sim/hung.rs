@@ -61,7 +61,7 @@ impl HungSquare {
 
     /// Hangs a square of `fabric` from where another fabric hangs.
     #[must_use]
-    pub fn led(&self, from: &Hung, fabric: &Fabric) -> Hung {
+    pub fn continued(&self, from: &Hung, fabric: &Fabric) -> Hung {
         self.from(fabric, &from.grid, from.positions_m.clone())
     }
 
@@ -158,9 +158,9 @@ mod tests {
         assert!(soft.at_rest && stiff.at_rest);
         println!("sag {:.1} and {:.1} mm", 1e3 * sag_m(&soft), 1e3 * sag_m(&stiff));
         assert!(sag_m(&stiff) < 0.97 * sag_m(&soft));
-        let led = cut.led(&soft, &fabric(48e3));
-        assert!(led.at_rest);
-        let apart = mean(led.hem_m(), 1) - mean(stiff.hem_m(), 1);
+        let continued = cut.continued(&soft, &fabric(48e3));
+        assert!(continued.at_rest);
+        let apart = mean(continued.hem_m(), 1) - mean(stiff.hem_m(), 1);
         assert!(apart.abs() < 0.5e-3, "{apart}");
     }
 }

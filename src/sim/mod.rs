@@ -14,7 +14,7 @@ pub mod grid;
 pub mod guide;
 pub mod hessian_form;
 pub mod hung;
-mod lay;
+mod initialise;
 pub mod model;
 mod motion;
 pub mod newton;

@@ -130,7 +130,7 @@ pub(super) fn descend(
 }
 
 /// How friction answers the forces on the plate from one Newton step to the next. Each step takes
-/// the normal forces that the last one led to. Where cloth is drawn tight over the edge, more
+/// the normal forces of the last one. Where cloth is drawn tight over the edge, more
 /// friction there means less force in the step after, and the two can go up and down for ever; they
 /// meet when friction goes half of the way. In the corrections of a continuation (`follow.rs`) the
 /// same was tried and dropped: walks of the measured prior became more expensive by a third.
@@ -163,7 +163,7 @@ const NOT_FALLING: f64 = 0.95;
 /// Part of the way that it then goes.
 const HALF: f64 = 0.5;
 
-/// What Newton steps led to.
+/// How Newton steps ended.
 enum Finish {
     /// A stable equilibrium; residual \[N\].
     Rest(f64),

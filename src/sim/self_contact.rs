@@ -20,7 +20,7 @@
 //! a common vertex is 3.5 mm, hence nothing but the first kind is left out,
 //! and every crossing of two triangles without a common vertex is prevented.
 //! Below 2.83 mm per cell (1 mm gap) the second kind appears: a corner against the
-//! diagonal of its own cell. The fold that this misses is one within a cell or two.
+//! diagonal of the same cell. The fold that this misses is one within a cell or two.
 //!
 //! Weights: a point counts with its rest area, an edge with a third of the
 //! area of its triangles, both over 25 mm^2 (a cell of the default grid), so that

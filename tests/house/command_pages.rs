@@ -1,7 +1,7 @@
 //! docs/commands: a page for each verb, with the help that the program prints. Title, text and
-//! example of a page are written by hand. Options that `estimate` has in the same words stand on its
-//! page alone; the others name them.
-//! `UPDATE=1 cargo test --release --test house command_pages` writes the help.
+//! example of a page are written by hand. Options that `estimate` has in the same words stand on
+//! its page alone; the others name them. `UPDATE=1 cargo test --release --test house command_pages`
+//! writes the help.
 
 use crate::program;
 use crate::promises::root;

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use scan2params::Fabric;
-use scan2params::calibrate::believed::Believed;
-use scan2params::calibrate::beside::Beside;
+use scan2params::calibrate::comparison::Comparison;
 use scan2params::calibrate::effect::{Cloth, EFFECTS, FIELDS, FieldOf, Layer};
 use scan2params::calibrate::explain::{Cause, Explanation, Explanations};
+use scan2params::calibrate::fabric_prior::FabricPrior;
 use scan2params::calibrate::field::{Field, FieldLayer};
 use scan2params::calibrate::fit::Fitted;
 use scan2params::calibrate::floor::{Pairing, Spread};
@@ -21,10 +21,10 @@ use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
 use scan2params::calibrate::measured::Measured;
 use scan2params::calibrate::measures::{FoldRule, Measures};
 use scan2params::calibrate::pose::POSE;
-use scan2params::calibrate::result::{After, DrapeBeside, FabricResult, Verdict};
+use scan2params::calibrate::prediction::outline_of;
+use scan2params::calibrate::residuals::Row;
+use scan2params::calibrate::result::{After, ComparedDrape, FabricResult, Verdict};
 use scan2params::calibrate::run::{Calibration, Refused};
-use scan2params::calibrate::seen::Row;
-use scan2params::calibrate::trial::outline_of;
 use scan2params::fabric::{Mixture, STIFFNESSES, TABLE_2, sha256_hex};
 use scan2params::refine::{Ended, RefinedStiffness};
 use scan2params::report::calibration::write;
@@ -223,7 +223,7 @@ fn a_batch_has_its_page_with_those_of_its_scans() {
 }
 
 /// A measured drape, which is a simulated one moved outwards, beside that one.
-fn beside(up: bool, out_m: f64, drape: &scan2params::Drape) -> Beside {
+fn comparison(up: bool, out_m: f64, drape: &scan2params::Drape) -> Comparison {
     let simulated = outline_of(drape);
     let measured = simulated.mapped(|[x, z]| {
         let far = x.hypot(z);
@@ -235,7 +235,7 @@ fn beside(up: bool, out_m: f64, drape: &scan2params::Drape) -> Beside {
         Row { bearing_rad, outwards_m: out_m, across_m: out_m.abs() }
     };
     let rows = (0..240).map(row);
-    Beside {
+    Comparison {
         drape: drape.clone(),
         pose: [0.0; POSE],
         rms_m: out_m.abs(),
@@ -303,14 +303,15 @@ fn calibrated() -> Calibration {
         (Face::Up, Role::Holdout),
         (Face::Down, Role::Holdout),
     ];
-    let drapes = |out_m: f64| -> Vec<DrapeBeside> {
+    let drapes = |out_m: f64| -> Vec<ComparedDrape> {
         let of = |(measured, (face, _)): (usize, &(Face, Role))| {
-            let beside = Ok(beside(*face == Face::Up, out_m + 1e-4 * measured as f64, &drape));
-            DrapeBeside { measured, beside }
+            let comparison =
+                Ok(comparison(*face == Face::Up, out_m + 1e-4 * measured as f64, &drape));
+            ComparedDrape { measured, comparison }
         };
         all.iter().enumerate().map(of).collect()
     };
-    let outline = beside(true, 3e-3, &drape).measured;
+    let outline = comparison(true, 3e-3, &drape).measured;
     let measures = Measures::of(&outline, &experiment, &FoldRule::default());
     let measured = all.iter().enumerate().map(|(k, (face, role))| Measured {
         entry: entry(k + 2, *face, *role),
@@ -324,7 +325,7 @@ fn calibrated() -> Calibration {
     let effects = vec![FoundEffect { effect: &EFFECTS[0], numbers, group: vec!["edge_curl"] }];
     let fabric = FabricResult {
         name: "f <1>".to_owned(),
-        believed: Believed::of(&Mixture::measured(), None).unwrap(),
+        fabric_prior: FabricPrior::of(&Mixture::measured(), None).unwrap(),
         measured: measured.collect(),
         floor: vec![Spread {
             pairing: Pairing::Captures,

@@ -3,7 +3,7 @@
 use nalgebra::Rotation3;
 use scan2params::base::Vector3;
 use scan2params::calibrate::measures::drape_coefficient;
-use scan2params::calibrate::trial::outline_of;
+use scan2params::calibrate::prediction::outline_of;
 use scan2params::fabric::Fabric;
 use scan2params::sim::elastica::end_under;
 use scan2params::sim::energy::asymmetry::SMOOTHING_PER_M;

@@ -1,5 +1,5 @@
-//! `scan2params-lab estimate`: the shipped estimate, or another network's, held against drapes that it has
-//! not seen.
+//! `scan2params-lab estimate`: the shipped estimate, or another network's, held against drapes that
+//! it has not seen.
 
 use std::io::IsTerminal as _;
 use std::path::Path;

@@ -10,7 +10,7 @@ use scan2params::report::files;
 use scan2params::sim::{Fall, SimOptions};
 use scan2params_lab::evaluate::estimate::converged;
 use scan2params_lab::evaluate::linear::Linear;
-use scan2params_lab::evaluate::redrape::{self, Beside, Redraped, Tally};
+use scan2params_lab::evaluate::redrape::{self, Comparison, Redraped, Tally};
 use scan2params_lab::evaluate::refine::{Begin, Series, Sight};
 
 pub(super) fn run(given: &args::Redrape) -> Outcome {
@@ -46,8 +46,8 @@ pub(super) fn run(given: &args::Redrape) -> Outcome {
     }
     println!("{}", Redraped::COLUMNS);
     let (refine, off) = (given.refine, given.off.map(|percent| percent / 100.0));
-    let beside = Beside { linear: linear.as_ref(), refine, off };
-    let cases = redrape::run(&series, &beside, |case| println!("{}", case.row()))?;
+    let comparison = Comparison { linear: linear.as_ref(), refine, off };
+    let cases = redrape::run(&series, &comparison, |case| println!("{}", case.row()))?;
     let tallies = Tally::all(&cases);
     println!("\n{}", Tally::COLUMNS);
     for tally in &tallies {

@@ -171,10 +171,10 @@ impl Series {
                 })
                 .collect();
             let fit = self.calibrate.fit;
-            let (believed, rule) = (&result.believed, &self.calibrate.folds);
+            let (fabric_prior, rule) = (&result.fabric_prior, &self.calibrate.folds);
             let cloth = Cloth { effects: effects.clone(), ..Cloth::plain(case.fabric) };
-            let drapes = predict(&targets, believed, &cloth, &fit, rule, &|_| ());
-            rms_m.extend(drapes.into_iter().flatten().map(|beside| beside.rms_m));
+            let drapes = predict(&targets, fabric_prior, &cloth, &fit, rule, &|_| ());
+            rms_m.extend(drapes.into_iter().flatten().map(|comparison| comparison.rms_m));
         }
         mean(&rms_m) / M_PER_MM
     }

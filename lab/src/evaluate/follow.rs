@@ -93,7 +93,7 @@ impl Walk {
     /// The names of what [`Self::row`] gives.
     pub const COLUMNS: &str = "index, bending_length_mm, fresh_cpu_s, fresh_factorisations, \
          there_cpu_s, there_factorisations, back_cpu_s, back_factorisations, descents, events, \
-         surprise_mm, away_mm, return_mm, nodes, stop, intersections";
+         branch_jump_mm, away_mm, return_mm, nodes, stop, intersections";
 
     /// Events on both legs.
     #[must_use]
@@ -119,8 +119,8 @@ impl Walk {
             Some(leg) => format!("{:.2}, {}", leg.cpu_s, leg.followed.effort.factorisations),
             None => "-, -".to_owned(),
         };
-        let surprises = self.legs.iter().flat_map(|leg| &leg.followed.events);
-        let surprise_m = surprises.map(|event| event.surprise_m).fold(0.0, f64::max);
+        let jumps = self.legs.iter().flat_map(|leg| &leg.followed.events);
+        let branch_jump_m = jumps.map(|event| event.branch_jump_m).fold(0.0, f64::max);
         let ends = self.legs.iter().map(|leg| &leg.drape);
         let nodes: Vec<String> = [&self.fresh]
             .into_iter()
@@ -137,7 +137,7 @@ impl Walk {
             cost(self.legs.get(1)),
             self.legs.iter().map(|leg| leg.followed.descents).sum::<usize>(),
             self.events(),
-            surprise_m / M_PER_MM,
+            branch_jump_m / M_PER_MM,
             self.legs.first().map_or(f64::NAN, |leg| self.off_mm(leg)),
             self.return_mm(),
             nodes.join(" "),

@@ -1,15 +1,17 @@
-//! Fabrics draped again from their estimates, for `scan2params-lab redrape`: Figs. 8 and 9 of the paper.
+//! Fabrics draped again from their estimates, for `scan2params-lab redrape`: Figs. 8 and 9 of the
+//! paper.
 //!
 //! In: fabrics of a prior. Out: one [`Redraped`] each: the fabric falls canonically on the
 //! network's cells, its rim is answered for by the network, by a linear regression where there is
-//! one, and by the fit where that is asked for, and each answer falls as the true fabric did; so
-//! does, where it is asked for, the true fabric with stiffnesses that are wrong by a known share.
+//! one, and by the fit where that is wanted, and each answer falls as the true fabric did; so
+//! does, where wanted, the true fabric with stiffnesses that are wrong by a known share.
 //! What counts is the mean distance of the rims, and the shares below 5 and 10 mm ([`Tally`]). The
-//! drops, the fit and the comparison are those of `scan2params-lab refine --canonical` ([`Series`]).
+//! drops, the fit and the comparison are those of `scan2params-lab refine --canonical`
+//! ([`Series`]).
 //!
 //! Where it fails: a soft knit's drop ends on another branch with hardly another fabric, so that
 //! its distance says little of its stiffnesses; hence the tally by bending length. The paper's
-//! figures are of its own simulator and fabrics.
+//! figures are of another simulator and other fabrics.
 
 use image::RgbImage;
 use rayon::prelude::*;
@@ -77,7 +79,7 @@ pub struct Redraped {
 
 /// Who answers beside the network.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Beside<'a> {
+pub struct Comparison<'a> {
     /// Linear regression, where there is one.
     pub linear: Option<&'a Linear>,
     /// Whether the fit does, which takes some ten drapes a fabric.
@@ -93,19 +95,23 @@ pub struct Beside<'a> {
 /// The first case that cannot be made.
 pub fn run(
     series: &Series<'_>,
-    beside: &Beside<'_>,
+    comparison: &Comparison<'_>,
     tell: impl Fn(&Redraped) + Sync,
 ) -> Result<Vec<Redraped>, CaseError> {
     let indices: Vec<u64> = series.fabrics.clone().collect();
     let cases = indices.into_par_iter().with_max_len(1).map(|index| {
-        let case = of_fabric(series, beside, index)?;
+        let case = of_fabric(series, comparison, index)?;
         tell(&case);
         Ok(case)
     });
     cases.collect()
 }
 
-fn of_fabric(series: &Series<'_>, beside: &Beside<'_>, index: u64) -> Result<Redraped, CaseError> {
+fn of_fabric(
+    series: &Series<'_>,
+    comparison: &Comparison<'_>,
+    index: u64,
+) -> Result<Redraped, CaseError> {
     let prior = &series.priors[0];
     let fabric = prior.sample(series.seed, index)?;
     let truth = match series.truth(prior, &fabric, index, 0)? {
@@ -117,11 +123,11 @@ fn of_fabric(series: &Series<'_>, beside: &Beside<'_>, index: u64) -> Result<Red
     };
     let rim = &truth.1;
     let estimate = series.estimator.estimate(rim, fabric.density_kg_m2, true);
-    let linear_m = beside
+    let linear_m = comparison
         .linear
         .map(|linear| series.redropped_m(rim, &linear.fabric(rim, fabric.density_kg_m2)));
-    let off_m = beside.off.map(|share| series.redropped_m(rim, &stiffer(&fabric, share)));
-    let refined_m = if beside.refine {
+    let off_m = comparison.off.map(|share| series.redropped_m(rim, &stiffer(&fabric, share)));
+    let refined_m = if comparison.refine {
         // no fit is far off, as no rest is
         let answer =
             series.answer(&Sight::Rim, std::slice::from_ref(&truth), &fabric, (index, None))?;

@@ -1,5 +1,5 @@
-//! Where a scanned drape comes to rest when it starts from the scan, for `scan2params-lab start`: the
-//! branch that a released drape and a fit stand on.
+//! Where a scanned drape comes to rest when it starts from the scan, for `scan2params-lab start`:
+//! the branch that a released drape and a fit stand on.
 //!
 //! In: a prior, a sensor, seeds. Out: one [`Case`] a virtual scan of a drape by a perturbed drop:
 //! the *true* fabric, started from the scanned sheet, guided by the scanned rim, and started from

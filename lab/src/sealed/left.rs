@@ -15,7 +15,9 @@ use scan2params::base::boundary::POINTS;
 use scan2params::base::{Outline, Surface, Vector3};
 use scan2params::calibrate::manifest::Bench;
 use scan2params::calibrate::options::FitOptions;
-use scan2params::calibrate::trial::{Compared, Move, STRIDE, Trial, compared, trial_of};
+use scan2params::calibrate::prediction::{
+    Compared, Move, Prediction, STRIDE, compared, prediction_of,
+};
 use scan2params::fabric::STIFFNESSES;
 use scan2params::numeric::moments::mean;
 use scan2params::sim::sensitivity::Parameter;
@@ -87,60 +89,75 @@ impl Moved {
 }
 
 /// A drape with the moves of what is measured of it; `None` where it has no sensitivities.
-pub(super) fn at_rest(follower: &mut Follower, bench: Bench) -> Option<Trial> {
+pub(super) fn at_rest(follower: &mut Follower, bench: Bench) -> Option<Prediction> {
     let asked: Vec<_> = Parameter::STIFFNESSES.into_iter().chain(PLACED).collect();
     let compared = if bench == Bench::Square { Compared::Sheet } else { Compared::Rim };
-    trial_of(follower, &asked, compared).ok()
+    prediction_of(follower, &asked, compared).ok()
 }
 
 /// What moves a specimen on its plate.
 const PLACED: [Parameter; 2] = [Parameter::OffsetX, Parameter::OffsetZ];
 
 /// How a scanned drape moves, `by` being the moves of its vertices by the effects.
-pub(super) fn of_scan(trial: &Trial, by: &[Vector3], ln: &[f64], options: &FitOptions) -> Moved {
-    let drape = &trial.drape;
+pub(super) fn of_scan(
+    prediction: &Prediction,
+    by: &[Vector3],
+    ln: &[f64],
+    options: &FitOptions,
+) -> Moved {
+    let drape = &prediction.drape;
     let rim: Vec<Vector3> = drape.grid.boundary(by).positions_m().map(|p| p.coords).collect();
     let places = places(drape, by);
-    let (rim_step_m, sheet_step_m) = (mean_step_m(&trial.rim), sheet_step_m(&trial.places));
-    let across = options.scan_model_m.powi(-2) * (rim_step_m / options.alike_m).min(1.0);
+    let (rim_step_m, sheet_step_m) =
+        (mean_step_m(&prediction.rim), sheet_step_m(&prediction.places));
+    let across =
+        options.scan_model_m.powi(-2) * (rim_step_m / options.correlation_length_m).min(1.0);
     let along = across / (1.0 + (options.along_m / options.scan_model_m).powi(2));
-    let within = options.scan_model_m.powi(-2) * (sheet_step_m / options.alike_m).min(1.0).powi(2);
+    let within = options.scan_model_m.powi(-2)
+        * (sheet_step_m / options.correlation_length_m).min(1.0).powi(2);
     let mut rows: Vec<Placed> = Vec::new();
     for index in 0..POINTS {
-        let next = trial.rim[(index + 1) % POINTS] - trial.rim[(index + POINTS - 1) % POINTS];
+        let next =
+            prediction.rim[(index + 1) % POINTS] - prediction.rim[(index + POINTS - 1) % POINTS];
         for (k, normal) in triad(&next).into_iter().enumerate() {
             let weight = if k == 0 { along } else { across };
-            let (at, moves) = (trial.rim[index], rim[index]);
+            let (at, moves) = (prediction.rim[index], rim[index]);
             rows.push(Placed { on: On::Rim(index), normal, at, by_m: normal.dot(&moves), weight });
         }
     }
     let shown = [rows.len(), POINTS];
     for (index, moves) in places.iter().enumerate() {
-        let Some(normal) = sheet_normal(&trial.places, index) else { continue };
-        let (on, at) = (On::Sheet(index), trial.places[index]);
+        let Some(normal) = sheet_normal(&prediction.places, index) else { continue };
+        let (on, at) = (On::Sheet(index), prediction.places[index]);
         rows.push(Placed { on, normal, at, by_m: normal.dot(moves), weight: within });
     }
     let s = options.scan_pose_sigma;
     let sigma = [s[0], s[1], s[2], s[4], s[5], s[7], s[8], s[9]];
-    moved(trial, &rows, ln, shown, &sigma)
+    moved(prediction, &rows, ln, shown, &sigma)
 }
 
 /// How the outline of a drape moves that is seen from above; `by_m` are the moves of its points
 /// across it by the effects.
-pub(super) fn of_outline(trial: &Trial, by_m: &[f64], ln: &[f64], options: &FitOptions) -> Moved {
-    let points = trial.outline.points_m();
+pub(super) fn of_outline(
+    prediction: &Prediction,
+    by_m: &[f64],
+    ln: &[f64],
+    options: &FitOptions,
+) -> Moved {
+    let points = prediction.outline.points_m();
     let count = points.len();
-    let alike = (trial.outline.length_m() / count as f64 / options.alike_m).min(1.0);
+    let alike =
+        (prediction.outline.length_m() / count as f64 / options.correlation_length_m).min(1.0);
     let weight = alike / (options.outline_m.powi(2) + options.model_m.powi(2));
     let row = |(index, by_m): (usize, &f64)| {
-        let normal = outline_normal(&trial.outline, index);
+        let normal = outline_normal(&prediction.outline, index);
         let [x, z] = points[index];
         let at = Vector3::new(x, 0.0, z);
         Placed { on: On::Outline(index), normal, at, by_m: *by_m, weight }
     };
     let rows: Vec<Placed> = by_m.iter().enumerate().map(row).collect();
     let s = options.pose_sigma;
-    moved(trial, &rows, ln, [count, count], &[s[0], s[1], s[2], s[4], s[5]])
+    moved(prediction, &rows, ln, [count, count], &[s[0], s[1], s[2], s[4], s[5]])
 }
 
 /// A measured place and a direction.
@@ -176,13 +193,13 @@ impl Placed {
 /// The columns of some places; the pose's numbers are shift x and z, rotation, the specimen's place
 /// along warp and weft, and of a scan height and leans.
 fn moved(
-    trial: &Trial,
+    prediction: &Prediction,
     rows: &[Placed],
     ln: &[f64],
     shown: [usize; 2],
     pose_sigma: &[f64],
 ) -> Moved {
-    let of = |parameter: Parameter| trial.moves.iter().find(|m| m.parameter == parameter);
+    let of = |parameter: Parameter| prediction.moves.iter().find(|m| m.parameter == parameter);
     let mut columns = DMatrix::zeros(rows.len(), STIFFNESSES + pose_sigma.len());
     for (r, row) in rows.iter().enumerate() {
         for (k, parameter) in Parameter::STIFFNESSES.into_iter().enumerate() {
@@ -264,10 +281,10 @@ mod tests {
         let sim = SimOptions { vertices: 31, ..SimOptions::default() };
         let drop = Drop { start: DropStart::Perturbed(3) };
         let mut follower = Follower::drop(&fabric, &drop, &sim);
-        let trial = at_rest(&mut follower, Bench::Square).unwrap();
-        let nothing = vec![Vector3::zeros(); trial.drape.positions_m.len()];
+        let prediction = at_rest(&mut follower, Bench::Square).unwrap();
+        let nothing = vec![Vector3::zeros(); prediction.drape.positions_m.len()];
         let ln = fabric.in_si().map(f64::ln);
-        of_scan(&trial, &nothing, &ln[..STIFFNESSES], &FitOptions::default())
+        of_scan(&prediction, &nothing, &ln[..STIFFNESSES], &FitOptions::default())
     }
 
     fn size_m(moved: &Moved) -> f64 {

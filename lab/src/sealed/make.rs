@@ -26,7 +26,7 @@ use scan2params::base::{Outline, Vector3};
 use scan2params::calibrate::floor::distance_m;
 use scan2params::calibrate::manifest::{Bench, Face, Role};
 use scan2params::calibrate::options::FitOptions;
-use scan2params::calibrate::trial::{Trial, outline_seen};
+use scan2params::calibrate::prediction::{Prediction, outline_seen};
 use scan2params::fabric::{Fabric, STIFFNESSES};
 use scan2params::io::{WriteError, atomically, write_ply, write_png};
 use scan2params::numeric::moments::mean;
@@ -453,8 +453,8 @@ fn size_of(case: &Case, drape: &Drape, follower: &mut Follower) -> Option<(f64, 
         kept.then(|| (follower.drape(), part))
     })?;
     follower.return_to(&here);
-    let trial = at_rest(follower, case.bench);
-    let moved = trial.map(|trial| moved_by(case, &trial, &now, part));
+    let prediction = at_rest(follower, case.bench);
+    let moved = prediction.map(|prediction| moved_by(case, &prediction, &now, part));
     Some((size_m(case, drape, &now, part), moved))
 }
 
@@ -483,21 +483,21 @@ fn seen(case: &Case, drape: &Drape, share: f64) -> Outline {
 }
 
 /// How what is measured of a drape moves with the effects, a part of which `now` has not.
-fn moved_by(case: &Case, trial: &Trial, now: &Drape, part: f64) -> Moved {
+fn moved_by(case: &Case, prediction: &Prediction, now: &Drape, part: f64) -> Moved {
     let ln = case.fabric.in_si().map(f64::ln);
     let (ln, options) = (&ln[..STIFFNESSES], FitOptions::default());
     let (own, other) = (1.0 + case.scale_by(), 1.0 + (1.0 - part) * case.scale_by());
     match case.bench {
         Bench::Square => {
-            let both = trial.drape.positions_m.iter().zip(&now.positions_m);
+            let both = prediction.drape.positions_m.iter().zip(&now.positions_m);
             let by: Vec<Vector3> = both.map(|(a, b)| (a * own - b * other) / part).collect();
-            of_scan(trial, &by, ln, &options)
+            of_scan(prediction, &by, ln, &options)
         }
         Bench::Cusick => {
             let other = seen(case, now, 1.0 - part);
-            let own = seen(case, &trial.drape, 1.0);
+            let own = seen(case, &prediction.drape, 1.0);
             let across = own.points_m().iter().map(|&p| other.foot(p).outwards_m / part);
-            of_outline(trial, &across.collect::<Vec<_>>(), ln, &options)
+            of_outline(prediction, &across.collect::<Vec<_>>(), ln, &options)
         }
     }
 }

@@ -2,10 +2,10 @@
 //! against.
 //!
 //! In: an [`Effect`], the bench, a place on the specimen as fractions of its sides along warp and
-//! weft, as [`scan2params::calibrate::field::Strongest`] has it. Out: whether the effect acts there, as
-//! far as a field of 5 x 5 nodes can say: a border or a line counts up to half of the distance of
-//! two nodes beyond it. And which share of the specimen such a region is, which a place drawn at
-//! random would score.
+//! weft, as [`scan2params::calibrate::field::Strongest`] has it. Out: whether the effect acts
+//! there, as far as a field of 5 x 5 nodes can say: a border or a line counts up to half of the
+//! distance of two nodes beyond it. And which share of the specimen such a region is, which a place
+//! drawn at random would score.
 
 use super::effect::Effect;
 use scan2params::calibrate::field::is_on;

@@ -1,7 +1,8 @@
 //! What the shipped estimate promises of drapes that the model has not seen: errors, widths and
 //! coverage. They are 64 (`fixtures/rims`), 37 on finer cells, and four drops each of 16 fabrics.
 //! An estimator that ignores the scan breaks these promises, and so does each planted fault.
-//! On the same rims: the linear regression with which `scan2params-lab redrape` compares the network.
+//! On the same rims: the linear regression with which `scan2params-lab redrape` compares the
+//! network.
 
 use std::sync::OnceLock;
 
@@ -232,7 +233,7 @@ fn planted_faults_break_a_promise() {
             ..answer
         }
     };
-    // A fault of the rims is asked for on a quarter of them, which keep the promises unchanged.
+    // A fault of the rims is planted in a quarter of them, which keep the promises unchanged.
     let quarter: Vec<Row> = rims().into_iter().step_by(4).collect();
     let own: Vec<Answer> = answers().iter().copied().step_by(4).collect();
     let own = scores(&own, &quarter);

@@ -7,9 +7,9 @@
 //! tried.
 
 use super::{Fit, LED_GAIN};
-use crate::calibrate::lead::STRETCH_AND_SHEAR;
+use crate::calibrate::continuation::STRETCH_AND_SHEAR;
+use crate::calibrate::equations::State;
 use crate::calibrate::options::LEAVES;
-use crate::calibrate::squares::State;
 use crate::numeric::moments::mean;
 use crate::sim::Follower;
 
@@ -53,8 +53,8 @@ impl Fit<'_> {
             }
         }
         if self.plain.misfit() >= LEAVES && self.has_run_off() {
-            let believed = self.believed;
-            self.begin_again(&self.with_stretch(|k, _| believed.ln_mean[k] + OTHERWISE));
+            let fabric_prior = self.fabric_prior;
+            self.begin_again(&self.with_stretch(|k, _| fabric_prior.ln_mean[k] + OTHERWISE));
         }
         if self.plain.misfit() >= AGAIN {
             self.follow_the_others();
@@ -87,9 +87,10 @@ impl Fit<'_> {
         let mut targets = self.targets.clone();
         targets.remove(odd);
         let declared = self.declared.clone();
-        let cloth = self.squares(&declared).cloth(shared);
-        let (believed, options) = (self.believed, self.options);
-        let mut fit = Fit::begun(&targets, &cloth, believed, options, self.rule, self.tell).ok()?;
+        let cloth = self.equations(&declared).cloth(shared);
+        let (fabric_prior, options) = (self.fabric_prior, self.options);
+        let mut fit =
+            Fit::begun(&targets, &cloth, fabric_prior, options, self.rule, self.tell).ok()?;
         let most = options.evaluations * targets.len();
         let (state, _) = fit.descend(&declared, fit.plain.clone(), most);
         self.simulated += fit.simulated;
@@ -98,9 +99,9 @@ impl Fit<'_> {
 
     /// Whether stretch or shear lies far from the prior.
     fn has_run_off(&self) -> bool {
-        let believed = self.believed;
-        let off = |k: usize| (self.plain.shared[k] - believed.ln_mean[k]).abs();
-        (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * believed.covariance[(k, k)].sqrt())
+        let fabric_prior = self.fabric_prior;
+        let off = |k: usize| (self.plain.shared[k] - fabric_prior.ln_mean[k]).abs();
+        (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * fabric_prior.covariance[(k, k)].sqrt())
     }
 
     /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is
@@ -108,7 +109,7 @@ impl Fit<'_> {
     fn with_stretch(&self, other: impl Fn(usize, f64) -> f64) -> Vec<f64> {
         let mut shared = self.plain.shared.clone();
         for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
-            let [low, high] = self.believed.ln_limits[k];
+            let [low, high] = self.fabric_prior.ln_limits[k];
             *shared = other(k, *shared).clamp(low, high);
         }
         shared
@@ -120,7 +121,7 @@ impl Fit<'_> {
     fn begin_again(&mut self, shared: &[f64]) -> Option<State> {
         let declared = self.declared.clone();
         let before: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let found = self.finely_led(&declared, shared);
+        let found = self.finely_guided(&declared, shared);
         match found.as_ref().filter(|(state, _)| state.cost < self.plain.cost - LED_GAIN) {
             Some((state, ended)) => {
                 (self.plain, self.ended) = (state.clone(), *ended);

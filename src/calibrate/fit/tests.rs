@@ -7,9 +7,9 @@ use crate::calibrate::explain::{Cause, Explained, explain};
 use crate::calibrate::measures::Measures;
 use crate::calibrate::pose::{POSE, picture_of};
 use crate::calibrate::predict::predict;
+use crate::calibrate::prediction::{Compared, outline_of, prediction_of};
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
 use crate::calibrate::target::Rim;
-use crate::calibrate::trial::{Compared, outline_of, trial_of};
 use crate::fabric::{Fabric, Mixture};
 use crate::sim::sensitivity::Parameter;
 use crate::sim::{Drape, Drop, DropStart, Experiment, FollowOptions, Hold, SimOptions};
@@ -86,12 +86,12 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
     };
     let drapes: Vec<_> = [1, 2, 3].into_iter().map(seen).collect();
     let targets: Vec<Target> = drapes.iter().map(|(target, _)| target.clone()).collect();
-    let believed = Believed::of(&Mixture::measured(), Some(truth.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth.density_kg_m2)).unwrap();
     let dc = 0.5 * (drapes[0].1.drape_coefficient + drapes[1].1.drape_coefficient);
-    let fitted = fit(&targets[..2], &believed, dc, &options, &rule, &|_| ()).unwrap().plain();
+    let fitted = fit(&targets[..2], &fabric_prior, dc, &options, &rule, &|_| ()).unwrap().plain();
     let rms: Vec<f64> = fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect();
-    let foretold = predict(&targets[2..], &believed, &fitted.cloth, &options, &rule, &|_| ());
-    let third = foretold[0].as_ref().unwrap();
+    let predicted = predict(&targets[2..], &fabric_prior, &fitted.cloth, &options, &rule, &|_| ());
+    let third = predicted[0].as_ref().unwrap();
     let off: Vec<f64> =
         (0..STIFFNESSES).map(|k| (fitted.stiffnesses[k].value / truth.in_si()[k]).ln()).collect();
     let said = format!(
@@ -121,23 +121,23 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
 fn the_outline_moves_as_its_sensitivities_say() {
     let (fabric, options) = (truth(), options());
     let mut follower = Follower::drop(&fabric, &Drop::canonical(), &options.sim);
-    let before = trial_of(&mut follower, &parameters(&[]), Compared::Rim).unwrap();
+    let before = prediction_of(&mut follower, &parameters(&[]), Compared::Rim).unwrap();
     // one per cent more bending along the warp
     let share = 0.01;
     let mut si = fabric.in_si();
     let added = si[4] * share;
     si[4] += added;
     follower.follow_fabric(&Fabric::from_si(si), &FollowOptions::default()).unwrap();
-    let after = trial_of(&mut follower, &parameters(&[]), Compared::Rim).unwrap();
+    let after = prediction_of(&mut follower, &parameters(&[]), Compared::Rim).unwrap();
     let (mut squared, mut off) = (0.0, 0.0);
     for (k, point) in before.outline.points_m().iter().enumerate() {
         let foot = before.outline.foot(*point);
         let move_ = before.moves[4].outline[k];
         let moved = [0, 1].map(|c| point[c] + move_[c] * added);
-        let foretold = foot.normal[0] * move_[0] * added + foot.normal[1] * move_[1] * added;
+        let predicted = foot.normal[0] * move_[0] * added + foot.normal[1] * move_[1] * added;
         // where the moved point lies from the outline that came of it
         off += after.outline.foot(moved).outwards_m.powi(2);
-        squared += foretold * foretold;
+        squared += predicted * predicted;
     }
     let (expected, left) = ((squared / 720.0).sqrt(), (off / 720.0).sqrt());
     // observed on 41 x 41 vertices: 0.0816 mm, of which 0.0016 mm are left
@@ -151,8 +151,8 @@ fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
         let drop = Drop { start: DropStart::Perturbed(seed) };
         let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
         let drop = Drop { start: DropStart::Outline(Box::new(outline.clone())) };
-        let led = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
-        let off_mm = 1e3 * crate::calibrate::floor::distance_m(&outline, &led);
+        let guided = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
+        let off_mm = 1e3 * crate::calibrate::floor::distance_m(&outline, &guided);
         // observed on 41 x 41 vertices: 0.14, 0.40; without heights 9.5, 0.3
         // other drops lie 5 mm and more away
         assert!(off_mm < 0.8, "{seed}: {off_mm}");
@@ -169,9 +169,9 @@ fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| truth.in_si()[k].ln() - 0.7);
     let soft = Fabric::from_ln_stiffnesses(&ln, truth.density_kg_m2);
     let cloth = Cloth::plain(soft);
-    let lead = Lead { cloth: &cloth, options: &options, asked: &parameters(&[]) };
-    let led = lead.all(std::slice::from_ref(&target), &[target.first_pose()]);
-    let (mut sheet, before) = led.into_iter().next().unwrap().unwrap();
+    let continuation = Continuation { cloth: &cloth, options: &options, asked: &parameters(&[]) };
+    let guided = continuation.all(std::slice::from_ref(&target), &[target.first_pose()]);
+    let (mut sheet, before) = guided.into_iter().next().unwrap().unwrap();
     let hold = Hold {
         outline: target.in_plan(&target.first_pose(), Cloth::plain(truth).view()),
         per_m: options.hold_per_m,
@@ -180,10 +180,10 @@ fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
     sheet.hold(&hold, pull_m);
     let way = sheet.follow_fabric(&soft, &FollowOptions::default()).unwrap();
     assert!(way.reached >= 1.0);
-    let after = trial_of(&mut sheet, &parameters(&[]), Compared::Rim).unwrap();
+    let after = prediction_of(&mut sheet, &parameters(&[]), Compared::Rim).unwrap();
     let move_ = before.with(Parameter::Pull);
-    let foretold = before.hold.mean_m + pull_m * move_.stretch_m;
-    let (moved, off) = (after.hold.mean_m - before.hold.mean_m, after.hold.mean_m - foretold);
+    let predicted = before.hold.mean_m + pull_m * move_.stretch_m;
+    let (moved, off) = (after.hold.mean_m - before.hold.mean_m, after.hold.mean_m - predicted);
     // pulled outwards, it follows by a part of the pull
     let followed = after.hold.mean_m + pull_m - before.hold.mean_m;
     let said = format!("{before:?} {:?}, moved {moved}, off {off}", after.hold);
@@ -211,8 +211,8 @@ fn with_faces(asymmetry: f64) -> (Explained, Vec<&'static str>) {
             ..Target::of(&outline, Some(0.0), &options.sim.experiment)
         });
     }
-    let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
-    let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
+    let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
     let asked = ["asymmetric_bending", "natural_curvature"];
     explained(&mut fit, &all_but(&asked))
 }
@@ -254,9 +254,9 @@ fn a_fabric_and_what_its_faces_differ_by_are_found_from_rims() {
             Target { turned_over, ..target }
         })
         .collect();
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let mut fit = fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap();
     let plain = fit.plain();
     let numbers: Vec<_> = Effect::named("natural_curvature").unwrap().numbers.iter().collect();
     let with = fit.with(&numbers).unwrap();
@@ -288,9 +288,9 @@ fn rims_without_a_sheet_are_tied_to_their_points() {
         Target::of_rim(Rim { sheet: None, ..rim }, &options.sim.experiment).unwrap()
     };
     let targets: Vec<Target> = (0..2).map(target).collect();
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let fitted = fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap().plain();
+    let fitted = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap().plain();
     let off = |k: usize| (fitted.stiffnesses[k].value / fabric.in_si()[k]).ln();
     let bending = [3, 4, 5].map(off);
     let said = format!("misfit {:.3}, bending off by {bending:.3?}", fitted.misfit);
@@ -308,13 +308,13 @@ fn the_height_of_the_camera_is_found_from_outlines() {
         .map(|seed| {
             let drop = Drop { start: DropStart::Perturbed(seed) };
             let drape = crate::sim::drape(&fabric, &drop, &options.sim);
-            let seen = crate::calibrate::trial::outline_seen(&drape, per_height);
+            let seen = crate::calibrate::prediction::outline_seen(&drape, per_height);
             Target::of(&seen, Some(0.0), &options.sim.experiment)
         })
         .collect();
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let mut fit = fit(&targets, &believed, 60.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit(&targets, &fabric_prior, 60.0, &options, &rule, &|_| ()).unwrap();
     let plain = fit.plain();
     let numbers: Vec<_> = Effect::named("perspective").unwrap().numbers.iter().collect();
     let with = fit.with(&numbers).unwrap();
@@ -335,7 +335,7 @@ fn the_height_of_the_camera_is_found_from_outlines() {
     assert!((found / per_height - 1.0).abs() < 0.25, "{said}");
     // known beforehand it is no effect
     let known: Vec<Target> = targets.into_iter().map(|t| Target { per_height, ..t }).collect();
-    let told = super::fit(&known, &believed, 60.0, &options, &rule, &|_| ()).unwrap().plain();
+    let told = super::fit(&known, &fabric_prior, 60.0, &options, &rule, &|_| ()).unwrap().plain();
     assert!(mean(rms(&told)) < 0.5 * mean(rms(&plain)), "{:.2?}", rms(&told));
 }
 
@@ -364,9 +364,9 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
             targets.push(target(&sheet.drape()));
         }
     }
-    let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
     let asked = ["creep", "creep_in_plane"];
     let (creeps, alike) = explained(&mut fit, &all_but(&asked));
     let with = fit.with(&numbers).unwrap();
@@ -392,9 +392,9 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
         let target = Target::of(&outline, Some(0.0), &options.sim.experiment);
         targets.push(Target { turned_over, specimen: specimen(seed), ..target });
     }
-    let believed = Believed::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let mut fit = fit(&targets, &believed, 65.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
     let asked = ["edge_curl", "natural_curvature", "asymmetric_bending", "softening"];
     let (curls, _) = explained(&mut fit, &all_but(&asked));
     // what is left out of the list is no explanation, alone or with another
@@ -428,11 +428,11 @@ fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
         Target::of_rim(rim, &options.sim.experiment).unwrap()
     };
     let targets: Vec<Target> = (0..2).map(target).collect();
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let as_they_are = FitOptions { finer: 1.0, ..options };
     let plain = |options: &FitOptions| {
-        let fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
+        let fit = fit(&targets, &fabric_prior, 0.0, options, &rule, &|_| ()).unwrap();
         fit.plain()
     };
     let (without, with) = (plain(&as_they_are), plain(&options));
@@ -473,10 +473,10 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
         Target::of_rim(rim, &options.sim.experiment).unwrap()
     };
     let targets: Vec<Target> = (0..2).map(target).collect();
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let fitted = |options: &FitOptions| {
-        let mut fit = fit(&targets, &believed, 0.0, options, &rule, &|_| ()).unwrap();
+        let mut fit = fit(&targets, &fabric_prior, 0.0, options, &rule, &|_| ()).unwrap();
         fit.start_otherwise();
         fit.plain()
     };
@@ -516,15 +516,15 @@ fn off_at_scales(has_sheet: bool) -> [(f64, f64); 2] {
         sheet.map(|sheet| Surface::exact(sheet.points().iter().map(|p| at(p.position_m))).unwrap());
     let boundary = crate::base::Boundary::exact(rim.boundary.positions_m().map(at)).unwrap();
     let targets = [Target::of_rim(Rim { boundary, sheet, edge: None }, &bench).unwrap()];
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let scale = &Effect::named("scale").unwrap().numbers[0];
     [larger.ln(), 0.0].map(|ln| {
         let cloth = Cloth { effects: vec![(scale, ln)], ..Cloth::plain(fabric) };
         let rule = FoldRule::default();
-        let mut all = predict(&targets, &believed, &cloth, &options, &rule, &|_| ());
-        let beside = all.remove(0).unwrap();
-        println!("{:.3} mm, {:.4}", beside.rms_m * 1e3, beside.springs_share);
-        (beside.rms_m, beside.springs_share)
+        let mut all = predict(&targets, &fabric_prior, &cloth, &options, &rule, &|_| ());
+        let comparison = all.remove(0).unwrap();
+        println!("{:.3} mm, {:.4}", comparison.rms_m * 1e3, comparison.springs_share);
+        (comparison.rms_m, comparison.springs_share)
     })
 }
 
@@ -547,9 +547,9 @@ fn around_another_cloth_its_effect_is_a_part_of_the_model_and_nothing_stays_of_t
         Target::of_rim(rim, &bench).unwrap()
     };
     let targets: Vec<Target> = (0..2).map(target).collect();
-    let believed = Believed::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
+    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
-    let mut fit = fit(&targets, &believed, 0.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap();
     let before = fit.plain();
     let tilt = Effect::named("tilt").unwrap();
     let numbers: Vec<&'static Number> = tilt.numbers.iter().collect();

@@ -133,7 +133,7 @@ fn stiffnesses(fabric: &FabricResult, fitted: &Fitted) -> Vec<Stiffness> {
             index,
             value: values[index],
             interval90: own.interval90.map(|v| v * unit),
-            ends: fabric.believed.ln_limits[index].map(|ln| ln.exp() * unit),
+            ends: fabric.fabric_prior.ln_limits[index].map(|ln| ln.exp() * unit),
             in_range: !own.at_limit,
             shown: Some(own.shown),
             exchanged: None,
@@ -143,7 +143,7 @@ fn stiffnesses(fabric: &FabricResult, fitted: &Fitted) -> Vec<Stiffness> {
 }
 
 fn fits(fabric: &FabricResult) -> Markup {
-    let density = fabric.believed.density_kg_m2 / KG_M2_PER_G_M2;
+    let density = fabric.fabric_prior.density_kg_m2 / KG_M2_PER_G_M2;
     let (ends, prior) = ("the range that is tried", "the prior");
     html! {
         @match &fabric.fitted {
@@ -299,7 +299,7 @@ fn floor(fabric: &FabricResult) -> Markup {
         }
         p .caption {
             (number::counted(fabric.measured.len(), "outline"))
-            @if !fabric.believed.density_known { "; the density was not given, so that " (significant(fabric.believed.density_kg_m2 / KG_M2_PER_G_M2)) " g/m\u{b2} was assumed and stiffness over weight was fitted" }
+            @if !fabric.fabric_prior.density_known { "; the density was not given, so that " (significant(fabric.fabric_prior.density_kg_m2 / KG_M2_PER_G_M2)) " g/m\u{b2} was assumed and stiffness over weight was fitted" }
             "."
         }
     }

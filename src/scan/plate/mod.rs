@@ -1,7 +1,7 @@
 //! The plate: where in a scene a cloth may lie on a disc of known radius and hang from it.
 //!
 //! In: points of the scene \[m\], any frame. Out: places, those that look most like a drape
-//! first, and of each that is asked for the plate's centre (on the cloth's surface), up, radius and
+//! first, and of each place tried the plate's centre (on the cloth's surface), up, radius and
 //! noise. Which of them is the drape is decided by the flattened cloth (`scan::pose`).
 //!
 //! A place is a flat patch that lies on no plane wider than the specimen (`wide`), with either

@@ -1,7 +1,7 @@
 //! Bending hysteresis: dry friction inside the cloth that resists a change of its curvature.
 //!
-//! Kawabata's bending test (KES) finds a loop: the moment per width on the way up lies above that
-//! on the way back by 2HB \[N\]. Here that is an elastic-plastic element in addition to the plate
+//! Kawabata's bending test (KES) finds a loop: the moment per width while loading lies above that
+//! while unloading by 2HB \[N\]. Here that is an elastic-plastic element in addition to the plate
 //! energy of `bending.rs`, one for the curvature along the weft and one for that along the warp,
 //!
 //! `M = B k + HB f(k - k_a)`, `f(u) = u/s (2 - |u|/s)` up to |u| = s, and +-1 beyond  \[N\]
@@ -187,7 +187,7 @@ mod tests {
         for grid in grids() {
             let mut energy = HysteresisEnergy::new(&grid, &experiment()).unwrap();
             energy.renew(&flat_with_noise(&grid, 0.2));
-            // less bent now: some hold on the way back, some have slipped back
+            // less bent now: some hold while unloading, some have slipped back
             let x = flat_with_noise(&grid, 0.05);
             let slips = |e: &&Element| {
                 (e.place.at(&x).part - e.anchor(&energy.anchors_per_m)).abs() > energy.slip_per_m

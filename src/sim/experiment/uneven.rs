@@ -4,8 +4,8 @@
 //! In: nothing but numbers (SI). Out: what `sim/uneven.rs` makes masses, bending and loads of;
 //! their limits stand in `Experiment::check`. Nothing fits these numbers: hem, seam, gradient and
 //! draught stand for what a model of a drape does not know of, and sealed cases are drawn with them
-//! (`lab/src/sealed`); the two fields are what a calibration's tracer draws (`calibrate/field.rs`). All
-//! are off by default.
+//! (`lab/src/sealed`); the two fields are what a calibration's tracer draws (`calibrate/field.rs`).
+//! All are off by default.
 
 use serde::{Deserialize, Serialize};
 

@@ -19,7 +19,7 @@
 //! mean plane still passes for 3.5 mm at rest and 1 mm asked.
 //! First blocks of 2 x 2 bins (4 x 4 cells) are asked, then blocks of 2 x 2 cells.
 //! The few pairs nearer than a cell at rest (`Tight`: a corner against the diagonal
-//! of its own cell) need a larger `mu` than the others and are listed, so that
+//! of the same cell) need a larger `mu` than the others and are listed, so that
 //! they alone are tested where only the others are known to be apart.
 //!
 //! Fails: nothing is told (`mu = 0`) of patches that are not flat at rest

@@ -1,5 +1,5 @@
-//! The one real drape that is known in three dimensions, for `scan2params-lab physics`: four horizontal
-//! sections of a Cusick drape, 15 to 25 mm below the disc.
+//! The one real drape that is known in three dimensions, for `scan2params-lab physics`: four
+//! horizontal sections of a Cusick drape, 15 to 25 mm below the disc.
 //!
 //! In: a folder of measured data. Out: how near the simulator's drape comes to all four sections,
 //! and which stiffness over weight brings it there. Neither the fabric nor the specimen's size is
@@ -17,7 +17,7 @@ use scan2params::base::frame::GRAVITY_M_S2;
 use scan2params::base::units::M_PER_MM;
 use scan2params::base::{Outline, Vector3};
 use scan2params::calibrate::measures::{BEARINGS, FoldRule, Measures, farthest_m, folds};
-use scan2params::calibrate::trial::outline_of;
+use scan2params::calibrate::prediction::outline_of;
 use scan2params::geom::MeshIndex;
 use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series};
 use scan2params::sim::{Drape, Drop, DropStart, Experiment, SimOptions, Stop, drape};

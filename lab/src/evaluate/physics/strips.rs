@@ -1,4 +1,5 @@
-//! The simulator against known answers, for `scan2params-lab physics` and docs/validation/simulator.md.
+//! The simulator against known answers, for `scan2params-lab physics` and
+//! docs/validation/simulator.md.
 //!
 //! In: nothing, or a folder of measured data. Out: tables of numbers with their known
 //! answers, and charts. Strips: `sim::strip`; the elastica: `sim::elastica`.

@@ -1,5 +1,5 @@
-//! Scenes drawn blind, for `scan2params-lab scenes`: sensor, stand, surroundings, fabric, views and unit,
-//! each scan through the whole scan path.
+//! Scenes drawn blind, for `scan2params-lab scenes`: sensor, stand, surroundings, fabric, views and
+//! unit, each scan through the whole scan path.
 //!
 //! In: sensors, a folder of drapes ([`drapes`]), a seed. Out: a [`Record`] of each scene: what it
 //! was, and the rim's error and stated sigma, or the refusal. With [`Series::broken`] every scene

@@ -12,7 +12,7 @@ use scan2params::base::Vector3;
 use scan2params::base::frame::GRAVITY_M_S2;
 use scan2params::base::units::M_PER_MM;
 use scan2params::calibrate::measures::{FoldRule, Measures};
-use scan2params::calibrate::trial::outline_of;
+use scan2params::calibrate::prediction::outline_of;
 use scan2params::fabric::Fabric;
 use scan2params::sim::hung::{Hung, HungSquare};
 use scan2params::sim::strip::{Cut, cantilever};
@@ -161,7 +161,7 @@ impl Shape {
         let own = cut.hang(truth);
         let reading = |hung: &Hung| hung.at_rest.then(|| of_hung(hung, &cut));
         let continued = |fabric: &Fabric| {
-            let hung = cut.led(&own, fabric);
+            let hung = cut.continued(&own, fabric);
             let reading = own.at_rest.then(|| reading(&hung))??;
             let pairs = own.hem_m().iter().zip(hung.hem_m());
             let sum: f64 = pairs.map(|(a, b)| (a - b).norm()).sum();

@@ -24,8 +24,8 @@ pub struct Row {
     pub coefficient: [f64; 2],
     /// The standard deviation of the true fabric's drops, median \[points\]; NaN for one drop.
     pub scatter: f64,
-    /// Part of the fabrics whose mean coefficient lies within the true drops' least and largest; NaN
-    /// for one drop.
+    /// Part of the fabrics whose mean coefficient lies within the true drops' least and largest;
+    /// NaN for one drop.
     pub within_scatter: f64,
     /// Distance of the mean numbers of folds, median.
     pub folds: f64,

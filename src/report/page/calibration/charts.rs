@@ -6,12 +6,12 @@ use maud::{Markup, html};
 use crate::base::units::mm;
 use crate::calibrate::floor::Pairing;
 use crate::calibrate::manifest::{Face, Role};
-use crate::calibrate::result::{DrapeBeside, FabricResult};
+use crate::calibrate::result::{ComparedDrape, FabricResult};
 use crate::report::page::number::fixed;
 use crate::report::page::svg::{Scale, c, closed, labelled};
 
 /// Drapes with what they were before and are after: both where both came to rest.
-fn both(fabric: &FabricResult) -> impl Iterator<Item = (&DrapeBeside, Option<&DrapeBeside>)> {
+fn both(fabric: &FabricResult) -> impl Iterator<Item = (&ComparedDrape, Option<&ComparedDrape>)> {
     let after = fabric.after.as_ref().map(|after| after.drapes.as_slice()).unwrap_or_default();
     fabric.drapes.iter().enumerate().map(|(k, before)| (before, after.get(k)))
 }
@@ -22,11 +22,11 @@ pub(super) fn held_out(fabric: &FabricResult) -> Option<Markup> {
     let mut rows: Vec<(String, f64, Option<f64>)> = Vec::new();
     for (before, after) in both(fabric) {
         let entry = &fabric.measured[before.measured].entry;
-        let Ok(own) = &before.beside else { continue };
+        let Ok(own) = &before.comparison else { continue };
         if entry.role != Role::Holdout {
             continue;
         }
-        let after = after.and_then(|after| after.beside.as_ref().ok()).map(|b| mm(b.rms_m));
+        let after = after.and_then(|after| after.comparison.as_ref().ok()).map(|b| mm(b.rms_m));
         let face = entry.face.map_or("", Face::name);
         let specimen = entry.specimen.as_deref().unwrap_or("\u{2013}");
         rows.push((format!("{specimen} {face}"), mm(own.rms_m), after));
@@ -81,9 +81,14 @@ pub(super) fn coefficients(fabric: &FabricResult) -> Option<Markup> {
     for (before, after) in both(fabric) {
         let measured = &fabric.measured[before.measured];
         let own = measured.measures.drape_coefficient;
-        let mut add = |drape: &DrapeBeside, class| {
-            if let Ok(beside) = &drape.beside {
-                points.push((measured.entry.face, own, beside.measures.drape_coefficient, class));
+        let mut add = |drape: &ComparedDrape, class| {
+            if let Ok(comparison) = &drape.comparison {
+                points.push((
+                    measured.entry.face,
+                    own,
+                    comparison.measures.drape_coefficient,
+                    class,
+                ));
             }
         };
         add(before, "dot-before");

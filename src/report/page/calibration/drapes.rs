@@ -10,7 +10,7 @@ use maud::{Markup, html};
 use super::said;
 use crate::base::Outline;
 use crate::base::units::mm;
-use crate::calibrate::beside::Beside;
+use crate::calibrate::comparison::Comparison;
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;
 use crate::calibrate::result::FabricResult;
@@ -72,7 +72,8 @@ fn order(fabric: &FabricResult, face: Option<Face>) -> Vec<usize> {
 
 /// The largest residual of all drapes before, rounded up to 5 mm.
 fn largest_mm(fabric: &FabricResult) -> f64 {
-    let rows = fabric.drapes.iter().filter_map(|d| d.beside.as_ref().ok()).flat_map(|b| &b.rows);
+    let rows =
+        fabric.drapes.iter().filter_map(|d| d.comparison.as_ref().ok()).flat_map(|b| &b.rows);
     let most = rows.map(|row| mm(row.outwards_m.abs())).fold(1.0, f64::max);
     5.0 * (most / 5.0).ceil()
 }
@@ -84,12 +85,13 @@ fn swatch(class: &str) -> Markup {
 fn card(fabric: &FabricResult, k: usize, largest: f64) -> Markup {
     let drape = &fabric.drapes[k];
     let measured = &fabric.measured[drape.measured];
-    let after = fabric.after.as_ref().and_then(|after| after.drapes.get(k)?.beside.as_ref().ok());
+    let after =
+        fabric.after.as_ref().and_then(|after| after.drapes.get(k)?.comparison.as_ref().ok());
     let name = measured.entry.name.rsplit(['/', '\\']).next().unwrap_or_default();
     let specimen = measured.entry.specimen.as_deref().unwrap_or("not known");
     html! {
         li .card {
-            @match &drape.beside {
+            @match &drape.comparison {
                 Ok(before) => {
                     (outlines(measured, before, after, name))
                     (residual(before, after, largest, name))
@@ -109,7 +111,12 @@ fn card(fabric: &FabricResult, k: usize, largest: f64) -> Markup {
 }
 
 /// The outlines on the plate, as the picture shows them.
-fn outlines(measured: &Measured, before: &Beside, after: Option<&Beside>, name: &str) -> Markup {
+fn outlines(
+    measured: &Measured,
+    before: &Comparison,
+    after: Option<&Comparison>,
+    name: &str,
+) -> Markup {
     let drawn = |outline: &Outline| closed(outline.evenly(POINTS).into_iter().map(|p| p.map(mm)));
     let [px, pz] = [before.pose[0], before.pose[1]].map(mm);
     let label = format!(
@@ -127,9 +134,9 @@ fn outlines(measured: &Measured, before: &Beside, after: Option<&Beside>, name: 
 }
 
 /// The residual around the rim.
-fn residual(before: &Beside, after: Option<&Beside>, largest: f64, name: &str) -> Markup {
-    let drawn = |beside: &Beside| {
-        let mut rows: Vec<_> = beside
+fn residual(before: &Comparison, after: Option<&Comparison>, largest: f64, name: &str) -> Markup {
+    let drawn = |comparison: &Comparison| {
+        let mut rows: Vec<_> = comparison
             .rows
             .iter()
             .map(|row| (row.bearing_rad.rem_euclid(std::f64::consts::TAU), row.outwards_m))

@@ -197,7 +197,7 @@ pub(super) fn next(fabric: &FabricResult) -> Markup {
     if fabric.held_out_rms_m().is_empty() {
         steps.push("Hold some specimens out (role holdout).");
     }
-    if !fabric.believed.density_known {
+    if !fabric.fabric_prior.density_known {
         steps.push("Weigh the fabric: without its density only stiffness over weight is known.");
     }
     html! {
@@ -242,7 +242,7 @@ pub(super) fn undecided(fabric: &FabricResult) -> Markup {
             effect(found.effect.name)
         ));
     }
-    if !fabric.believed.density_known {
+    if !fabric.fabric_prior.density_known {
         points.push("The density was not given: all stiffnesses scale with it.".to_owned());
     }
     points.push("An outline from above shows no heights: cloth that hangs differently under the same outline looks the same.".to_owned());

@@ -1,27 +1,26 @@
-//! What stays between drapes and what was measured: how large it is, and over which length of rim
-//! it is alike.
+//! The residual between drapes and what was measured: its size, and its correlation length.
 //!
-//! In: drapes beside their outlines or rims. Out: [`Left`]. The fit counts one point of a rim on
-//! every [`super::options::FitOptions::alike_m`]; where what stays is alike over more, its
-//! intervals are too narrow.
+//! In: drapes compared with their outlines or rims. Out: [`ResidualSize`]. The fit counts one point
+//! of a rim on every [`super::options::FitOptions::correlation_length_m`]. Where the residual
+//! correlates over more, the fit's intervals are too narrow.
 
-use super::beside::Beside;
+use super::comparison::Comparison;
 
-/// What stays of some drapes.
+/// The residual of some drapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Left {
+pub struct ResidualSize {
     /// Root mean square distance, level and across the rim \[m\].
     pub rms_m: f64,
     /// Length along the rim over which its autocorrelation falls to 1/e \[m\].
-    pub along_m: f64,
+    pub correlation_length_m: f64,
 }
 
-/// What stays of some drapes, each taken around its own mean; `None` where nothing does.
+/// The residual of some drapes, each taken around its own mean; `None` where there is none.
 #[must_use]
-pub fn left<'a>(drapes: impl IntoIterator<Item = &'a Beside>) -> Option<Left> {
-    let all = drapes.into_iter().map(|beside| {
-        let off_m: Vec<f64> = beside.rows.iter().map(|row| row.outwards_m).collect();
-        (off_m, beside.measured.length_m() / beside.rows.len().max(1) as f64)
+pub fn residual_size<'a>(drapes: impl IntoIterator<Item = &'a Comparison>) -> Option<ResidualSize> {
+    let all = drapes.into_iter().map(|comparison| {
+        let off_m: Vec<f64> = comparison.rows.iter().map(|row| row.outwards_m).collect();
+        (off_m, comparison.measured.length_m() / comparison.rows.len().max(1) as f64)
     });
     of(&all.collect::<Vec<_>>())
 }
@@ -30,7 +29,7 @@ pub fn left<'a>(drapes: impl IntoIterator<Item = &'a Beside>) -> Option<Left> {
 const ROUNDING: f64 = 1e-20;
 
 /// Distances at even steps around closed curves, and these steps \[m\].
-fn of(curves: &[(Vec<f64>, f64)]) -> Option<Left> {
+fn of(curves: &[(Vec<f64>, f64)]) -> Option<ResidualSize> {
     let count: usize = curves.iter().map(|(off_m, _)| off_m.len()).sum();
     let around: Vec<Vec<f64>> = curves
         .iter()
@@ -53,17 +52,17 @@ fn of(curves: &[(Vec<f64>, f64)]) -> Option<Left> {
     let step_m = curves.iter().map(|(_, step_m)| step_m).sum::<f64>() / curves.len() as f64;
     let shortest = curves.iter().map(|(off_m, _)| off_m.len()).min().unwrap_or(0);
     let mut before = 1.0;
-    let mut along_m = step_m * shortest as f64 / 2.0;
+    let mut correlation_length_m = step_m * shortest as f64 / 2.0;
     for lag in 1..=shortest / 2 {
         let now = at_lag(lag) / whole;
         let fallen = (-1.0_f64).exp();
         if now <= fallen {
-            along_m = step_m * (lag as f64 - (fallen - now) / (before - now));
+            correlation_length_m = step_m * (lag as f64 - (fallen - now) / (before - now));
             break;
         }
         before = now;
     }
-    Some(Left { rms_m: (squares / count as f64).sqrt(), along_m })
+    Some(ResidualSize { rms_m: (squares / count as f64).sqrt(), correlation_length_m })
 }
 
 #[cfg(test)]
@@ -71,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stays_is_alike_over_part_of_its_waves() {
+    fn a_residual_correlates_over_part_of_its_waves() {
         // a wave's autocorrelation is its cosine: 1/e at 0.19 of its length
         let wave = |waves: f64| -> (Vec<f64>, f64) {
             let at = |k: i32| (waves * f64::from(k) / 240.0 * std::f64::consts::TAU).sin();
@@ -80,8 +79,12 @@ mod tests {
         let found = of(&[wave(4.0), wave(4.0)]).unwrap();
         let expected = (-1.0_f64).exp().acos() / std::f64::consts::TAU * 240.0 * 5e-3 / 4.0;
         assert!((found.rms_m - 2e-3 / 2.0_f64.sqrt()).abs() < 1e-9);
-        assert!((found.along_m / expected - 1.0).abs() < 0.01, "{} {expected}", found.along_m);
-        assert!(of(&[wave(12.0)]).unwrap().along_m < 0.5 * found.along_m);
+        assert!(
+            (found.correlation_length_m / expected - 1.0).abs() < 0.01,
+            "{} {expected}",
+            found.correlation_length_m
+        );
+        assert!(of(&[wave(12.0)]).unwrap().correlation_length_m < 0.5 * found.correlation_length_m);
         assert_eq!(of(&[(vec![1e-3; 240], 5e-3)]), None);
         assert_eq!(of(&[]), None);
     }

@@ -1,5 +1,5 @@
-//! One fabric's drape as it is seen, from above and at its rim, and how it moves with everything
-//! that is asked for.
+//! One fabric's drape as it is seen, from above and at its rim, and how it moves with every
+//! unknown.
 //!
 //! In: a sheet at rest. Out: its outline about the plate's axis, the farthest point of cloth at
 //! each of [`BEARINGS`] bearings, in the plan of the simulation frame \[m\], and the moves of these
@@ -27,7 +27,7 @@ pub const BEARINGS: usize = 720;
 
 /// A drape seen from above.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub struct Prediction {
     /// The drape.
     pub drape: Drape,
     /// Its outline, a point for each bearing from 0 on.
@@ -74,7 +74,7 @@ pub struct Held {
     pub pull_m: f64,
 }
 
-impl Trial {
+impl Prediction {
     /// Its outline as a camera above the plate's axis sees it, on the plate's face.
     #[must_use]
     pub fn seen_from_above(&self, per_height: f64) -> Outline {
@@ -133,11 +133,11 @@ pub const STRIDE: usize = 3;
 ///
 /// # Errors
 /// When it is not at a stable rest.
-pub fn trial_of(
+pub fn prediction_of(
     follower: &mut Follower,
     parameters: &[Parameter],
     compared: Compared,
-) -> Result<Trial, SensitivityError> {
+) -> Result<Prediction, SensitivityError> {
     let sensitivities = follower.sensitivities(parameters)?;
     Ok(with_moves(follower, &sensitivities, compared, false))
 }
@@ -146,11 +146,11 @@ pub fn trial_of(
 ///
 /// # Errors
 /// When it is not at rest.
-pub(super) fn steadied_trial_of(
+pub(super) fn steadied_prediction_of(
     follower: &mut Follower,
     parameters: &[Parameter],
     compared: Compared,
-) -> Result<Trial, SensitivityError> {
+) -> Result<Prediction, SensitivityError> {
     let sensitivities = follower.steadied_sensitivities(parameters)?;
     Ok(with_moves(follower, &sensitivities, compared, true))
 }
@@ -160,7 +160,7 @@ fn with_moves(
     sensitivities: &[Sensitivity],
     compared: Compared,
     is_steadied: bool,
-) -> Trial {
+) -> Prediction {
     let (drape, springs) = (follower.drape(), follower.held());
     let sources = sources(&drape);
     let outline = curve(&drape, &sources);
@@ -186,7 +186,7 @@ fn with_moves(
     let rim = rim(&drape, &drape.positions_m);
     let places = places(&drape, &drape.positions_m, compared);
     let heights_m = heights_m(&drape, &sources);
-    Trial { drape, outline, heights_m, rim, places, moves, hold, is_steadied }
+    Prediction { drape, outline, heights_m, rim, places, moves, hold, is_steadied }
 }
 
 /// The outline of a drape seen from far above, plan of the simulation frame \[m\].

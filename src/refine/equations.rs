@@ -9,8 +9,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::damping::damped_step;
 use super::data::{DataOptions, Datum};
+use super::prediction::{BENCH, NUISANCES, Prediction};
 use super::prior::Prior;
-use super::trial::{BENCH, NUISANCES, Trial};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::SimOptions;
 use crate::sim::experiment::bending_length_m;
@@ -46,7 +46,7 @@ pub struct FitOptions {
     /// harder.
     pub prior_outlier: f64,
     /// Misfit from which on a fit begins again at stiffer stretch and shear.
-    pub leaves: f64,
+    pub largest_misfit: f64,
     /// How far cloth lies beyond the drape on the last cells, in parts of what an error that falls
     /// with the square of the cell predicts from the moves between the first cells and the last:
     /// mean and standard deviation of the prior.
@@ -83,7 +83,7 @@ impl Default for FitOptions {
             longest_step: 0.7,
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
             prior_outlier: 2.0,
-            leaves: 0.6,
+            largest_misfit: 0.6,
             cells: [0.62, 0.5],
             hold_sag_m: 30e-3,
             rim_hold_sag_m: 1e-3,
@@ -103,7 +103,7 @@ impl FitOptions {
 
     /// Prior of how far cloth lies beyond cells of so many vertices a side, in moves from the first
     /// cells to these: mean and standard deviation.
-    pub(super) fn believed_of_cells(&self, vertices: usize) -> [f64; 2] {
+    pub(super) fn prior_of_cells(&self, vertices: usize) -> [f64; 2] {
         let finer = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
         let second_order = 1.0 / (finer * finer - 1.0);
         self.cells.map(|part| part * second_order)
@@ -111,10 +111,10 @@ impl FitOptions {
 }
 
 /// What the least squares are over: the scans' data, one list per scan, and the priors.
-pub(super) struct Squares<'a> {
+pub(super) struct NormalEquations<'a> {
     /// What each scan says, as sure as the drapes on the present cells are.
     pub data: Vec<Vec<Datum>>,
-    /// Prior of how far cloth lies beyond the present cells ([`FitOptions::believed_of_cells`]).
+    /// Prior of how far cloth lies beyond the present cells ([`FitOptions::prior_of_cells`]).
     pub cells: [f64; 2],
     pub density_kg_m2: f64,
     pub prior: &'a Prior,
@@ -124,7 +124,7 @@ pub(super) struct Squares<'a> {
 /// A fabric with its drapes, and the least squares around it.
 pub(super) struct State {
     pub(super) ln: [f64; STIFFNESSES],
-    pub(super) trials: Vec<Trial>,
+    pub(super) predictions: Vec<Prediction>,
     /// The bench's numbers, scan by scan.
     pub(super) bench: Vec<[f64; NUISANCES]>,
     /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the
@@ -146,7 +146,7 @@ impl State {
     }
 }
 
-impl Squares<'_> {
+impl NormalEquations<'_> {
     /// The fabric of six logarithms, made one that can be.
     pub(super) fn fabric(&self, ln: &[f64; STIFFNESSES]) -> Fabric {
         Fabric::from_ln_stiffnesses(ln, self.density_kg_m2)
@@ -156,21 +156,21 @@ impl Squares<'_> {
     pub(super) fn around(
         &self,
         ln: [f64; STIFFNESSES],
-        trials: Vec<Trial>,
+        predictions: Vec<Prediction>,
         mut bench: Vec<[f64; NUISANCES]>,
     ) -> State {
         for _ in 0..BENCH_ROUNDS {
             for (k, data) in self.data.iter().enumerate() {
-                bench[k] = self.bench_of(data, &trials[k], &bench[k]);
+                bench[k] = self.bench_of(data, &predictions[k], &bench[k]);
             }
         }
         let size = STIFFNESSES + NUISANCES * self.data.len();
         let mut normal = DMatrix::zeros(size, size);
         let mut right = DVector::zeros(size);
         let (mut data_cost, mut independent) = (0.0, 0.0);
-        for (k, (data, trial)) in self.data.iter().zip(&trials).enumerate() {
+        for (k, (data, prediction)) in self.data.iter().zip(&predictions).enumerate() {
             let column = |c: usize| if c < STIFFNESSES { c } else { c + NUISANCES * k };
-            let sums = Sums::of(data, trial, &bench[k], self.options.data.outlier);
+            let sums = Sums::of(data, prediction, &bench[k], self.options.data.outlier);
             for a in 0..COLUMNS {
                 right[column(a)] += sums.right[a];
                 for b in 0..COLUMNS {
@@ -184,13 +184,13 @@ impl Squares<'_> {
         let mut cost = data_cost;
         for k in 0..STIFFNESSES {
             let off = (self.prior.ln_mean[k] - ln[k]) / self.prior.ln_sigma[k];
-            let tamed = tamed(off.abs(), self.options.prior_outlier);
-            priors[k] = tamed * self.prior.ln_sigma[k].powi(-2);
-            right[k] += tamed * off / self.prior.ln_sigma[k];
-            cost += off * off * tamed * (2.0 - tamed);
+            let huber_weight = huber_weight(off.abs(), self.options.prior_outlier);
+            priors[k] = huber_weight * self.prior.ln_sigma[k].powi(-2);
+            right[k] += huber_weight * off / self.prior.ln_sigma[k];
+            cost += off * off * huber_weight * (2.0 - huber_weight);
         }
         for (k, numbers) in bench.iter().enumerate() {
-            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.believed()).enumerate() {
+            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.bench_prior()).enumerate() {
                 let at = STIFFNESSES + NUISANCES * k + m;
                 let off = (mean - value) / sigma;
                 priors[at] = sigma.powi(-2);
@@ -198,22 +198,27 @@ impl Squares<'_> {
                 cost += off * off;
             }
         }
-        State { ln, trials, bench, cost, data_cost, independent, normal, priors, right }
+        State { ln, predictions, bench, cost, data_cost, independent, normal, priors, right }
     }
 
     /// Mean and standard deviation of the prior of each scan's numbers.
-    pub(super) fn believed(&self) -> [[f64; 2]; NUISANCES] {
+    pub(super) fn bench_prior(&self) -> [[f64; 2]; NUISANCES] {
         let [a, b, c, d, e, f] = self.options.bench_sigma.map(|sigma| [0.0, sigma]);
         [a, b, c, d, e, f, self.cells]
     }
 
     /// The bench's numbers that fit one drape best.
-    fn bench_of(&self, data: &[Datum], trial: &Trial, from: &[f64; NUISANCES]) -> [f64; NUISANCES] {
-        let sums = Sums::of(data, trial, from, self.options.data.outlier);
+    fn bench_of(
+        &self,
+        data: &[Datum],
+        prediction: &Prediction,
+        from: &[f64; NUISANCES],
+    ) -> [f64; NUISANCES] {
+        let sums = Sums::of(data, prediction, from, self.options.data.outlier);
         let mut matrix =
             sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
         let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
-        for (m, [mean, sigma]) in self.believed().into_iter().enumerate() {
+        for (m, [mean, sigma]) in self.bench_prior().into_iter().enumerate() {
             matrix[(m, m)] += sigma.powi(-2);
             right[m] += (mean - from[m]) / (sigma * sigma);
         }
@@ -226,14 +231,14 @@ impl Squares<'_> {
         let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
         let longest = self.options.longest_step;
         let limits = &self.prior.ln_limits;
-        let (next, foretold) = damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
-        Some((std::array::from_fn(|k| next[k]), foretold))
+        let (next, predicted) = damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
+        Some((std::array::from_fn(|k| next[k]), predicted))
     }
 }
 
 /// Weight of what lies so many standard deviations off: from `outlier` on it pulls no harder (Huber
 /// 1964).
-fn tamed(far: f64, outlier: f64) -> f64 {
+fn huber_weight(far: f64, outlier: f64) -> f64 {
     if far > outlier { outlier / far } else { 1.0 }
 }
 
@@ -249,7 +254,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(data: &[Datum], trial: &Trial, bench: &[f64; NUISANCES], outlier: f64) -> Self {
+    fn of(data: &[Datum], prediction: &Prediction, bench: &[f64; NUISANCES], outlier: f64) -> Self {
         let mut sums = Self {
             normal: nalgebra::SMatrix::zeros(),
             right: nalgebra::SVector::zeros(),
@@ -258,18 +263,18 @@ impl Sums {
         };
         for datum in data {
             let place = datum.place;
-            let mut off = datum.position_m - trial.at[place];
-            for (value, moves) in bench.iter().zip(&trial.moves[STIFFNESSES..]) {
+            let mut off = datum.position_m - prediction.at[place];
+            for (value, moves) in bench.iter().zip(&prediction.moves[STIFFNESSES..]) {
                 off -= moves[place] * *value;
             }
             let pull = datum.information * off;
             // per coordinate, so that a place of three coordinates is as far as one of one
             let far = (off.dot(&pull) / 3.0).sqrt();
-            let tamed = tamed(far, outlier);
-            let weight = datum.counts * tamed;
-            sums.cost += 3.0 * datum.counts * far * far * tamed * (2.0 - tamed);
+            let huber_weight = huber_weight(far, outlier);
+            let weight = datum.counts * huber_weight;
+            sums.cost += 3.0 * datum.counts * far * far * huber_weight * (2.0 - huber_weight);
             sums.independent += 3.0 * datum.counts;
-            let columns: [_; COLUMNS] = std::array::from_fn(|c| trial.moves[c][place]);
+            let columns: [_; COLUMNS] = std::array::from_fn(|c| prediction.moves[c][place]);
             for a in 0..COLUMNS {
                 let weighted = datum.information * columns[a] * weight;
                 sums.right[a] += weighted.dot(&off);
@@ -291,13 +296,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn less_is_believed_to_lie_beyond_finer_cells() {
+    fn less_is_expected_beyond_finer_cells() {
         let options = FitOptions::default();
         // an error of 4 on the first cells is one of 1 on cells half as wide: a third of the way
         // between them
         let halved = FitOptions { cells: [1.0, 0.5], ..options };
-        let [mean, sigma] = halved.believed_of_cells(121);
+        let [mean, sigma] = halved.prior_of_cells(121);
         assert!((mean - 1.0 / 3.0).abs() < 1e-12 && (sigma - 0.5 / 3.0).abs() < 1e-12);
-        assert!(options.believed_of_cells(111)[0] < 0.6 * options.believed_of_cells(91)[0]);
+        assert!(options.prior_of_cells(111)[0] < 0.6 * options.prior_of_cells(91)[0]);
     }
 }

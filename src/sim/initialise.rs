@@ -70,7 +70,7 @@ impl Laid {
 
 /// Lays `surface` on the grid of `model`, `farther` from the frame's origin than it is given by
 /// this share.
-pub(super) fn lay(
+pub(super) fn initialise(
     (surface, farther): (&Surface, f64),
     experiment: &Experiment,
     fabric: &Fabric,
@@ -109,7 +109,7 @@ pub(super) const SAG_M: f64 = 0.3e-3;
 const SMOOTHED_WEIGHT: f64 = 0.1;
 
 /// Where a vertex lies on the flat specimen, as shares of its extents along warp and weft. The grid
-/// is asked for the place, since its lines need not be even.
+/// says the place, since its lines need not be even.
 fn shares(grid: &Grid, specimen: &Specimen, vertex: usize) -> [f64; 2] {
     let flat = grid.flat(vertex);
     // the sides along z lean towards +x by the skew
@@ -279,7 +279,7 @@ mod tests {
         untangle(&model, &mut x);
         let torn = crosses(grid, &x);
         let surface = Surface::exact(scanned.positions_m.iter().map(|p| (*p).into())).unwrap();
-        let laid = lay((&surface, 0.0), experiment, &fabric, &model);
+        let laid = initialise((&surface, 0.0), experiment, &fabric, &model);
         assert!(torn && !crosses(grid, &laid.x), "{torn}");
         let led = drape(&fabric, &Drop { start: DropStart::Surface(Box::new(surface)) }, &larger);
         assert_eq!((led.stop, led.intersections), (Stop::AtRest, 0));

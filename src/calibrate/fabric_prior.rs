@@ -11,7 +11,7 @@ use crate::fabric::{Mixture, MixtureError, STIFFNESSES};
 
 /// A Gaussian over six logarithms of SI values, paper's order, and the ends of what is tried.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Believed {
+pub struct FabricPrior {
     /// Means.
     pub ln_mean: SVector<f64, STIFFNESSES>,
     /// Covariance.
@@ -29,7 +29,7 @@ const SAMPLES: u64 = 4096;
 /// Factor beyond the prior's ends up to which values are tried.
 const BEYOND: f64 = 3.0;
 
-impl Believed {
+impl FabricPrior {
     /// Of a prior, for a density \[kg/m^2\] or for one that is not known.
     ///
     /// # Errors
@@ -80,17 +80,17 @@ mod tests {
     #[test]
     fn a_known_density_narrows_and_an_unknown_one_leaves_stiffness_over_weight() {
         let prior = Mixture::measured();
-        let [light, heavy] = [0.1, 0.3].map(|d| Believed::of(&prior, Some(d)).unwrap());
-        let unknown = Believed::of(&prior, None).unwrap();
+        let [light, heavy] = [0.1, 0.3].map(|d| FabricPrior::of(&prior, Some(d)).unwrap());
+        let unknown = FabricPrior::of(&prior, None).unwrap();
         // heavier cloth of this prior is stiffer in bending
         (3..6).for_each(|k| assert!(heavy.ln_mean[k] > light.ln_mean[k] + 0.3));
         assert_eq!(light.covariance, heavy.covariance);
         assert!(light.density_known && !unknown.density_known);
         assert!((0.1..0.3).contains(&unknown.density_kg_m2), "{}", unknown.density_kg_m2);
-        for believed in [&light, &unknown] {
-            assert!(believed.covariance.cholesky().is_some());
-            for (k, [low, high]) in believed.ln_limits.iter().enumerate() {
-                assert!((low..high).contains(&&believed.ln_mean[k]));
+        for fabric_prior in [&light, &unknown] {
+            assert!(fabric_prior.covariance.cholesky().is_some());
+            for (k, [low, high]) in fabric_prior.ln_limits.iter().enumerate() {
+                assert!((low..high).contains(&&fabric_prior.ln_mean[k]));
             }
         }
         // the covariance of ln B - ln D, from its own samples

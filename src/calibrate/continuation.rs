@@ -11,40 +11,40 @@
 use rayon::prelude::*;
 
 use super::effect::{Cloth, View};
+use super::equations::parameters;
 use super::options::FitOptions;
 use super::pose::{Pose, scaled};
-use super::squares::parameters;
+use super::prediction::{Prediction, prediction_of, steadied_prediction_of};
 use super::target::{Finer, Target, farther};
-use super::trial::{Trial, steadied_trial_of, trial_of};
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::numeric::moments::mean;
 use crate::sim::sensitivity::{Parameter, SensitivityError};
 use crate::sim::{Drop, DropStart, FollowOptions, Follower, Hold, SimOptions, Stop};
 
 /// A sheet at rest and what is seen of it.
-pub(super) type Sheet = (Follower, Trial);
+pub(super) type Sheet = (Follower, Prediction);
 
-/// A cloth that sheets are brought to, and what is asked of each there.
+/// A cloth that sheets are brought to, and the sensitivities wanted there.
 #[derive(Clone, Copy)]
-pub(super) struct Lead<'a> {
+pub(super) struct Continuation<'a> {
     pub cloth: &'a Cloth,
     pub options: &'a FitOptions,
     pub asked: &'a [Parameter],
 }
 
-impl Lead<'_> {
+impl Continuation<'_> {
     /// Sheets guided by outlines in some poses, and held.
     pub(super) fn all(
         &self,
         targets: &[Target],
         poses: &[Pose],
     ) -> Vec<Result<Sheet, SensitivityError>> {
-        let lead = |(target, pose): (&Target, &Pose)| {
+        let continuation = |(target, pose): (&Target, &Pose)| {
             let mut sheet = self.laid(target, pose, self.options.sim.vertices);
-            let trial = self.seen(&mut sheet, target, pose)?;
-            Ok((sheet, trial))
+            let prediction = self.seen(&mut sheet, target, pose)?;
+            Ok((sheet, prediction))
         };
-        targets.par_iter().zip(poses).map(lead).collect()
+        targets.par_iter().zip(poses).map(continuation).collect()
     }
 
     /// What is seen of a sheet at rest; of one that rests on a saddle once it has slid off it, or,
@@ -54,21 +54,23 @@ impl Lead<'_> {
         sheet: &mut Follower,
         target: &Target,
         pose: &Pose,
-    ) -> Result<Trial, SensitivityError> {
-        let mut trial = trial_of(sheet, self.asked, target.compared());
+    ) -> Result<Prediction, SensitivityError> {
+        let mut prediction = prediction_of(sheet, self.asked, target.compared());
         for by in OFF_A_SADDLE {
-            if !matches!(trial, Err(SensitivityError::Unstable)) {
+            if !matches!(prediction, Err(SensitivityError::Unstable)) {
                 break;
             }
             let stiffer = &stiffer(self.cloth, by);
-            Lead { cloth: stiffer, asked: &parameters(&[]), ..*self }.on(sheet, target, pose).ok();
-            trial = self.on(sheet, target, pose);
+            Continuation { cloth: stiffer, asked: &parameters(&[]), ..*self }
+                .on(sheet, target, pose)
+                .ok();
+            prediction = self.on(sheet, target, pose);
         }
-        match trial {
+        match prediction {
             Err(SensitivityError::Unstable) => {
-                steadied_trial_of(sheet, self.asked, target.compared())
+                steadied_prediction_of(sheet, self.asked, target.compared())
             }
-            trial => trial,
+            prediction => prediction,
         }
     }
 
@@ -78,7 +80,7 @@ impl Lead<'_> {
         sheet: &mut Follower,
         target: &Target,
         pose: &Pose,
-    ) -> Result<Trial, SensitivityError> {
+    ) -> Result<Prediction, SensitivityError> {
         let Self { cloth, options, asked } = self;
         if options.hold_per_m > 0.0 && target.rim.is_none() {
             let view = cloth.view();
@@ -92,7 +94,7 @@ impl Lead<'_> {
         let way = sheet.follow(&to, &FollowOptions::default());
         match way {
             Ok(way) if way.reached < 1.0 => Err(SensitivityError::NotAtRest(way.stop)),
-            Ok(_) => trial_of(sheet, asked, target.compared()),
+            Ok(_) => prediction_of(sheet, asked, target.compared()),
             Err(_) => Err(SensitivityError::NotAtRest(Stop::Iterations)),
         }
     }
@@ -103,10 +105,10 @@ impl Lead<'_> {
         sheet: &mut Follower,
         target: &Target,
         pose: &Pose,
-    ) -> Result<Trial, SensitivityError> {
+    ) -> Result<Prediction, SensitivityError> {
         match self.on(sheet, target, pose) {
             Err(SensitivityError::Unstable) => {
-                steadied_trial_of(sheet, self.asked, target.compared())
+                steadied_prediction_of(sheet, self.asked, target.compared())
             }
             way => way,
         }
@@ -119,25 +121,30 @@ impl Lead<'_> {
         sheet: &mut Follower,
         target: &Target,
         pose: &Pose,
-    ) -> Result<Trial, SensitivityError> {
+    ) -> Result<Prediction, SensitivityError> {
         *sheet = self.laid(target, pose, self.options.sim.vertices);
         self.seen(sheet, target, pose)
     }
 
     /// What finer cells move a tied sheet by, beside its trial; `None` where nothing holds it, or
     /// it does not come to rest there, or in other folds.
-    pub(super) fn finer(&self, target: &Target, pose: &Pose, trial: &Trial) -> Option<Box<Finer>> {
+    pub(super) fn finer(
+        &self,
+        target: &Target,
+        pose: &Pose,
+        prediction: &Prediction,
+    ) -> Option<Box<Finer>> {
         let options = self.options;
         if options.finer <= 1.0 || !target.is_held(options) {
             return None;
         }
         let cells = (options.sim.vertices - 1) as f64 * options.finer;
         let drape = self.laid(target, pose, cells.round() as usize + 1).drape();
-        let (rim, places) = trial.moves_to(&drape);
+        let (rim, places) = prediction.moves_to(&drape);
         let squared: Vec<f64> = rim.iter().map(|move_| move_.norm_squared()).collect();
-        let believed = options.believed_of_cells();
+        let fabric_prior = options.believed_of_cells();
         let is_near = drape.stop == Stop::AtRest && mean(&squared).sqrt() < OTHER_FOLDS_M;
-        is_near.then(|| Box::new(Finer { rim, places, believed }))
+        is_near.then(|| Box::new(Finer { rim, places, fabric_prior }))
     }
 
     /// A sheet guided by what was measured of it, at rest on so many vertices a side.
@@ -151,7 +158,7 @@ impl Lead<'_> {
 }
 
 /// A cloth stiffer to bend by this change of logarithms: a sheet that came to rest on a saddle
-/// slides off it on the way there and back.
+/// slides off it while it is brought there and back.
 fn stiffer(cloth: &Cloth, by: f64) -> Cloth {
     let mut ln = cloth.ln();
     ln[STRETCH_AND_SHEAR..].iter_mut().for_each(|ln| *ln += by);

@@ -33,7 +33,7 @@ const PARAMETERS: [Parameter; STIFFNESSES + BENCH - 1] = {
 };
 
 /// A drape on a scan's branch, at the places of [`crate::base::Surface`].
-pub(super) struct Trial {
+pub(super) struct Prediction {
     pub drape: Drape,
     /// Positions of the places \[m\].
     pub at: Vec<Vector3>,
@@ -46,10 +46,10 @@ pub(super) struct Trial {
 ///
 /// # Errors
 /// When it is not at a stable rest.
-pub(super) fn trial_of(
+pub(super) fn prediction_of(
     follower: &mut Follower,
     finer: Option<&[Vector3]>,
-) -> Result<Trial, SensitivityError> {
+) -> Result<Prediction, SensitivityError> {
     let sensitivities = follower.sensitivities(&PARAMETERS)?;
     let (drape, setup) = (follower.drape(), *follower.setup());
     let values = setup.fabric.in_si();
@@ -64,7 +64,7 @@ pub(super) fn trial_of(
         .collect();
     moves.push(vec![Vector3::y(); SIDE * SIDE]);
     moves.push(finer.map_or_else(|| vec![Vector3::zeros(); SIDE * SIDE], <[Vector3]>::to_vec));
-    Ok(Trial { at: places_of(&drape), moves, drape })
+    Ok(Prediction { at: places_of(&drape), moves, drape })
 }
 
 fn root_mean(squares: impl Iterator<Item = f64>) -> f64 {
@@ -82,7 +82,7 @@ fn at_places(drape: &Drape, field: &[Vector3]) -> Vec<Vector3> {
     drape.grid.evenly(SIDE).prolong(&drape.grid, field, 1.0)
 }
 
-impl Trial {
+impl Prediction {
     /// The same sensitivities at another sheet on the same cells, a short step away.
     pub(super) fn at_sheet(&self, drape: Drape) -> Self {
         Self { at: places_of(&drape), moves: self.moves.clone(), drape }

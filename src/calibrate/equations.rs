@@ -3,9 +3,9 @@
 //! Unknown are the logarithms of the six stiffnesses and the numbers of the effects that are looked
 //! for, which all drapes share (the latter in units of what may be expected, [`Number::sigma`]),
 //! and the pose of each drape where it was measured. The distance of a measured point from the
-//! simulated drape ([`seen`]) is predicted by the moves of the cloth there. Neighbouring points err
-//! alike: of all points on a stretch one counts. A distance of more than a few standard deviations
-//! pulls no harder than one at that distance (Huber 1964).
+//! simulated drape ([`residuals`]) is predicted by the moves of the cloth there. Neighbouring
+//! points err alike: of all points on a stretch one counts. A distance of more than a few standard
+//! deviations pulls no harder than one at that distance (Huber 1964).
 //!
 //! Where a sensor has the edges of scanned sheets is known no better than sensors are: one number
 //! for all scans of a fabric ([`super::effect::SENSOR_EDGE`]), in every fit to them. The scan path,
@@ -18,18 +18,19 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::believed::Believed;
 use super::effect::{Cloth, Number};
+use super::fabric_prior::FabricPrior;
 use super::options::FitOptions;
 use super::pose::{POSE, Pose};
-use super::seen::{Row, Seen, Unknowns, seen};
+use super::prediction::Prediction;
+use super::residuals::{Residuals, Row, Unknowns, residuals};
 use super::target::Target;
-use super::trial::Trial;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::refine::damping::damped_step;
 use crate::sim::sensitivity::Parameter;
 
-/// What every trial's sheet is asked for: stiffnesses, the specimen's place, the springs' pull.
+/// The sensitivities of every predicted sheet: stiffnesses, the specimen's place, the springs'
+/// pull.
 const ALWAYS: [Parameter; STIFFNESSES + 3] = {
     let [a, b, c, d, e, f] = Parameter::STIFFNESSES;
     [a, b, c, d, e, f, Parameter::OffsetX, Parameter::OffsetZ, Parameter::Pull]
@@ -41,7 +42,7 @@ pub(super) fn shared_of(cloth: &Cloth) -> Vec<f64> {
     cloth.ln().into_iter().chain(sizes).collect()
 }
 
-/// What a trial's sheet is asked for where some effects are looked for.
+/// The sensitivities of a predicted sheet where some effects are looked for.
 pub(super) fn parameters(numbers: &[&'static Number]) -> Vec<Parameter> {
     let mut all = ALWAYS.to_vec();
     for parameter in numbers.iter().flat_map(|number| number.parameters()) {
@@ -53,9 +54,9 @@ pub(super) fn parameters(numbers: &[&'static Number]) -> Vec<Parameter> {
 }
 
 /// What the least squares are over.
-pub(super) struct Squares<'a> {
+pub(super) struct NormalEquations<'a> {
     pub targets: &'a [Target],
-    pub believed: &'a Believed,
+    pub fabric_prior: &'a FabricPrior,
     pub options: &'a FitOptions,
     pub numbers: &'a [&'static Number],
 }
@@ -65,9 +66,9 @@ pub(super) struct Squares<'a> {
 pub(super) struct State {
     /// Logarithms of stiffnesses, then effects in units of what may be expected.
     pub shared: Vec<f64>,
-    pub trials: Vec<Trial>,
+    pub predictions: Vec<Prediction>,
     pub poses: Vec<Pose>,
-    pub seen: Vec<Seen>,
+    pub residuals: Vec<Residuals>,
     /// The sums of each drape, its pose's priors in them.
     pub sums: Vec<Sums>,
     /// Sum of squared distances in standard deviations, outliers weighted down, and of the priors'.
@@ -98,7 +99,7 @@ pub(super) fn rms_m(rows: &[Row]) -> f64 {
     (rows.iter().map(|row| row.across_m.powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
 }
 
-impl Squares<'_> {
+impl NormalEquations<'_> {
     /// Number of shared unknowns.
     pub fn shared(&self) -> usize {
         STIFFNESSES + self.numbers.len()
@@ -107,13 +108,18 @@ impl Squares<'_> {
     /// The cloth of some shared unknowns, its fabric made one that can be.
     pub fn cloth(&self, shared: &[f64]) -> Cloth {
         let ln = std::array::from_fn(|k| shared[k]);
-        let fabric = Fabric::from_ln_stiffnesses(&ln, self.believed.density_kg_m2);
+        let fabric = Fabric::from_ln_stiffnesses(&ln, self.fabric_prior.density_kg_m2);
         let sizes = self.numbers.iter().zip(&shared[STIFFNESSES..]);
         Cloth { fabric, effects: sizes.map(|(&n, share)| (n, n.sigma * share)).collect() }
     }
 
     /// The least squares around some drapes of a cloth, the poses at their best from `poses` on.
-    pub fn around(&self, shared: &[f64], trials: Vec<Trial>, mut poses: Vec<Pose>) -> State {
+    pub fn around(
+        &self,
+        shared: &[f64],
+        predictions: Vec<Prediction>,
+        mut poses: Vec<Pose>,
+    ) -> State {
         let cloth = self.cloth(shared);
         let of = Unknowns { cloth: &cloth, numbers: self.numbers, options: self.options };
         // what the projection of the fabric made of the logarithms
@@ -124,11 +130,11 @@ impl Squares<'_> {
         let (mut normal, mut priors) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
         let mut right = DVector::zeros(size);
         let (mut data_cost, mut independent, mut cost) = (0.0, 0.0, 0.0);
-        let (mut all_seen, mut all_sums) = (Vec::new(), Vec::new());
-        for (k, (target, trial)) in self.targets.iter().zip(&trials).enumerate() {
-            poses[k] = self.pose_of(target, trial, poses[k], of);
-            let seen = seen(target, trial, &poses[k], of);
-            let mut sums = self.sums_of(&seen);
+        let (mut all_residuals, mut all_sums) = (Vec::new(), Vec::new());
+        for (k, (target, prediction)) in self.targets.iter().zip(&predictions).enumerate() {
+            poses[k] = self.pose_of(target, prediction, poses[k], of);
+            let residuals = residuals(target, prediction, &poses[k], of);
+            let mut sums = self.sums_of(&residuals);
             let column = |c: usize| if c < common { c } else { c + POSE * k };
             for a in 0..common + POSE {
                 right[column(a)] += sums.right[a];
@@ -149,7 +155,7 @@ impl Squares<'_> {
                 sums.right[common + m] -= precision * off;
                 sums.cost += squared;
             }
-            all_seen.push(seen);
+            all_residuals.push(residuals);
             all_sums.push(sums);
         }
         let (precision, pull, off) = self.prior(&shared);
@@ -158,9 +164,9 @@ impl Squares<'_> {
         cost += data_cost + off;
         State {
             shared,
-            trials,
+            predictions,
             poses,
-            seen: all_seen,
+            residuals: all_residuals,
             sums: all_sums,
             cost,
             data_cost,
@@ -176,7 +182,7 @@ impl Squares<'_> {
     pub fn prior(&self, shared: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
         let common = self.shared();
         let mut precision = DMatrix::identity(common, common);
-        if let Some(of_fabric) = self.believed.covariance.try_inverse() {
+        if let Some(of_fabric) = self.fabric_prior.covariance.try_inverse() {
             precision.view_mut((0, 0), (STIFFNESSES, STIFFNESSES)).copy_from(&of_fabric);
         }
         for (k, number) in self.numbers.iter().enumerate() {
@@ -196,7 +202,7 @@ impl Squares<'_> {
             self.options.mean_of(number) / number.sigma
         };
         let expected =
-            |k: usize| if k < STIFFNESSES { self.believed.ln_mean[k] } else { of_number(k) };
+            |k: usize| if k < STIFFNESSES { self.fabric_prior.ln_mean[k] } else { of_number(k) };
         DVector::from_fn(self.shared(), |k, _| expected(k) - shared[k])
     }
 
@@ -210,11 +216,17 @@ impl Squares<'_> {
     }
 
     /// The pose in which a drape lies closest to its outline.
-    fn pose_of(&self, target: &Target, trial: &Trial, from: Pose, of: Unknowns<'_>) -> Pose {
+    fn pose_of(
+        &self,
+        target: &Target,
+        prediction: &Prediction,
+        from: Pose,
+        of: Unknowns<'_>,
+    ) -> Pose {
         let alone = Unknowns { numbers: &[], ..of };
         let mut pose = from;
         for _ in 0..POSE_ROUNDS {
-            let sums = self.sums_of(&seen(target, trial, &pose, alone));
+            let sums = self.sums_of(&residuals(target, prediction, &pose, alone));
             let own = (STIFFNESSES, STIFFNESSES);
             let mut matrix = sums.normal.view(own, (POSE, POSE)).into_owned();
             let mut right = sums.right.rows(STIFFNESSES, POSE).into_owned();
@@ -233,25 +245,25 @@ impl Squares<'_> {
     }
 
     /// The sums of a drape, its pose's priors not in them.
-    pub fn sums_of(&self, seen: &Seen) -> Sums {
+    pub fn sums_of(&self, residuals: &Residuals) -> Sums {
         let options = self.options;
         let mut cost = 0.0;
-        let mut weighted = seen.columns.clone();
-        let known = seen.sigma_m.iter().zip(&seen.counts);
-        for (r, (off_m, (sigma_m, counts))) in seen.off_m.iter().zip(known).enumerate() {
+        let mut weighted = residuals.columns.clone();
+        let known = residuals.sigma_m.iter().zip(&residuals.counts);
+        for (r, (off_m, (sigma_m, counts))) in residuals.off_m.iter().zip(known).enumerate() {
             let far = off_m.abs() / sigma_m;
-            let tamed = if far > options.outlier { options.outlier / far } else { 1.0 };
-            cost += counts * far * far * tamed * (2.0 - tamed);
-            let weight = counts * tamed / sigma_m.powi(2);
+            let huber_weight = if far > options.outlier { options.outlier / far } else { 1.0 };
+            cost += counts * far * far * huber_weight * (2.0 - huber_weight);
+            let weight = counts * huber_weight / sigma_m.powi(2);
             weighted.row_mut(r).scale_mut(weight);
         }
-        let mut right = weighted.tr_mul(&seen.off_m);
-        let mut normal = weighted.tr_mul(&seen.columns);
+        let mut right = weighted.tr_mul(&residuals.off_m);
+        let mut normal = weighted.tr_mul(&residuals.columns);
         let precision = options.stretch_m.powi(-2);
-        right.axpy(-precision * seen.stretch_m, &seen.stretch, 1.0);
-        normal.ger(precision, &seen.stretch, &seen.stretch, 1.0);
-        cost += precision * seen.stretch_m.powi(2);
-        Sums { normal, right, cost, independent: seen.counts.sum() }
+        right.axpy(-precision * residuals.stretch_m, &residuals.stretch, 1.0);
+        normal.ger(precision, &residuals.stretch, &residuals.stretch, 1.0);
+        cost += precision * residuals.stretch_m.powi(2);
+        Sums { normal, right, cost, independent: residuals.counts.sum() }
     }
 
     /// Where a damped step leads, and by how much the cost is predicted to fall.
@@ -264,7 +276,7 @@ impl Squares<'_> {
     /// Least and largest value of each shared unknown that is tried.
     pub fn limits(&self) -> Vec<[f64; 2]> {
         let of_numbers = self.numbers.iter().map(|n| self.options.limits_of(n));
-        self.believed.ln_limits.iter().copied().chain(of_numbers).collect()
+        self.fabric_prior.ln_limits.iter().copied().chain(of_numbers).collect()
     }
 }
 

@@ -1,22 +1,22 @@
-//! A measured outline beside the drape that simulates it.
+//! A measured outline compared with the drape that simulates it.
 //!
-//! In: a target, its sheet at rest, the pose and what is seen of it there. Out: [`Beside`], which
-//! pages, files and the verdict read.
+//! In: a target, its sheet at rest, the pose and what is seen of it there. Out: [`Comparison`],
+//! which pages, files and the verdict read.
 
 use super::effect::View;
+use super::equations::rms_m;
 use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
 use super::pose::{Pose, picture_of, scaled};
-use super::seen::{Row, Seen};
-use super::squares::rms_m;
+use super::prediction::Prediction;
+use super::residuals::{Residuals, Row};
 use super::target::Target;
-use super::trial::Trial;
 use crate::base::Outline;
 use crate::sim::Drape;
 
 /// A measured outline beside the drape of a fabric on its branch.
 #[derive(Clone, Debug)]
-pub struct Beside {
+pub struct Comparison {
     /// The drape, at rest.
     pub drape: Drape,
     /// How it lies in the picture.
@@ -31,44 +31,44 @@ pub struct Beside {
     pub simulated: Outline,
     /// What is counted on the drape's outline at the picture's scale, as on the measured one.
     pub measures: Measures,
-    /// Force of the springs that hold it, root mean square, as a share of the weight of the cloth
-    /// beyond the plate's edge, of a scanned sheet as a share of its own; 0 of a drape that was
-    /// released.
+    /// Force of the springs that hold it, root mean square. It is a share of the weight of the
+    /// cloth beyond the plate's edge, for a scanned sheet of the sheet's whole weight. 0 for a
+    /// released drape.
     pub springs_share: f64,
     /// Of a scanned sheet that was held and predicted, root mean square distance of the rims once
     /// it is released \[m\].
     pub released_rms_m: Option<f64>,
 }
 
-impl Beside {
+impl Comparison {
     pub(super) fn of(
         target: &Target,
-        trial: Trial,
+        prediction: Prediction,
         (pose, view): (Pose, View),
-        seen: Seen,
+        residuals: Residuals,
         options: &FitOptions,
         rule: &FoldRule,
     ) -> Self {
         let posed = scaled(&pose, view.ln_scale);
         let larger = posed[3].exp();
         let outline = match target.rim {
-            Some(_) => trial.outline.clone(),
-            None => trial.seen_from_above(target.seen_from(view)),
+            Some(_) => prediction.outline.clone(),
+            None => prediction.seen_from_above(target.seen_from(view)),
         };
         let as_seen = outline.mapped(|p| p.map(|v| v * larger));
         Self {
-            rms_m: rms_m(&seen.rows),
+            rms_m: rms_m(&residuals.rows),
             measured: target.outline.clone(),
             simulated: outline.mapped(|p| picture_of(p, &posed)),
             measures: Measures::of(&as_seen, &target.bench, rule),
             springs_share: match target.rim {
-                Some(_) => target.tied_share(&trial, view, options),
-                None => options.hold_per_m * trial.hold.rms_m,
+                Some(_) => target.tied_share(&prediction, view, options),
+                None => options.hold_per_m * prediction.hold.rms_m,
             },
             released_rms_m: None,
-            drape: trial.drape,
+            drape: prediction.drape,
             pose,
-            rows: seen.rows,
+            rows: residuals.rows,
         }
     }
 }

@@ -1,5 +1,4 @@
-//! A measured drape beside a simulated one, and how the distance between them changes with
-//! everything that is unknown.
+//! The distances of a measured drape from a simulated one, and how they change with every unknown.
 //!
 //! Of a picture: even points of the measured outline, each from the simulated outline across the
 //! latter. Of a scan: the rim's points that were seen, each from its own place on the simulated
@@ -11,8 +10,8 @@ use nalgebra::{DMatrix, DVector};
 use super::effect::{Acts, Cloth, Harmonic, Lies, Number, Stays, number_of, tilt_parts};
 use super::options::FitOptions;
 use super::pose::{POSE, Pose, frame_of, plan_of, scaled};
+use super::prediction::{Move, Prediction, STRIDE, compared};
 use super::target::{Rim, Target};
-use super::trial::{Move, STRIDE, Trial, compared};
 use crate::base::boundary::POINTS as RIM_POINTS;
 use crate::base::{Boundary, Outline, Surface, Vector3};
 use crate::fabric::STIFFNESSES;
@@ -22,7 +21,7 @@ use crate::sim::{Experiment, Setup};
 /// Even points of a measured outline.
 const POINTS: usize = 240;
 
-/// One measured point beside a drape.
+/// One measured point compared with a drape.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// Bearing of its place on the drape about the plate's axis, from the warp towards the weft
@@ -35,9 +34,9 @@ pub struct Row {
     pub across_m: f64,
 }
 
-/// A measured drape beside a simulated one in a pose.
+/// A measured drape compared with a simulated one in a pose.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
+pub(super) struct Residuals {
     /// The measured points.
     pub rows: Vec<Row>,
     /// Distances of the measured from the simulated \[m\], and the standard deviation of each
@@ -54,7 +53,7 @@ pub(super) struct Seen {
     pub stretch: DVector<f64>,
 }
 
-/// The cloth of the trials and the numbers that are unknown of it.
+/// The cloth of the predictions and the numbers that are unknown of it.
 #[derive(Clone, Copy)]
 pub(super) struct Unknowns<'a> {
     pub cloth: &'a Cloth,
@@ -80,7 +79,7 @@ struct At<'a> {
     place: Vector3,
     on: On,
     per_height: f64,
-    trial: &'a Trial,
+    prediction: &'a Prediction,
     /// The place's move to finer cells \[m\].
     finer: Vector3,
     /// Its move with the edge's shift along the cloth \[-\].
@@ -104,7 +103,7 @@ impl At<'_> {
 
     /// The same with a number of an effect, per unit of it.
     fn with(&self, number: &Number, lies: Lies, setup: &Setup) -> f64 {
-        let moves = |p: Parameter| self.across(self.trial.with(p));
+        let moves = |p: Parameter| self.across(self.prediction.with(p));
         match &number.acts {
             Acts::Scale => self.normal.dot(&self.place),
             Acts::Perspective => match self.on {
@@ -136,7 +135,7 @@ impl At<'_> {
         let scale = (-posed[3]).exp();
         let ([nx, ny, nz], [x, y, z]): ([f64; 3], [f64; 3]) =
             (self.normal.into(), self.place.into());
-        let [offset_x, offset_z, pull] = PLACED.map(|p| self.across(self.trial.with(p)));
+        let [offset_x, offset_z, pull] = PLACED.map(|p| self.across(self.prediction.with(p)));
         [
             scale * (nx * cos - nz * sin),
             scale * (nx * sin + nz * cos),
@@ -198,20 +197,26 @@ struct Distance<'a> {
 
 /// A measured drape beside a simulated one in a pose: the latter is moved by the specimen's place
 /// and the springs' pull as far as these differ from the trial's.
-pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>) -> Seen {
-    let moved = [pose[4], pose[5], pose[6] - trial.hold.pull_m];
+pub(super) fn residuals(
+    target: &Target,
+    prediction: &Prediction,
+    pose: &Pose,
+    of: Unknowns<'_>,
+) -> Residuals {
+    let moved = [pose[4], pose[5], pose[6] - prediction.hold.pull_m];
     let view = of.cloth.view();
     let posed = scaled(pose, view.ln_scale);
     let (rows, distances) = match &target.rim {
         Some(rim) => {
             let shifted = (moved, view.edge_m);
-            let (rows, mut distances) = on_rim((rim, target), trial, shifted, &posed, of.options);
+            let (rows, mut distances) =
+                on_rim((rim, target), prediction, shifted, &posed, of.options);
             if let Some(sheet) = &rim.sheet {
-                distances.extend(on_sheet_of(sheet, target, trial, moved, &posed, of.options));
+                distances.extend(on_sheet_of(sheet, target, prediction, moved, &posed, of.options));
             }
             (rows, distances)
         }
-        None => on_outline(target, trial, (moved, target.seen_from(view)), &posed, of.options),
+        None => on_outline(target, prediction, (moved, target.seen_from(view)), &posed, of.options),
     };
     let lies = target.lies(pose);
     let setup = of.cloth.setup(&target.bench, lies);
@@ -221,7 +226,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     for (r, Distance { at, .. }) in distances.iter().enumerate() {
         for (k, parameter) in Parameter::STIFFNESSES.into_iter().enumerate() {
             // d/d ln v = v d/dv
-            columns[(r, k)] = values[k] * at.across(trial.with(parameter));
+            columns[(r, k)] = values[k] * at.across(prediction.with(parameter));
         }
         for (k, number) in of.numbers.iter().enumerate() {
             columns[(r, STIFFNESSES + k)] = number.sigma * at.with(number, lies, &setup);
@@ -230,7 +235,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
             columns[(r, shared + m)] = value;
         }
     }
-    let stretched = |p: Parameter| trial.with(p).stretch_m;
+    let stretched = |p: Parameter| prediction.with(p).stretch_m;
     let mut stretch = DVector::zeros(shared + POSE);
     for (k, parameter) in Parameter::STIFFNESSES.into_iter().enumerate() {
         stretch[k] = values[k] * stretched(parameter);
@@ -238,7 +243,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     for (k, number) in of.numbers.iter().enumerate() {
         stretch[STIFFNESSES + k] = number.sigma * on_sheet(&number.acts, lies, &setup, stretched);
     }
-    let mut stretch_m = trial.hold.mean_m;
+    let mut stretch_m = prediction.hold.mean_m;
     for (m, parameter) in PLACED.into_iter().enumerate() {
         stretch[shared + 4 + m] = stretched(parameter);
         stretch_m += moved[m] * stretched(parameter);
@@ -246,7 +251,7 @@ pub(super) fn seen(target: &Target, trial: &Trial, pose: &Pose, of: Unknowns<'_>
     let off_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.off_m));
     let sigma_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.sigma_m));
     let counts = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.counts));
-    Seen { rows, off_m, sigma_m, counts, columns, stretch_m, stretch }
+    Residuals { rows, off_m, sigma_m, counts, columns, stretch_m, stretch }
 }
 
 type Measured<'a> = (Vec<Row>, Vec<Distance<'a>>);
@@ -254,22 +259,23 @@ type Measured<'a> = (Vec<Row>, Vec<Distance<'a>>);
 /// Even points of a measured outline beside the simulated one.
 fn on_outline<'a>(
     target: &Target,
-    trial: &'a Trial,
+    prediction: &'a Prediction,
     (moved, per_height): ([f64; 3], f64),
     posed: &Pose,
     options: &FitOptions,
 ) -> Measured<'a> {
-    let own = PLACED.map(|p| trial.with(p));
-    let (points, heights_m) = (trial.outline.points_m(), &trial.heights_m);
+    let own = PLACED.map(|p| prediction.with(p));
+    let (points, heights_m) = (prediction.outline.points_m(), &prediction.heights_m);
     let place = |k: usize| {
         let nearer = 1.0 - per_height * heights_m[k];
         let moved = |c: usize| (0..3).map(|m| moved[m] * own[m].outline[k][c]).sum::<f64>();
         [0, 1].map(|c| (points[k][c] + moved(c)) / nearer)
     };
     let drape = Outline::new((0..points.len()).map(place).collect());
-    let drape = drape.unwrap_or_else(|_| trial.outline.clone());
-    let counts = (target.outline.length_m() / POINTS as f64 / options.alike_m).min(1.0);
-    let beside = |point: [f64; 2]| {
+    let drape = drape.unwrap_or_else(|_| prediction.outline.clone());
+    let counts =
+        (target.outline.length_m() / POINTS as f64 / options.correlation_length_m).min(1.0);
+    let comparison = |point: [f64; 2]| {
         let foot = drape.foot(plan_of(point, posed));
         let ([nx, nz], [x, z]) = (foot.normal, foot.at_m);
         let (a, b) = (heights_m[foot.segment], heights_m[(foot.segment + 1) % heights_m.len()]);
@@ -278,7 +284,7 @@ fn on_outline<'a>(
             place: Vector3::new(x, a + (b - a) * foot.fraction, z),
             per_height,
             on: On::Outline { segment: foot.segment, fraction: foot.fraction },
-            trial,
+            prediction,
             finer: Vector3::zeros(),
             edge: Vector3::zeros(),
         };
@@ -286,29 +292,29 @@ fn on_outline<'a>(
         let row = Row { bearing_rad: z.atan2(x), outwards_m: off_m, across_m: off_m.abs() };
         (row, Distance { at, off_m, sigma_m: options.outline_m.hypot(options.model_m), counts })
     };
-    target.outline.evenly(POINTS).into_iter().map(beside).unzip()
+    target.outline.evenly(POINTS).into_iter().map(comparison).unzip()
 }
 
 /// The points of a measured rim that were seen, beside their places on the simulated one.
 fn on_rim<'a>(
     (rim, target): (&Rim, &Target),
-    trial: &'a Trial,
+    prediction: &'a Prediction,
     (moved, edge_m): ([f64; 3], f64),
     posed: &Pose,
     options: &FitOptions,
 ) -> Measured<'a> {
-    let own = PLACED.map(|p| trial.with(p));
+    let own = PLACED.map(|p| prediction.with(p));
     let points = rim.boundary.points();
     let measured: Vec<Vector3> =
         points.iter().map(|p| frame_of(&p.position_m.coords, posed)).collect();
-    let counts = (mean_step_m(&measured) / options.alike_m).min(1.0);
+    let counts = (mean_step_m(&measured) / options.correlation_length_m).min(1.0);
     // beyond what the scan path has taken for it
     let beyond_m = rim.edge.map_or(0.0, |edge| edge_m - edge.by_m);
     let (mut rows, mut distances) = (Vec::new(), Vec::new());
     for index in (0..RIM_POINTS).filter(|&index| points[index].observed) {
         let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.rim[index]);
         let edge = along_the_cloth(rim, index, posed);
-        let place = (0..3).fold(trial.rim[index], |at, m| at + own[m].rim[index] * moved[m])
+        let place = (0..3).fold(prediction.rim[index], |at, m| at + own[m].rim[index] * moved[m])
             + finer * posed[10]
             + edge * beyond_m;
         let next =
@@ -319,7 +325,8 @@ fn on_rim<'a>(
         for (normal, sigma_m) in
             [(level, sigma_m), (upwards, sigma_m), (along, sigma_m.hypot(options.along_m))]
         {
-            let at = At { normal, place, on: On::Rim(index), per_height: 0.0, trial, finer, edge };
+            let at =
+                At { normal, place, on: On::Rim(index), per_height: 0.0, prediction, finer, edge };
             distances.push(Distance { at, off_m: normal.dot(&off), sigma_m, counts });
         }
         rows.push(Row {
@@ -353,28 +360,29 @@ fn along_the_cloth(rim: &Rim, index: usize, posed: &Pose) -> Vector3 {
 fn on_sheet_of<'a>(
     sheet: &'a Surface,
     target: &'a Target,
-    trial: &'a Trial,
+    prediction: &'a Prediction,
     moved: [f64; 3],
     posed: &'a Pose,
     options: &'a FitOptions,
 ) -> impl Iterator<Item = Distance<'a>> {
-    let own = PLACED.map(|p| trial.with(p));
+    let own = PLACED.map(|p| prediction.with(p));
     let side = Surface::SIDE;
     let measured =
         move |i: usize, j: usize| frame_of(&sheet.points()[i * side + j].position_m.coords, posed);
     let step_m = target.bench.specimen.weft_m * STRIDE as f64 / (side - 1) as f64;
-    let counts = (step_m / options.alike_m).min(1.0).powi(2);
+    let counts = (step_m / options.correlation_length_m).min(1.0).powi(2);
     compared().enumerate().filter_map(move |(index, [i, j])| {
         let point = &sheet.points()[i * side + j];
         let warp = measured(i + 1, j) - measured(i - 1, j);
         let weft = measured(i, j + 1) - measured(i, j - 1);
         let normal = warp.cross(&weft).try_normalize(0.0).filter(|_| point.observed)?;
         let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.places[index]);
-        let place = (0..3).fold(trial.places[index], |at, m| at + own[m].places[index] * moved[m])
+        let place = (0..3)
+            .fold(prediction.places[index], |at, m| at + own[m].places[index] * moved[m])
             + finer * posed[10];
         let on = On::Sheet { index, out: out_of([i, j], &target.bench) };
         let edge = Vector3::zeros();
-        let at = At { normal, place, on, per_height: 0.0, trial, finer, edge };
+        let at = At { normal, place, on, per_height: 0.0, prediction, finer, edge };
         let sigma_m = point.sigma_m.hypot(options.scan_model_m);
         Some(Distance { at, off_m: normal.dot(&(measured(i, j) - place)), sigma_m, counts })
     })
