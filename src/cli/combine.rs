@@ -8,7 +8,7 @@ use scan2params::job::FailureKind;
 pub(crate) fn run(given: &args::Combine) -> Outcome {
     let files = combine::files(&given.inputs)?;
     if let Some(path) = &given.out {
-        output::check_file(path, &files).map_err(Failure::of_output)?;
+        output::check_named(path, &[".json"], &files).map_err(Failure::of_output)?;
     }
     let drapes: Vec<_> = files.iter().map(|file| combine::read(file)).collect::<Result<_, _>>()?;
     let found = combine::combine(drapes).map_err(|error| match error {

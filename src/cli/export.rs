@@ -16,20 +16,21 @@ use scan2params::job::FailureKind;
 
 pub(crate) fn export(given: &args::Export) -> Outcome {
     let inputs = [given.params.clone()];
-    output::check_file(&given.out, &inputs).map_err(Failure::of_output)?;
+    let endings = given.to.endings(given.scene);
+    output::check_named(&given.out, endings, &inputs).map_err(Failure::of_output)?;
     let params = params::read(&given.params)?;
     let stem = stem(&given.out);
     let exported = exchange::export(given.to, &params, &options(given), &stem);
     let exported = exported.map_err(|error| of_exchange(error, &given.params))?;
-    let beside = exported.beside.as_ref().map(|beside| {
-        let path = given.out.with_file_name(exchange::beside_name(&stem, beside.ending));
-        (path, beside.text.as_str())
+    let companion = exported.companion.as_ref().map(|companion| {
+        let path = given.out.with_file_name(exchange::companion_name(&stem, companion.ending));
+        (path, companion.text.as_str())
     });
-    if let Some((path, _)) = &beside {
+    if let Some((path, _)) = &companion {
         output::check_file(path, &inputs).map_err(Failure::of_output)?;
         output::check_distinct(&given.out, path).map_err(Failure::of_output)?;
     }
-    for (path, text) in beside
+    for (path, text) in companion
         .iter()
         .map(|(path, text)| (path, *text))
         .chain([(&given.out, exported.text.as_str())])
@@ -37,7 +38,7 @@ pub(crate) fn export(given: &args::Export) -> Outcome {
         scan2params::io::atomically(path, |out| out.write_all(text.as_bytes()))?;
     }
     tell(given, &params, &exported);
-    for path in [Some(&given.out), beside.as_ref().map(|(path, _)| path)].into_iter().flatten() {
+    for path in [Some(&given.out), companion.as_ref().map(|(path, _)| path)].into_iter().flatten() {
         if !output::is_stdout(path) {
             eprintln!("wrote {}", path.display());
         }
@@ -140,7 +141,7 @@ pub(crate) fn convert(given: &args::Convert) -> Outcome {
 /// What a tester says of a fabric, and the fabric as a params.json.
 fn measured(given: &args::Convert, path: &Path, density_kg_m2: Option<f64>) -> Outcome {
     if let Some(out) = &given.out {
-        output::check_file(out, &[path.to_owned()]).map_err(Failure::of_output)?;
+        output::check_named(out, &[".json"], &[path.to_owned()]).map_err(Failure::of_output)?;
     }
     let measured = fab::read(path)?;
     if let Some(out) = &given.out {

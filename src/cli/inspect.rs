@@ -13,7 +13,8 @@ use scan2params::terminal::flags::ScanFlags;
 
 pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     if let Some(path) = &given.out {
-        output::check_file(path, &given.scan.files()).map_err(Failure::of_output)?;
+        output::check_named(path, &[files::PICTURE], &given.scan.files())
+            .map_err(Failure::of_output)?;
     }
     let options = given.scan.read.options()?;
     let (scanned, notes) = match rim_of(&given.scan, &options)? {
@@ -55,7 +56,8 @@ fn refused(error: IntakeError, given: &args::Inspect) -> Result<Failure, Failure
 }
 
 pub(crate) fn boundary(given: &args::Boundary) -> Outcome {
-    output::check_file(&given.out, &given.scan.files()).map_err(Failure::of_output)?;
+    let files = given.scan.files();
+    output::check_named(&given.out, &[".csv"], &files).map_err(Failure::of_output)?;
     let options = given.scan.read.options()?;
     let (scanned, notes) = rim_of(&given.scan, &options)?.map_err(Failure::of_job)?;
     boundary_csv::write_oriented(&given.out, &scanned.boundary, scanned.orientation)?;

@@ -7,7 +7,7 @@ use scan2params::io::{output, write_ply};
 use scan2params::report::table;
 
 pub(crate) fn merge(given: &args::Merge) -> Outcome {
-    output::check_file(&given.out, &given.scan.files()).map_err(Failure::of_output)?;
+    output::check_named(&given.out, &[".ply"], &given.scan.files()).map_err(Failure::of_output)?;
     let (read, options) = (given.scan.read_options()?, given.scan.read.options()?);
     let working = Working::on(format!("registering {}", given.scan.input.display()));
     let (cloud, notes) =

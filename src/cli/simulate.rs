@@ -115,9 +115,9 @@ fn say(given: &args::Simulate, report: &str) {
 /// Whether the results can be written, and lose nothing.
 fn check_outputs(given: &args::Simulate) -> Result<(), OutputError> {
     let inputs: Vec<_> = given.fabric.params.iter().chain(&given.start).cloned().collect();
-    output::check_file(&given.out, &inputs)?;
+    output::check_named(&given.out, &[".obj"], &inputs)?;
     if let Some(boundary) = &given.boundary {
-        output::check_file(boundary, &inputs)?;
+        output::check_named(boundary, &[".csv"], &inputs)?;
         output::check_distinct(&given.out, boundary)?;
     }
     Ok(())

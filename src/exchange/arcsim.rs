@@ -41,7 +41,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
         "bending": bending,
         "scan2params": going_along::json(params, &[], &notes),
     });
-    Exported { text: going_along::text(&file), beside: None, lost: Vec::new(), notes }
+    Exported { text: going_along::text(&file), companion: None, lost: Vec::new(), notes }
 }
 
 #[cfg(test)]

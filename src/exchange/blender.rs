@@ -73,7 +73,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
     if let Some(friction) = options.friction {
         let _ = writeln!(text, "cloth.collision_settings.friction = {}", number(friction));
     }
-    Ok(Exported { text, beside: None, lost, notes })
+    Ok(Exported { text, companion: None, lost, notes })
 }
 
 /// The stiffnesses on quads of this edge.

@@ -49,7 +49,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
     }
     let along: Value = going_along::json(params, &[], &notes);
     let file = json!({ "name": options.name, "mapPhysical": physical, "scan2params": along });
-    Exported { text: going_along::text(&file), beside: None, lost: Vec::new(), notes }
+    Exported { text: going_along::text(&file), companion: None, lost: Vec::new(), notes }
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ impl Options {
 
 /// A second file, which the first names.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Beside {
+pub struct Companion {
     /// What its name ends in, after the stem of the first file's.
     pub ending: &'static str,
     /// Its text.
@@ -62,7 +62,7 @@ pub struct Exported {
     /// The text of the file.
     pub text: String,
     /// The second file, of targets that have one.
-    pub beside: Option<Beside>,
+    pub companion: Option<Companion>,
     /// What of the fabric is lost.
     pub lost: Vec<String>,
     /// What is to be known of the numbers.
@@ -112,6 +112,6 @@ pub enum ExchangeError {
 /// The name under which a target's `beside` file lies: `out` is the name of the first file. U3M
 /// names it in the first file.
 #[must_use]
-pub fn beside_name(out_stem: &str, ending: &str) -> String {
+pub fn companion_name(out_stem: &str, ending: &str) -> String {
     format!("{out_stem}{ending}")
 }

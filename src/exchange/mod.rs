@@ -33,7 +33,7 @@ mod usd;
 
 use crate::fabric::params::Params;
 
-pub use exported::{Beside, ExchangeError, Exported, Options, beside_name};
+pub use exported::{Companion, ExchangeError, Exported, Options, companion_name};
 pub use hinge::Mesh;
 pub use target::{Scene, Target};
 

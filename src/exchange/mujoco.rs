@@ -128,7 +128,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
         mass = number(mass_kg),
         elasticity = flex.elasticity(),
     );
-    Exported { text, beside: None, lost, notes }
+    Exported { text, companion: None, lost, notes }
 }
 
 /// Lines for an XML comment: two hyphens would end it.

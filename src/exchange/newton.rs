@@ -72,7 +72,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
     let along = going_along::json(params, &lost, &notes);
     let file =
         json!({ "name": options.name, "style3d": style3d, "vbd": vbd, "scan2params": along });
-    Exported { text: going_along::text(&file), beside: None, lost, notes }
+    Exported { text: going_along::text(&file), companion: None, lost, notes }
 }
 
 fn vbd(isotropic: &Isotropic, density_kg_m2: f64, edge_m: f64, mesh: Mesh) -> Value {

@@ -2,10 +2,10 @@
 //! the solver's settings, so that the drape comes to rest there without further input.
 //!
 //! In: a fabric, the experiment's name ([`Scene`]), the length of the mesh's edges. Out: a file
-//! that the program runs. The plate is this simulator's, a disc with a rounded edge; the cloth starts
-//! level above it, with the unevenness of the canonical drop. The scene's frame has z up, x along
-//! the warp and y along the weft, against the simulation frame's z; its origin is the centre of the
-//! plate's top. Lengths are in metres.
+//! that the program runs. The plate is this simulator's, a disc with a rounded edge; the cloth
+//! starts level above it, with the unevenness of the canonical drop. The scene's frame has z up, x
+//! along the warp and y along the weft, against the simulation frame's z; its origin is the centre
+//! of the plate's top. Lengths are in metres.
 //!
 //! The cloth's mesh is `cloth_mesh`'s, the same for all programs: what differs between them is
 //! their physics. One file here per target says how its contact is set so that the cloth rests half

@@ -14,7 +14,12 @@ pub(super) fn json(params: &Params, options: &Options) -> Exported {
     let mut file = going_along::json(params, &[], &[]);
     file["name"] = json!(options.name);
     file["systems"] = systems::json(&systems::rows(params));
-    Exported { text: going_along::text(&file), beside: None, lost: Vec::new(), notes: Vec::new() }
+    Exported {
+        text: going_along::text(&file),
+        companion: None,
+        lost: Vec::new(),
+        notes: Vec::new(),
+    }
 }
 
 pub(super) fn csv(params: &Params) -> Exported {
@@ -34,7 +39,7 @@ pub(super) fn csv(params: &Params) -> Exported {
             text.push('\n');
         }
     }
-    Exported { text, beside: None, lost: Vec::new(), notes: Vec::new() }
+    Exported { text, companion: None, lost: Vec::new(), notes: Vec::new() }
 }
 
 /// A field as RFC 4180 has it.

@@ -55,6 +55,21 @@ impl Target {
         }
     }
 
+    /// Endings of the file, of a whole experiment where there is a scene; the first is the usual.
+    #[must_use]
+    pub fn endings(self, scene: Option<Scene>) -> &'static [&'static str] {
+        match self {
+            Self::Clo => &[".jfab"],
+            Self::Blender => &[".py"],
+            Self::Newton if scene.is_some() => &[".py"],
+            Self::Newton | Self::Arcsim | Self::Json => &[".json"],
+            Self::Mujoco => &[".xml"],
+            Self::U3m => &[".u3m"],
+            Self::Usd => &[".usda", ".usd"],
+            Self::Csv => &[".csv"],
+        }
+    }
+
     /// What reads the file, and the file's ending.
     #[must_use]
     pub fn title(self) -> &'static str {

@@ -13,7 +13,7 @@ use std::time::SystemTime;
 
 use serde_json::{Value, json};
 
-use super::exported::{Beside, Exported, Options, beside_name};
+use super::exported::{Companion, Exported, Options, companion_name};
 use super::going_along;
 use super::units::NM_PER_DYN_CM;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
@@ -55,7 +55,7 @@ pub(super) fn write(params: &Params, options: &Options, out_stem: &str) -> Expor
                 "thickness": options.thickness_m.map(|m| m / M_PER_MM),
                 "weight": fabric.density_kg_m2 / KG_M2_PER_G_M2,
                 "composition": null,
-                "devices": { "fab": beside_name(out_stem, FAB_ENDING) },
+                "devices": { "fab": companion_name(out_stem, FAB_ENDING) },
                 "material_type": null,
                 "construction": null,
             },
@@ -63,8 +63,8 @@ pub(super) fn write(params: &Params, options: &Options, out_stem: &str) -> Expor
         },
         "custom": { "scan2params": along },
     });
-    let beside = Beside { ending: FAB_ENDING, text: going_along::text(&physics) };
-    Exported { text: going_along::text(&material), beside: Some(beside), lost, notes }
+    let companion = Companion { ending: FAB_ENDING, text: going_along::text(&physics) };
+    Exported { text: going_along::text(&material), companion: Some(companion), lost, notes }
 }
 
 fn browzwear(params: &Params, options: &Options) -> Value {
@@ -132,7 +132,7 @@ mod tests {
         let options = Options { thickness_m: Some(0.5e-3), ..Options::named("a") };
         let exported = write(&Params::of(fabric), &options, "cloth");
         let material: Value = serde_json::from_str(&exported.text).unwrap();
-        let physics: Value = serde_json::from_str(&exported.beside.unwrap().text).unwrap();
+        let physics: Value = serde_json::from_str(&exported.companion.unwrap().text).unwrap();
         let keys = |value: &Value| {
             value.as_object().unwrap().keys().map(String::as_str).collect::<Vec<_>>().join(" ")
         };

@@ -47,7 +47,7 @@ pub(super) fn write(params: &Params, options: &Options) -> Exported {
         material(params, options),
         mesh(params, options),
     );
-    Exported { text, beside: None, lost, notes }
+    Exported { text, companion: None, lost, notes }
 }
 
 /// A string of several lines; USD's escapes are Python's.

@@ -37,6 +37,19 @@ pub enum OutputError {
         /// The name.
         path: PathBuf,
     },
+    /// Its name ends as something else that is not written there.
+    #[error(
+        "{}: cannot be written as {ending}; give a name that ends in {endings}",
+        path.display()
+    )]
+    Ending {
+        /// The result.
+        path: PathBuf,
+        /// The ending of its name.
+        ending: String,
+        /// The endings of what is written there.
+        endings: String,
+    },
     /// A folder where a file is needed.
     #[error("{}: is a folder; give the name of a file", path.display())]
     IsFolder {
@@ -91,6 +104,23 @@ pub fn check_file(path: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
         try_folder(target.parent().unwrap_or(Path::new("")))
     };
     may_write().map_err(|source| refused(source).into())
+}
+
+/// [`check_file`] of a file in the format of one of `endings`, such as `.png`: a name that ends
+/// otherwise would mislead whoever opens it. Capitals count for nothing; a name without an ending
+/// says nothing, and may stand; a device or a pipe has none.
+///
+/// # Errors
+/// Those of [`check_file`], and when the name ends otherwise.
+pub fn check_named(path: &Path, endings: &[&str], inputs: &[PathBuf]) -> Result<(), OutputError> {
+    check_file(path, inputs)?;
+    let is_file = matches!(Destination::of(path), Ok(Destination::File(_)));
+    let Some(ending) = path.extension().filter(|_| is_file) else { return Ok(()) };
+    let ending = format!(".{}", ending.to_string_lossy());
+    if endings.iter().any(|own| own.eq_ignore_ascii_case(&ending)) {
+        return Ok(());
+    }
+    Err(OutputError::Ending { path: path.to_owned(), ending, endings: endings.join(" or ") })
 }
 
 /// Makes a file in a folder, and removes it.
@@ -186,6 +216,25 @@ mod tests {
         }
         assert_eq!(fs::read_to_string(at("in.ply")).unwrap(), "points");
         assert_eq!(fs::read_to_string(at("out.ply.part")).unwrap(), "points");
+    }
+
+    #[test]
+    fn a_name_that_ends_as_another_format_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let check = |name: &str| check_named(&folder.path().join(name), &[".usda", ".usd"], &[]);
+        for name in ["a.usda", "a.usd", "A.USD", "a", "b.c.usda"] {
+            check(name).unwrap();
+        }
+        for name in ["a.jpg", "a.usda.gz", "a.usdz"] {
+            let refused = check(name).unwrap_err();
+            assert!(refused.is_usage());
+            assert!(
+                refused.to_string().ends_with("a name that ends in .usda or .usd"),
+                "{refused}"
+            );
+        }
+        #[cfg(unix)]
+        check_named(Path::new("/dev/null"), &[".png"], &[]).unwrap();
     }
 
     #[test]

@@ -145,7 +145,10 @@ pub fn write_as(outcome: &Outcome, folder: &Path, stem: &str) -> Result<Vec<Path
     Ok(vec![params, csv, png])
 }
 
-/// Writes a picture as PNG, with any ending of the file's name.
+/// Ending of the pictures that are written.
+pub const PICTURE: &str = ".png";
+
+/// Writes a picture as PNG: check a name that a user gave with [`PICTURE`] first.
 ///
 /// # Errors
 /// When the system refuses.

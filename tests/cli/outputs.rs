@@ -107,6 +107,8 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
     fs::write(&file, "x").unwrap();
     let (here, none) = (folder.path(), folder.path().join("none/file"));
     let long = "simulate --params fixtures/drapes/mean.params.json --vertices 241";
+    let at = |name: &str| folder.path().join(name);
+    let to = "export fixtures/drapes/mean.params.json --to";
     let scans = folder.path().join("scans");
     fs::create_dir(&scans).unwrap();
     fs::copy(SCAN, scans.join("a.ply")).unwrap();
@@ -114,6 +116,12 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
         ("missing.ply --density 200 --quick --out PATH", &file, 2, "is a file; give a folder"),
         ("inspect missing.ply --out PATH", &here.to_owned(), 2, "is a folder; give the name"),
         ("inspect missing.ply --out PATH", &none, 1, "cannot be written"),
+        ("inspect missing.ply --out PATH", &at("a.jpg"), 2, "give a name that ends in .png"),
+        ("boundary missing.ply --out PATH", &at("a.png"), 2, "give a name that ends in .csv"),
+        ("merge missing.ply --out PATH", &at("a.pcd"), 2, "give a name that ends in .ply"),
+        (&format!("{long} --out PATH"), &at("a.ply"), 2, "give a name that ends in .obj"),
+        (&format!("{to} clo --out PATH"), &at("a.py"), 2, "give a name that ends in .jfab"),
+        (&format!("{to} usd --out PATH"), &at("a.usdz"), 2, "that ends in .usda or .usd"),
         ("boundary missing.ply --out PATH", &here.to_owned(), 2, "is a folder; give the name"),
         ("boundary missing.ply --out PATH", &none, 1, "cannot be written"),
         (&format!("{long} --out PATH"), &here.to_owned(), 2, "is a folder; give the name"),

@@ -118,8 +118,8 @@ pub fn read(path: &Path) -> Result<Measured, FabError> {
         return Err(fault(path, format!("names {}, outside of its folder", named.display())));
     }
     let weight = content.pointer("/material/physics/weight").and_then(number);
-    let beside = path.with_file_name("").join(named);
-    physics(&beside, &json(&beside)?, weight)
+    let companion = path.with_file_name("").join(named);
+    physics(&companion, &json(&companion)?, weight)
 }
 
 fn fault(path: &Path, fault: impl Into<String>) -> FabError {

@@ -10,8 +10,7 @@
 //! on such hinges has B l^2 / A = 2 B / sqrt(3) a radian ([`super::super::hinge`]). So k = 40 B /
 //! a^2.
 //! The springs along the edges are a plate of stretch 2 K / sqrt(3) with K = tension / a, so
-//! tension
-//! = S a sqrt(3) / 2; its shear is 3/8 of that stretch, whatever the fabric's.
+//! tension = S a sqrt(3) / 2. Its shear is always 3/8 of that stretch.
 
 use serde_json::json;
 
@@ -69,7 +68,7 @@ pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Export
         "run it with `blender --python FILE`, or `python FILE` with the package bpy".to_owned(),
     );
     let text = python::script(bench, params, options, [&lost, &notes], values, &code(bench));
-    Exported { text, beside: None, lost, notes }
+    Exported { text, companion: None, lost, notes }
 }
 
 /// The script's code, with the meshes in it.

@@ -66,7 +66,7 @@ pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Export
         elements = elements.join(" "),
         elasticity = flex.elasticity(),
     );
-    Exported { text, beside: None, lost, notes }
+    Exported { text, companion: None, lost, notes }
 }
 
 /// Positions to a nanometre.

@@ -66,5 +66,5 @@ pub(super) fn write(bench: &Bench, params: &Params, options: &Options) -> Export
         .replace("@TRIANGLES@", &python::faces(bench.cloth.triangles.iter().map(|t| &t[..])));
     let lost = Vec::new();
     let text = python::script(bench, params, options, [&lost, &notes], values, &code);
-    Exported { text, beside: None, lost, notes }
+    Exported { text, companion: None, lost, notes }
 }
