@@ -41,7 +41,10 @@ pub fn utf8(bytes: &[u8]) -> Result<Cow<'_, [u8]>, NotText> {
 /// # Errors
 /// When the system refuses, or the content is no text.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let bytes = std::fs::read(path)?;
+    let bytes = std::fs::read(path).map_err(|error| match error.kind() {
+        io::ErrorKind::IsADirectory => io::Error::new(error.kind(), "is a folder, not a file"),
+        _ => error,
+    })?;
     let text = utf8(&bytes).map_err(|what| io::Error::new(io::ErrorKind::InvalidData, what))?;
     Ok(text.into_owned())
 }

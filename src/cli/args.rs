@@ -670,7 +670,7 @@ pub(crate) struct Convert {
     #[arg(value_name = "UNIT", requires = "to")]
     pub(crate) unit: Option<String>,
     /// The unit to convert to
-    #[arg(long, value_name = "UNIT", requires = "unit")]
+    #[arg(long, value_name = "UNIT")]
     pub(crate) to: Option<String>,
     /// Areal density, for bending lengths, and for a measured fabric without mass [g/m^2]
     #[arg(long, value_name = "G_PER_M2", value_parser = density)]

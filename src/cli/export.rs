@@ -112,8 +112,13 @@ pub(crate) fn convert(given: &args::Convert) -> Outcome {
         let why = "--out is for a measured fabric: a .u3m, or its physics JSON";
         return Err(Failure::usage(anyhow!("{}: {why}", given.what)));
     }
-    let (Some(unit), Some(to)) = (&given.unit, &given.to) else {
-        return table(given);
+    let (unit, to) = match (&given.unit, &given.to) {
+        (Some(unit), Some(to)) => (unit, to),
+        (None, Some(_)) if path.is_file() => {
+            let why = "--to is for a number; without it a file is printed in all units";
+            return Err(Failure::usage(anyhow!("{}: {why}", given.what)));
+        }
+        _ => return table(given),
     };
     let value: f64 = given.what.parse().map_err(|_| {
         Failure::usage(anyhow!(

@@ -80,10 +80,19 @@ fn with_negative_numbers(program: Command) -> Command {
 /// How a density is measured.
 const WEIGH: &str = "cut a square of 100 x 100 mm and weigh it in g; times 100 is g/m^2";
 
-/// An error with a tip: where an unknown flag belongs, how a missing density is measured.
+/// Where a whole fabric comes from, of which flags give single numbers.
+const WHOLE_FABRIC: &str =
+    "--params FILE takes all seven from a params.json, as `estimate --out` writes it";
+
+/// An error with a tip: where an unknown flag belongs, what is there in place of missing ones.
 fn with_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
-    if is_without_density(&error) {
-        let tip = StyledStr::from(WEIGH);
+    let missing = if lacks(&error, "--bending-bias") {
+        Some(WHOLE_FABRIC)
+    } else {
+        lacks(&error, "--density").then_some(WEIGH)
+    };
+    if let Some(tip) = missing {
+        let tip = StyledStr::from(tip);
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
         return error;
     }
@@ -100,12 +109,12 @@ fn with_tip(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     error
 }
 
-/// Whether a density is what is missing.
-fn is_without_density(error: &clap::Error) -> bool {
+/// Whether a flag is what is missing, or one of them.
+fn lacks(error: &clap::Error, flag: &str) -> bool {
     error.kind() == ErrorKind::MissingRequiredArgument
         && matches!(
             error.get(ContextKind::InvalidArg),
-            Some(ContextValue::Strings(missing)) if missing.iter().any(|arg| arg.contains("--density"))
+            Some(ContextValue::Strings(missing)) if missing.iter().any(|arg| arg.contains(flag))
         )
 }
 

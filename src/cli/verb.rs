@@ -92,12 +92,14 @@ fn meant_verb(word: &OsStr) -> Option<&'static str> {
     nearest(text, VERBS.into_iter())
 }
 
-/// The known word that a word nearly is: as near as clap asks of a subcommand.
+/// The known word that a word nearly is: as near as clap asks of a subcommand. Of several the one
+/// that begins alike.
 pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     const NEAR: f64 = 0.7;
-    let nearness = |known: &str| strsim::jaro(&word.to_lowercase(), known);
-    let nearest = known.max_by(|a, b| nearness(a).total_cmp(&nearness(b)))?;
-    (nearness(nearest) > NEAR).then_some(nearest)
+    let word = word.to_lowercase();
+    let begins_alike = |known: &str| strsim::jaro_winkler(&word, known);
+    let near = known.filter(|known| strsim::jaro(&word, known) > NEAR);
+    near.max_by(|a, b| begins_alike(a).total_cmp(&begins_alike(b)))
 }
 
 #[cfg(test)]
@@ -137,6 +139,7 @@ mod tests {
         for (word, verb) in [
             ("estimte", "estimate"),
             ("Estimate", "estimate"),
+            ("esimate", "estimate"),
             ("simulat", "simulate"),
             ("genrate", "generate"),
             ("bacth", "batch"),

@@ -43,15 +43,16 @@ pub(super) fn write(params: &Params, options: &Options) -> Result<Exported, Exch
     let fabric = &params.fabric;
     let isotropic = Isotropic::of(fabric);
     let mut lost = Isotropic::lost(fabric);
-    lost.push("90 % intervals and verdict, but for the comment".to_owned());
+    lost.push("90 % intervals and verdict: they stand in the comment alone".to_owned());
     let mut notes = vec![
         format!(
             "holds for quads with edges of {} mm and the bending model Angular; export again for \
              another mesh, since bending goes with the inverse square of the edge",
             edge_m / M_PER_MM
         ),
-        "mass is 1000 times the vertex's, since Blender scales gravity by 0.001".to_owned(),
-        "of a mesh of few cells the mass is that of the cloth over its number of vertices, times 1000"
+        "Blender's mass is 1000 times that of a vertex, since it scales gravity by 0.001"
+            .to_owned(),
+        "on a mesh of few cells set the mass to 1000 times the cloth's over the number of vertices"
             .to_owned(),
     ];
     if isotropic.shear_n_m > (1.0 - LEAST_TENSION) * isotropic.stretch_n_m {

@@ -12,6 +12,8 @@
 
 use std::path::{Path, PathBuf};
 
+use same_file::is_same_file;
+
 use super::error::IntakeError;
 use super::frames::{self, Start};
 use super::register::{LEAST_SHARED, Placed, Register, Unfit};
@@ -134,6 +136,13 @@ fn of_turntable(
     Ok((cloud, notes))
 }
 
+/// A file that is among the passes twice, by any link or spelling.
+fn named_twice<'a>(paths: &[&'a Path]) -> Option<&'a Path> {
+    let is_before =
+        |k: usize| paths[..k].iter().any(|p| is_same_file(p, paths[k]).unwrap_or(false));
+    (0..paths.len()).find(|&k| is_before(k)).map(|k| paths[k])
+}
+
 /// Passes, brought together in the frame and the unit of the first.
 fn of_passes(
     path: &Path,
@@ -143,6 +152,10 @@ fn of_passes(
     let own = ReadOptions { passes: Vec::new(), ..read.clone() };
     let paths: Vec<&Path> =
         std::iter::once(path).chain(read.passes.iter().map(PathBuf::as_path)).collect();
+    if let Some(again) = named_twice(&paths) {
+        let fault = Fault::Layout("is named twice; give each pass once".to_owned());
+        return Err(ReadError { path: again.to_owned(), place: Place::File, fault });
+    }
     let mut units_m = Vec::with_capacity(paths.len());
     let mut views = Vec::with_capacity(paths.len());
     for path in &paths {

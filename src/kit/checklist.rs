@@ -98,7 +98,7 @@ fn plate(options: &ScanOptions) -> Vec<Refusal> {
                 "a closed mesh whose edge shows on less than {:.0} % of the rim",
                 100.0 * options.tuning.limits.min_clear
             ),
-            "the same",
+            "export without hole filling or Poisson surface, or the point cloud",
         ),
     ]
 }
@@ -168,7 +168,7 @@ fn size(options: &ScanOptions) -> Vec<Refusal> {
         refusal(
             "HiddenRim",
             format!(
-                "the same, with the rim out of sight on more than {:.0} % of the bearings",
+                "a rim out of sight on more than {:.0} % of the bearings, with such an outline",
                 100.0 * limits.most_hidden
             ),
             "add views all round, level with the rim",
@@ -221,14 +221,14 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
         ),
         refusal(
             "PassesApart",
-            "the same in many places, or points that scatter more across the hanging cloth than on the plate: passes \
+            "cloth off the fitted sheet in many places, or points that scatter more across the hanging cloth than on the plate: passes \
              or views that do not meet"
                 .to_owned(),
             "align the views anew, scan in one pass, or check the focal length",
         ),
         refusal(
             "TooNoisy",
-            "the same by less than the noise of single points: it blurs the folds".to_owned(),
+            "cloth off the fitted sheet by less than the noise of single points: it blurs the folds".to_owned(),
             "scan from nearer, or with a sensor of less noise",
         ),
         refusal(

@@ -42,13 +42,18 @@ pub fn draw(scan: &ScannedBoundary) -> RgbImage {
         let local_from_scan = scan.found.local_from_scan.unwrap_or_else(Isometry3::identity);
         local_from_scan * scan.sim_from_scan.inverse_transform_vector(&Vector3::x())
     });
-    let mut image = views(&scan.found, None, warp);
+    // The plate as the text says it: measured on the cloth, not as it first read.
+    let mut found = scan.found.clone();
+    if let Some(plate) = &mut found.plate {
+        plate.radius_m = scan.quality.plate_radius_m;
+    }
+    let mut image = views(&found, None, warp);
     let percent = 100.0 * scan.quality.observed_fraction;
     let mut outcome = format!("rim found, {percent:.0} % of it observed");
     if warp.is_none() {
         outcome += "; which of its sides run along the warp is not known";
     }
-    legend(&mut image, &scan.found, (&outcome, MEASURED));
+    legend(&mut image, &found, (&outcome, MEASURED));
     image
 }
 

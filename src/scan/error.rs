@@ -36,11 +36,13 @@ pub enum ScanError {
     /// The points lie too far apart; what follows from that is the cause of the refusal.
     #[error(
         "the points lie {spacing_mm:.1} mm apart, {needed_mm:.1} mm are needed: scan nearer or longer, or export \
-         without decimating. With these, {}", cause.brief()
+         without decimating{}. With these, {}", in_other_unit(*spacing_mm, *likelier), cause.brief()
     )]
     TooSparse {
         /// Typical distance between points.
         spacing_mm: f64,
+        /// The unit that was given, and another in which the points would lie near enough.
+        likelier: Option<[LengthUnit; 2]>,
         /// Distance that is enough.
         needed_mm: f64,
         /// What cannot be found for it.
@@ -336,6 +338,18 @@ pub struct Place {
     pub bearing_deg: f64,
     /// Its width; 0 if not known \[degrees\].
     pub arc_deg: f64,
+}
+
+/// What points that far apart would be in a likelier unit, for a message.
+fn in_other_unit(spacing_mm: f64, likelier: Option<[LengthUnit; 2]>) -> String {
+    likelier.map_or(String::new(), |[given, other]| {
+        let there_mm = spacing_mm * other.metres() / given.metres();
+        format!(
+            ", or give --unit {} in place of {}, in which they lie {there_mm:.1} mm apart",
+            other.name(),
+            given.name()
+        )
+    })
 }
 
 impl ScanError {

@@ -11,6 +11,7 @@ use super::options::ScanOptions;
 use super::plate::{Plate, Sought};
 use super::rim::{Rim, bearing_deg, longest_gap};
 use super::square::SquareFit;
+use super::tuning::LimitTuning;
 use super::uncertainty::Unexplained;
 use super::underside::Cut;
 use super::unit::LengthUnit;
@@ -182,10 +183,25 @@ pub(super) fn underlying(
     };
     if let Some(spacing_m) = spacing_m.filter(|m| unseen && *m > tuning.sparse_m) {
         let (spacing_mm, needed_mm) = (spacing_m * 1e3, tuning.needed_m * 1e3);
-        return ScanError::TooSparse { spacing_mm, needed_mm, cause: Box::new(error) };
+        let likelier = likelier(spacing_m, tuning, options.unit);
+        return ScanError::TooSparse { spacing_mm, likelier, needed_mm, cause: Box::new(error) };
     }
     let measured = measured.filter(|_| unfit);
     measured.and_then(|m| wrong_size(m, tuning.likely_sides, options)).unwrap_or(error)
+}
+
+/// The unit that was given, and the first in which points lie as far apart as those of scanners do.
+fn likelier(
+    spacing_m: f64,
+    tuning: &LimitTuning,
+    given: Option<LengthUnit>,
+) -> Option<[LengthUnit; 2]> {
+    /// Points nearer than this are no scanner's \[m\].
+    const NEAREST_M: f64 = 1e-4;
+    let given = given?;
+    let there_m = |other: &LengthUnit| spacing_m * other.metres() / given.metres();
+    let scanned = |other: &LengthUnit| (NEAREST_M..=tuning.needed_m).contains(&there_m(other));
+    LengthUnit::ALL.into_iter().find(scanned).map(|other| [given, other])
 }
 
 /// A refusal, or the coarse coordinates of the scene from which it follows.

@@ -74,6 +74,24 @@ fn scan2params_manifest() -> String {
     std::fs::read_to_string(folder.path().join("manifest.json")).unwrap()
 }
 
+/// What a new user mistypes gets an answer that says what to type.
+#[test]
+fn usual_mistakes_are_answered_with_what_to_do() {
+    let fabric = "fixtures/drapes/woven.params.json";
+    for (line, code, part) in [
+        ("simulate --out x.obj", 2, "--params FILE takes all seven from a params.json"),
+        ("export fixtures/drapes --to csv --out x.csv", 1, "is a folder, not a file"),
+        ("calibrate fixtures/drapes --out x", 1, "is a folder, not a file"),
+        (&format!("convert {fabric} --to N/m"), 2, "--to is for a number"),
+        ("convert 5 --to N/m", 2, "give the unit of 5 as well"),
+        ("esimate scan.ply", 2, "did you mean `estimate`"),
+    ] {
+        let run = scan2params(line);
+        assert_eq!(run.status.code(), Some(code), "{line}: {}", said(&run));
+        assert!(said(&run).contains(part), "{line}: {}", said(&run));
+    }
+}
+
 /// One drape is computed on one thread: the flag changes neither a byte nor the time, and
 /// the program says so.
 #[test]

@@ -307,6 +307,15 @@ fn a_view_stands_in_a_list_once() {
 }
 
 #[test]
+fn a_pass_that_is_named_twice_is_refused_as_that() {
+    let path = Path::new("fixtures/scans/mean_truedepth.ply");
+    let again = Path::new("fixtures/../fixtures/scans/mean_truedepth.ply");
+    let read_options = ReadOptions { passes: vec![again.to_owned()], ..ReadOptions::default() };
+    let error = joined::read(path, &read_options, &ScanOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("is named twice; give each pass once"), "{error}");
+}
+
+#[test]
 fn the_program_merges_passes_and_says_what_it_moved() {
     let folder = tempfile::tempdir().unwrap();
     let parts = parts("stiff_structured-light.ply");

@@ -203,6 +203,13 @@ fn a_unit_is_guessed_and_may_be_given() {
     }
     let wrong = find(&metres, Some(LengthUnit::Inch)).unwrap_err();
     assert!(matches!(wrong, ScanError::NoPlate { unit: LengthUnit::Inch, .. }), "{wrong}");
+    // Too large a unit reads as points too far apart; the likelier unit is named.
+    let millimetres = scaled(&metres, 1e3);
+    for given in [LengthUnit::Metre, LengthUnit::Centimetre] {
+        let wrong = find(&millimetres, Some(given)).unwrap_err();
+        let named = format!("give --unit mm in place of {}", given.name());
+        assert!(wrong.to_string().contains(&named), "{wrong}");
+    }
 }
 
 #[test]

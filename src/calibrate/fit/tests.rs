@@ -68,7 +68,7 @@ fn all_but(names: &[&str]) -> Vec<&'static Effect> {
 }
 
 #[test]
-fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_foretold() {
+fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_predicted() {
     let (truth, options, rule) = (truth(), options(), FoldRule::default());
     let bench = options.sim.experiment;
     let seen = |seed: u64| {

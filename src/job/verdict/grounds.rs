@@ -367,7 +367,8 @@ fn hidden(f: &Figures, limits: &Limits) -> Vec<Ground> {
 fn warp(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
     if f.orientation == Orientation::Ambiguous {
-        let text = "weft and warp may be exchanged: each interval covers both readings; give --warp-toward or --mark";
+        let text = "weft and warp may be exchanged: give --warp-toward or --mark; else each interval of an \
+                    estimate covers both readings";
         let ground = Ground::new(
             Code::OrientationAmbiguous,
             Level::Reliable,

@@ -164,8 +164,9 @@ fn scans(lines: &[Line]) -> Markup {
             }
             p .caption {
                 "Stretch and shear " i { "S" } ", " i { "H" } " in g/s\u{b2}, bending " i { "B" } " in g\u{b7}mm\u{b2}\u{b7}s\u{207b}\u{b2}\u{b7}rad\u{207b}\u{b9}; \
-                 a value in brackets lies at or beyond the end of what the model was trained on. \
-                 Rim: mean distance of the tied drape, or of the released one, where one was simulated. Intervals and all digits are in results.csv."
+                 a value in brackets lies at or beyond the end of what the model was trained on. "
+                @if drawn { "Rim: mean distance of the tied drape, or of the released one, where one was simulated. " }
+                "Intervals and all digits are in results.csv."
             }
         }
     }
