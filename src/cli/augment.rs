@@ -9,6 +9,7 @@ use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::dataset::augment::{self, AugmentError, AugmentOptions, Made, Step};
 use scan2params::dataset::setting::Setting;
+use scan2params::io::{Format, output};
 use scan2params::sim::SimOptions;
 
 pub(crate) fn run(given: &args::Augment) -> Outcome {
@@ -41,6 +42,10 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
         eprintln!("wrote {} ({points} points)", given.out.display());
         return Ok(());
     }
+    // A folder of a file's name is there on purpose, a new one by mistake.
+    if is_file_name(&given.out) && !given.out.is_dir() {
+        output::check_named(&given.out, &[".ply"], &[]).map_err(Failure::of_output)?;
+    }
     let working = Working::on("reading the drapes");
     let all = augment::run(&options, |step| tell(step, &working)).map_err(failure)?;
     drop(working);
@@ -53,6 +58,12 @@ pub(crate) fn run(given: &args::Augment) -> Outcome {
 
 fn is_ply(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
+}
+
+/// Whether a name ends as scans and pictures do.
+fn is_file_name(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    Format::named(&ending).is_some() || ["jpg", "jpeg"].contains(&ending.as_str())
 }
 
 fn tell(step: Step<'_>, working: &Working) {

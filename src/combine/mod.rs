@@ -18,6 +18,7 @@ mod read;
 mod show;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 pub use drape::{Drape, LeftOut};
 pub use error::{CombineError, DENSITY_RATIO};
@@ -276,6 +277,13 @@ fn notes(drapes: &[Drape]) -> Vec<String> {
             "weft and warp are not known in any drape and may be exchanged between them".to_owned(),
         );
     }
+    for [copy, of] in copies(drapes) {
+        notes.push(format!(
+            "{} has the numbers of {}: a copy of one scan is no second drop; leave it out",
+            copy.display(),
+            of.display()
+        ));
+    }
     let versions: std::collections::BTreeSet<&str> =
         drapes.iter().map(|d| d.version.as_str()).collect();
     if versions.len() > 1 {
@@ -283,6 +291,22 @@ fn notes(drapes: &[Drape]) -> Vec<String> {
         notes.push(format!("made with versions {} of the program", versions.join(" and ")));
     }
     notes
+}
+
+/// Files whose six stiffnesses over density are those of an earlier one, with that one: no two
+/// drops agree in as many digits.
+fn copies(drapes: &[Drape]) -> Vec<[&Path; 2]> {
+    /// Share by which numbers of one scan may differ, by rounding alone.
+    const ROUNDING: f64 = 1e-6;
+    let over_density = |d: &Drape, k: usize| d.values[k] / d.density_g_m2;
+    let same = |a: &Drape, b: &Drape| {
+        (0..STIFFNESSES).all(|k| (over_density(a, k) / over_density(b, k) - 1.0).abs() < ROUNDING)
+    };
+    let of = |k: usize| {
+        let copy = &drapes[k];
+        drapes[..k].iter().find(|of| same(of, copy)).map(|of| [&*copy.file, &*of.file])
+    };
+    (1..drapes.len()).filter_map(of).collect()
 }
 
 #[cfg(test)]
@@ -378,6 +402,20 @@ mod tests {
         let found = found.unwrap();
         assert_eq!(found.used.len(), 2);
         assert!(found.notes.iter().any(|note| note.contains("exchanged")), "{:?}", found.notes);
+    }
+
+    #[test]
+    fn a_copy_of_a_scan_is_named_even_where_its_density_is_another() {
+        let other = drape("other", 1.01);
+        let mut copy = drape("copy", 1.1);
+        copy.density_g_m2 *= 1.1;
+        let found = combine(vec![drape("own", 1.0), other, copy]).unwrap();
+        let of_copies: Vec<_> = found.notes.iter().filter(|note| note.contains("copy")).collect();
+        assert_eq!(of_copies.len(), 1, "{of_copies:?}");
+        assert!(
+            of_copies[0].starts_with("copy.params.json has the numbers of own.params.json"),
+            "{of_copies:?}"
+        );
     }
 
     #[test]

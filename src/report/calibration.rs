@@ -471,7 +471,7 @@ fn fabric_table(fabric: &FabricResult) -> String {
         " (assumed: stiffness over weight is fitted)"
     };
     let mut text = format!(
-        "fabric {}: {density:.0} g/m^2{known}, {} outlines\n",
+        "fabric {}: {density:.0} g/m^2{known}, measured drapes: {}\n",
         fabric.name,
         fabric.measured.len()
     );
@@ -493,8 +493,11 @@ fn fabric_table(fabric: &FabricResult) -> String {
                 let [low, high] = s.interval90.map(|v| v * unit);
                 let at_limit = if s.at_limit { ", at its limit" } else { "" };
                 text += &format!(
-                    "  {:13} {:9.0} {} ({low:.0} to {high:.0}), shown {:.2}{at_limit}\n",
-                    s.key, values[k], TABLE_2[k].unit, s.shown
+                    "  {:13} {:9.0} {} ({low:.0} to {high:.0}), uncertainty removed {:.0} %{at_limit}\n",
+                    s.key,
+                    values[k],
+                    TABLE_2[k].unit,
+                    100.0 * s.shown
                 );
             }
             numbers_of(fitted).iter().for_each(|number| text += &number.line());
@@ -524,8 +527,8 @@ fn groups_table(groups: &[Group]) -> String {
         let lost =
             if group.lost > 0 { format!(", {} not at rest", group.lost) } else { String::new() };
         text += &format!(
-            "  {:7} {face:4}{looked} {:2} drapes{lost}: outline {:.2}{} mm, springs carry {:.1} % of the weight, drape \
-             coefficient {:.1} simulated {:.1}{}, folds {:.1} simulated {:.1}\n",
+            "  {:7} {face:4}{looked} {:2} drapes{lost}: {:.2}{} mm off, springs carry {:.1} % of the weight, drape coefficient \
+             {:.1} % (simulated {:.1} %{}), folds {:.1} (simulated {:.1})\n",
             group.role.name(),
             group.drapes,
             group.rms_m[0] / M_PER_MM,
@@ -533,7 +536,7 @@ fn groups_table(groups: &[Group]) -> String {
             100.0 * group.springs_share,
             group.drape_coefficient[0],
             group.drape_coefficient[1],
-            error(group.difference_se, " (difference +- ", ")"),
+            error(group.difference_se, ", difference +- ", ""),
             group.folds[0],
             group.folds[1]
         );
@@ -561,9 +564,15 @@ fn effects_table(fabric: &FabricResult) -> String {
         text += "  with that\n";
         text += &groups_table(&fabric.groups_of(&after.drapes));
     }
+    if fabric.explanations.is_some() {
+        text += "  probable explanations:\n";
+    }
     for explanation in fabric.explanations.iter().flat_map(|all| &all.0) {
         if explanation.probability >= SHOWN_PROBABILITY {
-            let cause = cause_names(&explanation.cause).join(" and ");
+            let cause = match &explanation.cause {
+                Cause::Else => "something that is on no list".to_owned(),
+                listed => cause_names(listed).join(" and "),
+            };
             text += &format!("  {:5.1} % {cause}\n", 100.0 * explanation.probability);
         }
     }

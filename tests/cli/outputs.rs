@@ -120,6 +120,7 @@ fn the_place_of_a_result_is_looked_at_before_the_work() {
         ("boundary missing.ply --out PATH", &at("a.png"), 2, "give a name that ends in .csv"),
         ("merge missing.ply --out PATH", &at("a.pcd"), 2, "give a name that ends in .ply"),
         (&format!("{long} --out PATH"), &at("a.ply"), 2, "give a name that ends in .obj"),
+        ("augment fixtures/drapes --out PATH", &at("a.xyz"), 2, "give a name that ends in .ply"),
         (&format!("{to} clo --out PATH"), &at("a.py"), 2, "give a name that ends in .jfab"),
         (&format!("{to} usd --out PATH"), &at("a.usdz"), 2, "that ends in .usda or .usd"),
         ("boundary missing.ply --out PATH", &here.to_owned(), 2, "is a folder; give the name"),

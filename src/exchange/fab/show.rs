@@ -46,7 +46,8 @@ impl Measured {
                 Err(_) => ("-".to_owned(), String::new(), "-".to_owned()),
             };
             let difference = stiffness.difference();
-            let difference = difference.map_or("-".to_owned(), |d| format!("{:+.0} %", 100.0 * d));
+            let difference = difference
+                .map_or("-".to_owned(), |d| format!("{:+.0} %", (100.0 * d).round() + 0.0));
             let _ = writeln!(
                 out,
                 "{:<13} {given:>8} {recomputed:>11} {cycles:>19}  {unit:<7} {difference:>6} \
