@@ -6,7 +6,7 @@
 //! - M: measured on valid scans, by `scan2params-lab verdict` (the whole main job on virtual scans
 //!   of a prior's fabrics with known truth; the runs are in docs/validation/verdict.md), or by
 //!   `scan2params-lab estimate`. The limit stands a little beyond the worst of those that were
-//! answered well.
+//!   answered well.
 //! - W: measured on scans that are wrong in a known way (other plates, other scales), as
 //!   docs/validation/verdict.md has them.
 //! - C: chosen, with the reason next to it.
