@@ -117,8 +117,8 @@ fn check_outputs(given: &args::Simulate) -> Result<(), OutputError> {
     let inputs: Vec<_> = given.fabric.params.iter().chain(&given.start).cloned().collect();
     output::check_named(&given.out, &[".obj"], &inputs)?;
     if let Some(boundary) = &given.boundary {
-        output::check_named(boundary, &[".csv"], &inputs)?;
         output::check_distinct(&given.out, boundary)?;
+        output::check_named(boundary, &[".csv"], &inputs)?;
     }
     Ok(())
 }

@@ -160,7 +160,7 @@ fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
 }
 
 #[test]
-fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_foretold() {
+fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_predicted() {
     let (truth, options) = (truth(), options());
     let drop = Drop { start: DropStart::Perturbed(2) };
     let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));

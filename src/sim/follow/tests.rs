@@ -209,7 +209,7 @@ fn a_sheet_held_to_a_surface_of_another_scale_is_drawn_towards_it() {
 }
 
 #[test]
-fn a_held_sheet_follows_its_fabric_as_its_sensitivities_foretell_and_the_springs_its_weight() {
+fn a_held_sheet_follows_its_fabric_as_its_sensitivities_predict_and_the_springs_its_weight() {
     let mut follower = held(&stiff_knit(), 30e-3);
     let before = follower.drape();
     let [bending] = follower.sensitivities(&[Parameter::BendingWeft]).unwrap().try_into().unwrap();

@@ -165,7 +165,7 @@ fn remedies(fabric: &FabricResult) -> Vec<&'static str> {
                 "Measure what was found on the stand (plate, specimens, level, friction), correct it, and calibrate again."
             }
             _ => {
-                "Use the parameters together with the effect of the cloth: without it the stiffnesses belong to another model. `simulate` has a flag for it."
+                "Use the parameters together with the effect of the cloth: without it the stiffnesses belong to another model. The command \u{201c}simulate --params\u{201d} takes both from the fabric's params.json."
             }
         };
         if !steps.contains(&step) {
