@@ -6,8 +6,8 @@
 //!
 //! | target | energy of an edge | source |
 //! |---|---|---|
-//! | Newton's Style3D solver | k/2 . 3 l^2 / A . theta^2 | Bergou et al. 2006, with Crouzeix-Raviart elements |
-//! | Newton's VBD solver | k/2 . l . theta^2 | `evaluate_dihedral_angle_based_bending_force_hessian` |
+//! | Newton's Style3D | k/2 . 3 l^2 / A . theta^2 | Bergou et al. 2006, Crouzeix-Raviart elements |
+//! | Newton's VBD | k/2 . l . theta^2 | `evaluate_dihedral_angle_based_bending_force_hessian` |
 //! | ARCSim | k/8 . l^2 / A . theta^2 | Wang, O'Brien and Ramamoorthi 2011; `bending_energy` |
 //!
 //! Cloth bent to the curvature q about one axis has the energy B q^2 / 2 per area. On right

@@ -2,10 +2,14 @@
 //!
 //! | file | read from it |
 //! |---|---|
-//! | JSON of Open3D | `width`, `height`, `intrinsic_matrix` (column by column, also inside `intrinsic`) |
-//! | JSON with `fx`, `fy`, `cx`, `cy` | these, and `width`, `height` if there (Polycam and others; `ppx`, `ppy` too); `model` and `coeffs` (RealSense), or `k1`, `k2`, `p1`, `p2`, `k3` |
-//! | YAML of ROS `camera_info` | `image_width`, `camera_matrix` or `K`, `distortion_model`, `distortion_coefficients` or `D` |
+//! | JSON of Open3D | `width`, `height`, `intrinsic_matrix` (by columns; also in `intrinsic`) |
+//! | JSON with `fx`, `fy`, `cx`, `cy` | these (`ppx`, `ppy` too), if there size and distortion |
+//! | YAML of ROS `camera_info` | `image_width`, `camera_matrix` or `K`, a distortion |
 //! | text of nine numbers | a 3 x 3 matrix, row by row |
+//!
+//! The size is `width` and `height`. The distortion is `model` and `coeffs` (RealSense), or `k1`,
+//! `k2`, `p1`, `p2`, `k3` (Polycam and others), or in ROS's YAML `distortion_model` with
+//! `distortion_coefficients` or `D`.
 //!
 //! Pixels: the centre of the first pixel has the coordinates (0, 0), x right, y down.
 //! Distortion: none, or Brown and Conrady's five coefficients k1, k2, p1, p2, k3
