@@ -407,8 +407,8 @@ mod tests {
     #[test]
     fn a_copy_of_a_scan_is_named_even_where_its_density_is_another() {
         let other = drape("other", 1.01);
-        let mut copy = drape("copy", 1.1);
-        copy.density_g_m2 *= 1.1;
+        let mut copy = drape("copy", 1.03);
+        copy.density_g_m2 *= 1.03;
         let found = combine(vec![drape("own", 1.0), other, copy]).unwrap();
         let of_copies: Vec<_> = found.notes.iter().filter(|note| note.contains("copy")).collect();
         assert_eq!(of_copies.len(), 1, "{of_copies:?}");
