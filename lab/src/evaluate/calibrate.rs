@@ -186,7 +186,7 @@ pub const LEAST_FLOORS: f64 = 3.0;
 
 impl Scored {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, left_mm, verdict, effects, group, right, before_mm, after_mm, released_before_mm, released_after_mm, misfit_before, misfit_after, \
+    pub const COLUMNS: &str = "case, kind, truth, drapes, size_mm, remaining_mm, verdict, effects, group, right, before_mm, after_mm, released_before_mm, released_after_mm, misfit_before, misfit_after, \
          floor_mm, truth_mm, strongest, in_region, region_share, failure";
 
     /// How far the effects move an outline on its branch \[mm\], if that is known.
@@ -197,8 +197,8 @@ impl Scored {
 
     /// What six stiffnesses and the drapes' poses leave of that \[mm\], if it is known.
     #[must_use]
-    pub fn left_mm(&self) -> Option<f64> {
-        self.sealed.left_m().map(|left_m| left_m / M_PER_MM)
+    pub fn remaining_mm(&self) -> Option<f64> {
+        self.sealed.remaining_m().map(|remaining_m| remaining_m / M_PER_MM)
     }
 
     /// Whether the effects move an outline by more than [`LEAST_FLOORS`]; where nothing was said,
@@ -211,7 +211,7 @@ impl Scored {
     /// Whether what stiffnesses and poses leave of it does.
     #[must_use]
     pub fn stays_large(&self) -> bool {
-        self.is_above(self.left_mm())
+        self.is_above(self.remaining_mm())
     }
 
     fn is_above(&self, size_mm: Option<f64>) -> bool {
@@ -269,7 +269,7 @@ impl Scored {
         let Sealed { index, kind, effects, drapes, .. } = &self.sealed;
         let truth: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
         let known = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.2}"));
-        let (size, left) = (known(self.size_mm()), known(self.left_mm()));
+        let (size, left) = (known(self.size_mm()), known(self.remaining_mm()));
         let (names, drapes) = (truth.join(" "), drapes.len());
         let begun = format!("{index}, {}, {names}, {drapes}, {size}, {left}", kind.name());
         let region = known(self.region_share());
@@ -415,7 +415,7 @@ mod tests {
             drop_seed: 1,
             folds: 7,
             size_m,
-            left_m: size_m.map(|size_m| 0.5 * size_m),
+            remaining_m: size_m.map(|size_m| 0.5 * size_m),
         };
         let sealed = Sealed {
             schema: String::new(),

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Kind, Plan};
 use super::effect::Effect;
-use super::left::{Moved, at_rest, left_m, of_outline, of_scan};
+use super::remaining::{Moved, at_rest, of_outline, of_scan, remaining_m};
 use scan2params::base::boundary::POINTS;
 use scan2params::base::seed::rng;
 use scan2params::base::units::{KG_M2_PER_G_M2, M_PER_MM};
@@ -102,7 +102,7 @@ pub struct SealedDrape {
     /// What is left of it once six stiffnesses, the same for all drapes, and the drape's pose have
     /// taken up what they can \[m\]; none where `size_m` is, and in files of before this was asked.
     #[serde(default)]
-    pub left_m: Option<f64>,
+    pub remaining_m: Option<f64>,
 }
 
 /// Version of `sealed.json`.
@@ -250,8 +250,8 @@ impl Sealed {
 
     /// The same of what six stiffnesses and the drapes' poses leave of it \[m\].
     #[must_use]
-    pub fn left_m(&self) -> Option<f64> {
-        mean_of(self.drapes.iter().filter_map(|drape| drape.left_m))
+    pub fn remaining_m(&self) -> Option<f64> {
+        mean_of(self.drapes.iter().filter_map(|drape| drape.remaining_m))
     }
 
     fn is_of(&self, case: &Case) -> bool {
@@ -270,11 +270,11 @@ fn mean_of(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// Drapes with what is left of the effects' moves of each.
 fn with_left(made: Vec<(SealedDrape, Option<Moved>)>) -> Vec<SealedDrape> {
     let moved: Vec<&Moved> = made.iter().filter_map(|(_, moved)| moved.as_ref()).collect();
-    let mut left = left_m(&moved).unwrap_or_default().into_iter();
+    let mut left = remaining_m(&moved).unwrap_or_default().into_iter();
     let own: Vec<Option<f64>> =
         made.iter().map(|(_, moved)| moved.as_ref().and_then(|_| left.next())).collect();
     let both = made.into_iter().zip(own);
-    both.map(|((drape, _), left_m)| SealedDrape { left_m, ..drape }).collect()
+    both.map(|((drape, _), remaining_m)| SealedDrape { remaining_m, ..drape }).collect()
 }
 
 /// Discs and squares that are marked to be fitted.
@@ -357,7 +357,7 @@ impl Unit {
             drop_seed,
             folds: drape.nodes,
             size_m,
-            left_m: None,
+            remaining_m: None,
         };
         Ok((drape, moved))
     }

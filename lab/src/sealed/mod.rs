@@ -12,9 +12,9 @@
 
 mod case;
 mod effect;
-mod left;
 mod make;
 mod region;
+mod remaining;
 
 pub use case::{Case, CaseError, Kind, Plan};
 pub use effect::{Cloth, Effect, LISTED, UNLISTED};

@@ -1,10 +1,10 @@
-//! What is left of a case's effects once six stiffnesses and the drapes' poses have taken up what
+//! What remains of a case's effects once six stiffnesses and the drapes' poses have taken up what
 //! they can.
 //!
 //! In: for each drape how the effects move what is measured of it, and how the six stiffnesses and
 //! a pose do, all of them at the drape itself, on its own cells ([`Moved`]). Out: the root mean
-//! square move that is left of each drape. The stiffnesses are shared by the drapes, the poses are
-//! not; both are weighed as a fit weighs them ([`FitOptions`]). What is left is what a calibration
+//! square move that remains of each drape. The stiffnesses are shared by the drapes, the poses are
+//! not; both are weighed as a fit weighs them ([`FitOptions`]). What remains is what a calibration
 //! can see of the effects.
 //!
 //! Where it fails: all of it is linear, and an effect of several millimetres is not.
@@ -44,7 +44,7 @@ const LN_SIGMA: f64 = 1.0;
 
 /// The root mean square move that is left of each drape \[m\]; `None` where the sums have no
 /// solution.
-pub(super) fn left_m(drapes: &[&Moved]) -> Option<Vec<f64>> {
+pub(super) fn remaining_m(drapes: &[&Moved]) -> Option<Vec<f64>> {
     let size = STIFFNESSES + drapes.iter().map(|d| d.pose_sigma.len()).sum::<usize>();
     let (mut normal, mut right) = (DMatrix::zeros(size, size), DVector::zeros(size));
     for k in 0..STIFFNESSES {
@@ -301,7 +301,7 @@ mod tests {
         moved.effects_m =
             moved.columns.column(3) * 0.3 + moved.columns.column(STIFFNESSES) * 0.2e-3;
         let size = size_m(&moved);
-        let left = left_m(&[&moved]).unwrap()[0];
+        let left = remaining_m(&[&moved]).unwrap()[0];
         assert!(size > 0.5e-3 && left < 0.03 * size, "{left:e} of {size:e}");
         // what is across all that stiffnesses and poses do, as the data weigh it
         let count = moved.effects_m.len();
@@ -311,7 +311,7 @@ mod tests {
         let taken = normal.clone().cholesky().unwrap().solve(&own.tr_mul(&any));
         moved.effects_m = &any - &moved.columns * taken;
         let size = size_m(&moved);
-        let left = left_m(&[&moved]).unwrap()[0];
+        let left = remaining_m(&[&moved]).unwrap()[0];
         assert!((left / size - 1.0).abs() < 1e-6, "{left:e} of {size:e}");
     }
 
@@ -322,8 +322,8 @@ mod tests {
         other.effects_m = other.columns.column(3) * -0.3;
         let size = size_m(&one);
         // one drape alone is a stiffness; the two of them ask for opposite ones
-        assert!(left_m(&[&one]).unwrap()[0] < 0.03 * size);
-        for left in left_m(&[&one, &other]).unwrap() {
+        assert!(remaining_m(&[&one]).unwrap()[0] < 0.03 * size);
+        for left in remaining_m(&[&one, &other]).unwrap() {
             assert!(left > 0.5 * size, "{left:e} of {size:e}");
         }
     }
