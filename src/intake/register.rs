@@ -54,9 +54,6 @@ const APART_M: f64 = 0.3e-3;
 /// D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
-/// A view is loose whose place is less sure than a point of it, whose noise is so many times the
-/// misfit, in which that of two views is.
-const LOOSE_MISFITS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// A view is placed anew with more cells astray, or a misfit over its noise of so many times the
 /// usual one,
 const STRAY_ASTRAY: f64 = 0.03;
@@ -292,7 +289,7 @@ impl Register {
         let most_m = (APART * usual_m + APART_M).min(worst_m);
         let of = |view: &Placed| match view.after.misfit_m {
             misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
-            misfit_m if view.sigma_m < LOOSE_MISFITS * misfit_m.max(usual_m) => None,
+            misfit_m if view.sigma_m < misfit_m.max(usual_m) => None,
             _ => Some(Unfit::Loose),
         };
         placed.iter().map(of).collect()
