@@ -63,8 +63,9 @@ const STRAY_NOISES: f64 = 1.25;
 /// from so far off \[m\], or turned so far \[rad\], onto so many others,
 const STARTS: [f64; 3] = [15e-3, 4.0_f64.to_radians(), 9.0_f64.to_radians()];
 const ANCHORS: usize = 3;
-/// where its cells lie nearest, of which those count half that lie so many usual misfits off.
-const AGREEING_MISFITS: f64 = 1.0;
+/// where its cells lie nearest, of which those count half that lie the usual misfit off, or this:
+/// no scanner's points are nearer \[m\].
+const AGREEING_M: f64 = 0.1e-3;
 
 /// A view that was brought to the others.
 #[derive(Clone, Copy, Debug)]
@@ -226,7 +227,7 @@ impl Register {
             return ended;
         }
         strays.sort_by(|&a, &b| found[a].astray.total_cmp(&found[b].astray));
-        let agreeing_reach_m = AGREEING_MISFITS * usual_m;
+        let agreeing_reach_m = usual_m.max(AGREEING_M);
         let mut poses = ended.clone();
         for k in strays {
             poses[k] = self.placed_on(&trusted, k, &poses, agreeing_reach_m);
