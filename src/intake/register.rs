@@ -60,6 +60,8 @@ const WORST_NOISES: f64 = 15.0;
 /// usual one,
 const STRAY_ASTRAY: f64 = 0.03;
 const STRAY_NOISES: f64 = 1.25;
+/// which is taken to be this at least \[-\],
+const LEAST_NOISES: f64 = 1.0;
 /// from so far off \[m\], or turned so far \[rad\], onto so many others,
 const STARTS: [f64; 3] = [15e-3, 4.0_f64.to_radians(), 9.0_f64.to_radians()];
 const ANCHORS: usize = 3;
@@ -216,7 +218,7 @@ impl Register {
         let views = &self.views;
         let found = fits(views, &partners(views, &ended), &ended);
         let usual_m = usual_m(&found);
-        let usual_noises = usual_noises(&found);
+        let usual_noises = usual_noises(&found).max(LEAST_NOISES);
         let strays = |k: &usize| {
             let Fit { noises, astray, .. } = found[*k];
             astray > STRAY_ASTRAY || noises.is_nan() || noises > STRAY_NOISES * usual_noises
