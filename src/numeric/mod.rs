@@ -1,7 +1,6 @@
 //! Numerical tools: sparse and banded Cholesky factorisations, splines and least squares over
-//! them, minimum cuts, robust statistics, acceleration of fixed-point iterations.
+//! them, minimum cuts, robust statistics.
 
-pub mod anderson;
 pub mod banded;
 pub mod bspline;
 pub mod min_cut;
