@@ -152,7 +152,7 @@ fn size(options: &ScanOptions) -> Vec<Refusal> {
             "WrongSize",
             format!(
                 "cloth that flattens to a square of less than {shortest:.1} or more than {longest:.1} mm (from {:.1} mm on \
-                 if its rim is too long as well)",
+                 if its rim is too long or the plate too large as well)",
                 mm(limits.likely_sides[1] * side)
             ),
             "cut by the template, check the diagonals; check the scanner's scale on the plate, which is known",
@@ -192,7 +192,8 @@ fn size(options: &ScanOptions) -> Vec<Refusal> {
 
 /// How well the rim is seen.
 fn rim(options: &ScanOptions) -> Vec<Refusal> {
-    let well = options.tuning.limits.bridged_well_noise_m;
+    let limits = &options.tuning.limits;
+    let well = limits.bridged_well_noise_m;
     vec![
         refusal(
             "Gap",
@@ -228,7 +229,11 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
         ),
         refusal(
             "TooNoisy",
-            "cloth off the fitted sheet by less than the noise of single points: it blurs the folds".to_owned(),
+            format!(
+                "cloth that everywhere is off the fitted sheet by less than the noise of single points, but by {} times \
+                 what another cloth may be: noise blurs the folds",
+                limits.blurred_misfit
+            ),
             "scan from nearer, or with a sensor of less noise",
         ),
         refusal(
@@ -307,7 +312,7 @@ mod tests {
             checklist(options).iter().map(|r| r.refused.clone() + "\n").collect::<String>()
         };
         let shipped = ScanOptions::default();
-        assert!(text(&shipped).contains("longer than 65 mm"), "{}", text(&shipped));
+        assert!(text(&shipped).contains("longer than 80 mm"), "{}", text(&shipped));
         let mut other = ScanOptions { max_gap_m: 0.041, min_observed: 0.61, ..shipped };
         other.tuning.limits.min_points = 777;
         let said = text(&other);

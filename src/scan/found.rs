@@ -30,6 +30,8 @@ pub struct Found {
     pub plate: Option<FoundPlate>,
     /// What looked most like a plate where none was found.
     pub plate_candidate: Option<PlateCandidate>,
+    /// The place of the plate, where it is hardly likelier a drape than anything else.
+    pub unlikely: Option<PlateCandidate>,
     /// The local frame from the scan's, both in metres: origin at the centre of the plate's
     /// top face, y up, bearing 0 along x.
     pub local_from_scan: Option<Isometry3>,
@@ -110,6 +112,7 @@ impl Found {
             scene,
             plate: None,
             plate_candidate: None,
+            unlikely: None,
             local_from_scan: None,
             floor_height_m: None,
             cloth: Vec::new(),
@@ -152,6 +155,7 @@ impl Note for Plated {
         let (centre, up) = (self.plate.centre, self.plate.up.into_inner());
         let (radius_m, noise_m) = (self.plate.radius_m, self.plate.noise_m);
         found.plate = Some(FoundPlate { centre, up, radius_m, noise_m });
+        found.unlikely.clone_from(&self.unlikely);
     }
 }
 

@@ -114,6 +114,7 @@ pub fn boundary_in_stages(
         Ok(assessed) => Ok(ScannedBoundary::of(assessed, found, options)),
         Err(error) => {
             let (spacing_m, size) = (found.point_spacing_m, found.size());
+            let error = limits::no_drape(error, found.unlikely.as_ref(), found.unit, options);
             let error = limits::underlying(error, spacing_m, size.as_ref(), options);
             let error = limits::coarse(error, &found.scene, found.unit, options);
             found.note_refusal(&error);

@@ -267,7 +267,7 @@ impl Default for ScanOptions {
             up: None,
             plate_near: None,
             seed: 0,
-            max_gap_m: 0.065,
+            max_gap_m: 0.080,
             max_gap_per_noise: 5.0,
             max_unexplained_m2: 66e-6,
             max_misfit_m: 0.25e-3,

@@ -46,6 +46,8 @@ pub(super) struct Pose {
     pub another: Option<Plate>,
     /// Side of the square that the cloth makes, roughly \[m\].
     pub side_m: f64,
+    /// The place as a refusal shows it, where it is hardly likelier a drape than anything else.
+    pub unlikely: Option<PlateCandidate>,
 }
 
 /// A place that was verified.
@@ -59,11 +61,31 @@ struct Verified {
     nats: f64,
 }
 
-/// Finds the drape.
+/// Finds the drape; where nothing is surely one, also among patches that are less flat: noise adds
+/// to the arch of stiff cloth.
 ///
 /// # Errors
 /// When nothing in the scene is likelier a drape than anything else.
 pub(super) fn find(
+    points: &[Point3],
+    unit: LengthUnit,
+    options: &ScanOptions,
+) -> Result<Pose, ScanError> {
+    let is_sure = |found: &Result<Pose, ScanError>| {
+        found.as_ref().is_ok_and(|pose| pose.nats > options.tuning.pose.sure_nats)
+    };
+    let first = find_among_flat(points, unit, options);
+    if is_sure(&first) {
+        return first;
+    }
+    let mut less_flat = options.clone();
+    less_flat.tuning.plate.flat_rms_m = options.tuning.pose.less_flat_rms_m;
+    let second = find_among_flat(points, unit, &less_flat);
+    if is_sure(&second) { second } else { first }
+}
+
+/// Finds the drape among the patches that are flat.
+fn find_among_flat(
     points: &[Point3],
     unit: LengthUnit,
     options: &ScanOptions,
@@ -103,9 +125,10 @@ pub(super) fn find(
         |other: &Verified| is_drape(other) && best.is_beside(&other.plate.centre, options);
     let another = others.into_iter().find(is_another).map(|other| other.plate);
     let (nats, side_m) = (best.nats, best.ends.side_m);
+    let unlikely = (nats <= tuning.sure_nats).then(|| best.candidate());
     let rough = best.plate.clone();
     let plate = centred(points, best, options).unwrap_or(rough);
-    Ok(Pose { plate, nats, ahead_nats, another, side_m })
+    Ok(Pose { plate, nats, ahead_nats, another, side_m, unlikely })
 }
 
 impl Pose {

@@ -85,6 +85,21 @@ pub struct EdgeShift {
     pub sensor_m: f64,
 }
 
+impl EdgeShift {
+    /// The sensor's part of a shift, of cloth of this weight over stretch stiffness \[1/m\]. A
+    /// sheet on noise that is smooth over several points is a little rough and ends short of the
+    /// cloth.
+    fn of(shift_m: f64, stretch_per_m: f64, noise_m: f64, tuning: &RegistrationTuning) -> Self {
+        let sensor_m = tuning.sensor_shift_m + tuning.sensor_shift_per_noise * noise_m;
+        let sensor = sensor_m.powi(2);
+        let stretched_m = tuning.model_shift_per_stretch_m2 * stretch_per_m;
+        let rough_m = tuning.model_shift_per_noise * (noise_m - tuning.smooth_noise_m).max(0.0);
+        let model = (tuning.model_shift_m + stretched_m + rough_m).powi(2);
+        let share = sensor / (sensor + model);
+        Self { by_m: share * shift_m, sigma_m: (share * model).sqrt(), sensor_m }
+    }
+}
+
 /// A strip of the free edge, as measured.
 struct Anchor {
     /// The sheet's end there, material coordinates \[m\], and outward in those.
@@ -142,13 +157,7 @@ impl<'a> Registration<'a> {
     /// stretch. Both are common to the whole rim, and only their sizes tell them
     /// apart.
     pub fn sensor_shift(&self, noise_m: f64) -> EdgeShift {
-        let tuning = self.priors.tuning;
-        let sensor_m = tuning.sensor_shift_m + tuning.sensor_shift_per_noise * noise_m;
-        let sensor = sensor_m.powi(2);
-        let grown_m = tuning.model_shift_per_stretch_m2 * self.stretch_per_m;
-        let model = (tuning.model_shift_m + grown_m).powi(2);
-        let share = sensor / (sensor + model);
-        EdgeShift { by_m: share * self.shift_m, sigma_m: (share * model).sqrt(), sensor_m }
+        EdgeShift::of(self.shift_m, self.stretch_per_m, noise_m, self.priors.tuning)
     }
 
     fn assemble(&mut self, anchors: &[Anchor]) {
@@ -286,5 +295,22 @@ impl<'a> Registration<'a> {
             })
         };
         (0..SIDES).flat_map(strips).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::tuning::Tuning;
+
+    #[test]
+    fn the_sensor_is_held_for_less_of_a_shift_where_noise_makes_the_sheet_rough() {
+        let tuning = Tuning::default().registration;
+        let shift = |noise_m| EdgeShift::of(1e-3, 0.07, noise_m, &tuning);
+        let [good, noisy] = [0.15e-3, 2e-3].map(shift);
+        assert!(good.by_m > 0.4e-3 && good.sigma_m < 0.25e-3, "{good:?}");
+        assert!(noisy.by_m < 0.4e-3 && noisy.sigma_m > 2.0 * good.sigma_m, "{noisy:?}");
+        let stretchy = EdgeShift::of(1e-3, 0.3, 0.15e-3, &tuning);
+        assert!(stretchy.by_m < good.by_m, "{stretchy:?}");
     }
 }

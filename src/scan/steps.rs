@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::cloth::{self, Cloth};
 use super::edge;
-use super::error::ScanError;
+use super::error::{PlateCandidate, ScanError};
 use super::fit::{self, EdgePoint};
 use super::floor::Floor;
 use super::hints::Region;
@@ -78,6 +78,8 @@ pub(super) struct Plated {
     pub plate: Plate,
     /// How likely it is the drape.
     likely: Likely,
+    /// Its place, where that is hardly likelier than anything else.
+    pub unlikely: Option<PlateCandidate>,
     /// That of another drape in the scene.
     another: Option<Plate>,
     /// Whether the cloth is as large as a specimen may be.
@@ -230,7 +232,7 @@ impl Plated {
             }
         };
         let is_of_size = pose.is_of_size(options);
-        let Pose { mut plate, another, nats, ahead_nats, .. } = pose;
+        let Pose { mut plate, another, nats, ahead_nats, unlikely, .. } = pose;
         // Who says where the plate is has said which of several drapes is meant.
         let mut another = another.filter(|_| options.plate_near.is_none());
         if let Some(region) = Region::about(&plate.centre, &plate.up, options) {
@@ -240,7 +242,7 @@ impl Plated {
         let sensor_noise_m = plate.noise_m;
         plate.noise_m = plate.noise_m.hypot(scene.chord_m);
         let likely = Likely { nats, ahead_nats };
-        Ok(Self { scene, plate, likely, another, is_of_size, sensor_noise_m })
+        Ok(Self { scene, plate, likely, unlikely, another, is_of_size, sensor_noise_m })
     }
 
     /// Refuses a scan of several drapes, and a plate that is not the experiment's.

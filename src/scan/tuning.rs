@@ -234,6 +234,11 @@ pub struct PoseTuning {
     pub off_sigma_m: f64,
     /// What is no likelier a drape than this is none \[nats\].
     pub least_nats: f64,
+    /// What is likelier than this is surely a drape. Anything else is looked at twice, and a
+    /// refusal later on says that it is none \[nats\].
+    pub sure_nats: f64,
+    /// [`PlateTuning::flat_rms_m`] of the second look \[m\].
+    pub less_flat_rms_m: f64,
     /// What is likelier than this, away from the drape, is another \[nats\]:
     pub least_another_nats: f64,
     /// so far away, in sides of the specimen; nearer there is only the first one's cloth.
@@ -544,6 +549,10 @@ pub struct RegistrationTuning {
     pub model_shift_m: f64,
     /// and what that grows by with the stretch \[m^2\].
     pub model_shift_per_stretch_m2: f64,
+    /// And by how much for each metre of noise \[-\] ...
+    pub model_shift_per_noise: f64,
+    /// ... beyond this \[m\].
+    pub smooth_noise_m: f64,
 }
 
 /// The plate under the sheet (`origin`).
@@ -699,9 +708,12 @@ pub struct LimitTuning {
     pub sides: [f64; 2],
     /// The same where the scan is refused anyway: beyond, the size is the likelier reason.
     pub likely_sides: [f64; 2],
-    /// Longest side of the rim in the mean, as a share of the specimen's, with which a flattened
+    /// Median side of the rim at most, as a share of the specimen's, with which a flattened
     /// cloth may be larger than [`Self::likely_sides`]: a rim hardly stretches.
     pub longest_rim_side: f64,
+    /// Radius of the plate beyond which such a cloth is of another scale, as a share of the true
+    /// radius: stretched cloth reads 0.95 to 0.98, stiff cloth 3 % too large 1.007.
+    pub largest_plate: f64,
     /// Noise makes it read larger by up to this many times the noise.
     pub size_noises: f64,
     /// What the plate's radius reads in a scan, as a share of the true radius: the cloth leaves it
@@ -723,6 +735,11 @@ pub struct LimitTuning {
     /// A sheet whose typical point lies off by more than this share of the misfit's limit is off
     /// everywhere.
     pub everywhere: f64,
+    /// Noise blurs the folds where more than this share of the sheet's places hold half of the
+    /// squared distances: of sheets that missed a fold at most 0.09 do ...
+    pub blurred_places: f64,
+    /// ... and then the sheet may lie off by this many times the misfit's limit.
+    pub blurred_misfit: f64,
     /// A sheet is off in many places, and not where the cloth is creased, if more than this share
     /// of its places hold half of the squared distances.
     pub many_places: f64,
@@ -821,6 +838,8 @@ const SHIPPED: Tuning = Tuning {
         bearings: 20.0,           // c
         off_sigma_m: 10e-3,       // c
         least_nats: 5.0,          // m: half a drape 19, other places 4 and less
+        sure_nats: 15.0,          // m: half drapes and drapes 15.5 and more, anything else 14.2
+        less_flat_rms_m: 6e-3,    // m: arches before a stereo camera of 2 mm noise
         least_another_nats: 20.0, // m: drapes 40 to 59, anything else 28 and less
         apart_sides: 0.53,        // d: rims reach 0.5, stiff corners more, but narrow
         cut_wrongly: 0.2,         // c
@@ -963,6 +982,8 @@ const SHIPPED: Tuning = Tuning {
         sensor_shift_per_noise: 0.2,        // c
         model_shift_m: 0.15e-3,             // m
         model_shift_per_stretch_m2: 2.4e-3, // m
+        model_shift_per_noise: 0.65,        // m: rims before a stereo camera, 1.37 mm off with 0
+        smooth_noise_m: 0.5e-3,             // m
     },
     origin: OriginTuning {
         bearings: 72,           // c
@@ -1023,6 +1044,7 @@ const SHIPPED: Tuning = Tuning {
         sides: [0.975, 1.045],             // m
         likely_sides: [0.98, 1.02],        // m
         longest_rim_side: 1.004,           // m
+        largest_plate: 1.002,              // m
         size_noises: 4.0,                  // m
         plate_reads: 0.99,                 // m
         coarse_step_m: 2e-3,               // m
@@ -1032,6 +1054,8 @@ const SHIPPED: Tuning = Tuning {
         unexplained_points: 6.0,           // c
         uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c
+        blurred_places: 0.12,              // m
+        blurred_misfit: 1.25,              // m: rims are 1.1 to 1.9 mm off there
         many_places: 0.08,                 // m
         scatter: 3.5,                      // m
         least_scatter_m: 0.3e-3,           // c

@@ -306,8 +306,8 @@ fn near_refusal(f: &Figures, scan: &OnPlate, limits: &Limits) -> Vec<Ground> {
         mm(refused_m),
         "mm",
         format!(
-            "the fitted sheet is {:.2} mm off the scanned cloth (doubtful beyond {:.2}, refused beyond {:.2} mm): it may \
-         have missed a fold; lay the specimen again, without creases",
+            "the fitted sheet is {:.2} mm off the scanned cloth (doubtful beyond {:.2}, refused beyond {:.2} mm, or a \
+         quarter more where noise blurs the folds): it may have missed a fold; lay the specimen again, without creases",
             mm(scan.misfit_m),
             share * mm(refused_m),
             mm(refused_m)
