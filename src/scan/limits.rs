@@ -164,7 +164,6 @@ pub(super) fn no_drape(
     let is_none = matches!(
         error,
         ScanError::WrongSize { .. }
-            | ScanError::NotASquare { .. }
             | ScanError::HiddenRim { .. }
             | ScanError::TooLittleRim { .. }
             | ScanError::Unexplained { .. }
@@ -358,7 +357,8 @@ pub(super) fn misfit(
         && misfit.typical_m > tuning.everywhere * limit_m
         && misfit.rms_m < noise_m
         && times < tuning.scatter_where_off;
-    let limit_m = if is_blurred { tuning.blurred_misfit * limit_m } else { limit_m };
+    let is_usable = is_blurred && noise_m < tuning.blurred_noise_m;
+    let limit_m = if is_usable { tuning.blurred_misfit * limit_m } else { limit_m };
     if misfit.rms_m <= limit_m && !in_layers {
         return Ok(());
     }

@@ -738,8 +738,10 @@ pub struct LimitTuning {
     /// Noise blurs the folds where more than this share of the sheet's places hold half of the
     /// squared distances: of sheets that missed a fold at most 0.09 do ...
     pub blurred_places: f64,
-    /// ... and then the sheet may lie off by this many times the misfit's limit.
+    /// ... and then the sheet may lie off by this many times the misfit's limit ...
     pub blurred_misfit: f64,
+    /// ... at less noise than this \[m\]: more was not tried.
+    pub blurred_noise_m: f64,
     /// A sheet is off in many places, and not where the cloth is creased, if more than this share
     /// of its places hold half of the squared distances.
     pub many_places: f64,
@@ -1056,6 +1058,7 @@ const SHIPPED: Tuning = Tuning {
         everywhere: 0.4,                   // c
         blurred_places: 0.12,              // m
         blurred_misfit: 1.25,              // m: rims are 1.1 to 1.9 mm off there
+        blurred_noise_m: 2.5e-3,           // m: of stereo cameras' scans
         many_places: 0.08,                 // m
         scatter: 3.5,                      // m
         least_scatter_m: 0.3e-3,           // c
