@@ -26,6 +26,8 @@ pub(super) const COARSE: Fineness =
     Fineness { cell_m: 4e-3, normal_within_m: 9e-3, beside_m: 6e-3 };
 /// A normal is that of so many means at least.
 const NORMAL_LEAST: usize = 6;
+/// Noise is the mean of a block of so many cells along a side.
+const NOISE_CELLS: f64 = 5.0;
 /// Cells of a view that are held against each other view.
 const ASKED: usize = 4500;
 /// Each so many-th of them where coarse steps or a count will do, and for the steps after.
@@ -53,6 +55,8 @@ pub(super) struct Surfel {
     pub(super) at: Point3,
     /// To the camera, if that is known.
     normal: Vector3,
+    /// Noise of single points about it \[m\].
+    noise_m: f64,
 }
 
 /// A view as it is registered.
@@ -76,6 +80,8 @@ pub(super) struct Pair {
     pub(super) normal: Vector3,
     /// How far the first lies above the second along it \[m\].
     pub(super) off_m: f64,
+    /// Noise of single points about the two, root mean square \[m\].
+    pub(super) noise_m: f64,
 }
 
 /// Of the cells of `a` that are asked for each `stride`th that lies opposite one of `b`, no farther
@@ -109,6 +115,7 @@ pub(super) fn pairs(
             at: a_pose * surfel.at,
             normal: b_pose * mean,
             off_m,
+            noise_m: (0.5 * (surfel.noise_m.powi(2) + other.noise_m.powi(2))).sqrt(),
         })
     })
 }
@@ -119,7 +126,7 @@ impl Thinned {
         let cells = cells(view.points, &origin, fineness.cell_m);
         let means: Vec<Point3> = cells.iter().map(Cell::mean).collect();
         let tree = Neighbours::new(&means);
-        let fitted: Vec<Option<(Surfel, [f64; 2])>> = cells
+        let fitted: Vec<Option<(Surfel, f64)>> = cells
             .par_iter()
             .zip(&means)
             .map(|(cell, at)| {
@@ -132,18 +139,34 @@ impl Thinned {
                     Some(cosine) => normal * cosine.signum(),
                     None => normal,
                 };
-                Some((Surfel { at: at + origin, normal }, [cell.noise_m(&normal), rough_m]))
+                let noise_m = cell.noise_m(&normal);
+                Some((Surfel { at: at + origin, normal, noise_m }, rough_m))
             })
             .collect();
-        let (surfels, noises): (Vec<Surfel>, Vec<[f64; 2]>) = fitted.into_iter().flatten().unzip();
+        let (mut surfels, roughs_m): (Vec<Surfel>, Vec<f64>) = fitted.into_iter().flatten().unzip();
         let tree = Neighbours::new(&surfels.iter().map(|surfel| surfel.at).collect::<Vec<_>>());
         let asked = evenly(&surfels);
         // A cell of one point says nothing of noise.
-        let [noise_m, rough_m] = [0, 1].map(|of| {
-            let known = noises.iter().map(|noise| noise[of]).filter(|&m| m > 0.0);
-            median(known.collect()).unwrap_or(0.0)
-        });
+        let usual =
+            |known: &mut dyn Iterator<Item = f64>| median(known.filter(|&m| m > 0.0).collect());
+        let noise_m = usual(&mut surfels.iter().map(|surfel| surfel.noise_m)).unwrap_or(0.0);
+        let rough_m = usual(&mut roughs_m.into_iter()).unwrap_or(0.0);
+        smooth_noise(&mut surfels, noise_m, NOISE_CELLS * fineness.cell_m);
         Self { surfels, tree, asked, has_eye: view.eye.is_some(), noise_m, rough_m, fineness }
+    }
+}
+
+/// Gives each surfel the mean noise of its block of such a side, or this where it is not known.
+fn smooth_noise(surfels: &mut [Surfel], noise_m: f64, side_m: f64) {
+    let block = |surfel: &Surfel| [0, 1, 2].map(|k| (surfel.at[k] / side_m).floor() as i32);
+    let mut sums: HashMap<[i32; 3], [f64; 2]> = HashMap::new();
+    for surfel in surfels.iter().filter(|surfel| surfel.noise_m > 0.0) {
+        let [sum, count] = sums.entry(block(surfel)).or_default();
+        (*sum, *count) = (*sum + surfel.noise_m, *count + 1.0);
+    }
+    for surfel in surfels {
+        let mean = sums.get(&block(surfel)).map(|[sum, count]| sum / count);
+        surfel.noise_m = mean.unwrap_or(noise_m);
     }
 }
 
