@@ -12,7 +12,7 @@
 //! until they rest. Cells are drawn evenly over the directions of their normals,
 //! so that a wide floor does not outweigh the folds. A weak prior keeps a pose where the scene does
 //! not fix it, such as along a floor. A view that began nearer to another fold lies worse than the
-//! others: it is placed anew, from eighteen starts. The last rounds count those cells alone that lie
+//! others: it is placed anew, from some starts. The last rounds count those cells alone that lie
 //! about as near as most.
 //!
 //! Where it fails: several views that all began nearer to other folds, which [`Fit::misfit_m`]
@@ -232,7 +232,7 @@ impl Register {
         let agreeing_reach_m = usual_m.max(AGREEING_M);
         let mut poses = ended.clone();
         for k in strays {
-            poses[k] = self.placed_on(&trusted, k, &poses, agreeing_reach_m);
+            poses[k] = self.placed_on(&trusted, k, &poses, &all.begun[k], agreeing_reach_m);
             trusted.push(k);
         }
         let partners = partners(views, &poses);
@@ -244,12 +244,13 @@ impl Register {
     }
 
     /// The pose in which a view lies best on some others, found from several starts about where it
-    /// is.
+    /// is and where it began: a view can slide far on the way.
     fn placed_on(
         &self,
         others: &[usize],
         view: usize,
         poses: &[Isometry3],
+        begun: &Isometry3,
         agreeing_reach_m: f64,
     ) -> Isometry3 {
         let mut others = others.to_vec();
@@ -266,9 +267,9 @@ impl Register {
         let scored = |ended: &[Isometry3]| {
             (agreeing(&some.views, ended, last, agreeing_reach_m), ended[last])
         };
-        let from = |motion: &Isometry3| {
+        let from = |start: &Isometry3| {
             let mut begun = stays.clone();
-            begun[last] = motion * begun[last];
+            begun[last] = *start;
             let moving = Moving {
                 views: &some.views,
                 partners: &partners,
@@ -278,8 +279,12 @@ impl Register {
             };
             scored(&moving.descend(&begun, REACH_M))
         };
-        let middle = self.some(&[view]).middle(&[poses[view]]);
-        let found: Vec<(f64, Isometry3)> = starts(&middle).par_iter().map(from).collect();
+        let own = self.some(&[view]);
+        let about = |pose: &Isometry3| -> Vec<Isometry3> {
+            starts(&own.middle(&[*pose])).iter().map(|motion| motion * pose).collect()
+        };
+        let starts = [about(&poses[view]), about(begun), vec![*begun]].concat();
+        let found: Vec<(f64, Isometry3)> = starts.par_iter().map(from).collect();
         let better = |best: (f64, Isometry3), next: (f64, Isometry3)| {
             if next.0 > best.0 { next } else { best }
         };
