@@ -22,6 +22,7 @@
 
 mod fit;
 mod moving;
+mod pairings;
 mod thinned;
 
 use std::sync::Arc;
@@ -31,8 +32,9 @@ use rayon::prelude::*;
 use crate::base::{Isometry3, Point3, Vector3};
 use crate::io::{Format, SeenView};
 use crate::numeric::robust::median;
-use fit::{agreeing, common, fits, partners, usual_m, usual_noises};
+use fit::{agreeing, common, fits, partners, usual_m};
 use moving::Moving;
+use pairings::Pairings;
 use thinned::{COARSE, FINE, Fineness, Thinned};
 
 pub use fit::Fit;
@@ -56,15 +58,12 @@ const APART_M: f64 = 0.3e-3;
 /// D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
-/// A view is placed anew with more cells astray, or a misfit over its noise of so many times the
-/// usual one,
-const STRAY_ASTRAY: f64 = 0.03;
-const STRAY_NOISES: f64 = 1.25;
-/// which is taken to be this at least \[-\],
-const LEAST_NOISES: f64 = 1.0;
+/// A view is placed anew that does not lie well on the others,
 /// from so far off \[m\], or turned so far \[rad\], onto so many others,
 const STARTS: [f64; 3] = [15e-3, 4.0_f64.to_radians(), 9.0_f64.to_radians()];
 const ANCHORS: usize = 3;
+/// and the best of them are followed on,
+const FOLLOWED: usize = 12;
 /// where its cells lie nearest, of which those count half that lie the usual misfit off, or this:
 /// no scanner's points are nearer \[m\].
 const AGREEING_M: f64 = 0.1e-3;
@@ -78,6 +77,8 @@ pub struct Placed {
     pub before: Fit,
     /// and how it lies now.
     pub after: Fit,
+    /// Other views on which it lies so badly that one of the two must be wrong.
+    pub conflicts: usize,
     /// Standard deviation of its points' places against the mean of all views \[m\].
     pub sigma_m: f64,
 }
@@ -146,10 +147,17 @@ impl Register {
     /// stays where it is.
     #[must_use]
     pub fn placed(&self, poses: &[Isometry3]) -> Vec<Placed> {
+        self.brought(poses, poses, REACH_M)
+    }
+
+    /// Brings views that began in some poses together, from others on; the weights reach so far at
+    /// first.
+    fn brought(&self, begun: &[Isometry3], from: &[Isometry3], reach_m: f64) -> Vec<Placed> {
         let views = &self.views;
         // A map's coordinates would leave no digits for arms.
-        let shift = Isometry3::from(-self.middle(poses).coords);
-        let begun: Vec<Isometry3> = poses.iter().map(|pose| shift * pose).collect();
+        let shift = Isometry3::from(-self.middle(begun).coords);
+        let [begun, from] = [begun, from]
+            .map(|poses| -> Vec<Isometry3> { poses.iter().map(|pose| shift * pose).collect() });
         let partners = partners(views, &begun);
         let before = fits(views, &partners, &begun);
         let all = Moving {
@@ -159,17 +167,25 @@ impl Register {
             held: &[],
             noise_m: self.noise_m(),
         };
-        let ended = self.strays_placed(&all, all.descend(&begun, REACH_M));
+        let ended = self.strays_placed(&all, all.descend(&from, reach_m));
         let partners = self::partners(views, &ended);
         let moving = Moving { partners: &partners, ..all };
         let ended = moving.finished(ended);
         let after = fits(views, &partners, &ended);
-        let sigmas_m = moving.sigmas(&ended, &after);
+        // Views that lie badly on each other say nothing of their places.
+        let pairings = Pairings::new(views, &partners, &ended);
+        if std::env::var("DBG").is_ok() {
+            pairings.debug("after");
+        }
+        let good = Moving { partners: &pairings.good_partners(), ..moving };
+        let sigmas_m = good.sigmas(&ended, &after);
+        let conflicts = pairings.conflicts();
         let back = shift.inverse();
         let placed = |k: usize| Placed {
             pose: back * ended[k],
             before: before[k],
             after: after[k],
+            conflicts: conflicts[k],
             sigma_m: sigmas_m[k],
         };
         (0..views.len()).map(placed).collect()
@@ -199,47 +215,70 @@ impl Register {
                 let with = kept.iter().copied().filter(|&k| settled[k].1 == Some(fault));
                 with.max_by(|&a, &b| how(&settled[a].0).total_cmp(&how(&settled[b].0)))
             };
-            let worst = worst_of(Unfit::Apart, |view| view.after.astray)
+            let worst = worst_of(Unfit::Apart, |view| view.conflicts as f64 + view.after.astray)
                 .or_else(|| worst_of(Unfit::Loose, |view| view.sigma_m));
             let Some(worst) = worst.filter(|_| kept.len() > 2.max(poses.len() / 2)) else {
                 return settled;
             };
             kept.retain(|&k| k != worst);
-            let rest: Vec<Isometry3> = kept.iter().map(|&k| poses[k]).collect();
-            for (&k, again) in kept.iter().zip(judged(self.some(&kept).placed(&rest))) {
+            let begun: Vec<Isometry3> = kept.iter().map(|&k| poses[k]).collect();
+            let from: Vec<Isometry3> = kept.iter().map(|&k| settled[k].0.pose).collect();
+            let again = judged(self.some(&kept).brought(&begun, &from, FINE_REACH_M));
+            for (&k, again) in kept.iter().zip(again) {
                 settled[k] = again;
             }
         }
     }
 
-    /// The poses, with each view that lies worse than the others placed anew: from several starts
-    /// onto those that lie well, and then all together; as they were where that is no better.
+    /// The poses, with each view that does not lie well on the largest group of others placed anew:
+    /// from several starts onto the group, which grows, and then all together; as they were where
+    /// that is no better.
     fn strays_placed(&self, all: &Moving<'_>, ended: Vec<Isometry3>) -> Vec<Isometry3> {
         let views = &self.views;
-        let found = fits(views, &partners(views, &ended), &ended);
-        let usual_m = usual_m(&found);
-        let usual_noises = usual_noises(&found).max(LEAST_NOISES);
-        let strays = |k: &usize| {
-            let Fit { noises, astray, .. } = found[*k];
-            astray > STRAY_ASTRAY || noises.is_nan() || noises > STRAY_NOISES * usual_noises
-        };
-        let (mut strays, mut trusted): (Vec<usize>, Vec<usize>) =
-            (0..views.len()).partition(strays);
-        if strays.is_empty() || trusted.is_empty() {
+        let partners = self::partners(views, &ended);
+        if std::env::var("DBG").is_ok() {
+            Pairings::new(views, &partners, &ended).debug("ended");
+        }
+        let agreeing_reach_m = usual_m(&fits(views, &partners, &ended)).max(AGREEING_M);
+        let mut poses = ended.clone();
+        let mut tried = Vec::new();
+        loop {
+            let partners = self::partners(views, &poses);
+            let pairings = Pairings::new(views, &partners, &poses);
+            let trusted = pairings.agreeing();
+            let stray = |k: &usize| !trusted.contains(k) && !tried.contains(k);
+            let in_common =
+                |k: usize| -> f64 { trusted.iter().map(|&b| common(views, &poses, k, b)).sum() };
+            let strays = (0..views.len()).filter(stray).map(|k| (in_common(k), k));
+            let next = strays.max_by(|(a, _), (b, _)| a.total_cmp(b));
+            let Some((_, next)) = next.filter(|_| trusted.len() > 1) else { break };
+            tried.push(next);
+            let (begun, from) = (&all.begun[next], poses[next]);
+            let placed = self.placed_on(&trusted, next, &poses, begun, agreeing_reach_m);
+            // Those that lie well on it come along.
+            let motion = placed * from.inverse();
+            for k in pairings.bound_to(next, &trusted) {
+                poses[k] = motion * poses[k];
+            }
+        }
+        if tried.is_empty() {
             return ended;
         }
-        strays.sort_by(|&a, &b| found[a].astray.total_cmp(&found[b].astray));
-        let agreeing_reach_m = usual_m.max(AGREEING_M);
-        let mut poses = ended.clone();
-        for k in strays {
-            poses[k] = self.placed_on(&trusted, k, &poses, &all.begun[k], agreeing_reach_m);
-            trusted.push(k);
-        }
-        let partners = partners(views, &poses);
+        let partners = self::partners(views, &poses);
         let again = Moving { partners: &partners, ..*all }.descend(&poses, FINE_REACH_M);
         let agreeing = |poses: &[Isometry3]| -> f64 {
             (0..views.len()).map(|k| agreeing(views, poses, k, agreeing_reach_m)).sum()
         };
+        if std::env::var("DBG").is_ok() {
+            println!(
+                "AGREE placed {} again {} ended {}",
+                agreeing(&poses),
+                agreeing(&again),
+                agreeing(&ended)
+            );
+            let partners = self::partners(views, &again);
+            Pairings::new(views, &partners, &again).debug("again");
+        }
         if agreeing(&again) > agreeing(&ended) { again } else { ended }
     }
 
@@ -264,31 +303,41 @@ impl Register {
         let mut partners: Vec<Vec<usize>> = vec![vec![last]; last];
         partners.push(anchored.clone());
         let stays: Vec<Isometry3> = others.iter().map(|&k| poses[k]).collect();
-        let scored = |ended: &[Isometry3]| {
-            (agreeing(&some.views, ended, last, agreeing_reach_m), ended[last])
-        };
-        let from = |start: &Isometry3| {
-            let mut begun = stays.clone();
-            begun[last] = *start;
-            let moving = Moving {
-                views: &some.views,
-                partners: &partners,
-                begun: &begun,
-                held: &anchored,
-                noise_m: self.noise_m(),
-            };
-            scored(&moving.descend(&begun, REACH_M))
+        let moving = Moving {
+            views: &some.views,
+            partners: &partners,
+            begun: &stays,
+            held: &anchored,
+            noise_m: self.noise_m(),
         };
         let own = self.some(&[view]);
         let about = |pose: &Isometry3| -> Vec<Isometry3> {
             starts(&own.middle(&[*pose])).iter().map(|motion| motion * pose).collect()
         };
+        let at = |pose: &Isometry3| [&stays[..last], &[*pose]].concat();
+        let scored = |ended: Vec<Isometry3>, reach_m: f64| {
+            (agreeing(&some.views, &ended, last, reach_m), ended[last])
+        };
+        // The starts that lead to the best places, roughly, are followed to their ends.
+        let roughly = |start: &Isometry3| {
+            let from = at(start);
+            let moving = Moving { begun: &from, ..moving };
+            scored(moving.approached(&from, REACH_M), moving.least_reach_m())
+        };
         let starts = [about(&poses[view]), about(begun), vec![*begun]].concat();
-        let found: Vec<(f64, Isometry3)> = starts.par_iter().map(from).collect();
+        let mut found: Vec<(f64, Isometry3)> = starts.par_iter().map(roughly).collect();
+        found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        found.truncate(FOLLOWED);
+        let followed = |(_, start): &(f64, Isometry3)| {
+            let from = at(start);
+            let moving = Moving { begun: &from, ..moving };
+            scored(moving.descend(&from, FINE_REACH_M), agreeing_reach_m)
+        };
+        let found: Vec<(f64, Isometry3)> = found.par_iter().map(followed).collect();
         let better = |best: (f64, Isometry3), next: (f64, Isometry3)| {
             if next.0 > best.0 { next } else { best }
         };
-        found.into_iter().fold(scored(&stays), better).1
+        found.into_iter().fold(scored(stays.clone(), agreeing_reach_m), better).1
     }
 
     /// Which views are not to be used, of some that were placed together.
@@ -299,6 +348,7 @@ impl Register {
         let most_m = (APART * usual_m + APART_M).min(worst_m);
         let of = |view: &Placed| match view.after.misfit_m {
             misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
+            _ if view.conflicts > 0 => Some(Unfit::Apart),
             misfit_m if view.sigma_m < misfit_m.max(usual_m) => None,
             _ => Some(Unfit::Loose),
         };

@@ -27,24 +27,13 @@ pub struct Fit {
     /// Their distance from the other views' planes, robustly (1.48 of the median) \[m\]; NaN if
     /// none is shared.
     pub misfit_m: f64,
-    /// That distance over the noise of the cells' points, likewise \[-\].
-    pub noises: f64,
     /// Share of the view's cells opposite others' that lie much farther off than that \[-\].
     pub astray: f64,
 }
 
 /// The usual misfit of some views \[m\]; 0 where none is known.
 pub(super) fn usual_m(fits: &[Fit]) -> f64 {
-    usual(fits, |fit| fit.misfit_m)
-}
-
-/// That over the noise of their points \[-\].
-pub(super) fn usual_noises(fits: &[Fit]) -> f64 {
-    usual(fits, |fit| fit.noises)
-}
-
-fn usual(fits: &[Fit], of: fn(&Fit) -> f64) -> f64 {
-    let known = fits.iter().map(of).filter(|of| of.is_finite());
+    let known = fits.iter().map(|fit| fit.misfit_m).filter(|m| m.is_finite());
     median(known.collect()).unwrap_or(0.0)
 }
 
@@ -90,24 +79,20 @@ pub(super) fn fits(
     poses: &[Isometry3],
 ) -> Vec<Fit> {
     let of = |a: usize| {
-        let (mut off_m, mut noises) = (Vec::new(), Vec::new());
+        let mut off_m = Vec::new();
         let mut most = 0;
         for &b in &partners[a] {
             let before = off_m.len();
             let found =
                 pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, FINE_STRIDE);
-            for pair in found {
-                off_m.push(pair.off_m.abs());
-                noises.push(pair.off_m.abs() / pair.noise_m);
-            }
+            off_m.extend(found.map(|pair| pair.off_m.abs()));
             most = most.max(off_m.len() - before);
         }
         let shared = most as f64 / views[a].asked.len().div_ceil(FINE_STRIDE).max(1) as f64;
         let misfit_m = 1.4826 * median(off_m.clone()).unwrap_or(f64::NAN);
-        let noises = 1.4826 * median(noises).unwrap_or(f64::NAN);
         let far_m = ASTRAY_M.max(ASTRAY * misfit_m);
         let astray = off_m.iter().filter(|&&off_m| off_m > far_m).count();
-        Fit { shared, misfit_m, noises, astray: astray as f64 / off_m.len().max(1) as f64 }
+        Fit { shared, misfit_m, astray: astray as f64 / off_m.len().max(1) as f64 }
     };
     (0..views.len()).into_par_iter().map(of).collect()
 }

@@ -74,15 +74,25 @@ pub(super) struct Moving<'a> {
 impl Moving<'_> {
     /// The poses in which the views lie on one another best, from some on; the weights reach so far
     /// at first.
-    pub(super) fn descend(&self, from: &[Isometry3], mut reach_m: f64) -> Vec<Isometry3> {
+    pub(super) fn descend(&self, from: &[Isometry3], reach_m: f64) -> Vec<Isometry3> {
+        let mut poses = self.approached(from, reach_m);
+        self.rest(&mut poses, Reach::Even(self.least_reach_m()), FINE_STRIDE);
+        poses
+    }
+
+    /// The poses of its first, coarse steps.
+    pub(super) fn approached(&self, from: &[Isometry3], mut reach_m: f64) -> Vec<Isometry3> {
         let mut poses = from.to_vec();
-        let least_m = LEAST_REACH_M.max(2.0 * self.noise_m);
-        while reach_m > least_m {
+        while reach_m > self.least_reach_m() {
             self.step(&mut poses, Reach::Even(reach_m), STRIDE);
             reach_m *= SHRINKS;
         }
-        self.rest(&mut poses, Reach::Even(least_m), FINE_STRIDE);
         poses
+    }
+
+    /// The least reach of even weights \[m\].
+    pub(super) fn least_reach_m(&self) -> f64 {
+        LEAST_REACH_M.max(2.0 * self.noise_m)
     }
 
     /// The poses by all cells, of which those count that lie as near as most.
