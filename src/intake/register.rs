@@ -9,20 +9,20 @@
 //! nearest one of each other view, point to plane with the mean of both normals (after Rusinkiewicz
 //! 2019, which is exact on round things). The weights are Geman and McClure's; their reach shrinks
 //! from 50 mm to the views' own noise, which the last rounds weigh cells by. Steps are accelerated
-//! until they rest. Cells are drawn evenly over the directions of their normals,
-//! so that a wide floor does not outweigh the folds. A weak prior keeps a pose where the scene does
-//! not fix it, such as along a floor. A view that began nearer to another fold lies worse than the
-//! others: it is placed anew, from some starts. The last rounds count those cells alone that lie
-//! about as near as most.
+//! until they rest. Cells are drawn evenly over the directions of their normals, so that a wide
+//! floor does not outweigh the folds. A weak prior keeps a pose where the scene does not fix it,
+//! such as along a floor. Views that lie badly on the largest group that agrees are placed anew
+//! ([`strays`]). The last rounds count those cells alone that lie about as near as most.
 //!
-//! Where it fails: several views that all began nearer to other folds, which [`Fit::misfit_m`]
-//! tells; two groups of views that lie on one another within each, but share little more than the
-//! floor, which nothing tells (1 of 100 drawn scenes). A view with little in common with the others
-//! has a large [`Placed::sigma_m`].
+//! A view is told apart by its pairs ([`pairings`]): the cells that it shares with each other view
+//! lie as near as those of most pairs, or one of the two is wrong. Pairs that lie badly say nothing
+//! of places, so that a view, or a group of views, that shares little else has a large
+//! [`Placed::sigma_m`].
 
 mod fit;
 mod moving;
 mod pairings;
+mod strays;
 mod thinned;
 
 use std::sync::Arc;
@@ -32,7 +32,7 @@ use rayon::prelude::*;
 use crate::base::{Isometry3, Point3, Vector3};
 use crate::io::{Format, SeenView};
 use crate::numeric::robust::median;
-use fit::{agreeing, common, fits, partners, usual_m};
+use fit::{common, fits, partners, usual_m};
 use moving::Moving;
 use pairings::Pairings;
 use thinned::{COARSE, FINE, Fineness, Thinned};
@@ -58,16 +58,6 @@ const APART_M: f64 = 0.3e-3;
 /// D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
-/// A view is placed anew that does not lie well on the others,
-/// from so far off \[m\], or turned so far \[rad\], onto so many others,
-const STARTS: [f64; 3] = [15e-3, 4.0_f64.to_radians(), 9.0_f64.to_radians()];
-const ANCHORS: usize = 3;
-/// and the best of them are followed on,
-const FOLLOWED: usize = 12;
-/// where its cells lie nearest, of which those count half that lie the usual misfit off, or this:
-/// no scanner's points are nearer \[m\].
-const AGREEING_M: f64 = 0.1e-3;
-
 /// A view that was brought to the others.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
@@ -79,6 +69,8 @@ pub struct Placed {
     pub after: Fit,
     /// Other views on which it lies so badly that one of the two must be wrong.
     pub conflicts: usize,
+    /// Whether pairs that lie well, and share more than a floor, bind it to the largest group.
+    pub bound: bool,
     /// Standard deviation of its points' places against the mean of all views \[m\].
     pub sigma_m: f64,
 }
@@ -158,8 +150,8 @@ impl Register {
         let shift = Isometry3::from(-self.middle(begun).coords);
         let [begun, from] = [begun, from]
             .map(|poses| -> Vec<Isometry3> { poses.iter().map(|pose| shift * pose).collect() });
-        let partners = partners(views, &begun);
-        let before = fits(views, &partners, &begun);
+        let before = fits(views, &partners(views, &begun), &begun);
+        let partners = partners(views, &from);
         let all = Moving {
             views,
             partners: &partners,
@@ -174,18 +166,16 @@ impl Register {
         let after = fits(views, &partners, &ended);
         // Views that lie badly on each other say nothing of their places.
         let pairings = Pairings::new(views, &partners, &ended);
-        if std::env::var("DBG").is_ok() {
-            pairings.debug("after");
-        }
         let good = Moving { partners: &pairings.good_partners(), ..moving };
         let sigmas_m = good.sigmas(&ended, &after);
-        let conflicts = pairings.conflicts();
+        let (conflicts, agreeing) = (pairings.conflicts(), pairings.agreeing());
         let back = shift.inverse();
         let placed = |k: usize| Placed {
             pose: back * ended[k],
             before: before[k],
             after: after[k],
             conflicts: conflicts[k],
+            bound: agreeing.contains(&k),
             sigma_m: sigmas_m[k],
         };
         (0..views.len()).map(placed).collect()
@@ -216,7 +206,7 @@ impl Register {
                 with.max_by(|&a, &b| how(&settled[a].0).total_cmp(&how(&settled[b].0)))
             };
             let worst = worst_of(Unfit::Apart, |view| view.conflicts as f64 + view.after.astray)
-                .or_else(|| worst_of(Unfit::Loose, |view| view.sigma_m));
+                .or_else(|| worst_of(Unfit::Loose, |view| f64::from(!view.bound) + view.sigma_m));
             let Some(worst) = worst.filter(|_| kept.len() > 2.max(poses.len() / 2)) else {
                 return settled;
             };
@@ -230,116 +220,6 @@ impl Register {
         }
     }
 
-    /// The poses, with each view that does not lie well on the largest group of others placed anew:
-    /// from several starts onto the group, which grows, and then all together; as they were where
-    /// that is no better.
-    fn strays_placed(&self, all: &Moving<'_>, ended: Vec<Isometry3>) -> Vec<Isometry3> {
-        let views = &self.views;
-        let partners = self::partners(views, &ended);
-        if std::env::var("DBG").is_ok() {
-            Pairings::new(views, &partners, &ended).debug("ended");
-        }
-        let agreeing_reach_m = usual_m(&fits(views, &partners, &ended)).max(AGREEING_M);
-        let mut poses = ended.clone();
-        let mut tried = Vec::new();
-        loop {
-            let partners = self::partners(views, &poses);
-            let pairings = Pairings::new(views, &partners, &poses);
-            let trusted = pairings.agreeing();
-            let stray = |k: &usize| !trusted.contains(k) && !tried.contains(k);
-            let in_common =
-                |k: usize| -> f64 { trusted.iter().map(|&b| common(views, &poses, k, b)).sum() };
-            let strays = (0..views.len()).filter(stray).map(|k| (in_common(k), k));
-            let next = strays.max_by(|(a, _), (b, _)| a.total_cmp(b));
-            let Some((_, next)) = next.filter(|_| trusted.len() > 1) else { break };
-            tried.push(next);
-            let (begun, from) = (&all.begun[next], poses[next]);
-            let placed = self.placed_on(&trusted, next, &poses, begun, agreeing_reach_m);
-            // Those that lie well on it come along.
-            let motion = placed * from.inverse();
-            for k in pairings.bound_to(next, &trusted) {
-                poses[k] = motion * poses[k];
-            }
-        }
-        if tried.is_empty() {
-            return ended;
-        }
-        let partners = self::partners(views, &poses);
-        let again = Moving { partners: &partners, ..*all }.descend(&poses, FINE_REACH_M);
-        let agreeing = |poses: &[Isometry3]| -> f64 {
-            (0..views.len()).map(|k| agreeing(views, poses, k, agreeing_reach_m)).sum()
-        };
-        if std::env::var("DBG").is_ok() {
-            println!(
-                "AGREE placed {} again {} ended {}",
-                agreeing(&poses),
-                agreeing(&again),
-                agreeing(&ended)
-            );
-            let partners = self::partners(views, &again);
-            Pairings::new(views, &partners, &again).debug("again");
-        }
-        if agreeing(&again) > agreeing(&ended) { again } else { ended }
-    }
-
-    /// The pose in which a view lies best on some others, found from several starts about where it
-    /// is and where it began: a view can slide far on the way.
-    fn placed_on(
-        &self,
-        others: &[usize],
-        view: usize,
-        poses: &[Isometry3],
-        begun: &Isometry3,
-        agreeing_reach_m: f64,
-    ) -> Isometry3 {
-        let mut others = others.to_vec();
-        let share = |&b: &usize| common(&self.views, poses, view, b);
-        others.sort_by(|a, b| share(b).total_cmp(&share(a)));
-        others.truncate(ANCHORS);
-        let last = others.len();
-        others.push(view);
-        let some = self.some(&others);
-        let anchored: Vec<usize> = (0..last).collect();
-        let mut partners: Vec<Vec<usize>> = vec![vec![last]; last];
-        partners.push(anchored.clone());
-        let stays: Vec<Isometry3> = others.iter().map(|&k| poses[k]).collect();
-        let moving = Moving {
-            views: &some.views,
-            partners: &partners,
-            begun: &stays,
-            held: &anchored,
-            noise_m: self.noise_m(),
-        };
-        let own = self.some(&[view]);
-        let about = |pose: &Isometry3| -> Vec<Isometry3> {
-            starts(&own.middle(&[*pose])).iter().map(|motion| motion * pose).collect()
-        };
-        let at = |pose: &Isometry3| [&stays[..last], &[*pose]].concat();
-        let scored = |ended: Vec<Isometry3>, reach_m: f64| {
-            (agreeing(&some.views, &ended, last, reach_m), ended[last])
-        };
-        // The starts that lead to the best places, roughly, are followed to their ends.
-        let roughly = |start: &Isometry3| {
-            let from = at(start);
-            let moving = Moving { begun: &from, ..moving };
-            scored(moving.approached(&from, REACH_M), moving.least_reach_m())
-        };
-        let starts = [about(&poses[view]), about(begun), vec![*begun]].concat();
-        let mut found: Vec<(f64, Isometry3)> = starts.par_iter().map(roughly).collect();
-        found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        found.truncate(FOLLOWED);
-        let followed = |(_, start): &(f64, Isometry3)| {
-            let from = at(start);
-            let moving = Moving { begun: &from, ..moving };
-            scored(moving.descend(&from, FINE_REACH_M), agreeing_reach_m)
-        };
-        let found: Vec<(f64, Isometry3)> = found.par_iter().map(followed).collect();
-        let better = |best: (f64, Isometry3), next: (f64, Isometry3)| {
-            if next.0 > best.0 { next } else { best }
-        };
-        found.into_iter().fold(scored(stays.clone(), agreeing_reach_m), better).1
-    }
-
     /// Which views are not to be used, of some that were placed together.
     fn faults(&self, placed: &[Placed]) -> Vec<Option<Unfit>> {
         let fits: Vec<Fit> = placed.iter().map(|view| view.after).collect();
@@ -349,7 +229,7 @@ impl Register {
         let of = |view: &Placed| match view.after.misfit_m {
             misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
             _ if view.conflicts > 0 => Some(Unfit::Apart),
-            misfit_m if view.sigma_m < misfit_m.max(usual_m) => None,
+            misfit_m if view.bound && view.sigma_m < misfit_m.max(usual_m) => None,
             _ => Some(Unfit::Loose),
         };
         placed.iter().map(of).collect()
@@ -359,25 +239,11 @@ impl Register {
     fn middle(&self, poses: &[Isometry3]) -> Point3 {
         let all = || self.views.iter().zip(poses);
         let of = |(view, pose): (&Arc<Thinned>, &Isometry3)| -> Vector3 {
-            view.asked.iter().map(|&k| (pose * view.surfels[k].at).coords).sum()
+            view.asked.iter().map(|&k| (pose * view.means[k]).coords).sum()
         };
         let count: usize = all().map(|(view, _)| view.asked.len()).sum();
         Point3::from(all().map(of).sum::<Vector3>() / count.max(1) as f64)
     }
-}
-
-/// Motions about a point from which a stray view is looked for.
-fn starts(middle: &Point3) -> Vec<Isometry3> {
-    let [shift_m, turn_rad, far_rad] = STARTS;
-    let about = Isometry3::from(middle.coords);
-    let of = |k: usize| {
-        let mut along = Vector3::zeros();
-        along[k % 3] = if k < 3 { 1.0 } else { -1.0 };
-        let turned =
-            |rad: f64| about * Isometry3::new(Vector3::zeros(), along * rad) * about.inverse();
-        [Isometry3::from(along * shift_m), turned(turn_rad), turned(far_rad)]
-    };
-    (0..6).flat_map(of).collect()
 }
 
 #[cfg(test)]

@@ -218,7 +218,7 @@ impl Moving<'_> {
         let of = |(view, thinned): (usize, &Arc<Thinned>)| {
             let own = covariance.fixed_view::<6, 6>(6 * view, 6 * view);
             let variance = |&k: &usize| {
-                let at = (poses[view] * thinned.surfels[k].at).coords;
+                let at = (poses[view] * thinned.means[k]).coords;
                 let arm = at.cross_matrix();
                 let moved = SMatrix::<f64, 3, 6>::from_fn(|r, c| match c {
                     0..3 => f64::from(u8::from(r == c)),

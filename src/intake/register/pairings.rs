@@ -20,11 +20,14 @@ const LEAST_CELLS: usize = 80;
 const USUAL: f64 = 0.25;
 /// A pair lies well with at most so many cells astray \[-\], and a misfit of so many usual ones: 0.08
 /// and 1.7 at most of right ones, 0.17 and 2.0 of two groups 11 mm apart.
-const MOST_ASTRAY: f64 = 0.05;
+const MOST_ASTRAY: f64 = 0.08;
 const MOST_MISFITS: f64 = 1.5;
-/// A pair holds its views in place if its cells' normals have this mean square along any direction
-/// \[-\].
-const LEAST_SPREAD: f64 = 0.06;
+/// A pair says something if its cells' normals have this mean square along any direction \[-\]: one
+/// that shares the floor alone may lie badly where that is seen at a grazing angle.
+const LEAST_SPREAD: f64 = 0.03;
+/// It holds its views in place from this on: each of right ones has a pair of 0.06 and more, one that
+/// slid along the floor none above 0.035.
+const HOLDING_SPREAD: f64 = 0.045;
 /// Of two views that share so many cells one must be wrong with more astray \[-\], or a misfit of
 /// more usual ones.
 const CONFLICT_CELLS: usize = 200;
@@ -120,8 +123,8 @@ impl Pairings {
         let mut agreeing = groups.max_by_key(Vec::len).unwrap_or_default();
         loop {
             let bad = |k: &usize| {
-                let within = self.that_lie(false).map(|pairing| pairing.views);
-                let within = within.filter(|of| of.contains(k));
+                let bad = self.that_lie(false).filter(|pairing| pairing.spread >= LEAST_SPREAD);
+                let within = bad.map(|pairing| pairing.views).filter(|of| of.contains(k));
                 within.filter(|of| of.iter().all(|k| agreeing.contains(k))).count()
             };
             match agreeing.iter().copied().max_by_key(bad) {
@@ -137,7 +140,7 @@ impl Pairings {
         let mut bound = vec![view];
         let mut next = 0;
         while let Some(&at) = bound.get(next) {
-            for pairing in self.that_lie(true).filter(|pairing| pairing.spread >= LEAST_SPREAD) {
+            for pairing in self.that_lie(true).filter(|pairing| pairing.spread >= HOLDING_SPREAD) {
                 let [a, b] = pairing.views;
                 let other = if a == at { b } else { a };
                 let new = !bound.contains(&other) && !without.contains(&other);
@@ -154,6 +157,7 @@ impl Pairings {
     pub(super) fn conflicts(&self) -> Vec<usize> {
         let wrong = |pairing: &&Pairing| {
             pairing.cells >= CONFLICT_CELLS
+                && pairing.spread >= LEAST_SPREAD
                 && (pairing.astray > CONFLICT_ASTRAY
                     || pairing.misfit_m > CONFLICT_MISFITS * self.usual_m)
         };
@@ -162,21 +166,5 @@ impl Pairings {
             pairing.views.iter().for_each(|&k| conflicts[k] += 1);
         }
         conflicts
-    }
-
-    pub(super) fn debug(&self, poses: &str) {
-        println!("PAIRINGS {poses} usual {:.3} agreeing {:?}", 1e3 * self.usual_m, self.agreeing());
-        for p in &self.pairings {
-            println!(
-                "PAIRING {:?} n {} misfit {:.3} ({:.2}) astray {:.3} spread {:.3} {}",
-                p.views,
-                p.cells,
-                1e3 * p.misfit_m,
-                p.misfit_m / self.usual_m,
-                p.astray,
-                p.spread,
-                self.lies_well(p)
-            );
-        }
     }
 }
