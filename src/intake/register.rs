@@ -8,18 +8,21 @@
 //! of its neighbours. All poses are solved for together: each cell's mean is held against the
 //! nearest one of each other view, point to plane with the mean of both normals (after Rusinkiewicz
 //! 2019, which is exact on round things). The weights are Geman and McClure's; their reach shrinks
-//! from 50 mm to the views' own noise. Cells are drawn evenly over the directions of their normals,
-//! so that a wide floor does not outweigh the folds. A weak prior keeps a pose where the scene does
-//! not fix it, such as along a floor. A view that began nearer to another fold lies worse than the
-//! others: it is placed anew, from twelve starts. The last rounds count those cells alone that lie
-//! about as near as most.
+//! from 50 mm to the views' own noise, which the last rounds weigh cells by. Steps are accelerated
+//! until they rest. Cells are drawn evenly over the directions of their normals, so that a wide
+//! floor does not outweigh the folds. A weak prior keeps a pose where the scene does not fix it,
+//! such as along a floor. Views that lie badly on the largest group that agrees are placed anew
+//! ([`strays`]). The last rounds count those cells alone that lie about as near as most.
 //!
-//! Where it fails: several views that all began nearer to other folds, which
-//! [`Fit::misfit_m`] tells; a view with little in common with the others has a large
+//! A view is told apart by its pairs ([`pairings`]): the cells that it shares with each other view
+//! lie as near as those of most pairs, or one of the two is wrong. Pairs that lie badly say nothing
+//! of places, so that a view, or a group of views, that shares little else has a large
 //! [`Placed::sigma_m`].
 
 mod fit;
 mod moving;
+mod pairings;
+mod strays;
 mod thinned;
 
 use std::sync::Arc;
@@ -29,8 +32,9 @@ use rayon::prelude::*;
 use crate::base::{Isometry3, Point3, Vector3};
 use crate::io::{Format, SeenView};
 use crate::numeric::robust::median;
-use fit::{agreeing, common, fits, partners, usual_m};
-use moving::{Moving, sigmas};
+use fit::{common, fits, partners, usual_m};
+use moving::Moving;
+use pairings::Pairings;
 use thinned::{COARSE, FINE, Fineness, Thinned};
 
 pub use fit::Fit;
@@ -54,15 +58,6 @@ const APART_M: f64 = 0.3e-3;
 /// D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
-/// A view is placed anew with more cells astray, or a misfit of so many times the usual one,
-const STRAY_ASTRAY: f64 = 0.03;
-const STRAY_MISFITS: f64 = 1.5;
-/// from so far off \[m\], \[rad\], onto so many others,
-const STARTS: [f64; 2] = [15e-3, 4.0_f64.to_radians()];
-const ANCHORS: usize = 3;
-/// where most of its cells lie within three times so many usual misfits.
-const AGREEING_MISFITS: f64 = 1.0;
-
 /// A view that was brought to the others.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
@@ -72,6 +67,10 @@ pub struct Placed {
     pub before: Fit,
     /// and how it lies now.
     pub after: Fit,
+    /// Other views on which it lies so badly that one of the two must be wrong.
+    pub conflicts: usize,
+    /// Whether pairs that lie well, and share more than a floor, bind it to the largest group.
+    pub bound: bool,
     /// Standard deviation of its points' places against the mean of all views \[m\].
     pub sigma_m: f64,
 }
@@ -140,12 +139,19 @@ impl Register {
     /// stays where it is.
     #[must_use]
     pub fn placed(&self, poses: &[Isometry3]) -> Vec<Placed> {
+        self.brought(poses, poses, REACH_M)
+    }
+
+    /// Brings views that began in some poses together, from others on; the weights reach so far at
+    /// first.
+    fn brought(&self, begun: &[Isometry3], from: &[Isometry3], reach_m: f64) -> Vec<Placed> {
         let views = &self.views;
         // A map's coordinates would leave no digits for arms.
-        let shift = Isometry3::from(-self.middle(poses).coords);
-        let begun: Vec<Isometry3> = poses.iter().map(|pose| shift * pose).collect();
-        let partners = partners(views, &begun);
-        let before = fits(views, &partners, &begun);
+        let shift = Isometry3::from(-self.middle(begun).coords);
+        let [begun, from] = [begun, from]
+            .map(|poses| -> Vec<Isometry3> { poses.iter().map(|pose| shift * pose).collect() });
+        let before = fits(views, &partners(views, &begun), &begun);
+        let partners = partners(views, &from);
         let all = Moving {
             views,
             partners: &partners,
@@ -153,16 +159,23 @@ impl Register {
             held: &[],
             noise_m: self.noise_m(),
         };
-        let ended = self.strays_placed(&all, all.descend(&begun, REACH_M));
+        let ended = self.strays_placed(&all, all.descend(&from, reach_m));
         let partners = self::partners(views, &ended);
-        let ended = Moving { partners: &partners, ..all }.finished(ended);
+        let moving = Moving { partners: &partners, ..all };
+        let ended = moving.finished(ended);
         let after = fits(views, &partners, &ended);
-        let sigmas_m = sigmas(views, &partners, &begun, &ended, &after);
+        // Views that lie badly on each other say nothing of their places.
+        let pairings = Pairings::new(views, &partners, &ended);
+        let good = Moving { partners: &pairings.good_partners(), ..moving };
+        let sigmas_m = good.sigmas(&ended, &after);
+        let (conflicts, agreeing) = (pairings.conflicts(), pairings.agreeing());
         let back = shift.inverse();
         let placed = |k: usize| Placed {
             pose: back * ended[k],
             before: before[k],
             after: after[k],
+            conflicts: conflicts[k],
+            bound: agreeing.contains(&k),
             sigma_m: sigmas_m[k],
         };
         (0..views.len()).map(placed).collect()
@@ -192,90 +205,19 @@ impl Register {
                 let with = kept.iter().copied().filter(|&k| settled[k].1 == Some(fault));
                 with.max_by(|&a, &b| how(&settled[a].0).total_cmp(&how(&settled[b].0)))
             };
-            let worst = worst_of(Unfit::Apart, |view| view.after.astray)
-                .or_else(|| worst_of(Unfit::Loose, |view| view.sigma_m));
+            let worst = worst_of(Unfit::Apart, |view| view.conflicts as f64 + view.after.astray)
+                .or_else(|| worst_of(Unfit::Loose, |view| f64::from(!view.bound) + view.sigma_m));
             let Some(worst) = worst.filter(|_| kept.len() > 2.max(poses.len() / 2)) else {
                 return settled;
             };
             kept.retain(|&k| k != worst);
-            let rest: Vec<Isometry3> = kept.iter().map(|&k| poses[k]).collect();
-            for (&k, again) in kept.iter().zip(judged(self.some(&kept).placed(&rest))) {
+            let begun: Vec<Isometry3> = kept.iter().map(|&k| poses[k]).collect();
+            let from: Vec<Isometry3> = kept.iter().map(|&k| settled[k].0.pose).collect();
+            let again = judged(self.some(&kept).brought(&begun, &from, FINE_REACH_M));
+            for (&k, again) in kept.iter().zip(again) {
                 settled[k] = again;
             }
         }
-    }
-
-    /// The poses, with each view that lies worse than the others placed anew: from several starts
-    /// onto those that lie well, and then all together; as they were where that is no better.
-    fn strays_placed(&self, all: &Moving<'_>, ended: Vec<Isometry3>) -> Vec<Isometry3> {
-        let views = &self.views;
-        let found = fits(views, &partners(views, &ended), &ended);
-        let usual_m = usual_m(&found);
-        let strays = |k: &usize| {
-            let Fit { misfit_m, astray, .. } = found[*k];
-            astray > STRAY_ASTRAY || misfit_m.is_nan() || misfit_m > STRAY_MISFITS * usual_m
-        };
-        let (mut strays, mut trusted): (Vec<usize>, Vec<usize>) =
-            (0..views.len()).partition(strays);
-        if strays.is_empty() || trusted.is_empty() {
-            return ended;
-        }
-        strays.sort_by(|&a, &b| found[a].astray.total_cmp(&found[b].astray));
-        let agreeing_reach_m = AGREEING_MISFITS * usual_m;
-        let mut poses = ended.clone();
-        for k in strays {
-            poses[k] = self.placed_on(&trusted, k, &poses, agreeing_reach_m);
-            trusted.push(k);
-        }
-        let partners = partners(views, &poses);
-        let again = Moving { partners: &partners, ..*all }.descend(&poses, FINE_REACH_M);
-        let agreeing = |poses: &[Isometry3]| -> f64 {
-            (0..views.len()).map(|k| agreeing(views, poses, k, agreeing_reach_m)).sum()
-        };
-        if agreeing(&again) > agreeing(&ended) { again } else { ended }
-    }
-
-    /// The pose in which a view lies best on some others, found from several starts about where it
-    /// is.
-    fn placed_on(
-        &self,
-        others: &[usize],
-        view: usize,
-        poses: &[Isometry3],
-        agreeing_reach_m: f64,
-    ) -> Isometry3 {
-        let mut others = others.to_vec();
-        let share = |&b: &usize| common(&self.views, poses, view, b);
-        others.sort_by(|a, b| share(b).total_cmp(&share(a)));
-        others.truncate(ANCHORS);
-        let last = others.len();
-        others.push(view);
-        let some = self.some(&others);
-        let anchored: Vec<usize> = (0..last).collect();
-        let mut partners: Vec<Vec<usize>> = vec![vec![last]; last];
-        partners.push(anchored.clone());
-        let stays: Vec<Isometry3> = others.iter().map(|&k| poses[k]).collect();
-        let scored = |ended: &[Isometry3]| {
-            (agreeing(&some.views, ended, last, agreeing_reach_m), ended[last])
-        };
-        let from = |motion: &Isometry3| {
-            let mut begun = stays.clone();
-            begun[last] = motion * begun[last];
-            let moving = Moving {
-                views: &some.views,
-                partners: &partners,
-                begun: &begun,
-                held: &anchored,
-                noise_m: self.noise_m(),
-            };
-            scored(&moving.descend(&begun, REACH_M))
-        };
-        let middle = self.some(&[view]).middle(&[poses[view]]);
-        let found: Vec<(f64, Isometry3)> = starts(&middle).par_iter().map(from).collect();
-        let better = |best: (f64, Isometry3), next: (f64, Isometry3)| {
-            if next.0 > best.0 { next } else { best }
-        };
-        found.into_iter().fold(scored(&stays), better).1
     }
 
     /// Which views are not to be used, of some that were placed together.
@@ -286,7 +228,8 @@ impl Register {
         let most_m = (APART * usual_m + APART_M).min(worst_m);
         let of = |view: &Placed| match view.after.misfit_m {
             misfit_m if misfit_m > most_m || view.after.astray > MOST_ASTRAY => Some(Unfit::Apart),
-            misfit_m if view.sigma_m < misfit_m.max(usual_m) => None,
+            _ if view.conflicts > 0 => Some(Unfit::Apart),
+            misfit_m if view.bound && view.sigma_m < misfit_m.max(usual_m) => None,
             _ => Some(Unfit::Loose),
         };
         placed.iter().map(of).collect()
@@ -296,24 +239,11 @@ impl Register {
     fn middle(&self, poses: &[Isometry3]) -> Point3 {
         let all = || self.views.iter().zip(poses);
         let of = |(view, pose): (&Arc<Thinned>, &Isometry3)| -> Vector3 {
-            view.asked.iter().map(|&k| (pose * view.surfels[k].at).coords).sum()
+            view.asked.iter().map(|&k| (pose * view.means[k]).coords).sum()
         };
         let count: usize = all().map(|(view, _)| view.asked.len()).sum();
         Point3::from(all().map(of).sum::<Vector3>() / count.max(1) as f64)
     }
-}
-
-/// Motions about a point from which a stray view is looked for.
-fn starts(middle: &Point3) -> Vec<Isometry3> {
-    let [shift_m, turn_rad] = STARTS;
-    let about = Isometry3::from(middle.coords);
-    let of = |k: usize| {
-        let mut along = Vector3::zeros();
-        along[k % 3] = if k < 3 { 1.0 } else { -1.0 };
-        let turn = Isometry3::new(Vector3::zeros(), along * turn_rad);
-        [Isometry3::from(along * shift_m), about * turn * about.inverse()]
-    };
-    (0..6).flat_map(of).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Numerical tools: sparse and banded Cholesky factorisations, splines and least squares over
-//! them, minimum cuts, robust statistics.
+//! them, minimum cuts, robust statistics, acceleration of fixed-point iterations.
 
+pub mod anderson;
 pub mod banded;
 pub mod bspline;
 pub mod min_cut;

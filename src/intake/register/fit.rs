@@ -49,10 +49,14 @@ pub(super) fn common(views: &[Arc<Thinned>], poses: &[Isometry3], a: usize, b: u
     share(views, poses, [a, b], COMMON_WITHIN_M)
 }
 
-/// That share within so small a reach, over all other views together.
+/// That share over all other views together, where a cell counts the less the farther it lies off:
+/// half at the reach.
 pub(super) fn agreeing(views: &[Arc<Thinned>], poses: &[Isometry3], a: usize, reach_m: f64) -> f64 {
     let others = (0..views.len()).filter(|&b| b != a);
-    others.map(|b| share(views, poses, [a, b], reach_m)).sum()
+    let found = others
+        .flat_map(|b| pairs(&views[a], &poses[a], &views[b], &poses[b], reach_m, FINE_STRIDE));
+    let sum: f64 = found.map(|pair| 1.0 / (1.0 + (pair.off_m / reach_m).powi(2))).sum();
+    sum / views[a].asked.len().div_ceil(FINE_STRIDE).max(1) as f64
 }
 
 /// For each view the others with which it has most in common, and at least a little.

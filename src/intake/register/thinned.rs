@@ -1,6 +1,7 @@
 //! A view thinned to cells, and which cells of two views lie opposite each other.
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
@@ -26,6 +27,10 @@ pub(super) const COARSE: Fineness =
     Fineness { cell_m: 4e-3, normal_within_m: 9e-3, beside_m: 6e-3 };
 /// A normal is that of so many means at least.
 const NORMAL_LEAST: usize = 6;
+/// Noise is the mean of a block of so many cells along a side.
+const NOISE_CELLS: f64 = 5.0;
+/// Cells of a view whose surroundings are looked at beforehand, at most some.
+const SAMPLED: usize = 20_000;
 /// Cells of a view that are held against each other view.
 const ASKED: usize = 4500;
 /// Each so many-th of them where coarse steps or a count will do, and for the steps after.
@@ -47,22 +52,31 @@ pub struct View<'a> {
     pub eye: Option<Point3>,
 }
 
-/// The mean of a cell's points, in the view's own frame.
+/// What the points about a cell's mean lie like, in the view's own frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Surfel {
-    pub(super) at: Point3,
+struct Sheet {
     /// To the camera, if that is known.
     normal: Vector3,
+    /// Noise of the cell's points \[m\]; 0 of a single one.
+    noise_m: f64,
+    /// Distance of the means about it from their plane, root mean square \[m\].
+    rough_m: f64,
 }
 
 /// A view as it is registered.
 pub(super) struct Thinned {
-    pub(super) surfels: Vec<Surfel>,
+    /// The means of the cells' points, in the view's own frame.
+    pub(super) means: Vec<Point3>,
+    cells: Vec<Cell>,
+    /// What lies about each, where it was asked; `None` where that is no sheet.
+    sheets: Vec<OnceLock<Option<Sheet>>>,
     tree: Neighbours,
-    /// The surfels that are held against other views.
+    /// The cells that are held against other views.
     pub(super) asked: Vec<usize>,
-    has_eye: bool,
+    eye: Option<Point3>,
+    /// Noise of single points: of the middle cell, and the mean of blocks of cells \[m\].
     pub(super) noise_m: f64,
+    block_noises_m: HashMap<[i32; 3], f64>,
     /// Distance of a cell's neighbours from their plane, root mean square, of the middle cell
     /// \[m\].
     pub(super) rough_m: f64,
@@ -76,6 +90,8 @@ pub(super) struct Pair {
     pub(super) normal: Vector3,
     /// How far the first lies above the second along it \[m\].
     pub(super) off_m: f64,
+    /// Noise of single points about the two, root mean square \[m\].
+    pub(super) noise_m: f64,
 }
 
 /// Of the cells of `a` that are asked for each `stride`th that lies opposite one of `b`, no farther
@@ -90,25 +106,28 @@ pub(super) fn pairs(
 ) -> impl Iterator<Item = Pair> {
     let b_from_a = b_pose.inv_mul(a_pose);
     let beside_m = b.fineness.beside_m;
-    let both_eyes = a.has_eye && b.has_eye;
+    let both_eyes = a.eye.is_some() && b.eye.is_some();
     a.asked.iter().step_by(stride).filter_map(move |&k| {
-        let surfel = &a.surfels[k];
-        let (at, normal) = (b_from_a * surfel.at, b_from_a * surfel.normal);
+        let at = b_from_a * a.means[k];
         let nearest = b.tree.one(&at).filter(|near| near.distance() < 3.0 * reach_m + beside_m)?;
-        let other = &b.surfels[nearest.index];
-        let cosine = normal.dot(&other.normal);
+        let other = b.means[nearest.index];
+        let (normal, other_normal) =
+            (b_from_a * a.sheet(k)?.normal, b.sheet(nearest.index)?.normal);
+        let cosine = normal.dot(&other_normal);
         let sign = if both_eyes { 1.0 } else { cosine.signum() };
         if cosine * sign < LEAST_COSINE {
             return None;
         }
-        let mean = (normal * sign + other.normal).normalize();
-        let offset = at - other.at;
+        let mean = (normal * sign + other_normal).normalize();
+        let offset = at - other;
         let off_m = offset.dot(&mean);
         let off_beside_m = (offset - mean * off_m).norm();
+        let [noise_m, other_noise_m] = [a.noise_about_m(k), b.noise_about_m(nearest.index)];
         (off_beside_m < beside_m && off_m.abs() < 3.0 * reach_m).then(|| Pair {
-            at: a_pose * surfel.at,
+            at: a_pose * a.means[k],
             normal: b_pose * mean,
             off_m,
+            noise_m: (0.5 * (noise_m.powi(2) + other_noise_m.powi(2))).sqrt(),
         })
     })
 }
@@ -117,33 +136,71 @@ impl Thinned {
     pub(super) fn new(view: &View<'_>, fineness: Fineness) -> Self {
         let origin = view.points.first().copied().unwrap_or_default().coords;
         let cells = cells(view.points, &origin, fineness.cell_m);
-        let means: Vec<Point3> = cells.iter().map(Cell::mean).collect();
-        let tree = Neighbours::new(&means);
-        let fitted: Vec<Option<(Surfel, [f64; 2])>> = cells
-            .par_iter()
-            .zip(&means)
-            .map(|(cell, at)| {
-                let near = tree.within(at, fineness.normal_within_m);
-                let near: Vec<Point3> = near.iter().map(|&k| means[k]).collect();
-                let (normal, rough_m) = plane(&near)?;
-                let normal = match view.eye.map(|eye| (eye - origin - at).normalize().dot(&normal))
-                {
-                    Some(cosine) if cosine.abs() < STEEPEST_COSINE => return None,
-                    Some(cosine) => normal * cosine.signum(),
-                    None => normal,
-                };
-                Some((Surfel { at: at + origin, normal }, [cell.noise_m(&normal), rough_m]))
-            })
+        let means: Vec<Point3> = cells.iter().map(|cell| cell.mean() + origin).collect();
+        let mut thinned = Self {
+            tree: Neighbours::new(&means),
+            sheets: vec![OnceLock::new(); means.len()],
+            means,
+            cells,
+            asked: Vec::new(),
+            eye: view.eye,
+            noise_m: 0.0,
+            block_noises_m: HashMap::new(),
+            rough_m: 0.0,
+            fineness,
+        };
+        let sampled: Vec<usize> = (0..thinned.means.len())
+            .step_by(thinned.means.len().div_ceil(SAMPLED).max(1))
             .collect();
-        let (surfels, noises): (Vec<Surfel>, Vec<[f64; 2]>) = fitted.into_iter().flatten().unzip();
-        let tree = Neighbours::new(&surfels.iter().map(|surfel| surfel.at).collect::<Vec<_>>());
-        let asked = evenly(&surfels);
+        let sheets: Vec<(usize, Sheet)> =
+            sampled.par_iter().filter_map(|&k| Some((k, thinned.sheet(k)?))).collect();
         // A cell of one point says nothing of noise.
-        let [noise_m, rough_m] = [0, 1].map(|of| {
-            let known = noises.iter().map(|noise| noise[of]).filter(|&m| m > 0.0);
+        let usual = |of: fn(&Sheet) -> f64| {
+            let known = sheets.iter().map(|(_, sheet)| of(sheet)).filter(|&m| m > 0.0);
             median(known.collect()).unwrap_or(0.0)
-        });
-        Self { surfels, tree, asked, has_eye: view.eye.is_some(), noise_m, rough_m, fineness }
+        };
+        thinned.noise_m = usual(|sheet| sheet.noise_m);
+        thinned.rough_m = usual(|sheet| sheet.rough_m);
+        thinned.block_noises_m = thinned.block_noises_m(&sheets);
+        thinned.asked = evenly(&sheets);
+        thinned
+    }
+
+    /// What lies about a cell's mean; `None` where that is no sheet, or is seen too steeply.
+    fn sheet(&self, k: usize) -> Option<Sheet> {
+        *self.sheets[k].get_or_init(|| {
+            let at = self.means[k];
+            let near = self.tree.within(&at, self.fineness.normal_within_m);
+            let near: Vec<Vector3> = near.iter().map(|&k| self.means[k] - at).collect();
+            let (normal, rough_m) = plane(&near)?;
+            let normal = match self.eye.map(|eye| (eye - at).normalize().dot(&normal)) {
+                Some(cosine) if cosine.abs() < STEEPEST_COSINE => return None,
+                Some(cosine) => normal * cosine.signum(),
+                None => normal,
+            };
+            Some(Sheet { normal, noise_m: self.cells[k].noise_m(&normal), rough_m })
+        })
+    }
+
+    /// The mean noise of single points in each block of cells in which it is known \[m\].
+    fn block_noises_m(&self, sheets: &[(usize, Sheet)]) -> HashMap<[i32; 3], f64> {
+        let mut sums: HashMap<[i32; 3], [f64; 2]> = HashMap::new();
+        for (k, sheet) in sheets.iter().filter(|(_, sheet)| sheet.noise_m > 0.0) {
+            let [sum, count] = sums.entry(self.block(*k)).or_default();
+            (*sum, *count) = (*sum + sheet.noise_m, *count + 1.0);
+        }
+        sums.into_iter().map(|(block, [sum, count])| (block, sum / count)).collect()
+    }
+
+    fn block(&self, k: usize) -> [i32; 3] {
+        let side_m = NOISE_CELLS * self.fineness.cell_m;
+        let offset = self.means[k] - self.means[0];
+        [0, 1, 2].map(|axis| (offset[axis] / side_m).floor() as i32)
+    }
+
+    /// Noise of single points about a cell \[m\].
+    fn noise_about_m(&self, k: usize) -> f64 {
+        self.block_noises_m.get(&self.block(k)).copied().unwrap_or(self.noise_m)
     }
 }
 
@@ -189,13 +246,13 @@ fn cells(points: &[Point3], origin: &Vector3, cell_m: f64) -> Vec<Cell> {
 
 /// The normal of the plane through some points, and their distance from it, root mean square \[m\];
 /// `None` where they are few, or no sheet.
-fn plane(points: &[Point3]) -> Option<(Vector3, f64)> {
+fn plane(points: &[Vector3]) -> Option<(Vector3, f64)> {
     if points.len() < NORMAL_LEAST {
         return None;
     }
-    let mean = points.iter().map(|point| point.coords).sum::<Vector3>() / points.len() as f64;
-    let spread = |sum: Matrix3<f64>, point: &Point3| {
-        let off = point.coords - mean;
+    let mean = points.iter().sum::<Vector3>() / points.len() as f64;
+    let spread = |sum: Matrix3<f64>, point: &Vector3| {
+        let off = point - mean;
         sum + off * off.transpose()
     };
     let eigen = SymmetricEigen::new(points.iter().fold(Matrix3::zeros(), spread));
@@ -207,15 +264,15 @@ fn plane(points: &[Point3]) -> Option<(Vector3, f64)> {
     flat.then(|| (eigen.eigenvectors.column(least).into_owned(), rough_m))
 }
 
-/// Some surfels, even over the directions of their normals.
-fn evenly(surfels: &[Surfel]) -> Vec<usize> {
+/// Some cells, even over the directions of their normals.
+fn evenly(sheets: &[(usize, Sheet)]) -> Vec<usize> {
     let mut bins: Vec<Vec<usize>> = vec![Vec::new(); 6 * 9];
-    for (k, surfel) in surfels.iter().enumerate() {
-        let axis = surfel.normal.iamax();
-        let sign = surfel.normal[axis];
+    for (k, Sheet { normal, .. }) in sheets {
+        let axis = normal.iamax();
+        let sign = normal[axis];
         let third = |c: f64| (((c / sign.abs() + 1.0) * 1.5).floor() as usize).min(2);
-        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map(|k| third(surfel.normal[k]));
-        bins[9 * (2 * axis + usize::from(sign > 0.0)) + 3 * u + v].push(k);
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map(|k| third(normal[k]));
+        bins[9 * (2 * axis + usize::from(sign > 0.0)) + 3 * u + v].push(*k);
     }
     // The most of each bin with which there are not too many.
     let kept = |most: usize| bins.iter().map(|bin| bin.len().min(most)).sum::<usize>();

@@ -7,7 +7,6 @@
 //! In: the cloth, local frame \[m\]. Out: its points with their places in the parameter
 //! plane, and the specimen's square in that plane.
 
-mod anderson;
 mod front;
 mod links;
 mod relax;

@@ -10,9 +10,9 @@
 //! In and out: coordinates \[m\] of the parameterised points. Fixed points stay.
 
 use super::super::tuning::ParameterisationTuning;
-use super::anderson::Mixer;
 use super::links::{Links, norm};
 use super::system::{System, Tie};
+use crate::numeric::anderson::Mixer;
 
 /// How far to go.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +51,7 @@ impl Relaxation<'_> {
             let system = System { links, weights: &weights, fixed, ties, tuning };
             system.solve(&rotated, effort.steps, &mut next);
             let before = x.to_vec();
-            mixer.step(x, next);
+            mixer.step(x.as_flattened_mut(), next.into_flattened());
             let moves = x.iter().zip(&before).map(|(a, b)| norm([a[0] - b[0], a[1] - b[1]]));
             if moves.sum::<f64>() < effort.enough_m * x.len() as f64 {
                 break;

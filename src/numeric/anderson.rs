@@ -1,5 +1,4 @@
-//! Anderson acceleration of a fixed-point iteration over points of a plane (Walker and Ni
-//! 2011).
+//! Anderson acceleration of a fixed-point iteration (Walker and Ni 2011).
 
 /// One round: the image of a point, and by how much it differs from the point.
 struct Round {
@@ -9,7 +8,7 @@ struct Round {
 
 /// The rounds of a fixed-point iteration so far.
 #[derive(Default)]
-pub(super) struct Mixer {
+pub struct Mixer {
     /// What changed from round to round.
     history: Vec<Round>,
     last: Option<Round>,
@@ -20,13 +19,11 @@ impl Mixer {
     const MEMORY: usize = 5;
 
     /// Replaces `x` by the accelerated successor; `image` is the plain one.
-    pub fn step(&mut self, x: &mut [[f64; 2]], image: Vec<[f64; 2]>) {
-        let flat = |v: &[[f64; 2]]| -> Vec<f64> { v.iter().flatten().copied().collect() };
-        let image = flat(&image);
-        let residual: Vec<f64> = image.iter().zip(flat(x)).map(|(g, x)| g - x).collect();
+    pub fn step(&mut self, x: &mut [f64], image: Vec<f64>) {
+        let residual: Vec<f64> = image.iter().zip(&*x).map(|(g, x)| g - x).collect();
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         if let Some(last) = self.last.take() {
-            // A residual that grows means that the links' weights have changed.
+            // A residual that grows means that the iteration's weights have changed.
             if dot(&residual, &residual) > 2.0 * dot(&last.residual, &last.residual) {
                 self.history.clear();
             } else {
@@ -56,9 +53,7 @@ impl Mixer {
                 }
             }
         }
-        for (point, pair) in x.iter_mut().zip(mixed.chunks_exact(2)) {
-            *point = [pair[0], pair[1]];
-        }
+        x.copy_from_slice(&mixed);
         self.last = Some(Round { residual, image });
     }
 }
