@@ -105,8 +105,8 @@ impl Moving<'_> {
         poses
     }
 
-    /// Steps until they move nothing, accelerated: cells change their partners from step to step, so
-    /// that a plain one takes off a small part of what is left where views share little.
+    /// Steps until they move nothing, accelerated. Cells change their partners from step to step: a
+    /// plain step takes off a small part of what is left where views share little.
     fn rest(&self, poses: &mut [Isometry3], reach: Reach, stride: usize) {
         let begun = poses.to_vec();
         let mut moved = vec![0.0; 6 * poses.len()];

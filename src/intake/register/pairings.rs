@@ -18,14 +18,14 @@ const ASTRAY: f64 = 4.0;
 const LEAST_CELLS: usize = 80;
 /// The usual misfit is that of this share of the pairs: more than half may lie wrong.
 const USUAL: f64 = 0.25;
-/// A pair lies well with at most so many cells astray \[-\], and a misfit of so many usual ones: 0.08
-/// and 1.7 at most of right ones, 0.17 and 2.0 of two groups 11 mm apart.
+/// A pair lies well with at most so many cells astray \[-\], and a misfit of so many usual ones:
+/// right ones have 0.09 and 1.5 at most, two groups 11 mm apart 0.17 and 2.0.
 const MOST_ASTRAY: f64 = 0.08;
 const MOST_MISFITS: f64 = 1.5;
 /// A pair says something if its cells' normals have this mean square along any direction \[-\]: one
 /// that shares the floor alone may lie badly where that is seen at a grazing angle.
 const LEAST_SPREAD: f64 = 0.03;
-/// It holds its views in place from this on: each of right ones has a pair of 0.06 and more, one that
+/// It holds its views in place from this on: each right view has a pair of 0.06 and more, one that
 /// slid along the floor none above 0.035.
 const HOLDING_SPREAD: f64 = 0.045;
 /// Of two views that share so many cells one must be wrong with more astray \[-\], or a misfit of

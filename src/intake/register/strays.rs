@@ -13,8 +13,8 @@ const STARTS: [f64; 3] = [15e-3, 4.0_f64.to_radians(), 9.0_f64.to_radians()];
 const ANCHORS: usize = 3;
 /// and the best starts are followed on,
 const FOLLOWED: usize = 12;
-/// to where its cells lie nearest, of which those count half that lie the usual misfit off, or this:
-/// no scanner's points are nearer \[m\].
+/// to where its cells lie nearest. Those count half that lie the usual misfit off, or this: no
+/// scanner's points are nearer \[m\].
 const AGREEING_M: f64 = 0.1e-3;
 
 impl Register {
