@@ -154,7 +154,7 @@ fn wrong_size(
 }
 
 /// A refusal of what is hardly likelier a drape than anything else and is found to be none: there
-/// is no drape.
+/// is no drape. Half a drape is hardly likelier either: a rim that is not seen stays the reason.
 pub(super) fn no_drape(
     error: ScanError,
     unlikely: Option<&PlateCandidate>,
@@ -164,8 +164,6 @@ pub(super) fn no_drape(
     let is_none = matches!(
         error,
         ScanError::WrongSize { .. }
-            | ScanError::HiddenRim { .. }
-            | ScanError::TooLittleRim { .. }
             | ScanError::Unexplained { .. }
             | ScanError::Misfit { .. }
             | ScanError::PassesApart { .. }
@@ -512,12 +510,7 @@ mod tests {
     #[test]
     fn what_is_hardly_likelier_a_drape_than_anything_else_is_said_to_be_none() {
         let options = ScanOptions::default();
-        let hidden = || ScanError::HiddenRim {
-            hidden_percent: 50.0,
-            limit_percent: 20.0,
-            arc_deg: 60.0,
-            bearing_deg: 10.0,
-        };
+        let off = || ScanError::TooNoisy { noise_mm: 2.0, rms_mm: 1.8, limit_mm: 1.0 };
         let place = PlateCandidate {
             radius_m: 0.05,
             centre: Point3::origin(),
@@ -526,12 +519,18 @@ mod tests {
             beyond: 0.0,
         };
         let unit = Some(LengthUnit::Metre);
-        let said = no_drape(hidden(), Some(&place), unit, &options);
+        let said = no_drape(off(), Some(&place), unit, &options);
         let named = |error: &ScanError| matches!(error, ScanError::NoPlate { why: NoDrape::NotTheSpecimen(at), .. } if *at == place);
         assert!(named(&said), "{said}");
-        assert_eq!(no_drape(hidden(), None, unit, &options), hidden());
-        let colors = no_drape(ScanError::NoColors, Some(&place), unit, &options);
-        assert_eq!(colors, ScanError::NoColors);
+        assert_eq!(no_drape(off(), None, unit, &options), off());
+        // half a drape
+        let half = ScanError::TooLittleRim {
+            observed_percent: 50.0,
+            limit_percent: 75.0,
+            length_mm: 300.0,
+            bearing_deg: 9.0,
+        };
+        assert_eq!(no_drape(half.clone(), Some(&place), unit, &options), half);
     }
 
     #[test]
