@@ -168,14 +168,14 @@ impl Register {
         let pairings = Pairings::new(views, &partners, &ended);
         let good = Moving { partners: &pairings.good_partners(), ..moving };
         let sigmas_m = good.sigmas(&ended, &after);
-        let (conflicts, agreeing) = (pairings.conflicts(), pairings.agreeing());
+        let (conflicts, group) = (pairings.conflicts(), pairings.largest_group());
         let back = shift.inverse();
         let placed = |k: usize| Placed {
             pose: back * ended[k],
             before: before[k],
             after: after[k],
             conflicts: conflicts[k],
-            bound: agreeing.contains(&k),
+            bound: group.contains(&k),
             sigma_m: sigmas_m[k],
         };
         (0..views.len()).map(placed).collect()

@@ -116,11 +116,15 @@ impl Pairings {
         partners
     }
 
-    /// The largest group of views that hold one another in place, without those that lie badly on
-    /// others of it.
-    pub(super) fn agreeing(&self) -> Vec<usize> {
+    /// The largest group of views that hold one another in place.
+    pub(super) fn largest_group(&self) -> Vec<usize> {
         let groups = (0..self.count).rev().map(|k| self.bound_to(k, &[]));
-        let mut agreeing = groups.max_by_key(Vec::len).unwrap_or_default();
+        groups.max_by_key(Vec::len).unwrap_or_default()
+    }
+
+    /// That group without the views that lie badly on others of it.
+    pub(super) fn agreeing(&self) -> Vec<usize> {
+        let mut agreeing = self.largest_group();
         loop {
             let bad = |k: &usize| {
                 let bad = self.that_lie(false).filter(|pairing| pairing.spread >= LEAST_SPREAD);
