@@ -16,8 +16,10 @@ const ASTRAY_M: f64 = 2e-3;
 const ASTRAY: f64 = 4.0;
 /// A pair with fewer cells opposite each other says nothing.
 const LEAST_CELLS: usize = 80;
-/// The usual misfit is that of this share of the pairs: more than half may lie wrong.
+/// The usual misfit is that of this share of the pairs: more than half may lie wrong,
+/// and at least this \[m\]: parts of one cloud have none.
 const USUAL: f64 = 0.25;
+const LEAST_USUAL_M: f64 = 0.1e-3;
 /// A pair lies well with at most so many cells astray \[-\], and a misfit of so many usual ones:
 /// right ones have 0.09 and 1.5 at most, two groups 11 mm apart 0.17 and 2.0.
 const MOST_ASTRAY: f64 = 0.08;
@@ -82,7 +84,7 @@ impl Pairings {
         let misfit_m = |off_m: &Vec<f64>| 1.4826 * median(off_m.clone()).unwrap_or(f64::NAN);
         let known = cells.iter().filter(|(off_m, _)| off_m.len() >= LEAST_CELLS);
         let known = known.map(|(off_m, _)| misfit_m(off_m));
-        let usual_m = quantile(known.collect(), USUAL).unwrap_or(0.0);
+        let usual_m = quantile(known.collect(), USUAL).unwrap_or(0.0).max(LEAST_USUAL_M);
         let far_m = ASTRAY_M.max(ASTRAY * usual_m);
         let pairing = |(&views, (off_m, normals)): (&[usize; 2], &(Vec<f64>, Matrix3<f64>))| {
             let cells = off_m.len();
