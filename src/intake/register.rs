@@ -12,9 +12,9 @@
 //! until they rest. Cells are drawn evenly over the directions of their normals, so that a wide
 //! floor does not outweigh the folds. A weak prior keeps a pose where the scene does not fix it,
 //! such as along a floor. Views that lie badly on the largest group that agrees are placed anew
-//! ([`strays`]). The last rounds count those cells alone that lie about as near as most.
+//! (`strays`). The last rounds count those cells alone that lie about as near as most.
 //!
-//! A view is told apart by its pairs ([`pairings`]): the cells that it shares with each other view
+//! A view is told apart by its pairs (`pairings`): the cells that it shares with each other view
 //! lie as near as those of most pairs, or one of the two is wrong. Pairs that lie badly say nothing
 //! of places, so that a view, or a group of views, that shares little else has a large
 //! [`Placed::sigma_m`].
