@@ -9,12 +9,12 @@ use crate::base::Isometry3;
 use crate::numeric::robust::median;
 
 /// Cells have something in common that lie within three times this of each other \[m\],
-const COMMON_WITHIN_M: f64 = 10e-3;
+pub(super) const COMMON_WITHIN_M: f64 = 10e-3;
 /// and views that have this share of their cells in common, or more.
 const LEAST_COMMON: f64 = 0.05;
 /// A cell is astray that lies this far off \[m\] and so many times the misfit.
-const ASTRAY_M: f64 = 2e-3;
-const ASTRAY: f64 = 4.0;
+pub(super) const ASTRAY_M: f64 = 2e-3;
+pub(super) const ASTRAY: f64 = 4.0;
 /// A view is held against so many others, those with which it has most in common.
 const PARTNERS: usize = 8;
 
@@ -29,6 +29,11 @@ pub struct Fit {
     pub misfit_m: f64,
     /// Share of the view's cells opposite others' that lie much farther off than that \[-\].
     pub astray: f64,
+}
+
+/// Distances from planes as one, robustly: 1.48 of their median; NaN of none.
+pub(super) fn robust_misfit_m(off_m: &[f64]) -> f64 {
+    1.4826 * median(off_m.to_vec()).unwrap_or(f64::NAN)
 }
 
 /// The usual misfit of some views \[m\]; 0 where none is known.
@@ -89,7 +94,7 @@ pub(super) fn fits(
             most = most.max(off_m.len() - before);
         }
         let shared = most as f64 / views[a].asked.len().div_ceil(FINE_STRIDE).max(1) as f64;
-        let misfit_m = 1.4826 * median(off_m.clone()).unwrap_or(f64::NAN);
+        let misfit_m = robust_misfit_m(&off_m);
         let far_m = ASTRAY_M.max(ASTRAY * misfit_m);
         let astray = off_m.iter().filter(|&&off_m| off_m > far_m).count();
         Fit { shared, misfit_m, astray: astray as f64 / off_m.len().max(1) as f64 }

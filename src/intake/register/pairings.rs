@@ -5,21 +5,16 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
 
+use super::NEAREST_M;
+use super::fit::{ASTRAY, ASTRAY_M, COMMON_WITHIN_M, robust_misfit_m};
 use super::thinned::{FINE_STRIDE, Thinned, pairs};
 use crate::base::Isometry3;
-use crate::numeric::robust::{median, quantile};
+use crate::numeric::robust::quantile;
 
-/// Cells count as opposite that lie within three times this of each other \[m\].
-const WITHIN_M: f64 = 10e-3;
-/// A cell is astray that lies this far off \[m\], and so many times the usual misfit.
-const ASTRAY_M: f64 = 2e-3;
-const ASTRAY: f64 = 4.0;
 /// A pair with fewer cells opposite each other says nothing.
 const LEAST_CELLS: usize = 80;
-/// The usual misfit is that of this share of the pairs: more than half may lie wrong,
-/// and at least this \[m\]: parts of one cloud have none.
+/// The usual misfit is that of this share of the pairs: more than half may lie wrong.
 const USUAL: f64 = 0.25;
-const LEAST_USUAL_M: f64 = 0.1e-3;
 /// A pair lies well with at most so many cells astray \[-\], and a misfit of so many usual ones:
 /// right ones have 0.09 and 1.5 at most, two groups 11 mm apart 0.17 and 2.0.
 const MOST_ASTRAY: f64 = 0.08;
@@ -68,7 +63,7 @@ impl Pairings {
         asked.sort_unstable();
         asked.dedup();
         let opposite = |[a, b]: [usize; 2]| {
-            pairs(&views[a], &poses[a], &views[b], &poses[b], WITHIN_M, FINE_STRIDE)
+            pairs(&views[a], &poses[a], &views[b], &poses[b], COMMON_WITHIN_M, FINE_STRIDE)
         };
         let cells: Vec<(Vec<f64>, Matrix3<f64>)> = asked
             .par_iter()
@@ -81,10 +76,9 @@ impl Pairings {
                 (off_m.collect(), normals)
             })
             .collect();
-        let misfit_m = |off_m: &Vec<f64>| 1.4826 * median(off_m.clone()).unwrap_or(f64::NAN);
         let known = cells.iter().filter(|(off_m, _)| off_m.len() >= LEAST_CELLS);
-        let known = known.map(|(off_m, _)| misfit_m(off_m));
-        let usual_m = quantile(known.collect(), USUAL).unwrap_or(0.0).max(LEAST_USUAL_M);
+        let known = known.map(|(off_m, _)| robust_misfit_m(off_m));
+        let usual_m = quantile(known.collect(), USUAL).unwrap_or(0.0).max(NEAREST_M);
         let far_m = ASTRAY_M.max(ASTRAY * usual_m);
         let pairing = |(&views, (off_m, normals)): (&[usize; 2], &(Vec<f64>, Matrix3<f64>))| {
             let cells = off_m.len();
@@ -92,7 +86,7 @@ impl Pairings {
             let least = SymmetricEigen::new(*normals).eigenvalues.min();
             let share = |of: f64| of / cells.max(1) as f64;
             let (astray, spread) = (share(astray as f64), share(least));
-            Pairing { views, cells, misfit_m: misfit_m(off_m), astray, spread }
+            Pairing { views, cells, misfit_m: robust_misfit_m(off_m), astray, spread }
         };
         let pairings = asked.iter().zip(&cells).map(pairing).collect();
         Self { pairings, count: views.len(), usual_m }

@@ -5,17 +5,14 @@ use rayon::prelude::*;
 use super::fit::{agreeing, common, fits, partners, usual_m};
 use super::moving::Moving;
 use super::pairings::Pairings;
-use super::{FINE_REACH_M, REACH_M, Register};
+use super::{FINE_REACH_M, NEAREST_M, REACH_M, Register};
 use crate::base::{Isometry3, Point3, Vector3};
 
 /// A view is looked for from so far off \[m\], or turned so far \[rad\], onto so many others,
 const STARTS: [f64; 3] = [15e-3, 4.0_f64.to_radians(), 9.0_f64.to_radians()];
 const ANCHORS: usize = 3;
-/// and the best starts are followed on,
+/// and the best starts are followed on to where its cells lie nearest.
 const FOLLOWED: usize = 12;
-/// to where its cells lie nearest. Those count half that lie the usual misfit off, or this: no
-/// scanner's points are nearer \[m\].
-const AGREEING_M: f64 = 0.1e-3;
 
 impl Register {
     /// The poses, with each view that does not lie well on the largest group of others placed anew:
@@ -24,7 +21,7 @@ impl Register {
     pub(super) fn strays_placed(&self, all: &Moving<'_>, ended: Vec<Isometry3>) -> Vec<Isometry3> {
         let views = &self.views;
         let partners = self::partners(views, &ended);
-        let agreeing_reach_m = usual_m(&fits(views, &partners, &ended)).max(AGREEING_M);
+        let agreeing_reach_m = usual_m(&fits(views, &partners, &ended)).max(NEAREST_M);
         let mut poses = ended.clone();
         let mut tried = Vec::new();
         loop {
