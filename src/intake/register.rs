@@ -58,8 +58,6 @@ const APART_M: f64 = 0.3e-3;
 /// D435.
 const WORST_M: f64 = 2e-3;
 const WORST_NOISES: f64 = 15.0;
-/// No scanner's points lie nearer than this \[m\]; parts of one cloud do.
-const NEAREST_M: f64 = 0.1e-3;
 
 /// A view that was brought to the others.
 #[derive(Clone, Copy, Debug)]

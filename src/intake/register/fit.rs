@@ -15,6 +15,8 @@ const LEAST_COMMON: f64 = 0.05;
 /// A cell is astray that lies this far off \[m\] and so many times the misfit.
 pub(super) const ASTRAY_M: f64 = 2e-3;
 pub(super) const ASTRAY: f64 = 4.0;
+/// No scanner's points lie nearer than this \[m\]; parts of one cloud do.
+pub(super) const NEAREST_M: f64 = 0.1e-3;
 /// A view is held against so many others, those with which it has most in common.
 const PARTNERS: usize = 8;
 

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::NEAREST_M;
-use super::fit::{ASTRAY, ASTRAY_M, COMMON_WITHIN_M, robust_misfit_m};
+use super::fit::{ASTRAY, ASTRAY_M, COMMON_WITHIN_M, NEAREST_M, robust_misfit_m};
 use super::thinned::{FINE_STRIDE, Thinned, pairs};
 use crate::base::Isometry3;
 use crate::numeric::robust::quantile;

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::fit::{agreeing, common, fits, partners, usual_m};
+use super::fit::{NEAREST_M, agreeing, common, fits, partners, usual_m};
 use super::moving::Moving;
 use super::pairings::Pairings;
-use super::{FINE_REACH_M, NEAREST_M, REACH_M, Register};
+use super::{FINE_REACH_M, REACH_M, Register};
 use crate::base::{Isometry3, Point3, Vector3};
 
 /// A view is looked for from so far off \[m\], or turned so far \[rad\], onto so many others,
