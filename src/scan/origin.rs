@@ -50,12 +50,36 @@ struct Ray {
     face_m: f64,
 }
 
-/// Finds the plate.
+/// The cloth is followed outward from here on, in the plate's radii.
+const FROM_RADII: f64 = 0.6;
+/// Bearings on which the cloth's height about an axis is read.
+const AROUND: usize = 72;
+
+/// Finds the plate: from the face at the height where it should be, or where the cloth is about the
+/// axis, which may be another one where stiff cloth arches.
 pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Option<Origin> {
+    from_face(options.cloth_height_m, sheet, square, options).or_else(|| {
+        let around = |k: usize| {
+            let bearing_rad = std::f64::consts::TAU * k as f64 / AROUND as f64;
+            let flat = [bearing_rad.cos(), bearing_rad.sin()];
+            sheet.at(square.material(flat.map(|c| c * FROM_RADII * options.plate_radius_m))).y
+        };
+        let about_m = robust::median((0..AROUND).map(around).collect())?;
+        from_face(about_m, sheet, square, options)
+    })
+}
+
+/// Finds the plate, first with its face at a height \[m\].
+fn from_face(
+    face_y_m: f64,
+    sheet: &Sheet,
+    square: &Square,
+    options: &ScanOptions,
+) -> Option<Origin> {
     let mut origin = Origin {
         axis: [0.0; 2],
         axis_sigma_m: f64::INFINITY,
-        face_y_m: options.cloth_height_m,
+        face_y_m,
         radius_m: options.plate_radius_m,
         radius_scatter_m: 0.0,
     };
@@ -97,9 +121,9 @@ fn ray(
     let step = 0.01 * radius_m;
     let mut crossed: [Option<Point3>; 2] = [None; 2];
     let mut face_m = f64::INFINITY;
-    let mut before = at(0.6 * radius_m);
+    let mut before = at(FROM_RADII * radius_m);
     for j in 1..100 {
-        let now = at(0.6 * radius_m + f64::from(j) * step);
+        let now = at(FROM_RADII * radius_m + f64::from(j) * step);
         if from_axis(&now) < tuning.face_radii * radius_m.min(from.radius_m) {
             face_m = face_m.min(now.y);
         }

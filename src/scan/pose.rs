@@ -19,6 +19,7 @@
 //!
 //! Fails where the flat disc itself is not seen, from any side.
 
+use nalgebra::UnitVector3;
 use rayon::prelude::*;
 
 use super::cloth;
@@ -53,6 +54,8 @@ pub(super) struct Pose {
 /// A place that was verified.
 struct Verified {
     plate: Plate,
+    /// The specimen's middle, about.
+    middle: Point3,
     /// What lies there, flattened.
     flattened: Flattened,
     /// Where the flattened surface there ends.
@@ -181,12 +184,16 @@ fn verify(points: &[Point3], plate: Plate, options: &ScanOptions) -> Verified {
     let (square, ends) = square::ends(&flattened.surface.flat, options);
     let off_m = square.centre[0].hypot(square.centre[1]);
     let nats = ends.nats - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
-    Verified { plate, flattened, ends, nats }
+    let [x, z] = square.centre;
+    let off = flattened.local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
+    Verified { middle: plate.centre + off, plate, flattened, ends, nats }
 }
 
 /// A coarse cloth, flattened, and the frame that it is in.
 struct Flattened {
     local_from_scan: Isometry3,
+    /// The floor's normal in the scan's frame, if a floor is seen.
+    floor_up: Option<Vector3>,
     surface: Parameterisation,
 }
 
@@ -203,32 +210,86 @@ fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened
     let cloth = cloth::isolate(&local, floor, plate, &coarse, &mut Stages::off());
     let mut surface = parameterisation::grow(&cloth, &coarse);
     parameterisation::relax(&mut surface, cloth.spacing_m, &coarse);
-    Flattened { local_from_scan, surface }
+    let floor_up = floor.map(|floor| local_from_scan.inverse_transform_vector(&floor.normal));
+    Flattened { local_from_scan, floor_up, surface }
 }
 
 /// The plate about the axis that a sheet through the coarse cloth bends over: noise, and the gentle
 /// bend of stiff cloth, move the circle through raw points by up to 10 mm. `None` if too little of
 /// a sheet is seen.
+///
+/// Stiff cloth is level about more than one place of its arch. So where no such axis is found, or
+/// the floor is not parallel to the plate, the plate is also looked for from the specimen's middle
+/// and the floor's level on, and the likelier one is taken.
 fn centred(points: &[Point3], found: Verified, options: &ScanOptions) -> Option<Plate> {
-    let tuning = &options.tuning.pose;
-    let Verified { mut plate, mut flattened, .. } = found;
-    for round in 0..tuning.centrings {
-        if round > 0 {
+    let Verified { plate, middle, flattened, .. } = found;
+    let floor_up = flattened.floor_up;
+    let own = Centred::of(points, plate.clone(), flattened, options);
+    let is_tilted = own.as_ref().is_none_or(|own| own.is_tilted(options));
+    let Some(floor_up) = floor_up.filter(|_| is_tilted) else { return Some(own?.plate) };
+    let start = Plate { centre: middle, up: UnitVector3::new_normalize(floor_up), ..plate };
+    let flattened = flatten(points, &start, options);
+    let level = Centred::of(points, start, flattened, options);
+    let both = own.into_iter().chain(level);
+    let likelier = both.min_by(|a, b| a.deviates(options).total_cmp(&b.deviates(options)));
+    Some(likelier?.plate)
+}
+
+/// A plate about the axis that a sheet bends over.
+struct Centred {
+    plate: Plate,
+    /// How far the specimen's middle lies off the plate's axis \[m\].
+    off_m: f64,
+    /// The floor's normal in the scan's frame, if a floor is seen.
+    floor_up: Option<Vector3>,
+}
+
+impl Centred {
+    /// From a plate and the cloth flattened about it.
+    fn of(
+        points: &[Point3],
+        mut plate: Plate,
+        mut flattened: Flattened,
+        options: &ScanOptions,
+    ) -> Option<Self> {
+        let tuning = &options.tuning.pose;
+        for round in 1.. {
+            let Flattened { local_from_scan, floor_up, surface } = &flattened;
+            let fit = square::find(&surface.flat, options.specimen_side_m, &options.tuning.square);
+            limits::square(&fit, options).ok()?;
+            let sheet = fit::fit_sheet(surface, &fit.square, plate.noise_m, options)?.sheet;
+            let origin = origin::find(&sheet, &fit.square, options)?;
+            let [x, z] = origin.axis;
+            plate.centre += local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
+            plate::level(points, &mut plate, options);
+            (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
+            plate.from_sheet = true;
+            if x.hypot(z) < tuning.centred_m || round == tuning.centrings {
+                let middle = sheet.at([0.0; 2]);
+                return Some(Self {
+                    plate,
+                    off_m: (middle.x - x).hypot(middle.z - z),
+                    floor_up: *floor_up,
+                });
+            }
             flattened = flatten(points, &plate, options);
         }
-        let Flattened { local_from_scan, surface } = &flattened;
-        let fit = square::find(&surface.flat, options.specimen_side_m, &options.tuning.square);
-        limits::square(&fit, options).ok()?;
-        let sheet = fit::fit_sheet(surface, &fit.square, plate.noise_m, options)?.sheet;
-        let origin = origin::find(&sheet, &fit.square, options)?;
-        let [x, z] = origin.axis;
-        plate.centre += local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
-        plate::level(points, &mut plate, options);
-        (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
-        plate.from_sheet = true;
-        if x.hypot(z) < tuning.centred_m {
-            break;
-        }
+        None
     }
-    Some(plate)
+
+    /// Angle between floor and plate \[rad\]; 0 where no floor is seen.
+    fn tilt_rad(&self) -> f64 {
+        self.floor_up.map_or(0.0, |floor_up| self.plate.up.angle(&floor_up))
+    }
+
+    fn is_tilted(&self, options: &ScanOptions) -> bool {
+        self.tilt_rad() > options.tuning.pose.level_sigma_rad
+    }
+
+    /// Squares of the deviates by which the specimen is off centre and the plate off level.
+    fn deviates(&self, options: &ScanOptions) -> f64 {
+        let tuning = &options.tuning.pose;
+        let squared = |deviate: f64| deviate * deviate;
+        squared(self.off_m / tuning.off_sigma_m) + squared(self.tilt_rad() / tuning.level_sigma_rad)
+    }
 }

@@ -232,6 +232,8 @@ pub struct PoseTuning {
     pub bearings: f64,
     /// Standard deviation of the specimen's middle about the plate's \[m\].
     pub off_sigma_m: f64,
+    /// Standard deviation of a plate's tilt against the floor \[rad\].
+    pub level_sigma_rad: f64,
     /// What is no likelier a drape than this is none \[nats\].
     pub least_nats: f64,
     /// What is likelier than this is surely a drape. Anything else is looked at twice, and a
@@ -839,6 +841,7 @@ const SHIPPED: Tuning = Tuning {
         anywhere_m: 0.237,        // d
         bearings: 20.0,           // c
         off_sigma_m: 10e-3,       // c
+        level_sigma_rad: 0.026,   // c: 1.5 degrees
         least_nats: 5.0,          // m: half a drape 19, other places 4 and less
         sure_nats: 15.0,          // m: half drapes and drapes 15.5 and more, anything else 14.2
         less_flat_rms_m: 6e-3,    // m: arches before a stereo camera of 2 mm noise

@@ -76,6 +76,9 @@ pub(crate) enum Command {
     /// Rims of random scenes: sensor x stand x surroundings x fabric x views x unit. Or refusals of
     /// scenes with a known fault.
     Scenes(Box<Scenes>),
+    /// Scans of what is not quite the experiment, through the whole main job: is anything called
+    /// reliable that is wrong, and is what is refused called by its cause?
+    Altered(Altered),
     /// Registration of views and passes that are off by up to 20 mm and 5 degrees: their distances
     /// afterwards.
     Views(Views),
@@ -290,6 +293,35 @@ pub(crate) struct Views {
     /// Also print the records as JSON, on the last line
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// `scan2params-lab altered`.
+#[derive(Debug, Args)]
+pub(crate) struct Altered {
+    /// Folder of drapes, as `scenes --make-drapes` fills it; drapes of other benches are kept in
+    /// its folder `altered`
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) drapes: PathBuf,
+    /// Scans, with each alteration in turn
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) count: u64,
+    /// The first scan
+    #[arg(long, default_value_t = 0)]
+    pub(crate) first: u64,
+    /// Seed of the scans
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// These alterations alone, or `valid` for none
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub(crate) only: Vec<String>,
+    /// Sensor profiles, in turn; as for `augment --profile`
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "handheld,phone,d435",
+        value_name = "PROFILES"
+    )]
+    pub(crate) sensors: Vec<String>,
 }
 
 /// `scan2params-lab scenes`.

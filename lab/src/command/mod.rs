@@ -2,6 +2,7 @@
 //!
 //! stdout is for data, stderr for people. Exit codes are those of `scan2params`.
 
+mod altered;
 mod args;
 mod calibrate;
 mod estimate;
@@ -77,6 +78,7 @@ fn measure(command: &Command) -> Outcome {
             let numerics = value::numerics(*numerics);
             run_speed(*count, *seed, *dataset, vertices, numerics)
         }
+        Command::Altered(given) => altered::run(given),
         Command::Verdict(given) => verdict::run(given),
         Command::Start(given) => start::run(given),
         Command::Refine(given) => refine::run(given),

@@ -2,6 +2,7 @@
 //!
 //! In: drapes with known truth, a prior, measured data. Out: rows, tables and pictures.
 
+pub mod altered;
 pub mod calibrate;
 pub mod estimate;
 pub mod follow;

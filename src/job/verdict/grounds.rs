@@ -30,6 +30,11 @@ impl Steps {
 }
 
 impl Figures {
+    /// Whether the values are those of the fit.
+    fn is_fitted(&self) -> bool {
+        matches!(self.refining, Some(Refining::Taken(_)))
+    }
+
     /// The verdict of these figures under these limits.
     #[must_use]
     pub fn verdict(&self, limits: &Limits) -> Verdict {
@@ -51,7 +56,7 @@ impl Figures {
         grounds.extend(hidden(self, limits));
         grounds.extend(warp(self, limits));
         if let Some(answer) = &self.answer {
-            grounds.extend(answer::novel(answer, limits));
+            grounds.extend(answer::novel(self, answer, limits));
             grounds.extend(answer::outside_prior(answer, limits));
             grounds.extend(answer.parameters.iter().filter_map(|p| answer::range_end(p, limits)));
             grounds.extend(answer::density(answer, limits));
@@ -233,8 +238,7 @@ fn plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
 /// Where the specimen lies on the plate. The fit lays its drape where the scan shows the cloth.
 fn off_centre(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     let (level, limit_m) = limits.off_centre_m.level(scan.centre_offset_m)?;
-    let is_fitted = matches!(f.refining, Some(Refining::Taken(_)));
-    let (level, what_follows) = if is_fitted {
+    let (level, what_follows) = if f.is_fitted() {
         (Level::Reliable, "the fit has taken it into account")
     } else {
         (

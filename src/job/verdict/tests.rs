@@ -388,6 +388,11 @@ fn an_estimate_outside_of_the_training_is_doubtful() {
     {
         straddles(Code::NovelRim, level, limit * 2e-3, |f, rms_m| answer(f).novelty_m = rms_m);
     }
+    // The network's answer is not the fit's.
+    straddles(Code::NovelRim, Level::Reliable, limits.novelty.doubtful * 2e-3, |f, rms_m| {
+        answer(f).novelty_m = rms_m;
+        f.refining = Some(taken(0.9));
+    });
     let factor = limits.density_factor;
     for (level, limit) in [(Level::Doubtful, factor.doubtful), (Level::DoNotUse, factor.do_not_use)]
     {

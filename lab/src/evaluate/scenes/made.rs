@@ -6,12 +6,12 @@ use super::draw::Drawn;
 use scan2params::base::{Boundary, Point3};
 use scan2params::dataset::drape_file::rim_of;
 use scan2params::geom::Mesh;
-use scan2params::sensor::{SceneError, Seen, VirtualScan, scan};
+use scan2params::sensor::{Scene, SceneError, Seen, VirtualScan, scan};
 
 /// A scene that was scanned.
-pub(super) struct Made {
+pub(in crate::evaluate) struct Made {
     pub(super) drawn: Drawn,
-    pub(super) scan: VirtualScan,
+    pub(in crate::evaluate) scan: VirtualScan,
     /// The cloth as it lay there, simulation frame \[m\].
     pub(super) mesh: Mesh,
     /// Its rim.
@@ -26,13 +26,23 @@ impl Made {
     /// The scan of what was drawn.
     pub(super) fn of(drawn: Drawn, drapes: &[KeptDrape]) -> Result<Self, SceneError> {
         let (drawn, mesh) = deformed(drawn, drapes);
+        let Drawn { cause, seed, .. } = drawn;
+        let other = &drapes[(drawn.drape + 1) % drapes.len()].mesh;
+        Self::of_cloth(drawn, mesh, |scene| cause.rearrange(scene, other, seed))
+    }
+
+    /// The scan of this cloth, a square grid, in the scene that was drawn and then rearranged.
+    pub(in crate::evaluate) fn of_cloth(
+        drawn: Drawn,
+        mesh: Mesh,
+        rearrange: impl FnOnce(&mut Scene),
+    ) -> Result<Self, SceneError> {
         let Drawn { cause, seed, ref profile, .. } = drawn;
         let mut profile = profile.clone();
         let rim = rim_of(&mesh).unwrap_or_else(|| unreachable!("read as a square grid"));
         let points: Vec<Point3> = rim.positions_m().collect();
         let mut scene = drawn.setting.scene(mesh.clone(), &profile, seed);
-        let other = &drapes[(drawn.drape + 1) % drapes.len()].mesh;
-        cause.rearrange(&mut scene, other, seed);
+        rearrange(&mut scene);
         let (mut poses, seen) = drawn.views(&scene, &points)?;
         cause.narrow(&mut poses, seed);
         cause.coarsen(&mut profile, seed);

@@ -30,8 +30,8 @@ pub use invariance::Variant;
 
 use self::broken::{Cause, is_right, name_of};
 use self::drapes::{DrapesError, KeptDrape};
-use self::draw::Drawn;
-use self::made::Made;
+pub(super) use self::draw::Drawn;
+pub(super) use self::made::Made;
 use super::scan::{RimOff, rim_error};
 use scan2params::base::units::M_PER_MM;
 use scan2params::base::{Boundary, Vector3};
@@ -320,4 +320,4 @@ impl Record {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -8,12 +8,19 @@ use crate::base::units::mm;
 use crate::refine::FitError;
 use crate::sim::Stop;
 
-pub(super) fn novel(answer: &Answer, limits: &Limits) -> Option<Ground> {
+/// A rim that the network has met no like of, as off centre or on a plate that is not level. A fit
+/// to the scan knows of both.
+pub(super) fn novel(f: &Figures, answer: &Answer, limits: &Limits) -> Option<Ground> {
     let (level, limit) = limits.novelty.level(answer.novelty_m / answer.novelty_limit_m)?;
+    let (level, what_follows) = if f.is_fitted() {
+        (Level::Reliable, "values and intervals are those of the fit")
+    } else {
+        (level, "check the scan; no interval holds for such a rim")
+    };
     let (measured_mm, limit_mm) = (mm(answer.novelty_m), limit * mm(answer.novelty_limit_m));
     let text = format!(
         "the rim is {measured_mm:.2} mm (rms) from any drape of the training data (limit {limit_mm:.2} mm; 99 % of \
-         them stay below {:.2}): check the scan; no interval holds for such a rim",
+         them stay below {:.2}): {what_follows}",
         mm(answer.novelty_limit_m)
     );
     Some(Ground::new(Code::NovelRim, level, (measured_mm, limit_mm, "mm"), text))
