@@ -245,7 +245,7 @@ pub enum ScanError {
     /// Too long an arc of the rim is hidden.
     #[error(
         "the rim is missing {length_mm:.0} mm at {bearing_deg:.0} degrees (limit {limit_mm:.0} mm); add a \
-         view from there"
+         view from there, or see whether the cloth is cut, folded or held there"
     )]
     Gap {
         /// Length of the arc along the cloth.
@@ -258,7 +258,8 @@ pub enum ScanError {
     /// Too little of the rim is seen in all.
     #[error(
         "only {observed_percent:.0} % of the rim is seen (limit {limit_percent:.0} %), the longest missing \
-         arc is {length_mm:.0} mm at {bearing_deg:.0} degrees; add views"
+         arc is {length_mm:.0} mm at {bearing_deg:.0} degrees; add views, or see whether the cloth is cut, folded or \
+         held there"
     )]
     TooLittleRim {
         /// Seen share.

@@ -202,3 +202,43 @@ fn axis(rays: &[Ray], tuning: &OriginTuning) -> Option<([f64; 2], f64)> {
 fn face(rays: &[Ray], tuning: &OriginTuning) -> Option<f64> {
     robust::quantile(rays.iter().map(|ray| ray.face_m).collect(), tuning.touching)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::sheet::{self, SheetSettings};
+    use super::*;
+
+    /// Cloth over a plate about this axis whose face is at a height.
+    fn sheet(axis: [f64; 2], radius_m: f64, face_y_m: f64, options: &ScanOptions) -> Sheet {
+        const BEND_M: f64 = 15e-3;
+        let places = (0..101 * 101).map(|k| [k / 101, k % 101].map(|i| 3e-3 * i as f64 - 0.15));
+        let mut material: Vec<[f64; 2]> = places.collect();
+        let at = |&[u, v]: &[f64; 2]| {
+            let (x, z) = (u - axis[0], v - axis[1]);
+            let away = x.hypot(z).max(1e-9);
+            let turned = ((away - radius_m) / BEND_M).clamp(0.0, 1.4);
+            let hangs = (away - radius_m - 1.4 * BEND_M).max(0.0);
+            let out = away.min(radius_m) + BEND_M * turned.sin() + hangs * 1.4_f64.cos();
+            let down = BEND_M * (1.0 - turned.cos()) + hangs * 1.4_f64.sin();
+            Point3::new(axis[0] + x / away * out, face_y_m - down, axis[1] + z / away * out)
+        };
+        let points: Vec<Point3> = material.iter().map(at).collect();
+        let settings =
+            SheetSettings { half_m: 0.15, point_sigma_m: 1e-4, tuning: &options.tuning.sheet };
+        sheet::fit(&points, &vec![0.0; points.len()], &mut material, &settings).unwrap()
+    }
+
+    #[test]
+    fn a_plate_is_found_off_centre_and_at_any_height() {
+        let options = ScanOptions::default();
+        let square = Square { rotation_rad: 0.0, centre: [0.0; 2] };
+        for face_y_m in [options.cloth_height_m, options.cloth_height_m - 4e-3] {
+            let axis = [8e-3, -5e-3];
+            let found = find(&sheet(axis, 0.048, face_y_m, &options), &square, &options).unwrap();
+            let off_m = (found.axis[0] - axis[0]).hypot(found.axis[1] - axis[1]);
+            assert!(off_m < 0.5e-3, "{found:?}");
+            assert!((found.face_y_m - face_y_m).abs() < 0.5e-3, "{found:?}");
+            assert!((found.radius_m - 0.053).abs() < 3e-3, "{found:?}");
+        }
+    }
+}
