@@ -27,7 +27,7 @@ const VERBS: [[&str; 2]; 4] = [
 fn two(apart_m: f64) -> Cloud {
     let at = |x_m: f64| {
         let pose = Isometry3::translation(x_m, 0.0, 0.0);
-        scan_where(drape(), &Sampling::default(), &pose, |_, _| true).points
+        scan_where(drape(), &Sampling::thin(), &pose, |_, _| true).points
     };
     Cloud { points: [at(0.0), at(apart_m)].concat(), ..Cloud::default() }
 }

@@ -1,11 +1,13 @@
 //! Every reason to refuse a scan, provoked: each scene has one fault, and the refusal names
 //! that and no other, with what was measured beyond its limit.
 
+use std::sync::OnceLock;
+
 use crate::scan_support::{Drape, SIDE, Sampling, flat_m, scan, scan_where, stiff_knit as drape};
 use scan2params::base::{Isometry3, Point3, Vector3};
 use scan2params::geom::{Cloud, Mesh};
 use scan2params::scan::{
-    MarkColor, NoDrape, ScanError, ScanOptions, WarpToward, boundary_from_scan,
+    MarkColor, NoDrape, ScanError, ScanOptions, ScannedBoundary, WarpToward, boundary_from_scan,
 };
 use scan2params::sensor::{self, Profile, Scene, Stand};
 
@@ -34,7 +36,7 @@ fn refusal(cloud: &Cloud) -> ScanError {
 
 /// A scan without the points of the cloth that are not kept.
 fn kept(keep: impl Fn([f64; 2], &Point3) -> bool) -> Cloud {
-    scan_where(drape(), &Sampling::default(), &pose(), keep)
+    scan_where(drape(), &Sampling::thin(), &pose(), keep)
 }
 
 /// Bearing of a place \[degrees\].
@@ -49,10 +51,15 @@ fn within(p: &Point3, middle_deg: f64, wide_deg: f64) -> bool {
     off.abs() < 0.5 * wide_deg && (p.x.hypot(p.z) > 0.052 || p.y < -0.01)
 }
 
+/// What is found of the scene without a fault, once for all tests of a program.
+pub fn whole() -> &'static ScannedBoundary {
+    static FOUND: OnceLock<ScannedBoundary> = OnceLock::new();
+    FOUND.get_or_init(|| boundary_from_scan(&kept(|_, _| true), &options()).unwrap())
+}
+
 #[test]
 fn the_scene_itself_is_answered() {
-    let found = boundary_from_scan(&kept(|_, _| true), &options()).unwrap();
-    let error_mm = 1e3 * found.boundary.mean_distance_m(&drape().rim());
+    let error_mm = 1e3 * whole().boundary.mean_distance_m(&drape().rim());
     assert!(error_mm < 0.5, "{error_mm} mm");
 }
 
@@ -84,7 +91,7 @@ fn coordinates_in_coarse_steps() {
 
 #[test]
 fn no_plate() {
-    let floor_and_pedestal = kept(|_, _| false);
+    let floor_and_pedestal = scan_where(drape(), &Sampling::default(), &pose(), |_, _| false);
     assert!(matches!(refusal(&floor_and_pedestal), ScanError::NoPlate { .. }));
 }
 
@@ -92,7 +99,7 @@ fn no_plate() {
 fn two_drapes_in_one_file() {
     let beside = Isometry3::new(Vector3::new(0.25, 0.0, -0.3), Vector3::y() * 0.7);
     let mut both = kept(|_, _| true);
-    both.points.extend(scan_where(drape(), &Sampling::default(), &beside, |_, _| true).points);
+    both.points.extend(scan_where(drape(), &Sampling::thin(), &beside, |_, _| true).points);
     let refusal = refusal(&both);
     assert!(
         matches!(&refusal, ScanError::SeveralDrapes { apart_mm, .. } if (apart_mm - 390.5).abs() < 4.0),
@@ -121,7 +128,8 @@ fn two_drapes_in_one_file() {
 #[test]
 fn a_plate_whose_edge_does_not_show() {
     // a shiny band round it: no points from its edge to 11 mm below its top
-    let banded = kept(|_, p| p.x.hypot(p.z) < 0.0485 || p.y < -11e-3);
+    let is_seen = |p: &Point3| p.x.hypot(p.z) < 0.0485 || p.y < -11e-3;
+    let banded = scan_where(drape(), &Sampling::default(), &pose(), |_, p| is_seen(p));
     let refusal = refusal(&banded);
     assert!(too_little_is_seen(&refusal), "{refusal:?}");
 }
@@ -341,16 +349,16 @@ fn a_jar_has_no_free_edge() {
 fn colored(color: impl Fn([f64; 2]) -> Option<[u8; 3]>, cloth: [u8; 3]) -> Cloud {
     let mut cloud = Cloud::default();
     for (vertex, at) in drape().vertices.iter().enumerate() {
-        // each vertex as 6 x 6 points of its cell, in the planes of its neighbours
+        // each vertex as 4 x 4 points of its cell, in the planes of its neighbours
         let (i, k) = (vertex / SIDE, vertex % SIDE);
         if i + 1 == SIDE || k + 1 == SIDE {
             continue;
         }
         let [u, v] = [vertex + SIDE, vertex + 1].map(|other| drape().vertices[other] - at);
         let uv = drape().vertices[vertex + SIDE + 1] - at - u - v;
-        for a in 0..6 {
-            for b in 0..6 {
-                let [s, t] = [a, b].map(|c| f64::from(c) / 5.0);
+        for a in 0..4 {
+            for b in 0..4 {
+                let [s, t] = [a, b].map(|c| f64::from(c) / 3.0);
                 let flat = flat_m(vertex);
                 cloud.points.push(pose() * (at + u * s + v * t + uv * (s * t)));
                 let place = [flat[0] + 5e-3 * s, flat[1] + 5e-3 * t];

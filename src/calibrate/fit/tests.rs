@@ -196,6 +196,7 @@ fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_predicted() {
 fn with_faces(asymmetry: f64) -> (Explained, Vec<&'static str>) {
     let mut options = options();
     (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
+    options.evaluations = 2;
     let rule = FoldRule::default();
     let mut targets = Vec::new();
     for seed in 0..4 {
@@ -302,7 +303,7 @@ fn rims_without_a_sheet_are_tied_to_their_points() {
 #[test]
 fn the_height_of_the_camera_is_found_from_outlines() {
     let (fabric, mut options) = (truth(), options());
-    (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
+    (options.sim.vertices, options.sim.fall_vertices) = (17, 17);
     let per_height = 1.0 / 0.8;
     let targets: Vec<Target> = (0..2)
         .map(|seed| {
@@ -343,6 +344,7 @@ fn the_height_of_the_camera_is_found_from_outlines() {
 fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
     let mut options = options();
     (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
+    options.evaluations = 4;
     let numbers: Vec<_> = Effect::named("creep").unwrap().numbers.iter().collect();
     let lost = 0.5;
     let creeping = Cloth { fabric: truth(), effects: vec![(numbers[0], lost)] };
@@ -369,8 +371,8 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
     let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
     let asked = ["creep", "creep_in_plane"];
     let (creeps, alike) = explained(&mut fit, &all_but(&asked));
-    let with = fit.with(&numbers).unwrap();
-    let found = with.cloth.effects[0].1;
+    let (number, found) = creeps.added.as_ref().unwrap().1.cloth.effects[0];
+    assert_eq!(number, numbers[0]);
     println!("{found:.3}, {:?}", creeps.explanations);
     assert_eq!(alike.first(), Some(&"creep"), "{:?}", creeps.explanations);
     assert!((found / lost - 1.0).abs() < 0.2, "{found}");
@@ -383,7 +385,7 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
     let mut curl = crate::sim::experiment::Curl::default();
     curl.nodes[3][1] = [0.0, 25.0, 0.0];
     let mut targets = Vec::new();
-    for seed in 0..6 {
+    for seed in 0..4 {
         let turned_over = seed % 2 == 1;
         let mut sim = options.sim;
         sim.experiment.curl = if turned_over { curl.face_down() } else { curl };
@@ -395,8 +397,7 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
     let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
-    let asked = ["edge_curl", "natural_curvature", "asymmetric_bending", "softening"];
-    let (curls, _) = explained(&mut fit, &all_but(&asked));
+    let (curls, _) = explained(&mut fit, &all_but(&["edge_curl"]));
     // what is left out of the list is no explanation, alone or with another
     let has = |name: &str| {
         let effect = Effect::named(name).unwrap();
@@ -427,7 +428,7 @@ fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
         let (rim, _) = scanned(&fabric, seed, &finer);
         Target::of_rim(rim, &options.sim.experiment).unwrap()
     };
-    let targets: Vec<Target> = (0..2).map(target).collect();
+    let targets = [target(0)];
     let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let as_they_are = FitOptions { finer: 1.0, ..options };
@@ -472,7 +473,7 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
         let rim = Rim { boundary, edge: Some(edge), ..rim };
         Target::of_rim(rim, &options.sim.experiment).unwrap()
     };
-    let targets: Vec<Target> = (0..2).map(target).collect();
+    let targets = [target(0)];
     let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let fitted = |options: &FitOptions| {
@@ -546,7 +547,7 @@ fn around_another_cloth_its_effect_is_a_part_of_the_model_and_nothing_stays_of_t
         let (rim, bench) = scanned(&fabric, seed, &options.sim);
         Target::of_rim(rim, &bench).unwrap()
     };
-    let targets: Vec<Target> = (0..2).map(target).collect();
+    let targets = [target(0)];
     let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let rule = FoldRule::default();
     let mut fit = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap();

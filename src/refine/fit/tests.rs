@@ -1,3 +1,5 @@
+use std::sync::OnceLock;
+
 use super::super::refined::RefinedStiffness;
 use super::*;
 use crate::base::units::M_PER_MM;
@@ -14,6 +16,11 @@ fn sim() -> SimOptions {
 /// On the very cells that the truth was made on.
 fn options() -> FitOptions {
     FitOptions { sim: sim(), vertices: [31, 31], release: true, ..FitOptions::default() }
+}
+
+/// The same for tests that do not ask how the drape lies once it is released.
+fn unreleased() -> FitOptions {
+    FitOptions { release: false, ..options() }
 }
 
 fn woven() -> Fabric {
@@ -47,21 +54,38 @@ fn errors(refined: &Refined, truth: &Fabric) -> [f64; STIFFNESSES] {
     std::array::from_fn(|k| (refined.stiffnesses[k].value / truth[k]).ln())
 }
 
+/// A drape of the woven, once for all tests.
+fn first_drape() -> &'static Drape {
+    static DRAPE: OnceLock<Drape> = OnceLock::new();
+    DRAPE.get_or_init(|| drape(&woven(), &Drop { start: DropStart::Perturbed(1) }, &sim()))
+}
+
+/// What is found of that drape by itself with a prior that is off, and of how many drapes was told:
+/// once for all tests.
+fn found_alone() -> &'static (Refined, usize) {
+    static FOUND: OnceLock<(Refined, usize)> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let (truth, d) = (woven(), first_drape());
+        let sheet = sheet(d, 0.2e-3);
+        let scan =
+            Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+        let (prior, options) = (prior(&truth, OFF, 0.4), options());
+        let told = std::cell::Cell::new(0);
+        let tell = |progress: Progress| {
+            assert!(progress.drapes == told.get() + 1 && progress.misfit > 0.0);
+            told.set(progress.drapes);
+        };
+        let starts = &prior.starts()[..1];
+        let found = fit(&[scan], truth.density_kg_m2, &prior, starts, &options, tell).unwrap();
+        (found, told.get())
+    })
+}
+
 #[test]
 fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() {
     let truth = woven();
-    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
-    let sheet = sheet(&d, 0.2e-3);
-    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
-    let (prior, options) = (prior(&truth, OFF, 0.4), options());
-    let told = std::cell::Cell::new(0);
-    let refined =
-        fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |progress| {
-            assert!(progress.drapes == told.get() + 1 && progress.misfit > 0.0);
-            told.set(progress.drapes);
-        })
-        .unwrap();
-    let errors = errors(&refined, &truth);
+    let (refined, told) = found_alone();
+    let errors = errors(refined, &truth);
     let released = refined.scans[0].released.as_ref().unwrap();
     let rim_mm = released.mean_distance_m / M_PER_MM;
     println!(
@@ -71,7 +95,7 @@ fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() 
     );
     assert!(errors[3..].iter().all(|e| e.abs() < 0.04), "{errors:?}");
     assert!(rim_mm < 0.3 && refined.is_on_branch(), "{rim_mm}");
-    assert!(refined.misfit < 1.0 && told.get() <= 10);
+    assert!(refined.misfit < 1.0 && *told <= 10);
     let holds = |(stiffness, error): (&RefinedStiffness, f64)| {
         let [low, high] = stiffness.interval90.map(|end| (end / stiffness.value).ln());
         (low..high).contains(&-error)
@@ -89,18 +113,18 @@ fn bending_is_found_again_on_the_scans_branch_and_the_rim_is_that_of_the_scan() 
 #[test]
 fn two_drops_together_show_more_than_one() {
     let truth = woven();
-    let drapes = [1, 2].map(|s| drape(&truth, &Drop { start: DropStart::Perturbed(s) }, &sim()));
-    let sheets = drapes.each_ref().map(|d| sheet(d, 0.2e-3));
+    let second = drape(&truth, &Drop { start: DropStart::Perturbed(2) }, &sim());
+    let drapes = [first_drape(), &second];
+    let sheets = drapes.map(|d| sheet(d, 0.2e-3));
     let experiment = Experiment::default();
     let scan = |k: usize| Scan { rim: &drapes[k].boundary, sheet: Some(&sheets[k]), experiment };
     let (prior, options) = (prior(&truth, OFF, 0.4), options());
-    let fitted = |scans: &[Scan<'_>]| {
-        let found = fit(scans, truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
-            .unwrap();
-        println!("{:.3?} {:.3?}", errors(&found, &truth), found.stiffnesses.map(|s| s.shown));
-        found
-    };
-    let (one, both) = (fitted(&[scan(0)]), fitted(&[scan(0), scan(1)]));
+    let (starts, scans) = (&prior.starts()[..1], [scan(0), scan(1)]);
+    let both = fit(&scans, truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
+    let (one, _) = found_alone();
+    for found in [one, &both] {
+        println!("{:.3?} {:.3?}", errors(found, &truth), found.stiffnesses.map(|s| s.shown));
+    }
     assert_eq!((one.scans.len(), both.scans.len()), (1, 2));
     assert!(both.is_on_branch() && both.scans.iter().all(|s| s.tied_mean_m < 0.4e-3));
     let (mut held, mut more) = (0, 0);
@@ -126,7 +150,7 @@ fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     let prior = prior(&truth, OFF, 0.6);
     let fitted = |cells: [f64; 2]| {
-        let options = FitOptions { vertices: [31, 41], cells, ..options() };
+        let options = FitOptions { vertices: [31, 41], cells, ..unreleased() };
         let found =
             fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
                 .unwrap();
@@ -148,13 +172,13 @@ fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
 #[test]
 fn a_prior_that_is_far_off_gives_way_to_what_the_drape_shows() {
     let truth = woven();
-    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
-    let sheet = sheet(&d, 0.2e-3);
+    let d = first_drape();
+    let sheet = sheet(d, 0.2e-3);
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     // five standard deviations off in the stretch stiffnesses, which drapes show least
     let prior = prior(&truth, [-1.2, -1.2, -1.2, 0.2, -0.2, 0.2], 0.24);
     let fitted = |prior_outlier: f64| {
-        let options = FitOptions { prior_outlier, ..options() };
+        let options = FitOptions { prior_outlier, ..unreleased() };
         let found =
             fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
                 .unwrap();
@@ -178,7 +202,7 @@ fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
     let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
     let prior = prior(&truth, [-1.4, -1.1, -0.3, 0.2, -0.2, -0.2], 0.45);
     let fitted = |largest_misfit: f64| {
-        let options = FitOptions { vertices: [31, 51], largest_misfit, ..options() };
+        let options = FitOptions { vertices: [31, 51], largest_misfit, ..unreleased() };
         let starts = &prior.starts()[..1];
         let found = fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
         println!("{:.3?} {:.2} {}", errors(&found, &truth), found.misfit, found.drapes);
@@ -195,15 +219,15 @@ fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
 #[test]
 fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let truth = woven();
-    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
+    let d = first_drape();
     let lifted = |p: crate::base::Point3| p + Vector3::new(0.0, 0.4e-3, 0.0);
-    let raised = sheet(&d, 0.2e-3);
+    let raised = sheet(d, 0.2e-3);
     let points =
         raised.points().iter().map(|p| SurfacePoint { position_m: lifted(p.position_m), ..*p });
     let raised = Surface::new(points.collect()).unwrap();
     let rim = Boundary::exact(d.boundary.positions_m().map(lifted)).unwrap();
     let scan = Scan { rim: &rim, sheet: Some(&raised), experiment: Experiment::default() };
-    let options = options();
+    let options = unreleased();
     let prior = prior(&truth, [0.0; STIFFNESSES], 0.4);
     let refined =
         fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
@@ -217,9 +241,9 @@ fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
 #[test]
 fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
     let truth = woven();
-    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &sim());
+    let d = first_drape();
     let scan = Scan { rim: &d.boundary, sheet: None, experiment: Experiment::default() };
-    let options = options();
+    let options = unreleased();
     let prior = prior(&truth, OFF, 0.4);
     let refined =
         fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
