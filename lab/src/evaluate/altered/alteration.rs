@@ -133,6 +133,9 @@ impl Alteration {
                     "NotASquare",
                     "Unexplained",
                     "unexplained_cloth",
+                    // Both ask whether the cloth is cut or folded there.
+                    "TooLittleRim",
+                    "Gap",
                 ];
                 (name, names)
             }
