@@ -140,7 +140,7 @@ pub(crate) enum Command {
         #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(3..=4))]
         numerics: u32,
     },
-    /// Figures of the verdict for valid scans and for scans with a known fault.
+    /// Figures of the verdict for valid scans and for scans of a wrong scale.
     Verdict(Verdict),
     /// Distance of the rim at rest from the true one, for scanned drapes of known fabrics that
     /// start from the scanned sheet, guided by the scanned rim, or from the true sheet.
@@ -416,18 +416,9 @@ pub(crate) struct Verdict {
     /// Seed of fabrics, drops and scans
     #[arg(long, default_value_t = 7)]
     pub(crate) seed: u64,
-    /// True radius of the plate [mm]; the estimate assumes 50
-    #[arg(long, default_value_t = 50.0)]
-    pub(crate) plate_radius: f64,
     /// The scan is larger by this factor
     #[arg(long, default_value_t = 1.0)]
     pub(crate) scale: f64,
-    /// The scan is higher by this factor
-    #[arg(long, default_value_t = 1.0)]
-    pub(crate) vertical_scale: f64,
-    /// The density that is given is larger by this factor
-    #[arg(long, default_value_t = 1.0)]
-    pub(crate) density_factor: f64,
 }
 
 #[derive(Debug, Args)]

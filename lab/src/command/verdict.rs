@@ -1,22 +1,16 @@
 //! `scan2params-lab verdict`: a table of what the verdict is made of.
 
 use super::{Failure, Outcome, args};
-use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::Estimator;
 use scan2params::fabric::Mixture;
 use scan2params_lab::evaluate::scan::Setup;
-use scan2params_lab::evaluate::verdict::{self, Case, Series, Wrong};
+use scan2params_lab::evaluate::verdict::{self, Case, Series};
 
 pub(super) fn run(given: &args::Verdict) -> Outcome {
     let series = Series {
         prior: Mixture::named(&given.prior).map_err(Failure::usage)?,
         setup: Setup::named(&given.profile).map_err(Failure::usage)?,
-        wrong: Wrong {
-            plate_radius_m: given.plate_radius * M_PER_MM,
-            scale: given.scale,
-            vertical_scale: given.vertical_scale,
-            density: given.density_factor,
-        },
+        scale: given.scale,
         seed: given.seed,
         fabrics: given.first..given.first.saturating_add(given.count),
     };

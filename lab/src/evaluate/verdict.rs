@@ -1,8 +1,8 @@
 //! What scans look like to the verdict: virtual scans of a prior's fabrics through the whole
-//! main job, valid or with a known fault, for `scan2params-lab verdict`. The limits of
+//! main job, valid or of a wrong scale, for `scan2params-lab verdict`. The limits of
 //! `job::verdict` come from its table.
 //!
-//! In: a prior, a sensor, what is wrong, seeds. Out: one [`Case`] a scan, with the figures that
+//! In: a prior, a sensor, a scale, seeds. Out: one [`Case`] a scan, with the figures that
 //! a verdict is made of, beside the truth; a [`Summary`] of many.
 
 use std::collections::BTreeMap;
@@ -11,36 +11,15 @@ use rayon::prelude::*;
 
 use super::estimate::Answer;
 use super::scan::{Setup, find};
-use scan2params::base::frame::PLATE_RADIUS_M;
 use scan2params::base::units::M_PER_MM;
 use scan2params::estimate::{EstimateError, Estimator};
 use scan2params::fabric::{Fabric, Mixture, MixtureError};
 use scan2params::job::verdict::{Figures, Limits, Scale, Verdict};
 use scan2params::refine::released_drape;
 use scan2params::scan::{ScanError, ScanOptions, Tuning};
-use scan2params::sensor::{Scene, SceneError, Stand, scan};
+use scan2params::sensor::{Scene, SceneError, scan};
 use scan2params::sim::experiment::bending_length_m;
 use scan2params::sim::{Drape, Drop, DropStart, SimOptions, drape};
-
-/// What is wrong with the experiment, unknown to the main job.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wrong {
-    /// Radius of the plate \[m\].
-    pub plate_radius_m: f64,
-    /// The scan is larger by this factor.
-    pub scale: f64,
-    /// The scan is higher by this factor.
-    pub vertical_scale: f64,
-    /// The density that is given is larger by this factor.
-    pub density: f64,
-}
-
-impl Default for Wrong {
-    /// Nothing.
-    fn default() -> Self {
-        Self { plate_radius_m: PLATE_RADIUS_M, scale: 1.0, vertical_scale: 1.0, density: 1.0 }
-    }
-}
 
 /// One scan of a simulated drape, through the main job.
 #[derive(Debug)]
@@ -91,8 +70,8 @@ pub struct Series {
     pub prior: Mixture,
     /// How they are scanned.
     pub setup: Setup,
-    /// What is wrong with the experiment.
-    pub wrong: Wrong,
+    /// The scans are larger by this factor, unknown to the main job.
+    pub scale: f64,
     /// Seed of fabrics, drops and scans.
     pub seed: u64,
     /// Which fabrics.
@@ -111,7 +90,7 @@ impl Series {
                 self.fabrics.clone().into_par_iter().for_each_with(send, |send, index| {
                     let of = (self.seed, index);
                     // Nobody listens any more once a case has failed.
-                    let _ = send.send(case(&self.prior, &self.setup, &self.wrong, of, estimator));
+                    let _ = send.send(case(&self.prior, &self.setup, self.scale, of, estimator));
                 });
             });
             receive.into_iter().map(|case| case.inspect(&tell)).collect::<Result<_, _>>()
@@ -128,30 +107,24 @@ impl Series {
 pub fn case(
     prior: &Mixture,
     setup: &Setup,
-    wrong: &Wrong,
+    scale: f64,
     (seed, index): (u64, u64),
     estimator: &Estimator,
 ) -> Result<Case, CaseError> {
     let fabric = prior.sample(seed, index)?;
     let options = SimOptions::default();
-    let mut bench = options;
-    bench.experiment.plate.radius_m = wrong.plate_radius_m;
-    let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, &bench);
-    let plate_radius_m = wrong.plate_radius_m;
-    let stand = Stand { plate_radius_m, ..Stand::MODIFIED_CUSICK };
-    let scene = Scene::on(drape.mesh(), stand);
+    let drape = drape(&fabric, &Drop { start: DropStart::Perturbed(seed ^ index) }, &options);
+    let scene = Scene::modified_cusick(drape.mesh());
     let mut made = scan(&scene, &setup.poses, &setup.profile, seed ^ index)?;
     let (frame, unit_m) = (made.truth.simulation_from_scanner, made.truth.unit_m);
     for point in &mut made.cloud.points {
-        let mut p = frame * (*point * unit_m);
-        p.y *= wrong.vertical_scale;
-        *point = frame.inverse() * (p * wrong.scale) / unit_m;
+        let p = frame * (*point * unit_m);
+        *point = frame.inverse() * (p * scale) / unit_m;
     }
     let answer = match find(&made, &Tuning::default()) {
         Err(refusal) => Err(refusal),
         Ok(found) => {
-            let density_kg_m2 = fabric.density_kg_m2 * wrong.density;
-            let estimate = estimator.estimate(&found.boundary, density_kg_m2, true)?;
+            let estimate = estimator.estimate(&found.boundary, fabric.density_kg_m2, true)?;
             let again =
                 released_drape(&found.boundary, Some(&found.surface), &estimate.fabric, &options);
             // a drape that rotated as it fell lies turned, and no scan can tell
@@ -161,12 +134,13 @@ pub fn case(
             let likeness = estimator.prior().map(|prior| estimate.likeness(prior));
             let figures = figures.answered(&estimate, likeness.as_ref(), Some(&again));
             let verdict = figures.verdict(&Limits::default());
-            // All seven times the same factor give the same rim.
-            let truth = fabric.to_paper_units().map(|value| value * wrong.density);
             let answer = Answer::of(&estimate);
-            let covered = answer.holds(&Fabric::from_paper_units(truth));
-            let covered = covered.into_iter().filter(|holds| *holds).count();
-            let factors = answer.value.into_iter().zip(truth).map(|(v, t)| (v / t).max(t / v));
+            let covered = answer.holds(&fabric).into_iter().filter(|holds| *holds).count();
+            let factors = answer
+                .value
+                .into_iter()
+                .zip(fabric.to_paper_units())
+                .map(|(v, t)| (v / t).max(t / v));
             let worst_factor = factors.fold(1.0, f64::max);
             Ok(Judged { figures, verdict, rim_error_m, covered, worst_factor })
         }

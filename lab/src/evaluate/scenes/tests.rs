@@ -7,7 +7,7 @@ use scan2params::fabric::Mixture;
 use scan2params::sim::{Drop, drape};
 
 /// Two drapes, made once for all tests: a stiff cloth's and a soft knit's.
-pub(super) fn kept() -> Vec<KeptDrape> {
+pub(in crate::evaluate) fn kept() -> Vec<KeptDrape> {
     static KEPT: std::sync::OnceLock<Vec<KeptDrape>> = std::sync::OnceLock::new();
     let of = |prior: Mixture, index: u64| {
         let fabric = prior.sample(3, index).unwrap();
