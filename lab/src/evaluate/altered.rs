@@ -144,7 +144,7 @@ pub enum AlteredError {
     #[error("scan {0}: {1}")]
     Scene(u64, SceneError),
     /// A drape's fabric is not known.
-    #[error("{0}: no params.json beside it, so its fabric is not known")]
+    #[error("{0}: no params.json next to it, so its fabric is not known")]
     NoFabric(String),
     /// The drapes cannot be read.
     #[error(transparent)]
@@ -349,8 +349,8 @@ impl Record {
         }
     }
 
-    /// Whether the scan was refused or is not to be used, and if so whether the first cause named is
-    /// the true one.
+    /// Of a scan that was refused or is not to be used, whether the first cause named is the true
+    /// one.
     #[must_use]
     pub fn names_its_cause(&self) -> Option<bool> {
         let name = match &self.outcome {

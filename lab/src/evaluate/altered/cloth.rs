@@ -1,7 +1,7 @@
 //! Cloth that is altered: smoothed, slit, folded, cut, or a surface that no cloth has.
 //!
-//! In: a drape on a square grid of vertices (simulation frame \[m\]). Out: the same grid, with other
-//! places or fewer triangles.
+//! In: a drape on a square grid of vertices (simulation frame \[m\]). Out: the same grid, moved or
+//! with fewer triangles.
 
 use rand::RngExt as _;
 
