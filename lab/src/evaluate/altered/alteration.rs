@@ -228,7 +228,7 @@ impl Alteration {
                     *p += (q - *p) * amount.value;
                 }
             }
-            Self::Pleats => cloth::pleats(&mut mesh, amount, rng),
+            Self::Pleats => cloth::pleats(&mut mesh, amount.value, amount.toward_rad, rng),
             Self::Cone => cloth::bell(&mut mesh, amount.value.to_radians(), 1e-3),
             Self::Bell => cloth::bell(&mut mesh, amount.value.to_radians(), 40e-3),
             _ => {}

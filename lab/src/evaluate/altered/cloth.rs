@@ -5,7 +5,6 @@
 
 use rand::RngExt as _;
 
-use super::Amount;
 use scan2params::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 use scan2params::base::{Point3, Vector3, seed};
 use scan2params::geom::Mesh;
@@ -128,8 +127,8 @@ pub(super) fn bell(mesh: &mut Mesh, steepest_rad: f64, over_m: f64) {
     }
 }
 
-/// A bell with so many even pleats.
-pub(super) fn pleats(mesh: &mut Mesh, amount: &Amount, rng: &mut seed::Rng) {
+/// A bell with so many even pleats, the first of them at a phase.
+pub(super) fn pleats(mesh: &mut Mesh, count: f64, phase_rad: f64, rng: &mut seed::Rng) {
     const FULL_M: f64 = 60e-3;
     let (depth, steepest) = (rng.random_range(0.1..0.3), rng.random_range(65.0..85.0_f64));
     bell(mesh, steepest.to_radians(), 15e-3);
@@ -137,7 +136,7 @@ pub(super) fn pleats(mesh: &mut Mesh, amount: &Amount, rng: &mut seed::Rng) {
     for (k, p) in mesh.vertices.iter_mut().enumerate() {
         let [x, z] = flat(k, of);
         let grown = ((x.hypot(z) - PLATE_RADIUS_M) / FULL_M).clamp(0.0, 1.0);
-        let share = 1.0 + depth * grown * (amount.value * z.atan2(x) + amount.toward_rad).cos();
+        let share = 1.0 + depth * grown * (count * z.atan2(x) + phase_rad).cos();
         *p = Point3::new(p.x * share, p.y, p.z * share);
     }
 }
@@ -185,8 +184,7 @@ mod tests {
         assert!((slope - 0.6).abs() < 0.01, "{slope}");
         assert!(cone.vertices[n * n / 2].y.abs() < 1e-12);
         let mut pleated = plain();
-        let amount = Amount { value: 8.0, unit: "", toward_rad: 0.0 };
-        pleats(&mut pleated, &amount, &mut seed::rng(1, "test", 0));
+        pleats(&mut pleated, 8.0, 0.0, &mut seed::rng(1, "test", 0));
         let of = grid(&pleated);
         // Round the specimen at 120 mm from its middle.
         let radius = |turn: f64| {
