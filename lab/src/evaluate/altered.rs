@@ -361,3 +361,48 @@ impl Record {
         Some(self.alteration.right_names().contains(&name))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::table::Group;
+    use super::*;
+    use crate::evaluate::scenes::tests::{kept, quick};
+
+    #[test]
+    fn alterations_take_turns_and_what_is_no_cloth_is_refused() {
+        let series = Series {
+            sensors: vec![quick("handheld")],
+            folder: PathBuf::new(),
+            drapes: kept(),
+            alterations: vec![Alteration::Cone, Alteration::Bell],
+            seed: 3,
+            scans: 0..3,
+        };
+        let records = series.run(&Estimator::shipped().unwrap(), |_| ()).unwrap();
+        let kinds: Vec<Alteration> = records.iter().map(|record| record.alteration).collect();
+        assert_eq!(kinds, [Alteration::Cone, Alteration::Bell, Alteration::Cone]);
+        let groups = Group::all(&records);
+        assert_eq!(groups.iter().map(|group| group.scans).collect::<Vec<_>>(), [2, 1, 3]);
+        // No cone is a drape.
+        assert_eq!((groups[0].verdicts[3], groups[0].wrong), (0, 0), "{}", groups[0].row());
+        let columns = Record::COLUMNS.split(',').count();
+        for record in &records {
+            assert_eq!(record.row().split(',').count(), columns, "{}", record.row());
+        }
+    }
+
+    #[test]
+    fn an_answer_is_wrong_beyond_its_interval_or_by_a_factor_of_stretch() {
+        let fabric = kept()[0].fabric.unwrap();
+        let truth = fabric.to_paper_units();
+        let off = |factors: [f64; 6]| {
+            let value = std::array::from_fn(|i| truth[i] * factors[i]);
+            let interval90 = value.map(|v: f64| [v / 1.1, v * 1.1]);
+            Off::of(&Answer { value, interval90, novel: false }, &fabric)
+        };
+        assert!(!off([1.9, 1.0, 0.6, 1.2, 1.0, 0.85]).is_wrong());
+        assert!(off([2.1, 1.0, 1.0, 1.0, 1.0, 1.0]).is_wrong());
+        assert!(off([1.0, 1.0, 1.0, 1.0, 1.25, 1.0]).is_wrong());
+        assert!((off([1.0, 1.0, 1.0, 1.2, 0.7, 1.0]).bending - 0.7).abs() < 1e-9);
+    }
+}

@@ -21,7 +21,7 @@ pub(in crate::evaluate) fn kept() -> Vec<KeptDrape> {
 }
 
 /// A sensor with few pixels and a coarse cloud, for tests of the flow.
-fn quick(name: &str) -> Profile {
+pub(in crate::evaluate) fn quick(name: &str) -> Profile {
     let own = Profile::named(name).unwrap();
     let camera = scan2params::sensor::Camera { width: 200, height: 150, focal_px: 180.0 };
     Profile { camera, spacing_m: 0.003, samples_per_point: 1.0, ..own }
