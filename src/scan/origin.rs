@@ -52,19 +52,18 @@ struct Ray {
 
 /// The cloth is followed outward from here on, in the plate's radii.
 const FROM_RADII: f64 = 0.6;
-/// Bearings on which the cloth's height about an axis is read.
-const AROUND: usize = 72;
 
 /// Finds the plate: from the face at the height where it should be, or where the cloth is about the
 /// axis, which may be another one where stiff cloth arches.
 pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Option<Origin> {
     from_face(options.cloth_height_m, sheet, square, options).or_else(|| {
+        let bearings = options.tuning.origin.bearings;
         let around = |k: usize| {
-            let bearing_rad = std::f64::consts::TAU * k as f64 / AROUND as f64;
+            let bearing_rad = std::f64::consts::TAU * k as f64 / bearings as f64;
             let flat = [bearing_rad.cos(), bearing_rad.sin()];
             sheet.at(square.material(flat.map(|c| c * FROM_RADII * options.plate_radius_m))).y
         };
-        let about_m = robust::median((0..AROUND).map(around).collect())?;
+        let about_m = robust::median((0..bearings).map(around).collect())?;
         from_face(about_m, sheet, square, options)
     })
 }

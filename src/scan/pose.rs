@@ -253,7 +253,8 @@ impl Centred {
         options: &ScanOptions,
     ) -> Option<Self> {
         let tuning = &options.tuning.pose;
-        for round in 1.. {
+        let mut rounds = 0;
+        loop {
             let Flattened { local_from_scan, floor_up, surface } = &flattened;
             let fit = square::find(&surface.flat, options.specimen_side_m, &options.tuning.square);
             limits::square(&fit, options).ok()?;
@@ -264,7 +265,8 @@ impl Centred {
             plate::level(points, &mut plate, options);
             (plate.radius_m, plate.radius_scatter_m) = (origin.radius_m, origin.radius_scatter_m);
             plate.from_sheet = true;
-            if x.hypot(z) < tuning.centred_m || round == tuning.centrings {
+            rounds += 1;
+            if x.hypot(z) < tuning.centred_m || rounds == tuning.centrings {
                 let middle = sheet.at([0.0; 2]);
                 return Some(Self {
                     plate,
@@ -274,7 +276,6 @@ impl Centred {
             }
             flattened = flatten(points, &plate, options);
         }
-        None
     }
 
     /// Angle between floor and plate \[rad\]; 0 where no floor is seen.

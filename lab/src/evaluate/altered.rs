@@ -67,7 +67,7 @@ pub struct Record {
     /// and by how much.
     pub amount: Amount,
     /// Name of the sensor.
-    pub sensor: String,
+    pub sensor: &'static str,
     /// Names of stand and surroundings.
     pub scene: [&'static str; 2],
     /// The drape's file, and its shortest bending length \[mm\].
@@ -186,26 +186,25 @@ impl Series {
         let mut rng = seed::rng(self.seed, "evaluate-altered", index);
         let amount = alteration.draw(&mut rng);
         if alteration == Alteration::Tilted {
-            let (stand, surroundings) = (Some(StandKind::Post), Some(Surroundings::Bare));
-            drawn.setting =
-                scan2params::dataset::setting::Setting { stand, surroundings, ..drawn.setting };
+            drawn.setting.stand = Some(StandKind::Post);
+            drawn.setting.surroundings = Some(Surroundings::Bare);
         }
         let own = &self.drapes[drawn.drape];
         let fabric = own.fabric.ok_or_else(|| AlteredError::NoFabric(own.name.clone()))?;
         let length_mm = own.bending_length_m().unwrap_or(f64::NAN) / M_PER_MM;
-        let record = |outcome, cpu_s, scene| Record {
+        let (sensor, scene) = (drawn.profile.name, [drawn.stand(), drawn.surroundings()]);
+        let record = |outcome, cpu_s| Record {
             index,
             alteration,
             amount,
-            sensor: self.sensor_of(index),
+            sensor,
             scene,
             drape: (own.name.clone(), length_mm),
             outcome,
             cpu_s,
         };
-        let scene = [drawn.stand(), drawn.surroundings()];
         let Some(mesh) = self.cloth(index, (alteration, &amount), (own, &fabric), &mut rng)? else {
-            return Ok(record(Outcome::NoDrape, 0.0, scene));
+            return Ok(record(Outcome::NoDrape, 0.0));
         };
         let plate_radius_m = match alteration {
             Alteration::OtherPlate => amount.value * M_PER_MM,
@@ -218,7 +217,7 @@ impl Series {
         let begun = thread_cpu_s();
         let outcome = self.outcome(index, (&made, &fabric), alteration, estimator)?;
         let cpu_s = begun.zip(thread_cpu_s()).map_or(f64::NAN, |(from, to)| to - from);
-        Ok(record(outcome, cpu_s, scene))
+        Ok(record(outcome, cpu_s))
     }
 
     /// The cloth as it is scanned; `None` where the bench has no drape.
@@ -274,11 +273,6 @@ impl Series {
             text: against().next().map_or_else(String::new, |ground| ground.text.clone()),
             off: alteration.is_of_cloth().then(|| Off::of(&answer, fabric)),
         })
-    }
-
-    fn sensor_of(&self, index: u64) -> String {
-        let turns = vec![Cause::Valid; self.alterations.len()];
-        Drawn::of(index, self.seed, &self.sensors, &self.drapes, &turns).profile.name.to_owned()
     }
 }
 

@@ -197,7 +197,7 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
 /// The released drape compared with the scan. For a refined fabric it is only a note.
 pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
-    if let Some(Refining::Taken(_)) = f.refining {
+    if f.is_fitted() {
         let limit_m = limits.released_far_m;
         if again.mean_m > limit_m || again.stop != Stop::AtRest {
             let text = format!(
