@@ -76,31 +76,28 @@ impl Figures {
 /// Stretch of hanging cloth of which nothing is known: the limpest of the measured fabrics.
 const UNKNOWN_STRETCH: f64 = 0.05;
 
-/// The sides against what the specimen, its folds and its stretch allow: one by one, and
-/// their mean, which tells the scale.
+/// The sides of the rim against what the specimen, its folds and its stretch allow: one by one, and
+/// those of a rim from a file in the mean too, which tells its scale. The sheet of a scan is fitted
+/// with the specimen's lengths; its scale is told by [`Scale`].
 fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let side_m = f.given.side_m;
     let softest_m = limits.least_bending_length_m;
-    let [bending_m, stretch] = match &f.answer {
-        Some(answer) => [[answer.bending_length_m; 2], answer.stretch],
-        None => [[softest_m, f64::INFINITY], [0.0; 2]],
+    let (bending_m, stretch) = match &f.answer {
+        Some(answer) => (answer.bending_length_m, answer.stretch),
+        None => (softest_m, [0.0; 2]),
     };
     let chords_m = if f.scan.is_none() { limits.chord_share * side_m } else { 0.0 };
-    let least_m = side_m - limits.side_loss_m2 / bending_m[0].max(softest_m) - chords_m;
+    let least_m = side_m - limits.side_loss_m2 / bending_m.max(softest_m) - chords_m;
     // Sides 0 and 2 run along the weft, 1 and 3 along the warp.
-    // A rim from a file may be one that nobody scanned, and have its folds as they are.
-    let smoothed = f64::from(u8::from(f.scan.is_some()));
-    let most_m: [f64; SIDES] = std::array::from_fn(|s| {
-        let loss_m = smoothed * limits.side_loss_m2 / bending_m[1].max(softest_m);
-        side_m * (1.0 + limits.stretch_of_rim * stretch[s % 2]) - loss_m
-    });
+    let most_m: [f64; SIDES] =
+        std::array::from_fn(|s| side_m * (1.0 + limits.stretch_of_rim * stretch[s % 2]));
     let off = |length_m: f64, most_m: f64| (length_m - most_m).max(least_m - length_m).max(0.0);
     let more_m = limits.side_off_per_noise * f.noise_m;
     let lengths = f.sides_m.map(|m| format!("{:.1}", mm(m))).join(", ");
     let mean = |values: [f64; SIDES]| values.iter().sum::<f64>() / SIDES as f64;
     let mut grounds = Vec::new();
 
-    let mean_off_m = off(mean(f.sides_m), mean(most_m));
+    let mean_off_m = if f.scan.is_none() { off(mean(f.sides_m), mean(most_m)) } else { 0.0 };
     if let Some((level, limit_m)) = limits.scale_off_m.plus(more_m).level(mean_off_m) {
         let percent = 100.0 * (mean(f.sides_m) / side_m - 1.0);
         let text = format!(
@@ -123,7 +120,7 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     if let Some((level, limit_m)) = steps.level(off_m[worst]) {
         // Where folds touch one side may be read wrongly; a specimen of another size has more than
         // one.
-        let touches = bending_m[0] < limits.touching_bending_length_m;
+        let touches = bending_m < limits.touching_bending_length_m;
         let alone = off_m.iter().filter(|off_m| **off_m > steps.doubtful).count() == 1;
         let level = if touches && alone { Level::Doubtful } else { level };
         let text = format!(
@@ -172,20 +169,19 @@ fn width(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     let side_m = f.given.side_m;
     let softest_m = limits.least_bending_length_m;
     // Along the weft first.
-    let [bending_m, stretch] = match &f.answer {
-        Some(answer) => [[answer.bending_length_m; 2], answer.stretch],
-        None => [[softest_m, f64::INFINITY], [UNKNOWN_STRETCH; 2]],
+    let (bending_m, stretch) = match &f.answer {
+        Some(answer) => (answer.bending_length_m, answer.stretch),
+        None => (softest_m, [UNKNOWN_STRETCH; 2]),
     };
-    let [most_loss_m, least_loss_m] =
-        bending_m.map(|length_m| limits.side_loss_m2 / length_m.max(softest_m));
-    let least_m = side_m - most_loss_m - limits.width_lead_m;
+    let loss_m = limits.side_loss_m2 / bending_m.max(softest_m);
+    let least_m = side_m - loss_m - limits.width_lead_m;
     let more_m = limits.width_off_per_noise * f.noise_m;
     let swell_m = limits.width_swell_per_noise * f.noise_m;
     let [warp_m, weft_m] = scan.widths_m;
     let measured = [("weft", weft_m, stretch[0]), ("warp", warp_m, stretch[1])];
     let off = measured.into_iter().filter_map(|(thread, width_m, stretch)| {
         let width_m = width_m?;
-        let most_m = side_m * (1.0 + limits.stretch_of_width * stretch) - least_loss_m + swell_m;
+        let most_m = side_m * (1.0 + limits.stretch_of_width * stretch) + swell_m;
         let off_m = (width_m - most_m).max(least_m - width_m);
         let (level, limit_m) = limits.width_off_m.plus(more_m).level(off_m)?;
         Some((off_m, level, limit_m, thread, width_m, most_m))

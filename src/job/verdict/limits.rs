@@ -25,8 +25,8 @@ pub struct Steps {
 /// The limits of a verdict. Lengths in metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Limits {
-    /// A scanned side is shorter than the cloth's by this over the bending length \[m^2\]:
-    /// sharp folds are smoothed. One from a file may be.
+    /// A side may be shorter than the cloth's by this over the bending length \[m^2\]: sharp folds
+    /// may be smoothed.
     pub side_loss_m2: f64,
     /// Bending length of the softest cloth \[m\], for a scan without an answer.
     pub least_bending_length_m: f64,
@@ -40,7 +40,8 @@ pub struct Limits {
     pub uneven_share: f64,
     /// and what each metre of noise adds \[-\].
     pub uneven_per_noise: f64,
-    /// What the mean of the four sides may differ from its expected length \[m\].
+    /// What the mean of the four sides of a rim from a file may differ from its expected length
+    /// \[m\].
     pub scale_off_m: Steps,
     /// What each metre of noise adds to both, of single points in a scan, of what a rim from a file
     /// says \[-\].

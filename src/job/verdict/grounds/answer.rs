@@ -120,10 +120,15 @@ pub(super) fn folds_for_bending(f: &Figures, answer: &Answer, limits: &Limits) -
     let [least, most] = limits.folds_root_m05.map(|limit| limit / root_m05);
     let folds = f.folds as f64;
     let (level, beyond) = limits.folds_beyond.level((folds - most).max(least - folds))?;
+    let (level, what_follows) = if f.is_fitted() {
+        (Level::Reliable, "the drape of the fit has them")
+    } else {
+        let why = "the folds are not those of hanging cloth (pleated, creased, held), or the bending stiffness is off";
+        (level, why)
+    };
     let text = format!(
         "the rim has {folds:.0} folds; cloth with the bending length found, {:.1} mm, makes {least:.1} to {most:.1} \
-         (limit {beyond:.1} beyond): the folds are not those of hanging cloth (pleated, creased, held), or the bending \
-         stiffness is off",
+         (limit {beyond:.1} beyond): {what_follows}",
         mm(answer.bending_length_m)
     );
     let limit = if folds > most { most + beyond } else { least - beyond };
