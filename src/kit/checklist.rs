@@ -213,6 +213,14 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
             "add views all round",
         ),
         refusal(
+            "Strained",
+            format!(
+                "a surface that cannot be laid flat within {:.0} % (median strain), whose rim is not where the specimen's would be",
+                100.0 * limits.most_strain
+            ),
+            "see whether the scan was sheared, scaled along one axis or smoothed",
+        ),
+        refusal(
             "Unexplained",
             format!(
                 "more than {:.0} mm^2 of cloth near the rim off the fitted sheet: a hidden fold",
@@ -277,6 +285,7 @@ mod tests {
             ScanError::UnevenSides { .. } => "UnevenSides",
             ScanError::Gap { .. } => "Gap",
             ScanError::TooLittleRim { .. } => "TooLittleRim",
+            ScanError::Strained { .. } => "Strained",
             ScanError::Unexplained { .. } => "Unexplained",
             ScanError::Misfit { .. } => "Misfit",
             ScanError::PassesApart { .. } => "PassesApart",

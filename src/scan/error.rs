@@ -271,6 +271,18 @@ pub enum ScanError {
         /// Its middle.
         bearing_deg: f64,
     },
+    /// The rim is not where the specimen's would be, and the surface cannot be laid flat as cloth can.
+    #[error(
+        "the surface is not that of a flat cloth: laid on the specimen it is stretched by {strain_percent:.1} % in the \
+         median (limit {limit_percent:.1} %), and its rim is not found; see whether the scan was sheared, scaled along one \
+         axis, smoothed or joined from different drapes, and whether this is the specimen"
+    )]
+    Strained {
+        /// Median of the larger principal strain.
+        strain_percent: f64,
+        /// Largest that is taken for cloth.
+        limit_percent: f64,
+    },
     /// Scanned cloth near the rim lies off the fitted sheet.
     #[error(
         "{area_mm2:.0} square millimetres of scanned cloth near the rim at {bearing_deg:.0} degrees lie off \

@@ -103,25 +103,6 @@ pub(super) fn size(
     wrong_size(measured, [shortest, longest], options).map_or(Ok(()), Err)
 }
 
-/// Refuses a cloth that is larger than the specimen, less clearly so than [`size`] does: its
-/// rim is too long as well, on most sides, or the plate too large. A soft cloth's flattened square
-/// is larger because it stretches near the plate; its rim hardly does, but one side may be read
-/// too long.
-pub(super) fn rim_of_size(
-    measured: &MeasuredSize,
-    rim: &Rim,
-    options: &ScanOptions,
-) -> Result<(), ScanError> {
-    let tuning = &options.tuning.limits;
-    let rim_side_m = robust::median(rim.side_lengths_m.to_vec()).unwrap_or(0.0);
-    let longest_m = tuning.longest_rim_side * options.specimen_side_m + measured.noise_m;
-    let largest_m = tuning.largest_plate * options.plate_radius_m + measured.noise_m;
-    if rim_side_m <= longest_m && measured.plate_radius_m <= largest_m {
-        return Ok(());
-    }
-    wrong_size(measured, [tuning.sides[0], tuning.likely_sides[1]], options).map_or(Ok(()), Err)
-}
-
 /// The refusal of a size outside of these shares of the specimen's; says whether the plate
 /// makes the scale or the specimen the likelier reason.
 fn wrong_size(
@@ -401,6 +382,18 @@ pub(super) fn lacks_a_side(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Op
     observed(rim, noise_m, options).err().filter(|_| lacks_it)
 }
 
+/// A refusal of a rim that is not seen, or the strain of the sheet from which it follows: the edges of
+/// what cannot be laid flat lie elsewhere than the specimen's.
+pub(super) fn strained(error: ScanError, strain: f64, options: &ScanOptions) -> ScanError {
+    let most = options.tuning.limits.most_strain;
+    match error {
+        ScanError::TooLittleRim { .. } | ScanError::Gap { .. } if strain > most => {
+            ScanError::Strained { strain_percent: 100.0 * strain, limit_percent: 100.0 * most }
+        }
+        _ => error,
+    }
+}
+
 /// Refuses a rim of which too little is observed.
 fn observed(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Result<(), ScanError> {
     let (min_observed, max_gap_m) =
@@ -482,6 +475,7 @@ mod tests {
                     typical_m: 1e-3 * typical,
                     half_share,
                     worst_bearing_deg: 0.0,
+                    strain: 0.0,
                 };
                 let scatter = Scatter { on_plate_m: 1e-3 * plate, hanging_m: 1e-3 * hanging };
                 match super::misfit(&misfit, &scatter, 1e-3 * noise, &options) {
@@ -531,31 +525,5 @@ mod tests {
             bearing_deg: 9.0,
         };
         assert_eq!(no_drape(half.clone(), Some(&place), unit, &options), half);
-    }
-
-    #[test]
-    fn a_scale_is_told_from_stretch_by_the_plate_and_by_most_sides_of_the_rim() {
-        let judge = |outline_mm: f64, plate_mm: f64, sides_mm: [f64; SIDES]| {
-            let measured = MeasuredSize {
-                side_m: 1e-3 * outline_mm,
-                plate_radius_m: 1e-3 * plate_mm,
-                noise_m: 0.2e-3,
-            };
-            let rim = Rim {
-                points: Vec::new(),
-                material: Vec::new(),
-                side_lengths_m: sides_mm.map(|mm| 1e-3 * mm),
-                edge_m: [0.15; SIDES],
-            };
-            rim_of_size(&measured, &rim, &ScanOptions::default())
-        };
-        // a knit that stretches by 4 %, one side of which is read too long where folds touch
-        assert!(judge(312.1, 48.3, [301.0, 300.5, 301.2, 316.0]).is_ok());
-        // stiff cloth, all 3 % too large; the sheet has the specimen's lengths
-        let scaled = judge(311.5, 50.4, [301.0, 300.8, 300.6, 300.9]);
-        assert!(matches!(scaled, Err(ScanError::WrongSize { .. })), "{scaled:?}");
-        // a specimen cut too large on the right plate
-        let cut = judge(309.0, 48.9, [302.0, 302.4, 301.9, 302.2]);
-        assert!(matches!(cut, Err(ScanError::WrongSize { .. })), "{cut:?}");
     }
 }

@@ -56,6 +56,9 @@ pub(super) struct Misfit {
     pub half_share: f64,
     /// Where it is largest, bearing in the parameter plane \[degrees\].
     pub worst_bearing_deg: f64,
+    /// Median over the sheet of its larger principal strain \[-\]: cloth hardly stretches, and what
+    /// cannot be laid flat makes the sheet stretch.
+    pub strain: f64,
 }
 
 /// How far the scanned points scatter across the sheet, robustly, as a standard deviation.

@@ -17,13 +17,14 @@ use crate::base::Point3;
 use crate::geom::Neighbours;
 use crate::numeric::robust;
 
-/// Distances of the surface points to the sheet, which is flat within `flat_m` of its middle.
+/// Distances of the surface points to the sheet, which is flat within `flat_m` of its middle, and
+/// the strain of the sheet, of this side.
 pub(super) fn of_surface(
     sheet: &Sheet,
     surface: &Parameterisation,
     material: &[[f64; 2]],
     square: &Square,
-    flat_m: f64,
+    [side_m, flat_m]: [f64; 2],
 ) -> Misfit {
     let off: Vec<f64> =
         surface.points.iter().zip(material).map(|(p, &m)| (p - sheet.at(m)).norm()).collect();
@@ -43,7 +44,22 @@ pub(super) fn of_surface(
         typical_m,
         half_share,
         worst_bearing_deg,
+        strain: strain(sheet, side_m),
     }
+}
+
+/// The median over the sheet, its edges apart, of the larger principal strain (logarithmic).
+fn strain(sheet: &Sheet, side_m: f64) -> f64 {
+    /// Places along a side, and the share of the side over which they lie.
+    const PLACES: u32 = 41;
+    const INNER: f64 = 0.95;
+    let step = INNER * side_m / f64::from(PLACES - 1);
+    let at = |k: u32| f64::from(k) * step - 0.5 * INNER * side_m;
+    let strains = (0..PLACES * PLACES).map(|k| {
+        let stretches = sheet.slopes([at(k % PLACES), at(k / PLACES)]).singular_values();
+        stretches.iter().map(|stretch| stretch.ln().abs()).fold(0.0, f64::max)
+    });
+    robust::median(strains.collect()).unwrap_or(0.0)
 }
 
 /// Side of the places over which the sheet is judged \[m\].

@@ -390,10 +390,11 @@ impl<'a> Registered<'a> {
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let flat_m = options.tuning.plate.disc_radii * options.plate_radius_m;
         let (sheet, tuning) = (&registration.sheet, &options.tuning.sheet);
-        let misfit = misfit::of_surface(sheet, surface, &material, &cloth.square, flat_m);
+        let side_m = options.specimen_side_m;
+        let lengths_m = [side_m, flat_m];
+        let misfit = misfit::of_surface(sheet, surface, &material, &cloth.square, lengths_m);
         let (raw, surface) = (&cloth.cloth.raw, &surface.points);
         let scatter = misfit::scatter(sheet, raw, surface, &material, flat_m, tuning);
-        let side_m = options.specimen_side_m;
         Ok(Self { cloth, registration, material, misfit, scatter, side_m })
     }
 
@@ -454,15 +455,10 @@ impl<'a> Edged<'a> {
         Self { registered, origin, near_edge, widths_m, own_edge_share, rim, shift }
     }
 
-    /// Refuses the cut of a closed mesh that follows too little of the rim, and a cloth that
-    /// is larger than the specimen out to its rim.
+    /// Refuses the cut of a closed mesh that follows too little of the rim.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
-        let Oriented { bench, outline_side_m, .. } = &self.registered.cloth;
-        if bench.is_cut() {
-            limits::edge_of_cut(self.own_edge_share, options)?;
-        }
-        let Some(side_m) = *outline_side_m else { return Ok(()) };
-        limits::rim_of_size(&measured(side_m, &bench.plate), &self.rim, options)
+        let is_cut = self.registered.cloth.bench.is_cut();
+        if is_cut { limits::edge_of_cut(self.own_edge_share, options) } else { Ok(()) }
     }
 }
 
@@ -489,13 +485,21 @@ impl<'a> Assessed<'a> {
 
     /// The refusal of a rim of which most of a side is not seen, if it is one.
     pub fn lacks_a_side(&self, options: &ScanOptions) -> Option<ScanError> {
-        limits::lacks_a_side(&self.edged.rim, self.edged.registered.cloth.noise_m(), options)
+        let Registered { cloth, misfit, .. } = &self.edged.registered;
+        let lacking = limits::lacks_a_side(&self.edged.rim, cloth.noise_m(), options);
+        lacking.map(|error| limits::strained(error, misfit.strain, options))
     }
 
     /// Refuses a rim whose uncertainty is not known.
     pub fn judge(&self, options: &ScanOptions) -> Result<(), ScanError> {
-        let noise_m = self.edged.registered.cloth.noise_m();
-        let is_cut = self.edged.registered.cloth.bench.is_cut();
-        limits::rim(&self.edged.rim, &self.unexplained, noise_m, is_cut, options)
+        let Registered { cloth, misfit, .. } = &self.edged.registered;
+        let judged = limits::rim(
+            &self.edged.rim,
+            &self.unexplained,
+            cloth.noise_m(),
+            cloth.bench.is_cut(),
+            options,
+        );
+        judged.map_err(|error| limits::strained(error, misfit.strain, options))
     }
 }

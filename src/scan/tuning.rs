@@ -710,12 +710,6 @@ pub struct LimitTuning {
     pub sides: [f64; 2],
     /// The same where the scan is refused anyway: beyond, the size is the likelier reason.
     pub likely_sides: [f64; 2],
-    /// Median side of the rim at most, as a share of the specimen's, with which a flattened
-    /// cloth may be larger than [`Self::likely_sides`]: a rim hardly stretches.
-    pub longest_rim_side: f64,
-    /// Radius of the plate beyond which such a cloth is of another scale, as a share of the true
-    /// radius: stretched cloth reads 0.95 to 0.98, stiff cloth 3 % too large 1.007.
-    pub largest_plate: f64,
     /// Noise makes it read larger by up to this many times the noise.
     pub size_noises: f64,
     /// What the plate's radius reads in a scan, as a share of the true radius: the cloth leaves it
@@ -730,6 +724,9 @@ pub struct LimitTuning {
     /// An arc of the rim longer than this share of a side that is not seen is to blame for a sheet
     /// that does not fit.
     pub most_of_a_side: f64,
+    /// Median strain of the sheet beyond which a rim that is not seen follows from it \[-\]: cloth
+    /// that hangs reads up to 0.015.
+    pub most_strain: f64,
     /// Fewer surface points than this near a place of the rim that lie off the sheet are strays.
     pub unexplained_points: f64,
     /// Sides of a mesh that was cut may differ by this share of what others may \[-\].
@@ -1048,14 +1045,13 @@ const SHIPPED: Tuning = Tuning {
         bridged_well_noise_m: 1e-3,        // m
         sides: [0.975, 1.045],             // m
         likely_sides: [0.98, 1.02],        // m
-        longest_rim_side: 1.004,           // m
-        largest_plate: 1.002,              // m
         size_noises: 4.0,                  // m
         plate_reads: 0.99,                 // m
         coarse_step_m: 2e-3,               // m
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
         most_of_a_side: 0.8,               // c
+        most_strain: 0.02,                 // m
         unexplained_points: 6.0,           // c
         uneven_of_cut: 0.25,               // m
         everywhere: 0.4,                   // c

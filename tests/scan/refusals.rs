@@ -232,6 +232,23 @@ fn too_little_rim_in_many_short_gaps() {
     );
 }
 
+/// The drape with its folds drawn towards a bell, which has less cloth around.
+#[test]
+fn a_surface_that_cannot_be_laid_flat() {
+    let mut drawn_in = kept(|_, _| true);
+    for p in drawn_in.points.iter_mut().filter(|p| p.y > -0.2 && p.x.hypot(p.z) > 0.05) {
+        let bell_m = 0.05 - 0.7 * p.y;
+        let inward = 0.4 * (bell_m / p.x.hypot(p.z) - 1.0) + 1.0;
+        (p.x, p.z) = (inward * p.x, inward * p.z);
+    }
+    let refusal = refusal(&drawn_in);
+    assert!(
+        matches!(refusal, ScanError::Strained { strain_percent, limit_percent }
+            if strain_percent > limit_percent),
+        "{refusal:?}"
+    );
+}
+
 #[test]
 fn a_tag_that_hangs_off_the_rim() {
     // 14 mm of paper, 8 mm off the cloth in the middle of the side at x = +150 mm

@@ -118,9 +118,12 @@ impl Alteration {
                     "uneven_sides",
                     "UnevenSides",
                     "NotASquare",
+                    "Strained",
                 ],
             ),
-            Self::Smoothed => ("smoothed", &["scale", "width", "side_length", "WrongSize"]),
+            Self::Smoothed => {
+                ("smoothed", &["scale", "width", "side_length", "WrongSize", "Strained"])
+            }
             Self::Slit => ("slit", &["unexplained_cloth", "Unexplained", "Gap", "rim_bridged"]),
             Self::FoldedCorner | Self::CutEdge => {
                 let name = if self == Self::CutEdge { "cut_edge" } else { "folded_corner" };
@@ -152,6 +155,7 @@ impl Alteration {
         "Unexplained",
         "NoPlate",
         "WrongSize",
+        "Strained",
         "width",
         "novel_rim",
         "folds_for_bending",
