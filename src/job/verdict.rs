@@ -113,6 +113,8 @@ codes! {
     PlateRadius = "plate_radius",
     /// The specimen lies off the plate's centre.
     OffCentre = "off_centre",
+    /// The plate is not level.
+    Tilted = "tilted",
     /// Little of the rim was seen.
     RimHidden = "rim_hidden",
     /// A long arc of the rim was bridged.

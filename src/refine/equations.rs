@@ -42,8 +42,8 @@ pub struct FitOptions {
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt
     /// towards x and z \[rad\], height of the plate's face \[m\].
     pub bench_sigma: [f64; BENCH],
-    /// Distance, in its standard deviations, from which on the prior of a stiffness pulls no
-    /// harder.
+    /// Distance, in its standard deviations, from which on the prior of a stiffness or of a bench's
+    /// number pulls no harder.
     pub prior_outlier: f64,
     /// Misfit from which on a fit begins again at stiffer stretch and shear.
     pub largest_misfit: f64,
@@ -116,6 +116,9 @@ pub(super) struct NormalEquations<'a> {
     pub data: Vec<Vec<Datum>>,
     /// Prior of how far cloth lies beyond the present cells ([`FitOptions::prior_of_cells`]).
     pub cells: [f64; 2],
+    /// Tilt of each scan's plate towards x and z that its drapes have and its experiment does not
+    /// \[rad\].
+    pub tilts: Vec<[f64; 2]>,
     pub density_kg_m2: f64,
     pub prior: &'a Prior,
     pub options: &'a FitOptions,
@@ -125,8 +128,10 @@ pub(super) struct NormalEquations<'a> {
 pub(super) struct State {
     pub(super) ln: [f64; STIFFNESSES],
     pub(super) predictions: Vec<Prediction>,
-    /// The bench's numbers, scan by scan.
+    /// The bench's numbers, scan by scan: tilts beyond those of the drapes,
     pub(super) bench: Vec<[f64; NUISANCES]>,
+    /// and these.
+    pub(super) tilts: Vec<[f64; 2]>,
     /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the
     /// priors'.
     pub(super) cost: f64,
@@ -161,7 +166,7 @@ impl NormalEquations<'_> {
     ) -> State {
         for _ in 0..BENCH_ROUNDS {
             for (k, data) in self.data.iter().enumerate() {
-                bench[k] = self.bench_of(data, &predictions[k], &bench[k]);
+                bench[k] = self.bench_of(k, data, &predictions[k], &bench[k]);
             }
         }
         let size = STIFFNESSES + NUISANCES * self.data.len();
@@ -190,26 +195,30 @@ impl NormalEquations<'_> {
             cost += off * off * huber_weight * (2.0 - huber_weight);
         }
         for (k, numbers) in bench.iter().enumerate() {
-            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.bench_prior()).enumerate() {
+            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.bench_prior(k)).enumerate() {
                 let at = STIFFNESSES + NUISANCES * k + m;
                 let off = (mean - value) / sigma;
-                priors[at] = sigma.powi(-2);
-                right[at] += off / sigma;
-                cost += off * off;
+                let huber_weight = huber_weight(off.abs(), self.options.prior_outlier);
+                priors[at] = huber_weight * sigma.powi(-2);
+                right[at] += huber_weight * off / sigma;
+                cost += off * off * huber_weight * (2.0 - huber_weight);
             }
         }
-        State { ln, predictions, bench, cost, data_cost, independent, normal, priors, right }
+        let tilts = self.tilts.clone();
+        State { ln, predictions, bench, tilts, cost, data_cost, independent, normal, priors, right }
     }
 
-    /// Mean and standard deviation of the prior of each scan's numbers.
-    pub(super) fn bench_prior(&self) -> [[f64; 2]; NUISANCES] {
+    /// Mean and standard deviation of the prior of a scan's numbers.
+    pub(super) fn bench_prior(&self, scan: usize) -> [[f64; 2]; NUISANCES] {
         let [a, b, c, d, e, f] = self.options.bench_sigma.map(|sigma| [0.0, sigma]);
-        [a, b, c, d, e, f, self.cells]
+        let [towards_x, towards_z] = self.tilts[scan];
+        [a, b, c, [-towards_x, d[1]], [-towards_z, e[1]], f, self.cells]
     }
 
     /// The bench's numbers that fit one drape best.
     fn bench_of(
         &self,
+        scan: usize,
         data: &[Datum],
         prediction: &Prediction,
         from: &[f64; NUISANCES],
@@ -218,9 +227,11 @@ impl NormalEquations<'_> {
         let mut matrix =
             sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
         let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
-        for (m, [mean, sigma]) in self.bench_prior().into_iter().enumerate() {
-            matrix[(m, m)] += sigma.powi(-2);
-            right[m] += (mean - from[m]) / (sigma * sigma);
+        for (m, [mean, sigma]) in self.bench_prior(scan).into_iter().enumerate() {
+            let off = (mean - from[m]) / sigma;
+            let huber_weight = huber_weight(off.abs(), self.options.prior_outlier);
+            matrix[(m, m)] += huber_weight * sigma.powi(-2);
+            right[m] += huber_weight * off / sigma;
         }
         let change = matrix.cholesky().map(|factor| factor.solve(&right)).unwrap_or_default();
         std::array::from_fn(|m| from[m] + change[m])

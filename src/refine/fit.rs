@@ -7,8 +7,10 @@
 //! moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to
 //! nothing, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
 //! fabric does to the sheet shows against the springs. In the end the sheet is released, if wanted.
-//! The bench's numbers are small and enter through their sensitivities alone. A place that lies
-//! more than a few standard deviations off pulls no harder than one at that distance (Huber 1964).
+//! The bench's numbers are small and enter through their sensitivities alone; of a plate that is
+//! found tilted by more, the drapes are made anew on the tilted plate. A place, or a number, that
+//! lies more than a few standard deviations off pulls no harder than one at that distance (Huber
+//! 1964).
 //!
 //! The first start is the prior's mean. Where the sheet does not come to rest with it, others are
 //! tried. The first step from the tied sheet is the balance of forces on it
@@ -24,7 +26,7 @@ use rayon::prelude::*;
 use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use super::data::{DataOptions, Scan, data_of, place_of};
 use super::equations::{FitOptions, NormalEquations, State};
-use super::prediction::{Prediction, places_of, prediction_of};
+use super::prediction::{Prediction, TILT, places_of, prediction_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
 use crate::base::boundary::BoundaryPoint;
@@ -156,6 +158,8 @@ const NO_FINER: [f64; 2] = [0.0, 1.0];
 /// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther
 /// from it.
 const RIM_ALONE: usize = 600;
+/// Tilts up to this enter through sensitivities alone \[rad\].
+const TILTED_RAD: f64 = 10e-3;
 /// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
 const UNKNOWN_M: f64 = 1.0;
 
@@ -223,8 +227,14 @@ impl<'a> Fit<'a> {
                 ..options.sim
             },
         };
-        let equations =
-            NormalEquations { data: Vec::new(), cells: NO_FINER, density_kg_m2, prior, options };
+        let equations = NormalEquations {
+            data: Vec::new(),
+            cells: NO_FINER,
+            tilts: Vec::new(),
+            density_kg_m2,
+            prior,
+            options,
+        };
         let targets = scans.iter().map(target).collect();
         let mut fit = Self {
             targets,
@@ -291,7 +301,13 @@ impl<'a> Fit<'a> {
         let no_last = options.vertices[1] <= few;
         self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
         let most_first = if first == First::Stays && !no_last { 0 } else { most };
+        self.tilt(&vec![[0.0; 2]; self.targets.len()]);
         let mut best = self.initialised_and_descended(start, None, most_first)?;
+        if let Some(tilts) = tilted(&best.state) {
+            self.tilt(&tilts);
+            let ln = best.state.ln;
+            best = self.initialised_and_descended(&ln, None, most_first)?;
+        }
         if !no_last {
             let Best { state: coarse, .. } = best;
             self.begin_beside(&coarse);
@@ -303,6 +319,18 @@ impl<'a> Fit<'a> {
             best = self.initialised_and_descended(&ln, None, most).unwrap_or(best);
         }
         Ok(best)
+    }
+
+    /// The plates of the drapes to come, tilted beyond their experiments' by so much towards x and z
+    /// \[rad\].
+    fn tilt(&mut self, tilts: &[[f64; 2]]) {
+        for (target, [towards_x, towards_z]) in self.targets.iter_mut().zip(tilts) {
+            let mut tilt = target.scan.experiment.tilt;
+            tilt.down_x_rad += towards_x;
+            tilt.down_z_rad += towards_z;
+            target.options.experiment.tilt = tilt;
+        }
+        self.equations.tilts = tilts.to_vec();
     }
 
     /// Sheets that are laid from now on start from what a rim alone has held so far, so that what
@@ -441,8 +469,8 @@ impl<'a> Fit<'a> {
             predictions.push(prediction?);
         }
         let scans = self.targets.len();
-        let means = self.equations.bench_prior().map(|[mean, _]| mean);
-        let bench = near.map_or_else(|| vec![means; scans], |near| near.bench.clone());
+        let means = |scan| self.equations.bench_prior(scan).map(|[mean, _]| mean);
+        let bench = near.map_or_else(|| (0..scans).map(means).collect(), |near| near.bench.clone());
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
         Ok(self.equations.around(ln, predictions, bench))
     }
@@ -508,6 +536,13 @@ impl<'a> Fit<'a> {
     fn of_cells(&self, first: &'static str, last: &'static str) -> &'static str {
         if self.is_on_last_cells() { last } else { first }
     }
+}
+
+/// The tilts found, if one is too large to enter through sensitivities alone.
+fn tilted(state: &State) -> Option<Vec<[f64; 2]>> {
+    let tilts: Vec<[f64; 2]> =
+        state.bench.iter().map(|bench| [bench[TILT], bench[TILT + 1]]).collect();
+    tilts.iter().any(|[x, z]| x.hypot(*z) > TILTED_RAD).then_some(tilts)
 }
 
 /// Whether a step is not worth a drape.

@@ -11,6 +11,8 @@ use super::data::{SIDE, Scan, place_of};
 /// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the
 /// height of its face in the scan's frame.
 pub(super) const BENCH: usize = 6;
+/// The first of the two tilts of the plate among these.
+pub(super) const TILT: usize = 3;
 /// What is not known beside the fabric: the bench, and how far the last cells are from cloth.
 pub(super) const NUISANCES: usize = BENCH + 1;
 

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::data::Scan;
 use super::equations::{NormalEquations, State};
-use super::prediction::{BENCH, NUISANCES, Prediction};
+use super::prediction::{BENCH, NUISANCES, Prediction, TILT};
 use super::released::{ReleasedDrape, StartedFrom};
 use crate::base::Point3;
 use crate::base::boundary::{BoundaryPoint, POINTS_PER_SIDE};
@@ -104,6 +104,14 @@ pub struct ScanFit {
     pub nodes: [usize; 2],
 }
 
+impl ScanFit {
+    /// Tilt of the plate against the level one of its experiment \[rad\].
+    #[must_use]
+    pub fn tilt_rad(&self) -> f64 {
+        self.bench[TILT].value.hypot(self.bench[TILT + 1].value)
+    }
+}
+
 /// Stretches of the rim that residuals are given by.
 const ARCS: usize = 8;
 
@@ -195,7 +203,11 @@ impl Refined {
                 covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt()
             })
         });
-        let bench = state.bench;
+        let mut bench = state.bench;
+        for (numbers, tilts) in bench.iter_mut().zip(&state.tilts) {
+            numbers[TILT] += tilts[0];
+            numbers[TILT + 1] += tilts[1];
+        }
         let scans = scans
             .iter()
             .zip(state.predictions.iter().zip(released))

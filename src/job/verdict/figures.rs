@@ -9,7 +9,7 @@ use crate::estimate::{Estimate, EstimateWarning};
 use crate::fabric::{Likeness, STIFFNESSES};
 use crate::intake::Rim;
 use crate::intake::rim::GivenWarp;
-use crate::refine::{RefinedStiffness, ReleasedDrape};
+use crate::refine::{RefinedStiffness, ReleasedDrape, ScanFit};
 use crate::scan::{ScanOptions, ScannedBoundary};
 use crate::sim::Stop;
 use crate::sim::drape::count_nodes;
@@ -43,6 +43,8 @@ pub struct Figures {
     pub answer: Option<Answer>,
     /// What refining found, if it was asked for.
     pub refining: Option<Refining>,
+    /// Tilt of the plate that refining found \[rad\]; 0 without it.
+    pub tilt_rad: f64,
     /// The released drape, if there is one.
     pub released: Option<Fit>,
 }
@@ -215,6 +217,7 @@ impl Figures {
             warp_unused: false,
             answer: None,
             refining: None,
+            tilt_rad: 0.0,
             released: None,
         }
     }
@@ -239,6 +242,7 @@ impl Figures {
             warp_unused: warp == GivenWarp::FileNotFlag,
             answer: None,
             refining: None,
+            tilt_rad: 0.0,
             released: None,
         }
     }
@@ -269,7 +273,9 @@ impl Figures {
                 prior.network = false;
             }
         }
-        Self { refining: Some(refining), ..self }
+        let tilts = refinement.result.iter().flat_map(|refined| &refined.scans);
+        let tilt_rad = tilts.map(ScanFit::tilt_rad).fold(0.0, f64::max);
+        Self { refining: Some(refining), tilt_rad, ..self }
     }
 }
 

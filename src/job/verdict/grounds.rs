@@ -48,6 +48,7 @@ impl Figures {
             grounds.extend(width(self, scan, limits));
             grounds.extend(plate(self, scan, limits));
             grounds.extend(off_centre(self, scan, limits));
+            grounds.extend(tilted(self, limits));
             grounds.extend(uneven(self, limits));
             grounds.extend(near_refusal(self, scan, limits));
         } else {
@@ -249,6 +250,22 @@ fn off_centre(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     );
     let measured = (mm(scan.centre_offset_m), mm(limit_m), "mm");
     Some(Ground::new(Code::OffCentre, level, measured, text))
+}
+
+/// The plate's tilt that refining found.
+fn tilted(f: &Figures, limits: &Limits) -> Option<Ground> {
+    let (level, limit) = limits.tilt_rad.level(f.tilt_rad)?;
+    let (level, what_follows) = if f.is_fitted() {
+        (Level::Reliable, "the fit has taken it into account")
+    } else {
+        (level, "the network takes the drape for another fabric's: level the plate and scan again")
+    };
+    let measured = (f.tilt_rad.to_degrees(), limit.to_degrees(), "deg");
+    let text = format!(
+        "the plate seems to be tilted by {:.1} degrees (limit {:.1}): {what_follows}",
+        measured.0, measured.1
+    );
+    Some(Ground::new(Code::Tilted, level, measured, text))
 }
 
 /// The plate found against how early cloth of the bending length found leaves one: stiff cloth

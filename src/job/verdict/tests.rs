@@ -59,6 +59,7 @@ fn valid() -> Figures {
             bending_raised: None,
         }),
         refining: None,
+        tilt_rad: 0.0,
         released: Some(Fit {
             mean_m: 6e-3,
             folds: 8,
@@ -267,6 +268,23 @@ fn off_centre_the_network_is_not_relied_on_and_the_fit_is() {
     }
     straddles(Code::OffCentre, Level::Reliable, limits.doubtful, |f, off_m| {
         set(f, off_m);
+        f.refining = Some(taken(0.9));
+    });
+}
+
+#[test]
+fn a_tilt_that_the_fit_has_is_a_note_and_one_that_it_could_not_explain_a_ground() {
+    let limits = Limits::default().tilt_rad;
+    let left = Refining::Left(NotTaken::NotConverged(Ended::Spent));
+    for (level, limit) in [(Level::Doubtful, limits.doubtful), (Level::DoNotUse, limits.do_not_use)]
+    {
+        straddles(Code::Tilted, level, limit.to_degrees(), |f, tilt_deg| {
+            f.tilt_rad = tilt_deg.to_radians();
+            f.refining = Some(left.clone());
+        });
+    }
+    straddles(Code::Tilted, Level::Reliable, limits.doubtful.to_degrees(), |f, tilt_deg| {
+        f.tilt_rad = tilt_deg.to_radians();
         f.refining = Some(taken(0.9));
     });
 }

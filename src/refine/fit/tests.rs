@@ -239,6 +239,28 @@ fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
 }
 
 #[test]
+fn a_plate_that_is_far_from_level_is_found_to_be() {
+    let truth = woven();
+    let mut bench = Experiment::default();
+    (bench.tilt.down_x_rad, bench.tilt.down_z_rad) = (0.08, -0.05);
+    let options = SimOptions { experiment: bench, ..sim() };
+    let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &options);
+    let seen = sheet(&d, 0.2e-3);
+    let rim = Boundary::exact(d.boundary.positions_m()).unwrap();
+    let scan = Scan { rim: &rim, sheet: Some(&seen), experiment: Experiment::default() };
+    let prior = prior(&truth, OFF, 0.4);
+    let starts = &prior.starts()[..1];
+    let refined = fit(&[scan], truth.density_kg_m2, &prior, starts, &unreleased(), |_| ()).unwrap();
+    let fitted = &refined.scans[0];
+    let [x, z] = [TILT, TILT + 1].map(|m| fitted.bench[m].value);
+    let errors = errors(&refined, &truth);
+    println!("tilt {x:.4} {z:.4}, misfit {:.3}, {errors:.3?}", refined.misfit);
+    // observed: 0.0783 and -0.0483, bending within 2 %
+    assert!((x - 0.08).hypot(z + 0.05) < 4e-3 && fitted.tilt_rad() > 0.09);
+    assert!(errors[3..].iter().all(|e| e.abs() < 0.1), "{errors:?}");
+}
+
+#[test]
 fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
     let truth = woven();
     let d = first_drape();

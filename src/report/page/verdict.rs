@@ -134,7 +134,9 @@ fn steps(outcome: &Outcome) -> Vec<String> {
 fn remedy(ground: &Ground) -> Option<&'static str> {
     use Code as C;
     Some(match ground.code {
-        C::OffCentre if ground.level == Level::Reliable => return None,
+        C::OffCentre | C::NovelRim | C::FoldsForBending if ground.level == Level::Reliable => {
+            return None;
+        }
         C::Scale | C::SideLength | C::Width | C::UnevenSides => {
             "Measure the specimen's sides with a ruler, and the scan's scale on something of known size, the height too; \
              correct what is wrong, and scan again."
@@ -147,6 +149,7 @@ fn remedy(ground: &Ground) -> Option<&'static str> {
             "Centre the specimen on the plate and scan again, or run without --quick: the fit takes the offset into \
              account."
         }
+        C::Tilted => "Level the plate with a spirit level, lay the specimen again, and scan it.",
         C::RimHidden | C::RimBridged => {
             "Scan again so that the whole rim is seen, also from a little below; the chart along the rim shows where it was \
              bridged."

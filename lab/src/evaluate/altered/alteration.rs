@@ -100,7 +100,7 @@ impl Alteration {
         match self {
             Self::Valid => ("valid", &[]),
             Self::OffCentre => ("off_centre", &["off_centre"]),
-            Self::Tilted => ("tilted", &["model_misfit"]),
+            Self::Tilted => ("tilted", &["tilted"]),
             Self::OtherPlate => ("other_plate", &["plate_radius"]),
             Self::OtherSpecimen => {
                 ("other_specimen", &["scale", "width", "side_length", "WrongSize"])
