@@ -301,12 +301,15 @@ impl<'a> Fit<'a> {
         let no_last = options.vertices[1] <= few;
         self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
         let most_first = if first == First::Stays && !no_last { 0 } else { most };
-        self.tilt(&vec![[0.0; 2]; self.targets.len()]);
+        let level = vec![[0.0; 2]; self.targets.len()];
+        self.tilt(&level);
         let mut best = self.initialised_and_descended(start, None, most_first)?;
         if let Some(tilts) = tilted(&best.state) {
             self.tilt(&tilts);
-            let ln = best.state.ln;
-            best = self.initialised_and_descended(&ln, None, most_first)?;
+            match self.initialised_and_descended(&best.state.ln, None, most_first) {
+                Ok(tilted) if tilted.state.cost < best.state.cost => best = tilted,
+                _ => self.tilt(&level),
+            }
         }
         if !no_last {
             let Best { state: coarse, .. } = best;

@@ -184,22 +184,22 @@ impl Default for Limits {
             plate_arched_sigmas: 1.0,               // M, W
             plate_arched_per_noise: 4.0,            // M
             off_centre_m: steps(8e-3, 15e-3),       // M: half of bending's interval, and all of it
-            tilt_rad: steps(0.03, 0.06), // C: at 5 degrees a rim is 7 mm off
-            folds_root_m05: [0.5376, 0.8854], // M
-            folds_beyond: steps(0.5, 3.5), // M, C
-            near_refusal: 0.8,           // C
-            diagonal_deg: 10.0,          // C
-            novelty: steps(1.0, 2.0),    // M, C
-            outside_prior: steps(1.0, 2.0), // M, C: no fabric of 200 is farther
-            interval_cut: 0.2,           // M
-            density_factor: steps(1.0, 2.5), // W
-            refined_misfit: steps(0.65, 1.5), // M, C
-            shown: 0.3,                  // C
-            released_far_m: 3e-3,        // C: the true fabric moves by 0.3 to 2 mm
-            released_m: steps(14e-3, 22e-3), // M, C
-            released_stiff_m: steps(4e-3, 7e-3), // M
-            released_lengths_m: [10e-3, 16e-3], // M
-            released_folds: steps(1.5, 3.5), // M, C
+            tilt_rad: steps(0.03, 0.06),            // C: at 5 degrees a rim is 7 mm off
+            folds_root_m05: [0.5376, 0.8854],       // M
+            folds_beyond: steps(0.5, 3.5),          // M, C
+            near_refusal: 0.8,                      // C
+            diagonal_deg: 10.0,                     // C
+            novelty: steps(1.0, 2.0),               // M, C
+            outside_prior: steps(1.0, 2.0),         // M, C: no fabric of 200 is farther
+            interval_cut: 0.2,                      // M
+            density_factor: steps(1.0, 2.5),        // W
+            refined_misfit: steps(0.65, 1.5),       // M, C
+            shown: 0.3,                             // C
+            released_far_m: 3e-3,                   // C: the true fabric moves by 0.3 to 2 mm
+            released_m: steps(14e-3, 22e-3),        // M, C
+            released_stiff_m: steps(4e-3, 7e-3),    // M
+            released_lengths_m: [10e-3, 16e-3],     // M
+            released_folds: steps(1.5, 3.5),        // M, C
         }
     }
 }
