@@ -280,6 +280,8 @@ pub(super) fn measure(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> 
         let scale = if round < 10 { tuning.first_scale_m } else { tuning.scale_m };
         best = refined(&best, &points, scale)?;
     }
+    // The steps may have left the range: a plate alone is round, and square enough.
+    let is_in_range = (tuning.sides[0]..=tuning.sides[1]).contains(&(best.side_m / side_m));
     // Every side must show itself: half a square would fit many sizes.
     let (mut on, mut all) = ([0_u32; 4], [0_u32; 4]);
     for &p in &points {
@@ -293,7 +295,7 @@ pub(super) fn measure(flat: &[[f64; 2]], side_m: f64, tuning: &SquareTuning) -> 
     }
     let shown = |side: usize| f64::from(on[side]) >= tuning.least_shown * f64::from(all[side]);
     let whole = points.len() as f64 > tuning.least_outline * BEARINGS as f64;
-    (whole && (0..4).all(shown)).then_some(best)
+    (is_in_range && whole && (0..4).all(shown)).then_some(best)
 }
 
 /// One Gauss-Newton step of rotation, centre and side, with Cauchy weights.
@@ -388,6 +390,19 @@ mod tests {
         let off = (found.rotation_rad - truth.rotation_rad).rem_euclid(std::f64::consts::FRAC_PI_2);
         assert!(off.min(std::f64::consts::FRAC_PI_2 - off) < 3e-3, "{found:?}");
         assert!((found.centre[0] - 3e-3).hypot(found.centre[1] + 2e-3) < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn a_plate_alone_is_no_specimen_of_any_size() {
+        let tuning = crate::scan::tuning::Tuning::default().square;
+        let grid =
+            |half: i32| (-half..=half).flat_map(move |i| (-half..=half).map(move |k| (i, k)));
+        let places = |half: i32| grid(half).map(|(i, k)| [i, k].map(|n| f64::from(n) * 1e-3));
+        let plate: Vec<[f64; 2]> = places(41).filter(|p| p[0].hypot(p[1]) < 0.041).collect();
+        assert!(measure(&plate, 0.3, &tuning).is_none());
+        let cut_small: Vec<[f64; 2]> = places(130).collect();
+        let found = measure(&cut_small, 0.3, &tuning).unwrap();
+        assert!((found.side_m - 0.26).abs() < 2e-3, "{found:?}");
     }
 
     #[test]
