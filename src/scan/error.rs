@@ -275,7 +275,7 @@ pub enum ScanError {
     #[error(
         "the surface is not that of a flat cloth: laid on the specimen it is stretched by {strain_percent:.1} % in the \
          median (limit {limit_percent:.1} %), and its rim is not found; see whether the scan was sheared, scaled along one \
-         axis, smoothed or joined from different drapes, and whether this is the specimen"
+         axis, smoothed or joined from different drapes, whether this is the specimen, and whether all its folds were seen"
     )]
     Strained {
         /// Median of the larger principal strain.
