@@ -324,8 +324,8 @@ impl<'a> Fit<'a> {
         Ok(best)
     }
 
-    /// The plates of the drapes to come, tilted beyond their experiments' by so much towards x and z
-    /// \[rad\].
+    /// The plates of the drapes to come, tilted beyond their experiments' by so much towards x and
+    /// z \[rad\].
     fn tilt(&mut self, tilts: &[[f64; 2]]) {
         for (target, [towards_x, towards_z]) in self.targets.iter_mut().zip(tilts) {
             let mut tilt = target.scan.experiment.tilt;

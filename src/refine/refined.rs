@@ -105,7 +105,7 @@ pub struct ScanFit {
 }
 
 impl ScanFit {
-    /// Tilt of the plate against the level one of its experiment \[rad\].
+    /// Tilt of the plate beyond its experiment's \[rad\].
     #[must_use]
     pub fn tilt_rad(&self) -> f64 {
         self.bench[TILT].value.hypot(self.bench[TILT + 1].value)

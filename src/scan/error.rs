@@ -271,7 +271,8 @@ pub enum ScanError {
         /// Its middle.
         bearing_deg: f64,
     },
-    /// The rim is not where the specimen's would be, and the surface cannot be laid flat as cloth can.
+    /// The rim is not where the specimen's would be, and the surface cannot be laid flat as cloth
+    /// can.
     #[error(
         "the surface is not that of a flat cloth: laid on the specimen it is stretched by {strain_percent:.1} % in the \
          median (limit {limit_percent:.1} %), and its rim is not found; see whether the scan was sheared, scaled along one \

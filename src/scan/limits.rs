@@ -382,8 +382,8 @@ pub(super) fn lacks_a_side(rim: &Rim, noise_m: f64, options: &ScanOptions) -> Op
     observed(rim, noise_m, options).err().filter(|_| lacks_it)
 }
 
-/// A refusal of a rim that is not seen, or the strain of the sheet from which it follows: the edges of
-/// what cannot be laid flat lie elsewhere than the specimen's.
+/// A refusal of a rim that is not seen, or the strain of the sheet from which it follows: the edges
+/// of what cannot be laid flat lie elsewhere than the specimen's.
 pub(super) fn strained(error: ScanError, strain: f64, options: &ScanOptions) -> ScanError {
     let most = options.tuning.limits.most_strain;
     match error {

@@ -50,12 +50,12 @@ impl Figures {
             grounds.extend(width(self, scan, limits));
             grounds.extend(bench::plate(self, scan, limits));
             grounds.extend(bench::off_centre(self, scan, limits));
-            grounds.extend(bench::tilted(self, limits));
             grounds.extend(uneven(self, limits));
             grounds.extend(near_refusal(self, scan, limits));
         } else {
             grounds.push(rim_from_file());
         }
+        grounds.extend(bench::tilted(self, limits));
         grounds.extend(hidden(self, limits));
         grounds.extend(warp(self, limits));
         if let Some(answer) = &self.answer {

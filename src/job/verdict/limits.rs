@@ -184,7 +184,7 @@ impl Default for Limits {
             plate_arched_sigmas: 1.0,               // M, W
             plate_arched_per_noise: 4.0,            // M
             off_centre_m: steps(8e-3, 15e-3),       // M: half of bending's interval, and all of it
-            tilt_rad: steps(0.03, 0.06),            // C: at 5 degrees a rim is 7 mm off
+            tilt_rad: steps(0.03, 0.06),            // C: at 5 degrees 7 mm from any trained rim
             folds_root_m05: [0.5376, 0.8854],       // M
             folds_beyond: steps(0.5, 3.5),          // M, C
             near_refusal: 0.8,                      // C
