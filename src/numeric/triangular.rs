@@ -11,7 +11,7 @@
 use std::ops::{AddAssign, Div, Mul, Sub};
 
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 /// What substitution needs of a number.
 pub trait Scalar:
@@ -34,8 +34,24 @@ pub fn solve_in_place<T: Scalar>(
     gathered: &mut Vec<Vec<T>>,
 ) {
     gathered.resize_with(all.len(), Vec::new);
-    // what is called from here is inlined, or it would not be compiled for these registers
-    Arch::new().dispatch(|| {
+    Arch::new().dispatch(Substitution { symbolic, l_values, all, gathered });
+}
+
+/// The substitution, compiled for each kind of vector registers.
+struct Substitution<'a, T> {
+    symbolic: &'a SymbolicSupernodalCholesky<usize>,
+    l_values: &'a [T],
+    all: &'a mut [Vec<T>],
+    gathered: &'a mut [Vec<T>],
+}
+
+impl<T: Scalar> WithSimd for Substitution<'_, T> {
+    type Output = ();
+
+    // What is not inlined, a closure too, is compiled for the narrowest registers.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { symbolic, l_values, all, gathered } = self;
         let panels = symbolic.n_supernodes();
         for s in 0..panels {
             Panel::new(symbolic, l_values, s).down(all, gathered);
@@ -43,7 +59,7 @@ pub fn solve_in_place<T: Scalar>(
         for s in (0..panels).rev() {
             Panel::new(symbolic, l_values, s).up(all, gathered);
         }
-    });
+    }
 }
 
 /// A supernode: `columns` columns from `start` on, dense, and the rows below them.
