@@ -9,6 +9,7 @@ mod promises;
 
 mod command_pages;
 mod doc_links;
+mod features;
 mod layering;
 mod model_card;
 mod packaging;

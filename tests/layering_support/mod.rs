@@ -38,6 +38,8 @@ pub struct Source {
     pub modules: Vec<Vec<String>>,
     /// Modules that it declares for tests only.
     pub test_modules: Vec<Vec<String>>,
+    /// Modules that it declares for some features only, each with those.
+    pub gated: Vec<(Vec<String>, Vec<String>)>,
     /// Lines of printing macros outside tests.
     pub prints: Vec<usize>,
 }
@@ -48,6 +50,8 @@ pub struct Mention {
     pub line: usize,
     /// Whether it stands in something marked `#[cfg(test)]`.
     pub test: bool,
+    /// The features of the `#[cfg(feature = "...")]` around it.
+    pub features: Vec<String>,
     /// The module that it stands in, inline modules included.
     pub scope: Vec<String>,
     /// Its segments.
@@ -80,8 +84,12 @@ impl Source {
             module.pop();
         }
         let parsed = syn::parse_file(text).unwrap_or_else(|e| panic!("{file}: {e}"));
-        let mut reader =
-            Reader { scope: module.clone(), tests: 0, source: Self::empty(file, module) };
+        let mut reader = Reader {
+            scope: module.clone(),
+            tests: 0,
+            features: Vec::new(),
+            source: Self::empty(file, module),
+        };
         reader.visit_file(&parsed);
         reader.source
     }
@@ -94,6 +102,7 @@ impl Source {
             defined: Vec::new(),
             modules: Vec::new(),
             test_modules: Vec::new(),
+            gated: Vec::new(),
             prints: Vec::new(),
         }
     }
@@ -111,12 +120,15 @@ struct Reader {
     scope: Vec<String>,
     /// How many things marked `#[cfg(test)]` stand around this place.
     tests: usize,
+    /// The features of those marked `#[cfg(feature = "...")]`.
+    features: Vec<String>,
 }
 
 impl Reader {
     fn mention(&mut self, span: Span, path: Vec<String>, role: Role) {
         let (line, test, scope) = (span.start().line, self.tests > 0, self.scope.clone());
-        self.source.mentions.push(Mention { line, test, scope, path, role });
+        let features = self.features.clone();
+        self.source.mentions.push(Mention { line, test, features, scope, path, role });
     }
 
     /// The plain paths of an import.
@@ -190,9 +202,12 @@ impl Reader {
     /// Walks what stands under `attributes`.
     fn under(&mut self, attributes: &[Attribute], walk: impl FnOnce(&mut Self)) {
         let marked = usize::from(attributes.iter().any(is_for_tests));
+        let around = self.features.len();
+        self.features.extend(attributes.iter().filter_map(feature));
         self.tests += marked;
         walk(self);
         self.tests -= marked;
+        self.features.truncate(around);
     }
 }
 
@@ -230,6 +245,9 @@ impl<'ast> Visit<'ast> for Reader {
         self.source.modules.push(self.scope.clone());
         if self.tests > 0 {
             self.source.test_modules.push(self.scope.clone());
+        }
+        if !self.features.is_empty() {
+            self.source.gated.push((self.scope.clone(), self.features.clone()));
         }
         visit::visit_item_mod(self, item);
         self.scope.pop();
@@ -281,6 +299,19 @@ fn is_for_tests(attribute: &Attribute) -> bool {
         }
     }
     attribute.path().is_ident("cfg") && attribute.parse_args::<Meta>().is_ok_and(|m| holds(&m))
+}
+
+/// That of `#[cfg(feature = "...")]`.
+fn feature(attribute: &Attribute) -> Option<String> {
+    let meta = attribute.path().is_ident("cfg").then(|| attribute.parse_args::<Meta>().ok())??;
+    match meta {
+        Meta::NameValue(syn::MetaNameValue {
+            path,
+            value: syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(name), .. }),
+            ..
+        }) if path.is_ident("feature") => Some(name.value()),
+        _ => None,
+    }
 }
 
 /// The attributes of an item, and the name that it defines.
