@@ -83,7 +83,7 @@ fn a_file_sets_defaults_and_the_command_line_wins() {
     assert!(told(&run).contains("180.5  g/m^2 (given)"), "{}", told(&run));
     let line = "with --density=180.5 --seed=7 --threads=1 (scan2params.toml)";
     assert!(said(&run).lines().any(|l| l == line), "{}", said(&run));
-    assert_eq!(said(&bench.run(&format!("-q {RIM}"))), "");
+    assert_eq!(said(&bench.run(&format!("-q {RIM} --quick"))), "");
     // A verb that has no such flag.
     let run = bench.run("convert 1 N/m --to g/s^2");
     assert_eq!((told(&run).trim(), said(&run)), ("1000.0 g/s^2", String::new()));
@@ -175,7 +175,7 @@ fn paths_are_meant_from_the_file_s_folder_and_lists_give_a_flag_several_times() 
         "project/c.toml",
         "[estimate]\ndensity = 180\nlab = \"lab.toml\"\nout = \"results\"\n",
     );
-    let run = bench.run(&format!("--config project/c.toml {RIM}"));
+    let run = bench.run(&format!("--config project/c.toml {RIM} --quick"));
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let page = bench.0.path().join("project/results/woven.report.html");
     assert!(fs::read_to_string(page).unwrap().contains("&lt;A. B.&gt;"));

@@ -118,32 +118,30 @@ fn rows_that_do_not_agree_on_the_warp_are_refused_with_their_line() {
 #[test]
 fn true_rims_are_taken_and_typing_errors_are_refused_with_their_line() {
     let out = tempfile::tempdir().unwrap();
-    for drape in ["mean", "stiff"] {
-        let rim = fixture(&format!("drapes/{drape}.boundary.csv"));
-        let folder = out.path().join(drape);
-        let run = scan2params(&[
-            rim.to_str().unwrap(),
-            "--density=214",
-            "--quick",
-            "--warp-toward=+x",
-            &format!("--out={}", folder.display()),
-        ]);
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-        assert!(String::from_utf8_lossy(&run.stdout).contains("as the boundary file gives it"));
-        // named as those of the scan: `x.boundary.csv` is the rim of `x`
-        for ending in ["params.json", "boundary.csv", "boundary.png", "report.html"] {
-            assert!(folder.join(format!("{drape}.{ending}")).is_file(), "{drape}.{ending}");
-        }
-        // where they would replace the rim that is read nothing is written, nor lost
-        let given = folder.join(format!("{drape}.boundary.csv"));
-        let before = std::fs::read(&given).unwrap();
-        let [path, out] = [&given, &folder].map(|path| path.to_str().unwrap());
-        let run = scan2params(&[path, "--density=215", "--quick", "--out", out]);
-        assert_eq!(run.status.code(), Some(2));
-        let said = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert!(said.contains("would be lost") && said.contains("folder"), "{said}");
-        assert_eq!(std::fs::read(&given).unwrap(), before);
+    let rim = fixture("drapes/stiff.boundary.csv");
+    let folder = out.path().join("stiff");
+    let run = scan2params(&[
+        rim.to_str().unwrap(),
+        "--density=214",
+        "--quick",
+        "--warp-toward=+x",
+        &format!("--out={}", folder.display()),
+    ]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(String::from_utf8_lossy(&run.stdout).contains("as the boundary file gives it"));
+    // named as those of the scan: `x.boundary.csv` is the rim of `x`
+    for ending in ["params.json", "boundary.csv", "boundary.png", "report.html"] {
+        assert!(folder.join(format!("stiff.{ending}")).is_file(), "stiff.{ending}");
     }
+    // where they would replace the rim that is read nothing is written, nor lost
+    let given = folder.join("stiff.boundary.csv");
+    let before = std::fs::read(&given).unwrap();
+    let [path, into] = [&given, &folder].map(|path| path.to_str().unwrap());
+    let run = scan2params(&[path, "--density=215", "--quick", "--out", into]);
+    assert_eq!(run.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(said.contains("would be lost") && said.contains("folder"), "{said}");
+    assert_eq!(std::fs::read(&given).unwrap(), before);
     let rim = fixture("drapes/mean.boundary.csv");
     let run = scan2params(&["inspect", rim.to_str().unwrap()]);
     assert_eq!(run.status.code(), Some(2), "a rim is no scan");
