@@ -19,6 +19,7 @@ import intervals
 import ring
 import silhouettes
 import snn
+import split_passes
 import table3
 import train
 
@@ -388,6 +389,19 @@ def test_the_mixture_of_the_measured_prior_finds_two_groups_again():
     order = np.argsort(means[:, 0])
     assert np.abs(means[order] - [[0.0, 1.0], [3.0, -1.0]]).max() < 0.1
     assert np.abs(np.sqrt(covs[order].diagonal(axis1=1, axis2=2)) - [[0.2, 0.4], [0.5, 0.3]]).max() < 0.06
+
+
+def test_passes_share_out_the_points_and_are_moved_as_stiff_bodies():
+    points = np.random.default_rng(3).normal(size=(600, 3))
+    parts = list(split_passes.passes(points, 3, np.random.default_rng(1)))
+    assert [len(part) for part in parts] == [200] * 3
+    order = np.random.default_rng(1).permutation(600)
+    assert np.abs(parts[0] - points[order[::3]]).max() < 1e-12
+    for k in (1, 2):
+        own = points[order[k::3]]
+        assert 1e-4 < np.abs(parts[k] - own).max() < 0.02 + 0.1 * np.abs(points).max()
+        lengths = [np.linalg.norm(of[1:] - of[:-1], axis=1) for of in (own, parts[k])]
+        assert np.abs(lengths[0] - lengths[1]).max() < 1e-9
 
 
 if __name__ == "__main__":

@@ -321,12 +321,12 @@ def test_a_calibration_finds_the_fabric_as_the_program_does(program, tmp_path):
     steps = []
     # one effect alone is looked for: the others take minutes
     without = [name for name in _effects(manifest) if name != "crease"]
-    options = {"vertices": 21, "without": without}
+    options = {"vertices": 31, "without": without}
     found = s2p.calibrate(manifest, **options, out=tmp_path / "ours", progress=steps.append)
     assert steps[0] == "outlines of 1 files" and any("drapes" in step for step in steps)
     assert found == json.loads((tmp_path / "ours" / "calibration.json").read_text())
     assert (tmp_path / "ours" / "report.html").is_file()
-    flags = ["--vertices", 21, "--without", ",".join(without), "--out", tmp_path / "theirs", "--json"]
+    flags = ["--vertices", 31, "--without", ",".join(without), "--out", tmp_path / "theirs", "--json"]
     theirs = program("calibrate", manifest, *flags)
     assert found == json.loads(theirs)
     assert found["fabrics"]["stiff"]["density"] == {"value": 260.0, "unit": "g/m^2", "known": True}
