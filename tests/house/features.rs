@@ -1,6 +1,7 @@
 //! The library's features, held: what a feature compiles uses no module and no crate that it does
-//! not bring. `scripts/check_features.sh` compiles the library without features, and clippy with all
-//! of them; between the two the sources are read.
+//! not bring. `scripts/check_features.sh` compiles the library without features, and clippy with
+//! all of them; between the two the sources are read. Not seen: features of crates, such as `jpeg`
+//! of `image`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
