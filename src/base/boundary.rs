@@ -10,7 +10,7 @@
 
 use serde::Serialize;
 
-use super::vectors::Point3;
+use super::vectors::{Point3, Vector3};
 
 /// Sides of the specimen.
 pub const SIDES: usize = 4;
@@ -83,6 +83,13 @@ impl Boundary {
     /// The positions in order, simulation frame \[m\].
     pub fn positions_m(&self) -> impl Iterator<Item = Point3> + '_ {
         self.points.iter().map(|point| point.position_m)
+    }
+
+    /// The same, moved by so much \[m\].
+    #[must_use]
+    pub fn translated(&self, by_m: Vector3) -> Self {
+        let moved = |p: &BoundaryPoint| BoundaryPoint { position_m: p.position_m + by_m, ..*p };
+        Self { points: self.points.iter().map(moved).collect() }
     }
 
     /// Mean of the points' sigmas, per coordinate \[m\].

@@ -69,6 +69,13 @@ impl Surface {
         self.side
     }
 
+    /// The same, moved by so much \[m\].
+    #[must_use]
+    pub fn translated(&self, by_m: Vector3) -> Self {
+        let moved = |p: &SurfacePoint| SurfacePoint { position_m: p.position_m + by_m, ..*p };
+        Self { side: self.side, points: self.points.iter().map(moved).collect() }
+    }
+
     /// The places in order.
     #[must_use]
     pub fn points(&self) -> &[SurfacePoint] {

@@ -1,8 +1,8 @@
 //! The least squares around the drapes of one fabric: sums over the places of all scans, the
 //! bench's numbers at their best, and the step that is predicted to help.
 //!
-//! Unknown are the logarithms of the six stiffnesses, which all scans share, and six numbers of
-//! each scan's bench. A place that lies more than a few standard deviations off pulls no harder
+//! Unknown are the logarithms of the six stiffnesses, which all scans share, and the numbers
+//! of each scan's bench. A place that lies more than a few standard deviations off pulls no harder
 //! than one at that distance (Huber 1964); nor does the prior of a stiffness.
 
 use nalgebra::{DMatrix, DVector};
@@ -40,7 +40,7 @@ pub struct FitOptions {
     /// Largest change of a logarithm in one step.
     pub longest_step: f64,
     /// Standard deviations of the bench's numbers: offset x and z \[m\], rotation \[rad\], tilt
-    /// towards x and z \[rad\], height of the plate's face \[m\].
+    /// towards x and z \[rad\], height of the plate's face \[m\], place of its axis x and z \[m\].
     pub bench_sigma: [f64; BENCH],
     /// Distance, in its standard deviations, from which on the prior of a stiffness or of a bench's
     /// number pulls no harder.
@@ -73,7 +73,7 @@ impl Default for FitOptions {
     fn default() -> Self {
         Self {
             data: DataOptions::default(),
-            evaluations: [16, 6],
+            evaluations: [16, 12],
             step_factorisations: 40,
             last_factorisations: 100,
             vertices: [61, 111],
@@ -81,7 +81,7 @@ impl Default for FitOptions {
             stiff_m: 12e-3,
             first_model_m: 1.5e-3,
             longest_step: 0.7,
-            bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3],
+            bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3, 0.5e-3, 0.5e-3],
             prior_outlier: 2.0,
             largest_misfit: 0.6,
             cells: [0.62, 0.5],
@@ -116,9 +116,9 @@ pub(super) struct NormalEquations<'a> {
     pub data: Vec<Vec<Datum>>,
     /// Prior of how far cloth lies beyond the present cells ([`FitOptions::prior_of_cells`]).
     pub cells: [f64; 2],
-    /// Tilt of each scan's plate towards x and z that its drapes have and its experiment does not
-    /// \[rad\].
-    pub tilts: Vec<[f64; 2]>,
+    /// What of each scan's numbers its drapes are made with beyond its experiment: tilt and place of
+    /// the plate, 0 for the others.
+    pub made_with: Vec<[f64; NUISANCES]>,
     pub density_kg_m2: f64,
     pub prior: &'a Prior,
     pub options: &'a FitOptions,
@@ -128,10 +128,10 @@ pub(super) struct NormalEquations<'a> {
 pub(super) struct State {
     pub(super) ln: [f64; STIFFNESSES],
     pub(super) predictions: Vec<Prediction>,
-    /// The bench's numbers, scan by scan: tilts beyond those of the drapes,
+    /// The bench's numbers, scan by scan, beyond those that the drapes are made with,
     pub(super) bench: Vec<[f64; NUISANCES]>,
     /// and these.
-    pub(super) tilts: Vec<[f64; 2]>,
+    pub(super) made_with: Vec<[f64; NUISANCES]>,
     /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the
     /// priors'.
     pub(super) cost: f64,
@@ -145,6 +145,14 @@ pub(super) struct State {
 }
 
 impl State {
+    /// All of the bench's numbers, scan by scan.
+    pub(super) fn whole_bench(&self) -> Vec<[f64; NUISANCES]> {
+        let sum = |(beyond, made): (&[f64; NUISANCES], &[f64; NUISANCES])| {
+            std::array::from_fn(|m| beyond[m] + made[m])
+        };
+        self.bench.iter().zip(&self.made_with).map(sum).collect()
+    }
+
     /// Root mean square distance of an independent coordinate in standard deviations.
     pub(super) fn misfit(&self) -> f64 {
         (self.data_cost / self.independent).sqrt()
@@ -204,15 +212,27 @@ impl NormalEquations<'_> {
                 cost += off * off * huber_weight * (2.0 - huber_weight);
             }
         }
-        let tilts = self.tilts.clone();
-        State { ln, predictions, bench, tilts, cost, data_cost, independent, normal, priors, right }
+        State {
+            ln,
+            predictions,
+            bench,
+            made_with: self.made_with.clone(),
+            cost,
+            data_cost,
+            independent,
+            normal,
+            priors,
+            right,
+        }
     }
 
     /// Mean and standard deviation of the prior of a scan's numbers.
     pub(super) fn bench_prior(&self, scan: usize) -> [[f64; 2]; NUISANCES] {
-        let [a, b, c, d, e, f] = self.options.bench_sigma.map(|sigma| [0.0, sigma]);
-        let [towards_x, towards_z] = self.tilts[scan];
-        [a, b, c, [-towards_x, d[1]], [-towards_z, e[1]], f, self.cells]
+        let (sigmas, made_with) = (&self.options.bench_sigma, &self.made_with[scan]);
+        std::array::from_fn(|m| match sigmas.get(m) {
+            Some(sigma) => [-made_with[m], *sigma],
+            None => self.cells,
+        })
     }
 
     /// The bench's numbers that fit one drape best.

@@ -1,14 +1,14 @@
 //! The fabric whose drapes lie closest to its scans.
 //!
-//! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and six
-//! numbers of the bench for each scan, with priors on all. The scanned sheet is laid with the first
+//! Levenberg-Marquardt over the logarithms of the six stiffnesses, shared by all scans, and the
+//! numbers of each scan's bench, with priors on all. The scanned sheet is laid with the first
 //! fabric and comes to rest held by weak springs ([`DropStart::HeldSurface`]); from there it is
 //! continued from fabric to fabric, tied by springs all the way. Released, even the true fabric
 //! moves on by 0.2 to 3 mm into an equilibrium beside the scan's, along moves that cost next to
 //! nothing, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
 //! fabric does to the sheet shows against the springs. In the end the sheet is released, if wanted.
 //! The bench's numbers are small and enter through their sensitivities alone; of a plate that is
-//! found tilted by more, the drapes are made anew on the tilted plate. A place, or a number, that
+//! found tilted or off its place by more, the drapes are made anew on that plate. A place, or a number, that
 //! lies more than a few standard deviations off pulls no harder than one at that distance (Huber
 //! 1964).
 //!
@@ -26,12 +26,12 @@ use rayon::prelude::*;
 use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use super::data::{DataOptions, Scan, data_of, place_of};
 use super::equations::{FitOptions, NormalEquations, State};
-use super::prediction::{Prediction, TILT, places_of, prediction_of};
+use super::prediction::{AXIS, NUISANCES, Prediction, TILT, places_of, prediction_of};
 use super::prior::Prior;
 use super::refined::{Ended, Refined};
 use crate::base::boundary::BoundaryPoint;
 use crate::base::clock::{Begun, Stages};
-use crate::base::{Surface, SurfacePoint, Vector3};
+use crate::base::{Boundary, Surface, SurfacePoint, Vector3};
 use crate::fabric::STIFFNESSES;
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{
@@ -92,6 +92,7 @@ pub fn fit(
                 let of_balance = fit.of_balance.unwrap_or(*start);
                 let Best { state, mut followers, ended } = fit.begun_again(best);
                 let released = fit.released(&mut followers);
+                let (state, released) = in_frames_of_scans(state, released);
                 let how = (*name, ended, fit.drapes);
                 let refined = Refined::of(scans, &fit.equations, state, released, how, of_balance);
                 return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
@@ -110,17 +111,39 @@ pub fn fit(
 
 /// One scan, and how its drapes are made.
 struct Target<'a> {
-    scan: &'a Scan<'a>,
+    given: &'a Scan<'a>,
+    /// Rim and sheet in the plate's frame, where the scan misses it.
+    moved: Option<(Boundary, Option<Surface>)>,
     options: SimOptions,
 }
 
 impl Target<'_> {
+    /// The scan in the plate's frame.
+    fn scan(&self) -> Scan<'_> {
+        match &self.moved {
+            Some((rim, sheet)) => Scan { rim, sheet: sheet.as_ref(), ..*self.given },
+            None => *self.given,
+        }
+    }
+
+    /// The drapes to come are made with these numbers of the bench beyond the experiment.
+    fn make_with(&mut self, numbers: &[f64; NUISANCES]) {
+        let mut tilt = self.given.experiment.tilt;
+        tilt.down_x_rad += numbers[TILT];
+        tilt.down_z_rad += numbers[TILT + 1];
+        self.options.experiment.tilt = tilt;
+        let axis_m = axis_m(numbers);
+        let (rim, sheet) = (self.given.rim, self.given.sheet);
+        self.moved = (axis_m != Vector3::zeros())
+            .then(|| (rim.translated(-axis_m), sheet.map(|sheet| sheet.translated(-axis_m))));
+    }
+
     /// What the first drapes start from, and what ties them: the scanned sheet, or a rim alone.
     fn start(&self, options: &FitOptions) -> DropStart {
-        match self.scan.sheet {
+        match self.scan().sheet {
             Some(sheet) => held(sheet.clone(), options.hold_sag_m),
             None => DropStart::HeldRim(Box::new(HeldRim {
-                rim: self.scan.rim.clone(),
+                rim: self.scan().rim.clone(),
                 sag_m: options.rim_hold_sag_m,
                 farther: 0.0,
             })),
@@ -130,7 +153,8 @@ impl Target<'_> {
     /// Where a rim alone held the first drapes: the sheet of the last of them with the rim where it
     /// was scanned, and only the rim holds.
     fn start_beside(&self, first: &Prediction, options: &FitOptions) -> Option<DropStart> {
-        if self.scan.sheet.is_some() {
+        let scan = self.scan();
+        if scan.sheet.is_some() {
             return None;
         }
         let unknown = |p: &Vector3| SurfacePoint {
@@ -139,7 +163,7 @@ impl Target<'_> {
             observed: false,
         };
         let mut points: Vec<_> = first.at.iter().map(unknown).collect();
-        for (index, point) in self.scan.rim.points().iter().enumerate() {
+        for (index, point) in scan.rim.points().iter().enumerate() {
             let BoundaryPoint { position_m, sigma_m, observed } = *point;
             points[place_of(index)] = SurfacePoint { position_m, sigma_m, observed };
         }
@@ -158,8 +182,10 @@ const NO_FINER: [f64; 2] = [0.0, 1.0];
 /// Factorisations in which a sheet that only its rim leads has to come to rest: it begins farther
 /// from it.
 const RIM_ALONE: usize = 600;
-/// Tilts up to this enter through sensitivities alone \[rad\].
+/// Tilts up to this enter through sensitivities alone \[rad\],
 const TILTED_RAD: f64 = 10e-3;
+/// and places of the plate's axis \[m\].
+const OFF_AXIS_M: f64 = 0.4e-3;
 /// Standard deviation of a place that nothing is known of \[m\]: its spring has no strength.
 const UNKNOWN_M: f64 = 1.0;
 
@@ -217,7 +243,8 @@ impl<'a> Fit<'a> {
         tell: &'a dyn Fn(Progress),
     ) -> Self {
         let target = |scan: &'a Scan<'a>| Target {
-            scan,
+            given: scan,
+            moved: None,
             options: SimOptions {
                 experiment: scan.experiment,
                 iterations: match scan.sheet {
@@ -230,7 +257,7 @@ impl<'a> Fit<'a> {
         let equations = NormalEquations {
             data: Vec::new(),
             cells: NO_FINER,
-            tilts: Vec::new(),
+            made_with: Vec::new(),
             density_kg_m2,
             prior,
             options,
@@ -255,7 +282,7 @@ impl<'a> Fit<'a> {
     fn on_cells(&mut self, vertices: usize, model_m: f64) {
         let options = DataOptions { model_m, ..self.equations.options.data };
         self.vertices = vertices;
-        self.equations.data = self.targets.iter().map(|t| data_of(t.scan, &options)).collect();
+        self.equations.data = self.targets.iter().map(|t| data_of(&t.scan(), &options)).collect();
         self.equations.cells = if self.is_on_finer_cells() {
             self.equations.options.prior_of_cells(vertices)
         } else {
@@ -297,18 +324,17 @@ impl<'a> Fit<'a> {
         let evaluations = options.evaluations[usize::from(first == First::Stays)];
         let most = self.drapes + evaluations * self.targets.len();
         let few = options.vertices[0];
-        self.starts = self.targets.iter().map(|target| target.start(options)).collect();
         let no_last = options.vertices[1] <= few;
-        self.on_cells(few, if no_last { options.data.model_m } else { options.first_model_m });
+        let model_m = if no_last { options.data.model_m } else { options.first_model_m };
         let most_first = if first == First::Stays && !no_last { 0 } else { most };
-        let level = vec![[0.0; 2]; self.targets.len()];
-        self.tilt(&level);
+        let as_given = vec![[0.0; NUISANCES]; self.targets.len()];
+        self.make_with(&as_given, few, model_m);
         let mut best = self.initialised_and_descended(start, None, most_first)?;
-        if let Some(tilts) = tilted(&best.state) {
-            self.tilt(&tilts);
+        if let Some(numbers) = large(&best.state) {
+            self.make_with(&numbers, few, model_m);
             match self.initialised_and_descended(&best.state.ln, None, most_first) {
-                Ok(tilted) if tilted.state.cost < best.state.cost => best = tilted,
-                _ => self.tilt(&level),
+                Ok(other) if other.state.cost < best.state.cost => best = other,
+                _ => self.make_with(&as_given, few, model_m),
             }
         }
         if !no_last {
@@ -324,16 +350,16 @@ impl<'a> Fit<'a> {
         Ok(best)
     }
 
-    /// The plates of the drapes to come, tilted beyond their experiments' by so much towards x and
-    /// z \[rad\].
-    fn tilt(&mut self, tilts: &[[f64; 2]]) {
-        for (target, [towards_x, towards_z]) in self.targets.iter_mut().zip(tilts) {
-            let mut tilt = target.scan.experiment.tilt;
-            tilt.down_x_rad += towards_x;
-            tilt.down_z_rad += towards_z;
-            target.options.experiment.tilt = tilt;
+    /// The drapes to come are made with these numbers of the benches beyond their experiments, on
+    /// cells of so many vertices, which lie off by so much.
+    fn make_with(&mut self, numbers: &[[f64; NUISANCES]], vertices: usize, model_m: f64) {
+        for (target, numbers) in self.targets.iter_mut().zip(numbers) {
+            target.make_with(numbers);
         }
-        self.equations.tilts = tilts.to_vec();
+        self.equations.made_with = numbers.to_vec();
+        let options = self.equations.options;
+        self.starts = self.targets.iter().map(|target| target.start(options)).collect();
+        self.on_cells(vertices, model_m);
     }
 
     /// Sheets that are laid from now on start from what a rim alone has held so far, so that what
@@ -441,7 +467,7 @@ impl<'a> Fit<'a> {
         let is_finer = self.is_on_finer_cells();
         let initialise = |(target, start): (&Target, &DropStart)| {
             let mut options = SimOptions { vertices, ..target.options };
-            let is_sheet = target.scan.sheet.is_some();
+            let is_sheet = target.given.sheet.is_some();
             if is_finer && is_sheet {
                 options.iterations = last_factorisations;
             }
@@ -500,7 +526,8 @@ impl<'a> Fit<'a> {
 
     fn tell_of(&self, state: &State) {
         let distances = self.targets.iter().zip(&state.predictions);
-        let sum: f64 = distances.map(|(t, prediction)| prediction.rim_distance_m(t.scan.rim)).sum();
+        let sum: f64 =
+            distances.map(|(t, prediction)| prediction.rim_distance_m(t.scan().rim)).sum();
         (self.tell)(Progress {
             drapes: self.drapes,
             rim_m: sum / self.targets.len() as f64,
@@ -541,11 +568,36 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// The tilts found, if one is too large to enter through sensitivities alone.
-fn tilted(state: &State) -> Option<Vec<[f64; 2]>> {
-    let tilts: Vec<[f64; 2]> =
-        state.bench.iter().map(|bench| [bench[TILT], bench[TILT + 1]]).collect();
-    tilts.iter().any(|[x, z]| x.hypot(*z) > TILTED_RAD).then_some(tilts)
+/// Tilt and place of each scan's plate as found, 0 for its other numbers, if one is too large to
+/// enter through sensitivities alone.
+fn large(state: &State) -> Option<Vec<[f64; NUISANCES]>> {
+    let plates = state.whole_bench().into_iter().map(|all| {
+        let mut plate = [0.0; NUISANCES];
+        for at in [TILT, TILT + 1, AXIS, AXIS + 1] {
+            plate[at] = all[at];
+        }
+        plate
+    });
+    let plates: Vec<_> = plates.collect();
+    let is_large = |plate: &[f64; NUISANCES]| {
+        plate[TILT].hypot(plate[TILT + 1]) > TILTED_RAD || axis_m(plate).norm() > OFF_AXIS_M
+    };
+    plates.iter().any(is_large).then_some(plates)
+}
+
+/// Where a scan has the axis of its plate, as its bench's numbers say \[m\].
+fn axis_m(numbers: &[f64; NUISANCES]) -> Vector3 {
+    Vector3::new(numbers[AXIS], 0.0, numbers[AXIS + 1])
+}
+
+/// Drapes in the frames of their scans, where they were made in those of the plates.
+fn in_frames_of_scans(state: State, released: Vec<Option<Drape>>) -> (State, Vec<Option<Drape>>) {
+    let axes_m: Vec<Vector3> = state.made_with.iter().map(axis_m).collect();
+    let predictions = state.predictions.into_iter().zip(&axes_m);
+    let predictions = predictions.map(|(of, axis_m)| of.translated(*axis_m)).collect();
+    let released = released.into_iter().zip(&axes_m);
+    let released = released.map(|(of, axis_m)| of.map(|of| of.translated(*axis_m))).collect();
+    (State { predictions, ..state }, released)
 }
 
 /// Whether a step is not worth a drape.

@@ -8,15 +8,18 @@ use crate::sim::{Drape, Follower};
 
 use super::data::{SIDE, Scan, place_of};
 
-/// What is not known of a bench: place and rotation of the specimen, tilt of the plate, and the
-/// height of its face in the scan's frame.
-pub(super) const BENCH: usize = 6;
-/// The first of the two tilts of the plate among these.
+/// What is not known of a bench: place and rotation of the specimen, tilt of the plate, the height
+/// of its face and the place of its axis in the scan's frame.
+pub(super) const BENCH: usize = 8;
+/// The first of the two tilts of the plate among these,
 pub(super) const TILT: usize = 3;
+/// and of the two of its axis's place.
+pub(super) const AXIS: usize = 6;
 /// What is not known beside the fabric: the bench, and how far the last cells are from cloth.
 pub(super) const NUISANCES: usize = BENCH + 1;
 
-/// The parameters with a sensitivity of their own: the stiffnesses, then the bench but the height.
+/// The parameters with a sensitivity of their own: the stiffnesses, then the bench but the height,
+/// with the ties' place for the axis's.
 const PARAMETERS: [Parameter; STIFFNESSES + BENCH - 1] = {
     let [a, b, c, d, e, f] = Parameter::STIFFNESSES;
     [
@@ -31,6 +34,8 @@ const PARAMETERS: [Parameter; STIFFNESSES + BENCH - 1] = {
         Parameter::Rotation,
         Parameter::TiltX,
         Parameter::TiltZ,
+        Parameter::TiesX,
+        Parameter::TiesZ,
     ]
 };
 
@@ -64,7 +69,12 @@ pub(super) fn prediction_of(
             at_places(&drape, &sensitivity.moves).into_iter().map(|m| m * scale).collect()
         })
         .collect();
+    // a plate that moves under the ties carries the sheet along but for what they hold back
+    let ties = moves.split_off(STIFFNESSES + AXIS - 1);
     moves.push(vec![Vector3::y(); SIDE * SIDE]);
+    for (along, held) in [Vector3::x(), Vector3::z()].iter().zip(ties) {
+        moves.push(held.into_iter().map(|held| along - held).collect());
+    }
     moves.push(finer.map_or_else(|| vec![Vector3::zeros(); SIDE * SIDE], <[Vector3]>::to_vec));
     Ok(Prediction { at: places_of(&drape), moves, drape })
 }
@@ -88,6 +98,12 @@ impl Prediction {
     /// The same sensitivities at another sheet on the same cells, a short step away.
     pub(super) fn at_sheet(&self, drape: Drape) -> Self {
         Self { at: places_of(&drape), moves: self.moves.clone(), drape }
+    }
+
+    /// The same in a frame in which the plate's axis stands so far from the origin \[m\].
+    pub(super) fn translated(self, by_m: Vector3) -> Self {
+        let at = self.at.iter().map(|p| p + by_m).collect();
+        Self { at, drape: self.drape.translated(by_m), moves: self.moves }
     }
 
     /// Mean distance of its rim from another \[m\].

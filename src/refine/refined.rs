@@ -136,8 +136,16 @@ pub struct Nuisance {
 }
 
 /// Names of the bench's numbers.
-const BENCH_KEYS: [&str; BENCH] =
-    ["offset_x", "offset_z", "rotation", "tilt_down_x", "tilt_down_z", "plate_height"];
+const BENCH_KEYS: [&str; BENCH] = [
+    "offset_x",
+    "offset_z",
+    "rotation",
+    "tilt_down_x",
+    "tilt_down_z",
+    "plate_height",
+    "axis_x",
+    "axis_z",
+];
 
 /// Why a fit ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,11 +211,7 @@ impl Refined {
                 covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt()
             })
         });
-        let mut bench = state.bench;
-        for (numbers, tilts) in bench.iter_mut().zip(&state.tilts) {
-            numbers[TILT] += tilts[0];
-            numbers[TILT + 1] += tilts[1];
-        }
+        let bench = state.whole_bench();
         let scans = scans
             .iter()
             .zip(state.predictions.iter().zip(released))

@@ -62,6 +62,14 @@ pub struct Drape {
 }
 
 impl Drape {
+    /// The same in a frame in which the plate's axis stands so far from the origin \[m\].
+    #[must_use]
+    pub fn translated(mut self, by_m: Vector3) -> Self {
+        self.positions_m.iter_mut().for_each(|p| *p += by_m);
+        self.boundary = self.boundary.translated(by_m);
+        self
+    }
+
     /// The sheet as a mesh of triangles, simulation frame \[m\]: as many vertices as were
     /// simulated, at even steps of the flat specimen, so that a vertex's number tells its place on
     /// the cloth. Where the drape's own lines are uneven, the sheet between them is cubic.

@@ -45,6 +45,11 @@ pub struct Guide {
 }
 
 impl Guide {
+    /// Moves the places that the springs pull to \[m\].
+    pub(super) fn move_places(&mut self, by_m: Vector3) {
+        self.targets.iter_mut().for_each(|target| target.position_m += by_m);
+    }
+
     /// From where a spring pulls to where its vertex is \[m\].
     fn gap(&self, target: &Target, x: &[Vector3]) -> Vector3 {
         let off = x[target.vertex] - target.position_m;

@@ -117,10 +117,14 @@ pub enum Parameter {
     Skew,
     /// How far beyond an outline the springs of a [`crate::sim::Hold`] pull \[m\].
     Pull,
+    /// Place along x of the surface or rim that ties hold the sheet to \[m\].
+    TiesX,
+    /// Place along z of the surface or rim that ties hold the sheet to \[m\].
+    TiesZ,
 }
 
 impl Parameter {
-    /// All parameters but the single nodes of fields and the pull of a hold.
+    /// All parameters but the single nodes of fields and those of a hold and of ties.
     pub const ALL: [Self; 31] = [
         Self::StretchWeft,
         Self::StretchWarp,
@@ -205,6 +209,8 @@ impl Parameter {
             Self::Weft => "specimen_weft",
             Self::Skew => "specimen_skew",
             Self::Pull => "pull",
+            Self::TiesX => "ties_x",
+            Self::TiesZ => "ties_z",
             fabric => fabric.of_fabric().map_or("", |k| TABLE_2[k].key),
         };
         name.to_owned()
@@ -315,8 +321,8 @@ pub enum SensitivityError {
 
 impl Setup {
     /// The same with `change` added to `parameter`. The specimen's place and rotation change
-    /// nothing here: they act through friction's anchors, as a hold's pull does through its
-    /// springs.
+    /// nothing here: they act through friction's anchors, as a hold's pull and the ties' place do
+    /// through their springs.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, change: f64) -> Self {
         let (f, e) = (&mut self.fabric, &mut self.experiment);
@@ -356,9 +362,12 @@ impl Setup {
             Parameter::Warp => &mut e.specimen.warp_m,
             Parameter::Weft => &mut e.specimen.weft_m,
             Parameter::Skew => &mut e.specimen.skew_rad,
-            Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation | Parameter::Pull => {
-                return self;
-            }
+            Parameter::OffsetX
+            | Parameter::OffsetZ
+            | Parameter::Rotation
+            | Parameter::Pull
+            | Parameter::TiesX
+            | Parameter::TiesZ => return self,
         };
         *number += change;
         self
@@ -386,6 +395,8 @@ impl Setup {
                 .plate
                 .move_anchors(|p| Vector3::new(p.x * cos + p.z * sin, p.y, p.z * cos - p.x * sin)),
             Parameter::Pull => changed.guide.outwards_m += change,
+            Parameter::TiesX => changed.guide.move_places(Vector3::x() * change),
+            Parameter::TiesZ => changed.guide.move_places(Vector3::z() * change),
             _ => {}
         }
         changed

@@ -95,6 +95,9 @@ pub enum Outcome {
         text: String,
         /// How it compares with the fabric; `None` of what is no fabric's drape.
         off: Option<Off>,
+        /// The fit, whether it was taken or not: what it leaves of the scan, in standard
+        /// deviations, and how it compares.
+        fit: Option<(f64, Off)>,
     },
 }
 
@@ -267,11 +270,14 @@ impl Series {
         let Verdict { level, grounds, .. } = found.verdict;
         let against = || grounds.iter().filter(|ground| ground.level > Level::Reliable);
         let answer = Answer::of(&found.estimate);
+        let fitted =
+            found.refinement.as_ref().and_then(|refinement| refinement.result.as_ref().ok());
         Ok(Outcome::Answered {
             level,
             grounds: against().map(|ground| ground.code.name()).collect(),
             text: against().next().map_or_else(String::new, |ground| ground.text.clone()),
             off: alteration.is_of_cloth().then(|| Off::of(&answer, fabric)),
+            fit: fitted.map(|fitted| (fitted.misfit, Off::of(&Answer::of_fit(fitted), fabric))),
         })
     }
 }
@@ -300,7 +306,8 @@ fn simulated(
 impl Record {
     /// The columns of [`Self::row`].
     pub const COLUMNS: &str = "scan,altered,amount,unit,sensor,stand,surroundings,drape,bending_length_mm,outcome,names,\
-         bending_over_truth,beyond_interval,stretch_factor,wrong,cpu_s,says";
+         bending_over_truth,beyond_interval,stretch_factor,misfit,fit_bending_over_truth,fit_beyond_interval,\
+         fit_stretch_factor,wrong,cpu_s,says";
 
     /// A line of a table.
     #[must_use]
@@ -312,18 +319,21 @@ impl Record {
                 (level.name(), grounds.join(" "), text.as_str())
             }
         };
-        let off = match &self.outcome {
-            Outcome::Answered { off: Some(off), .. } => {
-                format!("{:.3},{:.3},{:.2}", off.bending, off.beyond_interval, off.stretch)
-            }
-            _ => ",,".to_owned(),
+        let three =
+            |off: &Off| format!("{:.3},{:.3},{:.2}", off.bending, off.beyond_interval, off.stretch);
+        let of_fit = |(misfit, off): &(f64, Off)| format!("{misfit:.2},{}", three(off));
+        let (off, fit) = match &self.outcome {
+            Outcome::Answered { off, fit, .. } => (off.as_ref(), fit.as_ref()),
+            _ => (None, None),
         };
+        let off = off.map_or_else(|| ",,".to_owned(), three);
+        let fit = fit.map_or_else(|| ",,,".to_owned(), of_fit);
         let Amount { value, unit, .. } = self.amount;
         let [stand, surroundings] = self.scene;
         let (drape, length_mm) = &self.drape;
         let says: String = says.replace(['"', ','], ";").chars().take(160).collect();
         format!(
-            "{},{},{value:.3},{unit},{},{stand},{surroundings},{drape},{length_mm:.1},{word},{names},{off},{},{:.1},{says}",
+            "{},{},{value:.3},{unit},{},{stand},{surroundings},{drape},{length_mm:.1},{word},{names},{off},{fit},{},{:.1},{says}",
             self.index,
             self.alteration.name(),
             self.sensor,

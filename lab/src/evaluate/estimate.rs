@@ -33,6 +33,7 @@ use scan2params::fabric::{
     Fabric, Likeness, Mixture, MixtureError, PARAMETERS, STIFFNESSES, TABLE_2,
 };
 use scan2params::numeric::robust;
+use scan2params::refine::Refined;
 use scan2params::sim::NUMERICS_VERSION;
 use scan2params::sim::experiment::bending_length_m;
 
@@ -64,6 +65,24 @@ impl Answer {
             value: parameters.map(|p| p.value),
             interval90: parameters.map(|p| p.interval90),
             novel: estimate.warnings.iter().any(novel),
+        }
+    }
+
+    /// What a fit says, whether it is the answer or not.
+    #[must_use]
+    pub fn of_fit(refined: &Refined) -> Self {
+        let density = refined.fabric.density_kg_m2;
+        let in_paper_units = |si: [f64; STIFFNESSES]| {
+            let [a, b, c, d, e, f] = si;
+            let [six @ .., _] = Fabric::from_si([a, b, c, d, e, f, density]).to_paper_units();
+            six
+        };
+        let end = |side: usize| in_paper_units(refined.stiffnesses.map(|s| s.interval90[side]));
+        let [low, high] = [end(0), end(1)];
+        Self {
+            value: in_paper_units(refined.stiffnesses.map(|s| s.value)),
+            interval90: std::array::from_fn(|k| [low[k], high[k]]),
+            novel: false,
         }
     }
 

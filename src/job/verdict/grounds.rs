@@ -81,7 +81,9 @@ const UNKNOWN_STRETCH: f64 = 0.05;
 
 /// The sides of the rim against what the specimen, its folds and its stretch allow: one by one, and
 /// those of a rim from a file in the mean too, which tells its scale. The sheet of a scan is fitted
-/// with the specimen's lengths; its scale is told by [`Scale`].
+/// with the specimen's lengths; its scale is told by [`Scale`]. The drape of a fitted fabric has the
+/// specimen's sides, and its misfit tells whether the scan's rim has them, so that a side is for
+/// information.
 fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let side_m = f.given.side_m;
     let softest_m = limits.least_bending_length_m;
@@ -125,11 +127,17 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
         // one.
         let touches = bending_m < limits.touching_bending_length_m;
         let alone = off_m.iter().filter(|off_m| **off_m > steps.doubtful).count() == 1;
-        let level = if touches && alone { Level::Doubtful } else { level };
+        let check = "check the specimen's size, the scan's scale, and whether the cloth is cut or folded there";
+        let (level, what_follows) = match (f.scan.is_some() && f.is_fitted(), touches && alone) {
+            (true, _) => {
+                (Level::Reliable, "the fitted drape, with the specimen's sides, is on the scan")
+            }
+            (false, true) => (Level::Doubtful, check),
+            (false, false) => (level, check),
+        };
         let text = format!(
             "side {worst} of the rim measures {:.1} mm; between {:.1} and {:.1} mm are expected of this cloth (limit \
-             {:.1} mm beyond; the four measure {lengths}): check the specimen's size, the scan's scale, and whether \
-             the cloth is cut or folded there",
+             {:.1} mm beyond; the four measure {lengths}): {what_follows}",
             mm(f.sides_m[worst]),
             mm(least_m),
             mm(most_m[worst]),

@@ -330,6 +330,19 @@ fn the_plate_found_is_held_against_the_plate_given_with_its_standard_error() {
 }
 
 #[test]
+fn a_side_is_for_information_where_a_fitted_drape_has_the_specimens_sides() {
+    let level = |figures: Figures| {
+        let said = verdict(&Figures { sides_m: [0.3055; 4], ..figures });
+        let ground = said.grounds.iter().find(|ground| ground.code == Code::SideLength).cloned();
+        (said.level, ground.unwrap().level)
+    };
+    let fitted = || Figures { refining: Some(taken(1.0)), released: None, ..valid() };
+    assert_eq!(level(valid()), (Level::DoNotUse, Level::DoNotUse));
+    assert_eq!(level(fitted()), (Level::Reliable, Level::Reliable));
+    assert_eq!(level(Figures { scan: None, ..fitted() }).1, Level::DoNotUse);
+}
+
+#[test]
 fn one_side_of_soft_cloth_may_be_read_wrongly_where_folds_touch() {
     straddles(Code::UnevenSides, Level::Doubtful, 2.0e-3, |f, off_m| {
         f.sides_m[1] = 0.2991 + off_m;

@@ -300,3 +300,37 @@ fn a_prior_is_that_of_its_intervals() {
         assert_eq!(both.ln_limits[k], [prior.ln_limits[k][0], moved.ln_limits[k][1]]);
     }
 }
+
+#[test]
+fn a_scan_that_misses_the_plates_axis_is_answered_and_the_axis_found() {
+    let (truth, d) = (woven(), first_drape());
+    let off_m = Vector3::new(1.2e-3, 0.0, -0.5e-3);
+    let (sheet, rim) = (sheet(d, 0.2e-3).translated(off_m), d.boundary.translated(off_m));
+    let scan = Scan { rim: &rim, sheet: Some(&sheet), experiment: Experiment::default() };
+    let prior = prior(&truth, OFF, 0.4);
+    let fitted = |axis_sigma_m: f64| {
+        let mut options = options();
+        options.bench_sigma[AXIS..].fill(axis_sigma_m);
+        let starts = &prior.starts()[..1];
+        fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap()
+    };
+    let axis_m = |refined: &Refined| {
+        let bench = &refined.scans[0].bench;
+        Vector3::new(bench[AXIS].value, 0.0, bench[AXIS + 1].value)
+    };
+    let (ours, fixed) = (fitted(options().bench_sigma[AXIS]), fitted(1e-9));
+    let worst = |refined: &Refined| {
+        errors(refined, &truth)[3..].iter().fold(0.0_f64, |worst, e| worst.max(e.abs()))
+    };
+    let missed_mm = (axis_m(&ours) - off_m).norm() / M_PER_MM;
+    println!("{missed_mm:.3} mm, {:.2} {:.2}", ours.misfit, fixed.misfit);
+    println!("{:.3} {:.3}", worst(&ours), worst(&fixed));
+    assert!(missed_mm < 0.4 && axis_m(&fixed).norm() < 1e-6, "{missed_mm}");
+    assert!(ours.misfit < 0.7 * fixed.misfit, "{} {}", ours.misfit, fixed.misfit);
+    assert!(worst(&ours) < 0.05, "{}", worst(&ours));
+    // all drapes lie in the scan's frame
+    let released = ours.scans[0].released.as_ref().unwrap();
+    let on_scan_m = rim.mean_distance_m(&released.drape.boundary);
+    assert!(ours.scans[0].tied_mean_m < 0.3e-3 && released.mean_distance_m < 0.6e-3);
+    assert!((on_scan_m - released.mean_distance_m).abs() < 1e-12);
+}

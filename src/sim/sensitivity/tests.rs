@@ -12,6 +12,7 @@ use crate::sim::drop::{Drop, DropStart, start_positions};
 use crate::sim::experiment::Experiment;
 use crate::sim::experiment::{AsymmetricBending, Curl, Hysteresis, Softening};
 use crate::sim::grid::Grid;
+use crate::sim::guide::{Guide, Target};
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::motion::{Pace, evolve};
 use crate::sim::newton::Inertia;
@@ -103,7 +104,7 @@ impl Case {
             // the cloth is carried with its grips, which the models below see to
             Parameter::OffsetX | Parameter::OffsetZ | Parameter::Rotation => {}
             // nothing holds it
-            Parameter::Pull => {}
+            Parameter::Pull | Parameter::TiesX | Parameter::TiesZ => {}
         }
         self
     }
@@ -231,6 +232,44 @@ fn check_sensitivities(case: Case, parameters: &[Parameter]) {
         }
     }
     assert!(faults.is_empty(), "off by these parts of the largest move: {faults:?}");
+}
+
+/// Moves of a sheet that weak springs tie to where it rests, with the place of the ties. Moving all of
+/// them without the plate moves cloth that hangs, and hardly what lies on it.
+#[test]
+fn moving_the_ties_moves_what_hangs_on_them() {
+    let (mut model, x) = rested(&Case::new());
+    let target = |(vertex, p): (usize, &Vector3)| Target {
+        vertex,
+        position_m: *p,
+        along: None,
+        weight: model.grid.share(vertex),
+    };
+    let targets = x.iter().enumerate().map(target).collect();
+    let stiffness_n_m =
+        Case::new().fabric.density_kg_m2 * 9.81 * model.grid.spacing_m.powi(2) / 0.03;
+    model.guide = Guide { targets, stiffness_n_m, ..Guide::default() };
+    let x = at_rest(&mut model, &x);
+    let setup = Setup { fabric: Case::new().fabric, experiment: Case::new().experiment };
+    let mut newton = Newton::new(&model);
+    let both = [Parameter::TiesX, Parameter::TiesZ];
+    let found = sensitivities(&mut model, &mut newton, &x, &setup, &both, false).unwrap();
+    for (Sensitivity { moves, .. }, along) in found.iter().zip([Vector3::x(), Vector3::z()]) {
+        let by_m = 2e-6;
+        let mut at = |by_m: f64| {
+            model.guide.move_places(along * by_m);
+            let moved = at_rest(&mut model, &x);
+            model.guide.move_places(-along * by_m);
+            moved
+        };
+        let (after, before) = (at(by_m), at(-by_m));
+        let error = moves.iter().zip(after.iter().zip(&before));
+        let error =
+            error.map(|(m, (a, b))| ((a - b) / (2.0 * by_m) - m).norm()).fold(0.0, f64::max);
+        assert!(error < LIMIT * largest(moves), "{error}");
+        let nearest = (0..x.len()).min_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm())).unwrap();
+        assert!(moves[nearest].norm() < 0.1 * largest(moves), "{}", moves[nearest]);
+    }
 }
 
 /// A level round plate does not know how the specimen lies on it: rotated by an angle, the whole
