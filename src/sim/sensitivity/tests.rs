@@ -124,7 +124,7 @@ fn at_rest(model: &mut Model, x: &[Vector3]) -> Vec<Vector3> {
     let mut newton = Newton::new(model);
     for _ in 0..14 {
         model.self_contact.update(&y, 0.0);
-        model.forget_lagged_stress();
+        model.membrane.forget_lagged_stress();
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         newton.iterate(model, &mut y, still, HessianForm::Exact);
     }
