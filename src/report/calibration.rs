@@ -363,7 +363,7 @@ struct Shown {
 
 impl Shown {
     fn of(number: &Number, value: f64, interval90: [f64; 2]) -> Self {
-        let (unit, size) = number.unit;
+        let (unit, size) = number.unit();
         let name = Effect::of(number).map_or("", |effect| effect.name);
         let interval90 = interval90.map(|end| end / size);
         Self { name, part: number.key, value: value / size, unit, interval90, at_limit: false }

@@ -8,7 +8,9 @@ use nalgebra::Rotation3;
 
 use super::*;
 use crate::fabric::Fabric;
+use crate::fabric::TABLE_2;
 use crate::sim::drop::{Drop, DropStart, start_positions};
+use crate::sim::experiment::CurvatureComponent;
 use crate::sim::experiment::Experiment;
 use crate::sim::experiment::{AsymmetricBending, Curl, Hysteresis, Softening};
 use crate::sim::grid::Grid;
