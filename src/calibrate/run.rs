@@ -17,8 +17,8 @@ use rayon::prelude::*;
 use super::effect::{EFFECTS, Effect};
 use super::explain::{Explained, explain};
 use super::fabric_prior::FabricPrior;
-use super::fit::{Fitted, Progress, fit};
-use super::floor::{Observed, Pairing, spreads};
+use super::fit::{Fit, FitError, Fitted, Progress, fit};
+use super::floor::{Observed, Pairing, Spread, spreads};
 use super::manifest::{Bench, Entry, Kind, Role};
 use super::measured::Measured;
 use super::measures::{FoldRule, Measures};
@@ -356,17 +356,7 @@ pub fn fabric(
 ) -> Result<FabricResult, CalibrateError> {
     tell(Told::Floor(&name));
     let drape_of = drapes_of(&measured);
-    let observed: Vec<_> = measured
-        .iter()
-        .zip(&drape_of)
-        .filter(|(m, _)| m.entry.observation.is_none_or(|observation| observation == 1))
-        .map(|(m, &drape)| Observed {
-            outline: &m.outline,
-            unit: (m.entry.specimen.as_deref(), m.entry.face),
-            drape,
-        })
-        .collect();
-    let floor = spreads(&observed);
+    let floor = floor_of(&measured, &drape_of);
     let density = measured.iter().find_map(|m| m.entry.density_kg_m2);
     let fabric_prior = FabricPrior::of(&options.prior, density)?;
     let of_role = |role: Role| -> Vec<usize> {
@@ -382,40 +372,22 @@ pub fn fabric(
     let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
     let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
     let own = targets(&to_fit);
-    let (mut fitted, explained) = match fit(&own, &fabric_prior, mean, fit_options, rule, &fitting)
-    {
-        Ok(mut fit) => {
-            let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
-            let perspective = Effect::named("perspective").filter(|_| known);
-            let is_cut = |effect: &&Effect| {
-                to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
-            };
-            let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
-            let without = options.without.iter().copied().chain(perspective).chain(of_other_cuts);
-            let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
-            let usual = fit.usual(captures.map(|spread| spread.median_m));
-            let explained = explain(&mut fit, &without.collect::<Vec<_>>(), usual);
-            (Ok(fit.plain()), explained)
-        }
-        Err(error) => (Err(error), None),
-    };
+    let rows: Vec<&Measured> = to_fit.iter().map(|&k| &measured[k]).collect();
+    let fit = fit(&own, &fabric_prior, mean, fit_options, rule, &fitting);
+    let (mut fitted, explained) = explained(fit, &floor, &without(options, &rows));
     let predicting = |progress| tell(Told::Predicting(&name, progress));
     let held = targets(&held_out);
-    let comparison = |fitted: &mut Fitted| {
-        let mut drapes = Vec::new();
+    let comparison = |fitted: &mut Fitted| -> Vec<ComparedDrape> {
         let own = to_fit.iter().zip(std::mem::take(&mut fitted.drapes));
-        drapes.extend(own.map(|(&measured, comparison)| ComparedDrape { measured, comparison }));
         let predicted =
             predict(&held, &fabric_prior, &fitted.cloth, fit_options, rule, &predicting);
-        let other = held_out.iter().zip(predicted);
-        drapes.extend(other.map(|(&measured, comparison)| ComparedDrape { measured, comparison }));
-        drapes
+        let all = own.chain(held_out.iter().zip(predicted));
+        all.map(|(&measured, comparison)| ComparedDrape { measured, comparison }).collect()
     };
     let drapes = fitted.as_mut().map(&comparison).unwrap_or_default();
-    let (explanations, fields, added) = match explained {
-        Some(Explained { explanations, fields, added }) => (Some(explanations), fields, added),
-        None => (None, Vec::new(), None),
-    };
+    let (explanations, fields, added) = explained
+        .map(|Explained { explanations, fields, added }| (Some(explanations), fields, added))
+        .unwrap_or_default();
     let after = added.map(|(effects, mut fitted)| {
         let drapes = comparison(&mut fitted);
         After { effects, fitted, drapes }
@@ -434,6 +406,45 @@ pub fn fabric(
     };
     result.verdict = result.judge();
     Ok(result)
+}
+
+/// The plain fit, and what explains the drapes beyond it; the effects `without` are not looked for.
+fn explained(
+    fit: Result<Fit<'_>, FitError>,
+    floor: &[Spread],
+    without: &[&'static Effect],
+) -> (Result<Fitted, FitError>, Option<Explained>) {
+    match fit {
+        Ok(mut fit) => {
+            let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
+            let usual = fit.usual(captures.map(|spread| spread.median_m));
+            let explained = explain(&mut fit, without, usual);
+            (Ok(fit.plain()), explained)
+        }
+        Err(error) => (Err(error), None),
+    }
+}
+
+/// How well the outlines are known, from those first seen of each drape.
+fn floor_of(measured: &[Measured], drape_of: &[usize]) -> Vec<Spread> {
+    let first = |m: &Measured| m.entry.observation.is_none_or(|observation| observation == 1);
+    let observed = measured.iter().zip(drape_of).filter(|(m, _)| first(m));
+    let observed = observed.map(|(m, &drape)| Observed {
+        outline: &m.outline,
+        unit: (m.entry.specimen.as_deref(), m.entry.face),
+        drape,
+    });
+    spreads(&observed.collect::<Vec<_>>())
+}
+
+/// The effects that are not looked for: those asked for, perspective where every camera's height is
+/// known, and what these cuts cannot have.
+fn without(options: &Options, fitted: &[&Measured]) -> Vec<&'static Effect> {
+    let known = fitted.iter().all(|m| m.entry.camera_height_m.is_some());
+    let perspective = Effect::named("perspective").filter(|_| known);
+    let is_cut = |effect: &&Effect| fitted.iter().all(|m| effect.is_of(m.bench.specimen.outline));
+    let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
+    options.without.iter().copied().chain(perspective).chain(of_other_cuts).collect()
 }
 
 /// The shift of scanned edges, mean and standard deviation \[m\]: as it is known, if it is, and

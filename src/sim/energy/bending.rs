@@ -278,6 +278,7 @@ impl Energy for Bending {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::energy::difference::cylinder;
 
     fn fabric(weft: f64, warp: f64, bias: f64) -> Fabric {
         Fabric::from_paper_units([1e5, 1e5, 1e5, weft, warp, bias, 200.0])
@@ -290,16 +291,7 @@ mod tests {
         let of = |n: usize, side: f64| {
             let grid = Grid::shared(n, side);
             let bending = Bending::new(&grid, &PlateRigidity::new(fabric));
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let x: Vec<_> = (0..grid.vertices())
-                .map(|v| {
-                    let p = grid.flat(v);
-                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-                    let angle = curvature * along;
-                    Vector3::new(across, (1.0 - angle.cos()) / curvature, angle.sin() / curvature)
-                })
-                .collect();
-            bending.energy_j(&grid, &x)
+            bending.energy_j(&grid, &cylinder(&grid, degrees, curvature))
         };
         let h = 0.1 / (n - 1) as f64;
         // E(m) = e (m h)^2 + border (m h) + corner: second difference in m
@@ -333,15 +325,7 @@ mod tests {
         let d3 = 2.0 * set.bending_bias_nm - 0.5 * (u + v);
         let curvature = 20.0;
         let energy = |grid: &Grid, degrees: f64| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let x: Vec<_> = (0..grid.vertices())
-                .map(|v| {
-                    let p = grid.flat(v);
-                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-                    let angle = curvature * along;
-                    Vector3::new(across, (1.0 - angle.cos()) / curvature, angle.sin() / curvature)
-                })
-                .collect();
+            let x = cylinder(grid, degrees, curvature);
             Bending::new(grid, &PlateRigidity::new(&set)).energy_j(grid, &x)
         };
         let cases = [(0.0, 0.0), (45.0, 0.0), (90.0, 0.0), (45.0, 0.3)];

@@ -216,7 +216,7 @@ mod tests {
     use super::*;
     use crate::base::seed;
     use crate::fabric::Fabric;
-    use crate::sim::energy::difference::{errors, flat_with_noise};
+    use crate::sim::energy::difference::{cylinder, errors, flat_with_noise};
     use crate::sim::experiment::{Curl, Experiment, Specimen};
     use crate::sim::numerics::Grading;
     use rand::RngExt as _;
@@ -276,12 +276,7 @@ mod tests {
         let grid = Grid::shared(n, h * (n - 1) as f64);
         let curl = Curl::uniform([k, 0.0, 0.0]);
         let curl = CurlEnergy::new(&grid, &PlateRigidity::new(&fabric), &curl).unwrap();
-        let x: Vec<_> = (0..grid.vertices())
-            .map(|v| {
-                let p = grid.flat(v);
-                Vector3::new(p.x, (1.0 - (k * p.z).cos()) / k, (k * p.z).sin() / k)
-            })
-            .collect();
+        let x = cylinder(&grid, 0.0, k);
         let columns = (n - 2) as f64 * (n - 1) as f64;
         let nominal = -fabric.bending_weft_nm * k * k * columns * h * h;
         let error = curl.energy_j(&grid, &x) / nominal - 1.0;
