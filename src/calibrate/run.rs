@@ -10,23 +10,23 @@
 //! by themselves whether the specimen was dropped anew. Of a drape that was looked at again while
 //! it settled, every observation is simulated, and those of the first make the floor.
 
+mod fabric;
+
+pub use fabric::fabric;
+
 use std::fmt;
 
 use rayon::prelude::*;
 
-use super::effect::{EFFECTS, Effect};
-use super::explain::{Explained, explain};
-use super::fabric_prior::FabricPrior;
-use super::fit::{Fit, FitError, Fitted, Progress, fit};
-use super::floor::{Observed, Pairing, Spread, spreads};
-use super::manifest::{Bench, Entry, Kind, Role};
+use super::effect::Effect;
+use super::fit::Progress;
+use super::manifest::{Bench, Entry, Kind};
 use super::measured::Measured;
 use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
-use super::predict::predict;
-use super::result::{After, ComparedDrape, FabricResult, Verdict};
+use super::result::FabricResult;
 use super::silhouette::{self, SilhouetteLimits};
-use super::target::{Rim, Target};
+use super::target::Rim;
 use crate::base::boundary::Orientation;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::fabric::{Mixture, MixtureError};
@@ -344,109 +344,6 @@ fn bearing(text: &str) -> Option<f64> {
     degrees.is_finite().then(|| -degrees.to_radians())
 }
 
-/// Calibrates one fabric.
-///
-/// # Errors
-/// When the prior cannot be drawn from.
-pub fn fabric(
-    name: String,
-    measured: Vec<Measured>,
-    options: &Options,
-    tell: &(dyn Fn(Told<'_>) + Sync),
-) -> Result<FabricResult, CalibrateError> {
-    tell(Told::Floor(&name));
-    let drape_of = drapes_of(&measured);
-    let floor = floor_of(&measured, &drape_of);
-    let density = measured.iter().find_map(|m| m.entry.density_kg_m2);
-    let fabric_prior = FabricPrior::of(&options.prior, density)?;
-    let of_role = |role: Role| -> Vec<usize> {
-        let own = |k: &usize| measured[*k].entry.role == role && drape_of[*k] == *k;
-        (0..measured.len()).filter(own).collect()
-    };
-    let (to_fit, held_out) = (of_role(Role::Fit), of_role(Role::Holdout));
-    let targets =
-        |which: &[usize]| -> Vec<Target> { which.iter().map(|&k| measured[k].target()).collect() };
-    let count = to_fit.len().max(1) as f64;
-    let mean = to_fit.iter().map(|&k| measured[k].measures.drape_coefficient).sum::<f64>() / count;
-    let fitting = |progress| tell(Told::Fitting(&name, progress));
-    let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
-    let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
-    let own = targets(&to_fit);
-    let rows: Vec<&Measured> = to_fit.iter().map(|&k| &measured[k]).collect();
-    let fit = fit(&own, &fabric_prior, mean, fit_options, rule, &fitting);
-    let (mut fitted, explained) = explained(fit, &floor, &without(options, &rows));
-    let predicting = |progress| tell(Told::Predicting(&name, progress));
-    let held = targets(&held_out);
-    let comparison = |fitted: &mut Fitted| -> Vec<ComparedDrape> {
-        let own = to_fit.iter().zip(std::mem::take(&mut fitted.drapes));
-        let predicted =
-            predict(&held, &fabric_prior, &fitted.cloth, fit_options, rule, &predicting);
-        let all = own.chain(held_out.iter().zip(predicted));
-        all.map(|(&measured, comparison)| ComparedDrape { measured, comparison }).collect()
-    };
-    let drapes = fitted.as_mut().map(&comparison).unwrap_or_default();
-    let (explanations, fields, added) = explained
-        .map(|Explained { explanations, fields, added }| (Some(explanations), fields, added))
-        .unwrap_or_default();
-    let after = added.map(|(effects, mut fitted)| {
-        let drapes = comparison(&mut fitted);
-        After { effects, fitted, drapes }
-    });
-    let mut result = FabricResult {
-        name,
-        fabric_prior,
-        measured,
-        floor,
-        fitted,
-        drapes,
-        explanations,
-        fields,
-        after,
-        verdict: Verdict::Undecided,
-    };
-    result.verdict = result.judge();
-    Ok(result)
-}
-
-/// The plain fit, and what explains the drapes beyond it; the effects `without` are not looked for.
-fn explained(
-    fit: Result<Fit<'_>, FitError>,
-    floor: &[Spread],
-    without: &[&'static Effect],
-) -> (Result<Fitted, FitError>, Option<Explained>) {
-    match fit {
-        Ok(mut fit) => {
-            let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
-            let usual = fit.usual(captures.map(|spread| spread.median_m));
-            let explained = explain(&mut fit, without, usual);
-            (Ok(fit.plain()), explained)
-        }
-        Err(error) => (Err(error), None),
-    }
-}
-
-/// How well the outlines are known, from those first seen of each drape.
-fn floor_of(measured: &[Measured], drape_of: &[usize]) -> Vec<Spread> {
-    let first = |m: &Measured| m.entry.observation.is_none_or(|observation| observation == 1);
-    let observed = measured.iter().zip(drape_of).filter(|(m, _)| first(m));
-    let observed = observed.map(|(m, &drape)| Observed {
-        outline: &m.outline,
-        unit: (m.entry.specimen.as_deref(), m.entry.face),
-        drape,
-    });
-    spreads(&observed.collect::<Vec<_>>())
-}
-
-/// The effects that are not looked for: those asked for, perspective where every camera's height is
-/// known, and what these cuts cannot have.
-fn without(options: &Options, fitted: &[&Measured]) -> Vec<&'static Effect> {
-    let known = fitted.iter().all(|m| m.entry.camera_height_m.is_some());
-    let perspective = Effect::named("perspective").filter(|_| known);
-    let is_cut = |effect: &&Effect| fitted.iter().all(|m| effect.is_of(m.bench.specimen.outline));
-    let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
-    options.without.iter().copied().chain(perspective).chain(of_other_cuts).collect()
-}
-
 /// The shift of scanned edges, mean and standard deviation \[m\]: as it is known, if it is, and
 /// otherwise none with the largest deviation that a scan says of its sensor; both 0 where there is
 /// no scan.
@@ -495,6 +392,7 @@ const ANEW_M: f64 = 4e-3;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibrate::manifest::Role;
     use std::path::PathBuf;
 
     fn entry(line: usize, fabric: &str, density: Option<f64>) -> Entry {

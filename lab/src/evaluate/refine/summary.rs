@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Answer, Case};
 use scan2params::base::units::M_PER_MM;
 use scan2params::fabric::{Fabric, STIFFNESSES};
-use scan2params::numeric::robust;
+use scan2params::numeric::robust::quantile;
 
 /// The figures of some cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -66,7 +66,6 @@ impl Summary {
         let answered = |case: &&'a Case| Some((&case.fabric, case.answer.as_ref().ok()?));
         let answers: Vec<(&Fabric, &Answer)> = cases.iter().filter_map(answered).collect();
         let count = answers.len() as f64;
-        let quantile = |values: Vec<f64>, share| robust::quantile(values, share);
         let all = |of: &dyn Fn(&Answer) -> f64| -> Vec<f64> {
             answers.iter().map(|(_, answer)| of(answer) / M_PER_MM).collect()
         };
@@ -80,8 +79,8 @@ impl Summary {
         let within = |rims: &[f64], mm| rims.iter().filter(|&&rim| rim < mm).count() as f64 / count;
         // a drape that does not come to rest is far off
         let redropped = [0, 1].map(|which| {
-            let rest = |mm: f64| if mm.is_nan() { f64::INFINITY } else { mm };
-            let own: Vec<f64> = all(&|a| rest(a.redropped_m[which]));
+            let rest = |m: f64| if m.is_nan() { f64::INFINITY } else { m };
+            let own = all(&|a| rest(a.redropped_m[which]));
             own.iter().any(|mm| mm.is_finite()).then_some(own)
         });
         let held_rims = all(&|a| a.held_rim_error_m);
