@@ -7,7 +7,7 @@ mod json;
 mod picture;
 mod table;
 
-pub use json::{json, json_of};
+pub use json::{SCHEMA_VERSION, json, json_of};
 pub use picture::picture;
 pub use table::table;
 
@@ -27,8 +27,6 @@ use table::fabric_table;
 pub const JSON: &str = "calibration.json";
 /// Name of the page.
 pub const PAGE: &str = "report.html";
-/// Version of calibration.json.
-pub const SCHEMA_VERSION: u32 = 3;
 
 /// Whether `calibration.json` and the page can be written into `folder` without any of `inputs`
 /// being lost.

@@ -222,7 +222,7 @@ impl Model {
         self.energies_j(x)[1]
     }
 
-    /// Energy of the body and of all \[J\]. The sums are in this order, and not in that of the list, because
+    /// Energy of the body and of all \[J\]. The sums keep this order, which is not the list's:
     /// another would change the last bits of drapes with effects.
     fn energies_j(&self, x: &[Vector3]) -> [f64; 2] {
         let value = |energy: Option<&dyn Energy>| energy.map_or(0.0, |e| e.energy_j(&self.grid, x));

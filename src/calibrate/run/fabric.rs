@@ -1,6 +1,6 @@
 //! One fabric: what its drapes show of each other, the fit, the effects, the drapes held out.
 
-use super::{CalibrateError, Options, Told, drapes_of, sensor_edge_m};
+use super::options::{CalibrateError, Options, Told};
 use crate::calibrate::effect::{EFFECTS, Effect};
 use crate::calibrate::explain::{Explained, explain};
 use crate::calibrate::fabric_prior::FabricPrior;
@@ -11,7 +11,8 @@ use crate::calibrate::measured::Measured;
 use crate::calibrate::options::FitOptions;
 use crate::calibrate::predict::predict;
 use crate::calibrate::result::{After, ComparedDrape, FabricResult, Verdict};
-use crate::calibrate::target::Target;
+use crate::calibrate::target::{Rim, Target};
+use crate::numeric::moments::mean;
 
 /// Calibrates one fabric.
 ///
@@ -115,3 +116,48 @@ fn without(options: &Options, fitted: &[&Measured]) -> Vec<&'static Effect> {
     let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
     options.without.iter().copied().chain(perspective).chain(of_other_cuts).collect()
 }
+
+/// The shift of scanned edges, mean and standard deviation \[m\]: as it is known, if it is, and
+/// otherwise none with the largest deviation that a scan says of its sensor; both 0 where there is
+/// no scan.
+fn sensor_edge_m(measured: &[Measured], known: [f64; 2]) -> [f64; 2] {
+    let edges = measured.iter().filter_map(|m| m.rim.as_ref()?.edge);
+    let sensor_m = edges.map(|edge| edge.sensor_m).fold(0.0, f64::max);
+    if sensor_m > 0.0 && known[1] > 0.0 { known } else { [0.0, sensor_m] }
+}
+
+/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen
+/// show one each. Scans of one capture show one drape; of scans without a capture the distance of
+/// their rims decides.
+pub(super) fn drapes_of(measured: &[Measured]) -> Vec<usize> {
+    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
+    let mut drapes: Vec<usize> = Vec::new();
+    for (k, own) in measured.iter().enumerate() {
+        let shows = |&before: &usize| {
+            let other = &measured[before];
+            let same_unit = own.entry.specimen.is_some() && unit(own) == unit(other);
+            let captures = own.entry.capture.as_ref().zip(other.entry.capture.as_ref());
+            let both = own.rim.as_ref().zip(other.rim.as_ref());
+            // of scans the user's word comes first, since stiff cloth falls alike
+            let is_one = |rims| captures.map_or_else(|| is_one_drape(rims), |(a, b)| a == b);
+            same_unit && both.is_none_or(is_one)
+        };
+        let first = (0..k).filter(|&before| drapes[before] == before).find(shows);
+        drapes.push(first.unwrap_or(k));
+    }
+    drapes
+}
+
+/// Whether two rims are of one drape.
+fn is_one_drape((a, b): (&Rim, &Rim)) -> bool {
+    let both = a.boundary.points().iter().zip(b.boundary.points());
+    let seen = both.filter(|(a, b)| a.observed && b.observed);
+    let squared: Vec<f64> =
+        seen.map(|(a, b)| (a.position_m - b.position_m).norm_squared()).collect();
+    squared.is_empty() || mean(&squared).sqrt() < ANEW_M
+}
+
+/// Root mean square distance of two rims of a specimen from which on it was dropped anew between
+/// them \[m\]: scans of one drape differ by up to two, drapes of two drops mostly by more than ten
+/// (`docs/validation/network.md`).
+const ANEW_M: f64 = 4e-3;

@@ -2,7 +2,6 @@
 
 use serde_json::{Value, json};
 
-use super::SCHEMA_VERSION;
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
 use crate::calibrate::comparison::Comparison;
 use crate::calibrate::effect::{Effect, Number};
@@ -20,6 +19,9 @@ use crate::fabric::TABLE_2;
 use crate::numeric::moments::{mean, mean_and_error};
 use crate::report::section::Section;
 use crate::sim::experiment::Specimen;
+
+/// Version of calibration.json.
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// calibration.json of the sections of its fabrics; lengths in mm, angles in degrees.
 #[must_use]

@@ -1,7 +1,7 @@
 //! Loads that do not change with the positions: weight and a draught.
 //!
-//! `E = sum m g up . x` and `E = - sum f . x`, over the vertices \[J\]: zero at the origin. Both are
-//! linear in the positions and have no Hessian.
+//! `E = sum m g up . x` and `E = - sum f . x` over the vertices \[J\], zero at the origin. Both
+//! are linear in the positions and have no Hessian.
 
 use super::Energy;
 use crate::base::Vector3;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use rand::RngExt as _;
 
+use super::record::{DROPS, MakeError, MakeOptions, SealedDrape};
 use super::size::size_of;
-use super::{MakeError, MakeOptions, SealedDrape};
 use crate::sealed::case::{Case, Plan};
 use crate::sealed::remaining::Moved;
 use scan2params::base::seed::rng;
@@ -19,8 +19,6 @@ use scan2params::sim::{Drape, Drop, DropStart, Follower, SimOptions, Stop};
 const MARK: [u8; 3] = [255, 0, 0];
 /// Seeds between two drops of a specimen: more than its captures and tries need.
 const DROPPED_ANEW: u64 = 1_000_000;
-/// Drops that are tried for a drape.
-pub(super) const DROPS: u64 = 4;
 /// By how many pixels the plate's axis is off the picture's middle at most, and the specimen's
 /// bearing from the one given \[rad\].
 const OFF_MIDDLE_PX: f64 = 6.0;
