@@ -51,12 +51,13 @@ fn plain_euler(fabric: &Fabric, vertices: usize) -> (usize, f64) {
             return (step, residual);
         }
         model.hessian(&x, HessianForm::Projected, &mut tangent);
-        for (v, m) in model.mass_kg.iter().enumerate() {
+        for (v, m) in model.weight.mass_kg.iter().enumerate() {
             let inertia = Matrix3::identity() * (m / (STEP_S * STEP_S));
             grid.analysis.pattern().add_diagonal(&mut tangent.values, v, &inertia);
         }
-        let mut direction: Vec<Vector3> =
-            (0..x.len()).map(|v| velocity[v] * (model.mass_kg[v] / STEP_S) - gradient[v]).collect();
+        let mut direction: Vec<Vector3> = (0..x.len())
+            .map(|v| velocity[v] * (model.weight.mass_kg[v] / STEP_S) - gradient[v])
+            .collect();
         if !factor.factorize(&tangent.values) {
             return (step, residual);
         }

@@ -62,7 +62,7 @@ pub fn text(fitted: &Fitted, density_known: bool, doubts: &[Doubt]) -> Value {
         })
         .collect();
     let effect = |((number, value), ends): (&(&Number, f64), &[f64; 2])| {
-        let (unit, size) = number.unit;
+        let (unit, size) = number.unit();
         json!({
             "name": Effect::of(number).map_or("", |effect| effect.name),
             "part": number.key,
@@ -145,13 +145,13 @@ fn number_of(entry: &Value) -> Result<(&'static Number, f64), String> {
         let known: Vec<&str> = effect.numbers.iter().map(|number| number.key).collect();
         format!("{name} has no part `{part}`; known are {}", known.join(", "))
     })?;
-    if unit != number.unit.0 {
-        return Err(format!("{name} {part} is in `{}`, not in `{unit}`", number.unit.0));
+    if unit != number.unit().0 {
+        return Err(format!("{name} {part} is in `{}`, not in `{unit}`", number.unit().0));
     }
-    let value = entry.get("value").and_then(Value::as_f64).map(|value| value * number.unit.1);
+    let value = entry.get("value").and_then(Value::as_f64).map(|value| value * number.unit().1);
     let [least, most] = number.limits;
     let value = value.filter(|value| (least..=most).contains(value)).ok_or_else(|| {
-        let [least, most] = [least, most].map(|end| end / number.unit.1);
+        let [least, most] = [least, most].map(|end| end / number.unit().1);
         format!("{name} {part}: give a number from {least:.3} to {most:.3} {unit}")
     })?;
     Ok((number, value))

@@ -13,7 +13,7 @@
 use super::manifest::Face;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::sim::experiment::{CURL_NODES, CurvatureComponent, Outline as Cut};
-use crate::sim::sensitivity::Parameter;
+use crate::sim::parameters::{Parameter, Unit};
 use crate::sim::{Experiment, Setup};
 
 /// What a number changes.
@@ -98,8 +98,6 @@ pub struct Number {
     pub sigma: f64,
     /// Least and largest value that is tried, SI.
     pub limits: [f64; 2],
-    /// Unit in files, and its size in SI.
-    pub unit: (&'static str, f64),
 }
 
 /// An effect: numbers that come together.
@@ -111,19 +109,12 @@ pub struct Effect {
     pub numbers: &'static [Number],
 }
 
-const PER_M: (&str, f64) = ("1/m", 1.0);
-const MM: (&str, f64) = ("mm", 1e-3);
-const DEGREE: (&str, f64) = ("deg", 0.017_453_292_519_943_295);
-const MN: (&str, f64) = ("mN", 1e-3);
-const NONE: (&str, f64) = ("", 1.0);
+const fn number(key: &'static str, acts: Acts, sigma: f64, limits: [f64; 2]) -> Number {
+    Number { key, acts, sigma, limits }
+}
 
 const fn face(key: &'static str, parameter: Parameter, sigma: f64, most: f64) -> Number {
-    let unit = match parameter {
-        Parameter::AsymmetryWeft | Parameter::AsymmetryWarp => NONE,
-        Parameter::Skew => DEGREE,
-        _ => PER_M,
-    };
-    Number { key, acts: Acts::Face(parameter), sigma, limits: [-most, most], unit }
+    number(key, Acts::Face(parameter), sigma, [-most, most])
 }
 
 const fn sheet(
@@ -131,13 +122,12 @@ const fn sheet(
     parameters: &'static [Parameter],
     sigma: f64,
     limits: [f64; 2],
-    unit: (&'static str, f64),
 ) -> Number {
-    Number { key, acts: Acts::Sheet(parameters), sigma, limits, unit }
+    number(key, Acts::Sheet(parameters), sigma, limits)
 }
 
 const fn settling(key: &'static str, parameters: &'static [Parameter]) -> Number {
-    Number { key, acts: Acts::Settling(parameters), sigma: 0.4, limits: [-1.0, 2.0], unit: NONE }
+    number(key, Acts::Settling(parameters), 0.4, [-1.0, 2.0])
 }
 
 const BENDING: [Parameter; 3] =
@@ -170,9 +160,9 @@ pub const EFFECTS: [Effect; 17] = [
     Effect {
         name: "softening",
         numbers: &[
-            sheet("weft", &[Parameter::SofteningWeft], 3e-3, [0.0, 12e-3], MM),
-            sheet("warp", &[Parameter::SofteningWarp], 3e-3, [0.0, 12e-3], MM),
-            sheet("bias", &[Parameter::SofteningBias], 3e-3, [0.0, 12e-3], MM),
+            sheet("weft", &[Parameter::SofteningWeft], 3e-3, [0.0, 12e-3]),
+            sheet("warp", &[Parameter::SofteningWarp], 3e-3, [0.0, 12e-3]),
+            sheet("bias", &[Parameter::SofteningBias], 3e-3, [0.0, 12e-3]),
         ],
     },
     Effect {
@@ -185,8 +175,8 @@ pub const EFFECTS: [Effect; 17] = [
     Effect {
         name: "hysteresis",
         numbers: &[
-            sheet("weft", &[Parameter::HysteresisWeft], 2e-4, [0.0, 1.2e-3], MN),
-            sheet("warp", &[Parameter::HysteresisWarp], 2e-4, [0.0, 1.2e-3], MN),
+            sheet("weft", &[Parameter::HysteresisWeft], 2e-4, [0.0, 1.2e-3]),
+            sheet("warp", &[Parameter::HysteresisWarp], 2e-4, [0.0, 1.2e-3]),
         ],
     },
     Effect { name: "creep", numbers: &[settling("bending", &BENDING)] },
@@ -197,59 +187,32 @@ pub const EFFECTS: [Effect; 17] = [
     Effect { name: "slip", numbers: &[settling("friction", &[Parameter::Friction])] },
     Effect {
         name: "friction",
-        numbers: &[sheet("change", &[Parameter::Friction], 0.2, [-0.25, 0.7], NONE)],
+        numbers: &[sheet("change", &[Parameter::Friction], 0.2, [-0.25, 0.7])],
     },
     Effect {
         name: "plate_radius",
-        numbers: &[sheet("change", &[Parameter::PlateRadius], 1.5e-3, [-4e-3, 4e-3], MM)],
+        numbers: &[sheet("change", &[Parameter::PlateRadius], 1.5e-3, [-4e-3, 4e-3])],
     },
     Effect {
         name: "plate_edge",
-        numbers: &[sheet("change", &[Parameter::EdgeRadius], 1.5e-3, [-1.4e-3, 6e-3], MM)],
+        numbers: &[sheet("change", &[Parameter::EdgeRadius], 1.5e-3, [-1.4e-3, 6e-3])],
     },
     Effect {
         name: "specimen_size",
-        numbers: &[sheet("change", &[Parameter::Warp, Parameter::Weft], 2e-3, [-8e-3, 8e-3], MM)],
+        numbers: &[sheet("change", &[Parameter::Warp, Parameter::Weft], 2e-3, [-8e-3, 8e-3])],
     },
     Effect { name: "skew", numbers: &[face("change", Parameter::Skew, 0.0175, 0.09)] },
     Effect {
         name: "tilt",
         numbers: &[
-            Number {
-                key: "falls_right",
-                acts: Acts::Tilt(0),
-                sigma: 0.0175,
-                limits: [-0.07, 0.07],
-                unit: DEGREE,
-            },
-            Number {
-                key: "falls_down",
-                acts: Acts::Tilt(1),
-                sigma: 0.0175,
-                limits: [-0.07, 0.07],
-                unit: DEGREE,
-            },
+            number("falls_right", Acts::Tilt(0), 0.0175, [-0.07, 0.07]),
+            number("falls_down", Acts::Tilt(1), 0.0175, [-0.07, 0.07]),
         ],
     },
-    Effect {
-        name: "scale",
-        numbers: &[Number {
-            key: "ln",
-            acts: Acts::Scale,
-            sigma: 0.02,
-            limits: [-0.06, 0.06],
-            unit: ("%", 0.01),
-        }],
-    },
+    Effect { name: "scale", numbers: &[number("ln", Acts::Scale, 0.02, [-0.06, 0.06])] },
     Effect {
         name: "perspective",
-        numbers: &[Number {
-            key: "per_camera_height",
-            acts: Acts::Perspective,
-            sigma: 1.0,
-            limits: [0.0, 3.0],
-            unit: PER_M,
-        }],
+        numbers: &[number("per_camera_height", Acts::Perspective, 1.0, [0.0, 3.0])],
     },
 ];
 
@@ -258,23 +221,11 @@ pub const EFFECTS: [Effect; 17] = [
 /// word ([`crate::scan::EdgeShift`]).
 pub const SENSOR_EDGE: Effect = Effect {
     name: "sensor_edge",
-    numbers: &[Number {
-        key: "outwards",
-        acts: Acts::Edge,
-        sigma: 0.3e-3,
-        limits: [-0.6e-3, 0.6e-3],
-        unit: MM,
-    }],
+    numbers: &[number("outwards", Acts::Edge, 0.3e-3, [-0.6e-3, 0.6e-3])],
 };
 
 const fn harmonic(order: u8, sine: bool, stays: Stays) -> Number {
-    Number {
-        key: "harmonic",
-        acts: Acts::Outline(Harmonic { order, sine, stays }),
-        sigma: 3e-3,
-        limits: [-0.03, 0.03],
-        unit: MM,
-    }
+    number("harmonic", Acts::Outline(Harmonic { order, sine, stays }), 3e-3, [-0.03, 0.03])
 }
 
 /// Patterns of the outline that come back from specimen to specimen, for any reason: what
@@ -396,12 +347,12 @@ const fn node(k: usize, of: FieldOf, layer: Layer) -> Number {
     let (weft, warp) = (k % CURL_NODES, k / CURL_NODES);
     let parameters = [of.parameter(warp, weft), of.parameter(warp, CURL_NODES - 1 - weft)];
     let acts = Acts::Node(Node { parameters, turns: matches!(layer, Layer::Turns) });
-    let (unit, most) = match of {
-        FieldOf::CurvatureWeft | FieldOf::CurvatureWarp => (PER_M, 400.0),
-        FieldOf::Weight => (NONE, 10.0),
-        FieldOf::Bending => (NONE, 3.0),
+    let most = match of {
+        FieldOf::CurvatureWeft | FieldOf::CurvatureWarp => 400.0,
+        FieldOf::Weight => 10.0,
+        FieldOf::Bending => 3.0,
     };
-    Number { key: "node", acts, sigma: 1.0, limits: [-most, most], unit }
+    number("node", acts, 1.0, [-most, most])
 }
 
 impl FieldOf {
@@ -493,6 +444,22 @@ impl Number {
             Acts::Tilt(_) => Some(5e-3),
             _ => None,
         }
+    }
+
+    /// Its unit in files, and that one's size in SI.
+    #[must_use]
+    pub fn unit(&self) -> (&'static str, f64) {
+        let unit = match self.acts {
+            Acts::Sheet(parameters) => parameters[0].given_in(),
+            Acts::Face(parameter) => parameter.given_in(),
+            Acts::Node(node) => node.parameters[0].given_in(),
+            Acts::Tilt(_) => Parameter::TiltX.given_in(),
+            Acts::Settling(_) => Unit::NONE,
+            Acts::Perspective => Unit::PER_M,
+            Acts::Edge | Acts::Outline(_) => Unit::MM,
+            Acts::Scale => return ("%", 0.01),
+        };
+        (unit.name, unit.in_si)
     }
 
     /// The simulator's parameters that it needs the moves of.

@@ -122,9 +122,7 @@ impl NormalEquations<'_> {
     ) -> State {
         let cloth = self.cloth(shared);
         let of = Unknowns { cloth: &cloth, numbers: self.numbers, options: self.options };
-        // what the projection of the fabric made of the logarithms
-        let shared: Vec<f64> =
-            cloth.ln().into_iter().chain(shared[STIFFNESSES..].to_vec()).collect();
+        let shared = [&cloth.ln(), &shared[STIFFNESSES..]].concat();
         let common = self.shared();
         let size = common + POSE * self.targets.len();
         let (mut normal, mut priors) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
@@ -144,8 +142,8 @@ impl NormalEquations<'_> {
             }
             data_cost += sums.cost;
             independent += sums.independent;
-            for (m, (precision, off)) in self.pose_prior(target, &poses[k]).into_iter().enumerate()
-            {
+            let prior = self.pose_prior(target, &poses[k]);
+            for (m, (precision, off)) in prior.into_iter().enumerate() {
                 let at = common + POSE * k + m;
                 priors[(at, at)] = precision;
                 right[at] -= precision * off;

@@ -10,56 +10,27 @@
 //! by themselves whether the specimen was dropped anew. Of a drape that was looked at again while
 //! it settled, every observation is simulated, and those of the first make the floor.
 
-use std::fmt;
+mod fabric;
+mod options;
+
+pub use fabric::fabric;
+pub use options::{CalibrateError, Options, Told};
 
 use rayon::prelude::*;
 
-use super::effect::{EFFECTS, Effect};
-use super::explain::{Explained, explain};
-use super::fabric_prior::FabricPrior;
-use super::fit::{Fitted, Progress, fit};
-use super::floor::{Observed, Pairing, spreads};
-use super::manifest::{Bench, Entry, Kind, Role};
+use super::manifest::{Bench, Entry, Kind};
 use super::measured::Measured;
-use super::measures::{FoldRule, Measures};
-use super::options::FitOptions;
-use super::predict::predict;
-use super::result::{After, ComparedDrape, FabricResult, Verdict};
-use super::silhouette::{self, SilhouetteLimits};
-use super::target::{Rim, Target};
+use super::measures::Measures;
+use super::result::FabricResult;
+use super::silhouette;
+use super::target::Rim;
 use crate::base::boundary::Orientation;
-use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
-use crate::fabric::{Mixture, MixtureError};
+use crate::base::units::KG_M2_PER_G_M2;
 use crate::intake;
 use crate::intake::rim::parse_warp_toward;
 use crate::io::{ReadOptions, boundary_csv};
-use crate::numeric::moments::mean;
 use crate::scan::ScanOptions;
 use crate::sim::Experiment;
-
-/// How a manifest is calibrated.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The fit.
-    pub fit: FitOptions,
-    /// What a picture must show.
-    pub limits: SilhouetteLimits,
-    /// How folds are counted.
-    pub folds: FoldRule,
-    /// The prior of fabrics.
-    pub prior: Mixture,
-    /// Effects that are not looked for.
-    pub without: Vec<&'static Effect>,
-}
-
-impl Default for Options {
-    /// With the prior of measured bending and density.
-    fn default() -> Self {
-        let (limits, folds) = (SilhouetteLimits::default(), FoldRule::default());
-        let (fit, prior) = (FitOptions::default(), Mixture::measured());
-        Self { fit, limits, folds, prior, without: Vec::new() }
-    }
-}
 
 /// A file that was not used.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -79,74 +50,6 @@ pub struct Calibration {
     pub fabrics: Vec<FabricResult>,
     /// The files that were not used.
     pub refused: Vec<Refused>,
-}
-
-/// Why a manifest is not calibrated.
-#[derive(Debug, thiserror::Error)]
-pub enum CalibrateError {
-    /// The rows of a fabric give two densities.
-    #[error(
-        "line {line}: fabric `{fabric}` has {found} g/m^2 here and {first} g/m^2 in line {before}: a fabric has \
-         one density; correct it, or name two fabrics"
-    )]
-    TwoDensities {
-        /// The fabric.
-        fabric: String,
-        /// The line of the second density.
-        line: usize,
-        /// The second density \[g/m^2\].
-        found: f64,
-        /// The line of the first one.
-        before: usize,
-        /// The first density \[g/m^2\].
-        first: f64,
-    },
-    /// No file can be used.
-    #[error("none of the manifest's {files} files can be used; the first: line {line}: {why}")]
-    Nothing {
-        /// How many there are.
-        files: usize,
-        /// Line of the first one.
-        line: usize,
-        /// Why it cannot be used.
-        why: String,
-    },
-    /// The prior cannot be used.
-    #[error(transparent)]
-    Prior(#[from] MixtureError),
-}
-
-/// How far a calibration is.
-#[derive(Clone, Copy, Debug)]
-pub enum Told<'a> {
-    /// So many pictures are read.
-    Reading(usize),
-    /// The distances of a fabric's outlines are taken.
-    Floor(&'a str),
-    /// A fabric is fitted.
-    Fitting(&'a str, Progress),
-    /// A fabric's other drapes are predicted.
-    Predicting(&'a str, Progress),
-}
-
-/// What is being done, in words.
-impl fmt::Display for Told<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Reading(files) => write!(f, "outlines of {files} files"),
-            Self::Floor(fabric) => write!(f, "fabric {fabric}: outlines against each other"),
-            Self::Fitting(fabric, p) if p.rms_m.is_finite() => {
-                let mm = p.rms_m / M_PER_MM;
-                write!(f, "fabric {fabric}: {} drapes, outlines within {mm:.2} mm", p.drapes)
-            }
-            Self::Fitting(fabric, p) => {
-                write!(f, "fabric {fabric}: {} drapes guided by their outlines", p.drapes)
-            }
-            Self::Predicting(fabric, p) => {
-                write!(f, "fabric {fabric}: {} drapes predicted", p.drapes)
-            }
-        }
-    }
 }
 
 /// The files of a manifest, read.
@@ -344,146 +247,12 @@ fn bearing(text: &str) -> Option<f64> {
     degrees.is_finite().then(|| -degrees.to_radians())
 }
 
-/// Calibrates one fabric.
-///
-/// # Errors
-/// When the prior cannot be drawn from.
-pub fn fabric(
-    name: String,
-    measured: Vec<Measured>,
-    options: &Options,
-    tell: &(dyn Fn(Told<'_>) + Sync),
-) -> Result<FabricResult, CalibrateError> {
-    tell(Told::Floor(&name));
-    let drape_of = drapes_of(&measured);
-    let observed: Vec<_> = measured
-        .iter()
-        .zip(&drape_of)
-        .filter(|(m, _)| m.entry.observation.is_none_or(|observation| observation == 1))
-        .map(|(m, &drape)| Observed {
-            outline: &m.outline,
-            unit: (m.entry.specimen.as_deref(), m.entry.face),
-            drape,
-        })
-        .collect();
-    let floor = spreads(&observed);
-    let density = measured.iter().find_map(|m| m.entry.density_kg_m2);
-    let fabric_prior = FabricPrior::of(&options.prior, density)?;
-    let of_role = |role: Role| -> Vec<usize> {
-        let own = |k: &usize| measured[*k].entry.role == role && drape_of[*k] == *k;
-        (0..measured.len()).filter(own).collect()
-    };
-    let (to_fit, held_out) = (of_role(Role::Fit), of_role(Role::Holdout));
-    let targets =
-        |which: &[usize]| -> Vec<Target> { which.iter().map(|&k| measured[k].target()).collect() };
-    let count = to_fit.len().max(1) as f64;
-    let mean = to_fit.iter().map(|&k| measured[k].measures.drape_coefficient).sum::<f64>() / count;
-    let fitting = |progress| tell(Told::Fitting(&name, progress));
-    let sensor_edge_m = sensor_edge_m(&measured, options.fit.sensor_edge_m);
-    let (rule, fit_options) = (&options.folds, &FitOptions { sensor_edge_m, ..options.fit });
-    let own = targets(&to_fit);
-    let (mut fitted, explained) = match fit(&own, &fabric_prior, mean, fit_options, rule, &fitting)
-    {
-        Ok(mut fit) => {
-            let known = to_fit.iter().all(|&k| measured[k].entry.camera_height_m.is_some());
-            let perspective = Effect::named("perspective").filter(|_| known);
-            let is_cut = |effect: &&Effect| {
-                to_fit.iter().all(|&k| effect.is_of(measured[k].bench.specimen.outline))
-            };
-            let of_other_cuts = EFFECTS.iter().filter(|effect| !is_cut(effect));
-            let without = options.without.iter().copied().chain(perspective).chain(of_other_cuts);
-            let captures = floor.iter().find(|spread| spread.pairing == Pairing::Captures);
-            let usual = fit.usual(captures.map(|spread| spread.median_m));
-            let explained = explain(&mut fit, &without.collect::<Vec<_>>(), usual);
-            (Ok(fit.plain()), explained)
-        }
-        Err(error) => (Err(error), None),
-    };
-    let predicting = |progress| tell(Told::Predicting(&name, progress));
-    let held = targets(&held_out);
-    let comparison = |fitted: &mut Fitted| {
-        let mut drapes = Vec::new();
-        let own = to_fit.iter().zip(std::mem::take(&mut fitted.drapes));
-        drapes.extend(own.map(|(&measured, comparison)| ComparedDrape { measured, comparison }));
-        let predicted =
-            predict(&held, &fabric_prior, &fitted.cloth, fit_options, rule, &predicting);
-        let other = held_out.iter().zip(predicted);
-        drapes.extend(other.map(|(&measured, comparison)| ComparedDrape { measured, comparison }));
-        drapes
-    };
-    let drapes = fitted.as_mut().map(&comparison).unwrap_or_default();
-    let (explanations, fields, added) = match explained {
-        Some(Explained { explanations, fields, added }) => (Some(explanations), fields, added),
-        None => (None, Vec::new(), None),
-    };
-    let after = added.map(|(effects, mut fitted)| {
-        let drapes = comparison(&mut fitted);
-        After { effects, fitted, drapes }
-    });
-    let mut result = FabricResult {
-        name,
-        fabric_prior,
-        measured,
-        floor,
-        fitted,
-        drapes,
-        explanations,
-        fields,
-        after,
-        verdict: Verdict::Undecided,
-    };
-    result.verdict = result.judge();
-    Ok(result)
-}
-
-/// The shift of scanned edges, mean and standard deviation \[m\]: as it is known, if it is, and
-/// otherwise none with the largest deviation that a scan says of its sensor; both 0 where there is
-/// no scan.
-fn sensor_edge_m(measured: &[Measured], known: [f64; 2]) -> [f64; 2] {
-    let edges = measured.iter().filter_map(|m| m.rim.as_ref()?.edge);
-    let sensor_m = edges.map(|edge| edge.sensor_m).fold(0.0, f64::max);
-    if sensor_m > 0.0 && known[1] > 0.0 { known } else { [0.0, sensor_m] }
-}
-
-/// For each row which drape it shows, as the first row that shows it. Rows of an unknown specimen
-/// show one each. Scans of one capture show one drape; of scans without a capture the distance of
-/// their rims decides.
-fn drapes_of(measured: &[Measured]) -> Vec<usize> {
-    let unit = |m: &'_ Measured| (m.entry.specimen.clone(), m.entry.face, m.entry.observation);
-    let mut drapes: Vec<usize> = Vec::new();
-    for (k, own) in measured.iter().enumerate() {
-        let shows = |&before: &usize| {
-            let other = &measured[before];
-            let same_unit = own.entry.specimen.is_some() && unit(own) == unit(other);
-            let captures = own.entry.capture.as_ref().zip(other.entry.capture.as_ref());
-            let both = own.rim.as_ref().zip(other.rim.as_ref());
-            // of scans the user's word comes first, since stiff cloth falls alike
-            let is_one = |rims| captures.map_or_else(|| is_one_drape(rims), |(a, b)| a == b);
-            same_unit && both.is_none_or(is_one)
-        };
-        let first = (0..k).filter(|&before| drapes[before] == before).find(shows);
-        drapes.push(first.unwrap_or(k));
-    }
-    drapes
-}
-
-/// Whether two rims are of one drape.
-fn is_one_drape((a, b): (&Rim, &Rim)) -> bool {
-    let both = a.boundary.points().iter().zip(b.boundary.points());
-    let seen = both.filter(|(a, b)| a.observed && b.observed);
-    let squared: Vec<f64> =
-        seen.map(|(a, b)| (a.position_m - b.position_m).norm_squared()).collect();
-    squared.is_empty() || mean(&squared).sqrt() < ANEW_M
-}
-
-/// Root mean square distance of two rims of a specimen from which on it was dropped anew between
-/// them \[m\]: scans of one drape differ by up to two, drapes of two drops mostly by more than ten
-/// (`docs/validation/network.md`).
-const ANEW_M: f64 = 4e-3;
-
 #[cfg(test)]
 mod tests {
+    use super::fabric::drapes_of;
     use super::*;
+    use crate::calibrate::manifest::Role;
+    use crate::calibrate::measures::FoldRule;
     use std::path::PathBuf;
 
     fn entry(line: usize, fabric: &str, density: Option<f64>) -> Entry {

@@ -8,7 +8,7 @@ use super::progress::Working;
 use super::{Failure, Outcome, args};
 use scan2params::base::units::M_PER_MM;
 use scan2params::batch::calibrations::{self, Calibrated, CalibrationsError};
-use scan2params::calibrate::manifest::{self, Kind, ManifestError};
+use scan2params::calibrate::manifest::{self, Entry, Kind, ManifestError};
 use scan2params::calibrate::run::{CalibrateError, Options, Told};
 use scan2params::fabric::Mixture;
 use scan2params::io::output;
@@ -24,26 +24,7 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
     let inputs: Vec<_> = entries.iter().map(|entry| entry.path.clone()).collect();
     let inputs = [inputs, vec![given.manifest.clone()]].concat();
     calibration::check(&given.out, &inputs).map_err(Failure::of_output)?;
-    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
-    let without = given.without.clone();
-    let mut options = Options { prior, without, ..Options::default() };
-    options.fit.sim.vertices = given.vertices as usize;
-    if let Some(percent) = given.scale_sigma {
-        options.fit.scale_sigma = 0.01 * percent;
-    }
-    if let Some(edge_mm) = given.sensor_edge_mm {
-        if entries.iter().all(|entry| entry.kind != Kind::Scan) {
-            let why = "--sensor-edge-mm is of scans, and no row has kind scan; leave it out";
-            return Err(Failure::usage(anyhow!("{}: {why}", given.manifest.display())));
-        }
-        options.fit.sensor_edge_m = edge_mm.map(|mm| mm * M_PER_MM);
-    }
-    if let Some(percent) = given.hold {
-        options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
-        if percent == 0.0 {
-            options.fit.scan_hold_sag_m = 0.0;
-        }
-    }
+    let options = options_of(given, &entries)?;
     let working = Working::on("reading the manifest's files");
     let tell = |told: Told<'_>| working.now(told.to_string());
     let told = calibrations::run(&entries, &options, &given.out, &tell);
@@ -86,6 +67,31 @@ pub(crate) fn run(given: &args::Calibrate) -> Outcome {
         )));
     }
     Ok(())
+}
+
+/// The settings of the fit that the flags ask for.
+fn options_of(given: &args::Calibrate, entries: &[Entry]) -> Result<Options, Failure> {
+    let prior = Mixture::named(&given.prior).map_err(Failure::usage)?;
+    let without = given.without.clone();
+    let mut options = Options { prior, without, ..Options::default() };
+    options.fit.sim.vertices = given.vertices as usize;
+    if let Some(percent) = given.scale_sigma {
+        options.fit.scale_sigma = 0.01 * percent;
+    }
+    if let Some(edge_mm) = given.sensor_edge_mm {
+        if entries.iter().all(|entry| entry.kind != Kind::Scan) {
+            let why = "--sensor-edge-mm is of scans, and no row has kind scan; leave it out";
+            return Err(Failure::usage(anyhow!("{}: {why}", given.manifest.display())));
+        }
+        options.fit.sensor_edge_m = edge_mm.map(|mm| mm * M_PER_MM);
+    }
+    if let Some(percent) = given.hold {
+        options.fit.hold_per_m = 0.01 * percent / M_PER_MM;
+        if percent == 0.0 {
+            options.fit.scan_hold_sag_m = 0.0;
+        }
+    }
+    Ok(options)
 }
 
 /// Writes the page, with the manifest's hash and all settings of the fit.

@@ -25,10 +25,14 @@ pub fn read_obj_texture(
     regular_file(path).and_then(|bytes| of_bytes(&bytes)).map_err(|at| at.in_file(path))
 }
 
+/// A corner of a face that names a texture coordinate: its line, and the numbers of vertex and
+/// coordinate, from 0.
+type Corner = (usize, i64, i64);
+
 fn of_bytes(bytes: &[u8]) -> Result<Option<Vec<Option<[f64; 2]>>>, At> {
     let mut vertices = 0;
     let mut coordinates: Vec<[f64; 2]> = Vec::new();
-    let mut corners: Vec<(usize, i64, i64)> = Vec::new();
+    let mut corners: Vec<Corner> = Vec::new();
     let joined = joined(bytes);
     for (line, text) in lines(joined.as_deref().unwrap_or(bytes)) {
         let mut words = words(text);
@@ -45,29 +49,37 @@ fn of_bytes(bytes: &[u8]) -> Result<Option<Vec<Option<[f64; 2]>>>, At> {
                 coordinates.push(pair);
             }
             Some(b"f") => {
-                for word in words {
-                    let mut parts = word.split(|&b| b == b'/').map(|part| {
-                        std::str::from_utf8(part).ok().and_then(|text| text.parse::<i64>().ok())
-                    });
-                    let (Some(Some(vertex)), Some(Some(place))) = (parts.next(), parts.next())
-                    else {
-                        continue;
-                    };
-                    // negative ones count back from here
-                    let absolute =
-                        |k: i64, count: usize| if k < 0 { k + count as i64 } else { k - 1 };
-                    let at = absolute(place, coordinates.len());
-                    corners.push((line, absolute(vertex, vertices), at));
-                }
+                let named = words.filter_map(|word| corner(word, [vertices, coordinates.len()]));
+                corners.extend(named.map(|[vertex, place]| (line, vertex, place)));
             }
             _ => {}
         }
     }
-    if corners.is_empty() {
-        return Ok(None);
-    }
+    (!corners.is_empty()).then(|| of_vertices(vertices, &coordinates, &corners)).transpose()
+}
+
+/// The numbers of vertex and texture coordinate of a corner, from 0, of which there are as many so
+/// far; `None` if it names no coordinate.
+fn corner(word: &[u8], counts: [usize; 2]) -> Option<[i64; 2]> {
+    let mut parts = word
+        .split(|&b| b == b'/')
+        .map(|part| std::str::from_utf8(part).ok().and_then(|text| text.parse::<i64>().ok()));
+    let (Some(Some(vertex)), Some(Some(place))) = (parts.next(), parts.next()) else {
+        return None;
+    };
+    // negative ones count back from here
+    let absolute = |k: i64, count: usize| if k < 0 { k + count as i64 } else { k - 1 };
+    Some([absolute(vertex, counts[0]), absolute(place, counts[1])])
+}
+
+/// The texture coordinates that corners give to so many vertices.
+fn of_vertices(
+    vertices: usize,
+    coordinates: &[[f64; 2]],
+    corners: &[Corner],
+) -> Result<Vec<Option<[f64; 2]>>, At> {
     let mut of_vertex: Vec<Option<[f64; 2]>> = vec![None; vertices];
-    for (line, vertex, at) in corners {
+    for &(line, vertex, at) in corners {
         let index = |k: i64| usize::try_from(k).unwrap_or(usize::MAX);
         let (Some(place), Some(slot)) =
             (coordinates.get(index(at)), of_vertex.get_mut(index(vertex)))
@@ -97,7 +109,7 @@ fn of_bytes(bytes: &[u8]) -> Result<Option<Vec<Option<[f64; 2]>>>, At> {
             _ => *slot = Some(*place),
         }
     }
-    Ok(Some(of_vertex))
+    Ok(of_vertex)
 }
 
 #[cfg(test)]

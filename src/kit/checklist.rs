@@ -190,8 +190,13 @@ fn size(options: &ScanOptions) -> Vec<Refusal> {
     ]
 }
 
-/// How well the rim is seen.
+/// How well the rim is seen, and the cloth near it.
 fn rim(options: &ScanOptions) -> Vec<Refusal> {
+    [completeness(options), fitted(options)].concat()
+}
+
+/// How well the rim is seen.
+fn completeness(options: &ScanOptions) -> Vec<Refusal> {
     let limits = &options.tuning.limits;
     let well = limits.bridged_well_noise_m;
     vec![
@@ -212,6 +217,13 @@ fn rim(options: &ScanOptions) -> Vec<Refusal> {
             ),
             "add views all round",
         ),
+    ]
+}
+
+/// How near the cloth lies to the sheet that is fitted.
+fn fitted(options: &ScanOptions) -> Vec<Refusal> {
+    let limits = &options.tuning.limits;
+    vec![
         refusal(
             "Strained",
             format!(

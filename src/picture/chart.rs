@@ -186,15 +186,7 @@ impl Chart {
                 }
             };
             let mark = series.mark;
-            drawn.label(&series.name).legend(move |(x, y)| {
-                let line = |ends| PathElement::new(ends, pen).into_dyn();
-                let middle = x + 9 * FINE;
-                match mark {
-                    Mark::Line => line(vec![(x, y), (middle + 9 * FINE, y)]),
-                    Mark::Cross => Cross::new((middle, y), CROSS * FINE, pen).into_dyn(),
-                    Mark::Bar => line(vec![(middle, y - 6 * FINE), (middle, y + 6 * FINE)]),
-                }
-            });
+            drawn.label(&series.name).legend(move |at| key(mark, at, pen));
         }
         chart
             .configure_series_labels()
@@ -239,6 +231,21 @@ impl Chart {
 fn paint(colour: Rgb<u8>) -> RGBColor {
     let [r, g, b] = colour.0;
     RGBColor(r, g, b)
+}
+
+/// A series' mark in the legend, beside its name.
+fn key<B: DrawingBackend>(
+    mark: Mark,
+    (x, y): (i32, i32),
+    pen: ShapeStyle,
+) -> DynElement<'static, B, (i32, i32)> {
+    let line = |ends| PathElement::new(ends, pen).into_dyn();
+    let middle = x + 9 * FINE;
+    match mark {
+        Mark::Line => line(vec![(x, y), (middle + 9 * FINE, y)]),
+        Mark::Cross => Cross::new((middle, y), CROSS * FINE, pen).into_dyn(),
+        Mark::Bar => line(vec![(middle, y - 6 * FINE), (middle, y + 6 * FINE)]),
+    }
 }
 
 /// A line of this many pixels.

@@ -1,24 +1,25 @@
 //! What belongs to the experiment and not to the fabric: specimen, plate, tilt, and
 //! the effects beyond six stiffnesses and a density.
 //!
-//! In: nothing but numbers (SI, simulation frame). Out: checks of them, and the maps
-//! that the grid, the drop and the energies ask for. [`Experiment::default`] is the
+//! In: nothing but numbers (SI, simulation frame), whose limits stand in `parameters.rs`. Out: the
+//! maps that the grid, the drop and the energies ask for. [`Experiment::default`] is the
 //! modified Cusick drape with every effect off; with an effect off the energies are
 //! those without it, bit for bit (`tests/physics/bits.rs`).
 
 mod bending;
+mod mesh;
 mod nodes;
 mod uneven;
 
 pub use bending::{AsymmetricBending, Hysteresis, Softening};
+pub use mesh::{CELLS_PER_BENDING_LENGTH, MeshWarning, bending_length_m, mesh_warnings};
 pub use nodes::{CURL_NODES, NodeField};
 pub use uneven::{Draught, Hem, Seam, StiffnessGradient, Uneven};
 
 use nodes::bilinear;
 
 use crate::base::Vector3;
-use crate::base::frame::{GRAVITY_M_S2, SPECIMEN_SIDE_M};
-use crate::fabric::Fabric;
+use crate::base::frame::SPECIMEN_SIDE_M;
 use crate::sim::plate::Plate;
 
 /// Everything that a drape depends on apart from the fabric: the specimen's cut and place, the
@@ -255,31 +256,6 @@ impl LineCurl {
             width_m: self.width_m,
         }
     }
-
-    /// The numbers a fraction `t` of the way to those of `other`; one that is off has a place of no
-    /// meaning, that of the other.
-    #[must_use]
-    pub fn between(&self, other: &Self, t: f64) -> Self {
-        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
-        let place = if self.curvature_per_m == 0.0 { other } else { self };
-        Self {
-            curvature_per_m: at(self.curvature_per_m, other.curvature_per_m),
-            width_m: at(place.width_m, other.width_m),
-            angle_rad: at(place.angle_rad, other.angle_rad),
-            offset_m: at(place.offset_m, other.offset_m),
-        }
-    }
-
-    /// Its numbers with their limits.
-    fn limits(&self, keys: [&'static str; 4]) -> [Limit; 4] {
-        let [curvature, width, angle, offset] = keys;
-        [
-            Limit::of(curvature, self.curvature_per_m, -500.0, 500.0, "1/m"),
-            Limit::of(width, self.width_m * 1e3, 0.5, 100.0, "mm"),
-            Limit::of(angle, self.angle_rad.to_degrees(), -360.0, 360.0, "deg"),
-            Limit::of(offset, self.offset_m * 1e3, -500.0, 500.0, "mm"),
-        ]
-    }
 }
 
 impl Default for LineCurl {
@@ -373,28 +349,6 @@ pub enum ExperimentFault {
     },
 }
 
-/// A number of an experiment with the limits within which it can be simulated.
-struct Limit {
-    key: &'static str,
-    value: f64,
-    least: f64,
-    most: f64,
-    unit: &'static str,
-}
-
-impl Limit {
-    fn of(key: &'static str, value: f64, least: f64, most: f64, unit: &'static str) -> Self {
-        Self { key, value, least, most, unit }
-    }
-
-    /// The fault of a number outside its limits, or one that is not a number.
-    fn fault(self) -> Option<ExperimentFault> {
-        let Self { key, value, least, most, unit } = self;
-        let outside = !(least..=most).contains(&value);
-        outside.then_some(ExperimentFault::Outside { key, value, least, most, unit })
-    }
-}
-
 /// Why an experiment cannot be simulated: all of its faults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExperimentError {
@@ -435,148 +389,6 @@ impl Experiment {
             ..*self
         }
     }
-
-    /// Checks that the experiment can be simulated.
-    ///
-    /// # Errors
-    /// All faults at once: numbers that are not finite or outside their limits, a disc that is not
-    /// cut from a square, and a specimen that falls off the plate.
-    pub fn check(&self) -> Result<(), ExperimentError> {
-        let (s, p) = (&self.specimen, &self.plate);
-        let degrees = f64::to_degrees;
-        let rows = [
-            Limit::of("specimen.warp", s.warp_m * 1e3, 20.0, 1000.0, "mm"),
-            Limit::of("specimen.weft", s.weft_m * 1e3, 20.0, 1000.0, "mm"),
-            Limit::of("specimen.skew", degrees(s.skew_rad), -30.0, 30.0, "deg"),
-            Limit::of("specimen.offset_x", s.offset_m[0] * 1e3, -100.0, 100.0, "mm"),
-            Limit::of("specimen.offset_z", s.offset_m[1] * 1e3, -100.0, 100.0, "mm"),
-            Limit::of("specimen.rotation", degrees(s.rotation_rad), -360.0, 360.0, "deg"),
-            Limit::of("plate.radius", p.radius_m * 1e3, 5.0, 500.0, "mm"),
-            Limit::of("plate.edge_radius", p.edge_radius_m * 1e3, 0.5, p.radius_m * 1e3, "mm"),
-            Limit::of("plate.gap", p.gap_m * 1e3, 0.05, 5.0, "mm"),
-            Limit::of("plate.friction", p.friction, 0.0, 5.0, ""),
-            Limit::of("plate.slip", p.slip_m * 1e3, 1e-3, 5.0, "mm"),
-            Limit::of("tilt.down_x", degrees(self.tilt.down_x_rad), -60.0, 60.0, "deg"),
-            Limit::of("tilt.down_z", degrees(self.tilt.down_z_rad), -60.0, 60.0, "deg"),
-            Limit::of("fold_correction", self.fold_correction, 0.0, 1.0, ""),
-            Limit::of("softening.weft", self.softening.weft_m * 1e3, 0.0, 100.0, "mm"),
-            Limit::of("softening.warp", self.softening.warp_m * 1e3, 0.0, 100.0, "mm"),
-            Limit::of("softening.bias", self.softening.bias_m * 1e3, 0.0, 100.0, "mm"),
-        ];
-        let (asymmetric, hysteresis) = (&self.asymmetric_bending, &self.hysteresis);
-        let sided = [
-            Limit::of("asymmetric_bending.weft", asymmetric.weft, -0.8, 0.8, ""),
-            Limit::of("asymmetric_bending.warp", asymmetric.warp, -0.8, 0.8, ""),
-            Limit::of("hysteresis.weft", hysteresis.weft_n * 1e3, 0.0, 20.0, "mN"),
-            Limit::of("hysteresis.warp", hysteresis.warp_n * 1e3, 0.0, 20.0, "mN"),
-            Limit::of("hysteresis.slip", hysteresis.slip_per_m, 1.0, 100.0, "1/m"),
-        ];
-        let edge = self.curl.edge;
-        let bands = [
-            Limit::of("curl.edge", edge.curvature_per_m, -500.0, 500.0, "1/m"),
-            Limit::of("curl.edge_width", edge.width_m * 1e3, 0.5, 100.0, "mm"),
-        ];
-        let [line, cross_line] = [
-            self.curl.line.limits([
-                "curl.line",
-                "curl.line_width",
-                "curl.line_angle",
-                "curl.line_offset",
-            ]),
-            self.curl.cross_line.limits([
-                "curl.cross_line",
-                "curl.cross_line_width",
-                "curl.cross_line_angle",
-                "curl.cross_line_offset",
-            ]),
-        ];
-        let bands = bands.into_iter().chain(line).chain(cross_line);
-        let Uneven { hem, seam, gradient, draught, weight, ln_bending } = &self.uneven;
-        let uneven = [
-            Limit::of("uneven.hem", hem.added_kg_m2 * 1e3, 0.0, 5000.0, "g/m^2"),
-            Limit::of("uneven.hem_width", hem.width_m * 1e3, 0.5, 1000.0, "mm"),
-            Limit::of("uneven.hem_toward", degrees(hem.toward_rad), -360.0, 360.0, "deg"),
-            Limit::of("uneven.seam", seam.added, 0.0, 100.0, ""),
-            Limit::of("uneven.seam_width", seam.width_m * 1e3, 0.5, 100.0, "mm"),
-            Limit::of("uneven.seam_toward", degrees(seam.toward_rad), -360.0, 360.0, "deg"),
-            Limit::of("uneven.seam_offset", seam.offset_m * 1e3, -500.0, 500.0, "mm"),
-            Limit::of("uneven.gradient", gradient.ln_factor, -2.0, 2.0, ""),
-            Limit::of("uneven.gradient_toward", degrees(gradient.toward_rad), -360.0, 360.0, "deg"),
-            Limit::of("uneven.draught", draught.pressure_pa, 0.0, 20.0, "Pa"),
-            Limit::of("uneven.draught_toward", degrees(draught.toward_rad), -360.0, 360.0, "deg"),
-        ];
-        let curls = self.curl.nodes.iter().flatten().flatten();
-        let curls = curls.map(|&k| Limit::of("curl", k, -500.0, 500.0, "1/m"));
-        let weights = weight.nodes.iter().flatten();
-        let weights = weights.map(|&w| Limit::of("uneven.weight", w, -0.9, 10.0, ""));
-        let bendings = ln_bending.nodes.iter().flatten();
-        let bendings = bendings.map(|&b| Limit::of("uneven.ln_bending", b, -3.0, 3.0, ""));
-        let limits = rows.into_iter().chain(sided).chain(bands).chain(uneven).chain(curls);
-        let limits = limits.chain(weights).chain(bendings);
-        let mut faults: Vec<_> = limits.filter_map(|limit| limit.fault()).collect();
-        if s.outline == Outline::Disc && (s.warp_m != s.weft_m || s.skew_rad != 0.0) {
-            let (warp_mm, weft_mm) = (s.warp_m * 1e3, s.weft_m * 1e3);
-            let skew_deg = degrees(s.skew_rad);
-            faults.push(ExperimentFault::NoDisc { warp_mm, weft_mm, skew_deg });
-        }
-        let distance_m = s.offset_m[0].hypot(s.offset_m[1]);
-        if distance_m >= p.radius_m {
-            let (distance_mm, radius_mm) = (distance_m * 1e3, p.radius_m * 1e3);
-            faults.push(ExperimentFault::FallsOff { distance_mm, radius_mm });
-        }
-        if faults.is_empty() { Ok(()) } else { Err(ExperimentError { faults }) }
-    }
-}
-
-/// Something about a drape that its reader should know.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum MeshWarning {
-    /// The fabric's folds are as fine as the mesh.
-    #[error(
-        "the shortest bending length is {length_mm:.1} mm, below {limit_mm:.1} mm, two cells of \
-         {cell_mm:.1} mm: the folds depend on the mesh; use at least {vertices} vertices a side"
-    )]
-    TooCoarse {
-        /// The fabric's shortest bending length \[mm\].
-        length_mm: f64,
-        /// The least bending length for this mesh, which is two cells \[mm\].
-        limit_mm: f64,
-        /// Side of a cell \[mm\].
-        cell_mm: f64,
-        /// Vertices a side from which on the mesh is fine enough.
-        vertices: usize,
-    },
-}
-
-/// Number of cells that a bending length must span: from there on a cantilever's droop is within 4
-/// % of the elastica's, within 2 % with the fold correction (`docs/validation/simulator.md`,
-/// "Physics").
-pub const CELLS_PER_BENDING_LENGTH: f64 = 2.0;
-
-/// The shortest of a fabric's three bending lengths (B / (D g))^(1/3) \[m\].
-#[must_use]
-pub fn bending_length_m(fabric: &Fabric) -> f64 {
-    let rigidity = fabric.bending_weft_nm.min(fabric.bending_warp_nm).min(fabric.bending_bias_nm);
-    (rigidity / (fabric.density_kg_m2 * GRAVITY_M_S2)).cbrt()
-}
-
-/// Warnings about draping `fabric` on a grid of `vertices` a side whose cells have sides of
-/// `cell_m` metres; none if the mesh is fine enough.
-#[must_use]
-pub fn mesh_warnings(fabric: &Fabric, cell_m: f64, vertices: usize) -> Vec<MeshWarning> {
-    let length_m = bending_length_m(fabric);
-    let limit_m = CELLS_PER_BENDING_LENGTH * cell_m;
-    // a bending length of exactly two cells is enough, for any last bit
-    if length_m >= limit_m * (1.0 - 1e-9) {
-        return Vec::new();
-    }
-    let cells = (vertices - 1) as f64 * limit_m / length_m;
-    vec![MeshWarning::TooCoarse {
-        length_mm: length_m * 1e3,
-        limit_mm: limit_m * 1e3,
-        cell_mm: cell_m * 1e3,
-        vertices: cells.ceil() as usize + 1,
-    }]
 }
 
 #[cfg(test)]
@@ -645,22 +457,6 @@ mod tests {
         let error = off.check().unwrap_err();
         assert!(matches!(error.faults[..], [ExperimentFault::FallsOff { .. }]), "{error}");
         assert!(error.to_string().contains("50.0 mm from the plate's axis"), "{error}");
-    }
-
-    #[test]
-    fn a_mesh_too_coarse_is_told_with_value_limit_and_remedy() {
-        let fabric = Fabric::from_paper_units([1e5, 1e5, 1e5, 100.0, 200.0, 150.0, 200.0]);
-        let length_m = bending_length_m(&fabric);
-        assert!((length_m - (1e-7_f64 / (0.2 * GRAVITY_M_S2)).cbrt()).abs() < 1e-12);
-        let warnings = mesh_warnings(&fabric, 0.005, 61);
-        let [MeshWarning::TooCoarse { limit_mm, vertices, .. }] = warnings[..] else {
-            panic!("{warnings:?}")
-        };
-        assert!((limit_mm - 10.0).abs() < 1e-12);
-        let cell_m = 0.3 / (vertices - 1) as f64;
-        assert_eq!(mesh_warnings(&fabric, cell_m, vertices), []);
-        assert_eq!(mesh_warnings(&fabric, 0.3 / (vertices - 2) as f64, vertices - 1).len(), 1);
-        assert!(warnings[0].to_string().contains("vertices a side"), "{}", warnings[0]);
     }
 
     #[test]

@@ -6,7 +6,9 @@
 use nalgebra::Matrix3;
 
 use crate::base::Vector3;
-use crate::numeric::sparse::BlockPattern;
+use crate::sim::energy::Energy;
+use crate::sim::grid::Grid;
+use crate::sim::hessian_form::HessianForm;
 
 /// The place that a spring pulls a vertex to.
 #[derive(Clone, Copy, Debug)]
@@ -58,23 +60,22 @@ impl Guide {
             None => off - target.position_m * self.farther,
         }
     }
+}
 
-    /// Energy at the positions `x` \[J\].
-    #[must_use]
-    pub fn energy_j(&self, x: &[Vector3]) -> f64 {
+impl Energy for Guide {
+    fn energy_j(&self, _: &Grid, x: &[Vector3]) -> f64 {
         let square = |t: &Target| t.weight * self.gap(t, x).norm_squared();
         0.5 * self.stiffness_n_m * self.targets.iter().map(square).sum::<f64>()
     }
 
-    /// Adds the gradient at the positions `x` \[N\].
-    pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
+    fn add_gradient(&self, _: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
         for target in &self.targets {
             gradient[target.vertex] += self.gap(target, x) * (target.weight * self.stiffness_n_m);
         }
     }
 
-    /// Adds the Hessian \[N/m\].
-    pub fn add_hessian(&self, pattern: &BlockPattern, values: &mut [f64]) {
+    fn add_hessian(&self, grid: &Grid, _: &[Vector3], _: HessianForm, values: &mut [f64]) {
+        let pattern = grid.analysis.pattern();
         for target in &self.targets {
             let stiffness_n_m = target.weight * self.stiffness_n_m;
             let shape = target.along.map_or_else(Matrix3::identity, |n| n * n.transpose());

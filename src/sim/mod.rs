@@ -20,6 +20,7 @@ mod motion;
 pub mod newton;
 pub mod numerics;
 pub mod options;
+pub mod parameters;
 pub mod plate;
 mod rest;
 pub mod self_contact;

@@ -10,18 +10,19 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::base::Vector3;
-use crate::base::frame::GRAVITY_M_S2;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::BlockPattern;
+use crate::sim::energy::Energy;
 use crate::sim::energy::asymmetry::AsymmetryEnergy;
 use crate::sim::energy::bending::{Bending, PlateRigidity};
+use crate::sim::energy::cells::MembraneEnergy;
 use crate::sim::energy::curl::CurlEnergy;
 use crate::sim::energy::hysteresis::HysteresisEnergy;
-use crate::sim::energy::membrane::{Corners, Membrane, Stress};
+use crate::sim::energy::loads::{DraughtLoad, Weight};
 use crate::sim::energy::plate::PlateContact;
 use crate::sim::energy::softening::SofteningEnergy;
 use crate::sim::experiment::Experiment;
-use crate::sim::grid::{CELL_PAIRS, Grid};
+use crate::sim::grid::Grid;
 use crate::sim::guide::Guide;
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::numerics::Numerics;
@@ -54,8 +55,10 @@ pub struct Tangent {
 pub struct Model {
     /// The grid of the specimen.
     pub grid: Arc<Grid>,
-    /// The mass that each vertex carries \[kg\].
-    pub mass_kg: Vec<f64>,
+    /// Stretch and shear.
+    pub membrane: MembraneEnergy,
+    /// The mass that each vertex carries, and the direction of gravity.
+    pub weight: Weight,
     /// Contact with the plate, with the grips of its friction.
     pub plate: PlateContact,
     /// Contact of the sheet with itself, with the pairs that may touch.
@@ -66,19 +69,14 @@ pub struct Model {
     pub guide: Guide,
     /// The vertices that stay where they are: those in a clamp, and those outside a disc.
     pub held: Vec<usize>,
-    /// The unit vector against gravity; it is not y if the plate is tilted.
-    pub up: Vector3,
-    /// The load of a draught on each vertex \[N\]; empty in still air.
-    draught_n: Vec<Vector3>,
     numerics: Numerics,
     density_kg_m2: f64,
-    membrane: Vec<Membrane>,
     bending: Bending,
     curl: Option<CurlEnergy>,
     softening: Option<SofteningEnergy>,
     asymmetry: Option<AsymmetryEnergy>,
+    draught: DraughtLoad,
     constant: Vec<f64>,
-    lagged_stress: Vec<Stress>,
     blocks: Vec<Block>,
 }
 
@@ -150,31 +148,52 @@ impl Model {
         let mut mass_kg: Vec<f64> = (0..grid.vertices()).map(|v| cell_kg * grid.share(v)).collect();
         add_weight(grid, experiment, &mut mass_kg);
         let rigidity = PlateRigidity::new(fabric);
-        let bending = Bending::scaled(grid, &rigidity, |v| bending_factor(grid, experiment, v));
-        let pattern = grid.analysis.pattern();
-        let mut constant = vec![0.0; pattern.nonzeros()];
-        bending.add_hessian(pattern, &mut constant);
-        Self {
-            mass_kg,
+        let mut model = Self {
+            weight: Weight { mass_kg, up: experiment.tilt.up() },
             plate,
             self_contact,
             guide: Guide::default(),
             held: grid.outside(),
-            up: experiment.tilt.up(),
-            draught_n: draught_n(grid, experiment),
+            draught: DraughtLoad { load_n: draught_n(grid, experiment) },
             numerics,
             density_kg_m2: fabric.density_kg_m2,
-            membrane: Membrane::of_cells(grid, fabric, numerics.twist_hold),
+            membrane: MembraneEnergy::new(grid, fabric, numerics.twist_hold),
             curl: CurlEnergy::new(grid, &rigidity, &experiment.curl),
             softening: SofteningEnergy::new(grid, fabric, &rigidity, experiment),
             asymmetry: AsymmetryEnergy::new(grid, fabric, experiment),
             hysteresis: HysteresisEnergy::new(grid, experiment),
-            bending,
-            constant,
-            lagged_stress: Vec::new(),
+            bending: Bending::scaled(grid, &rigidity, |v| bending_factor(grid, experiment, v)),
+            constant: Vec::new(),
             blocks: Vec::new(),
             grid: Arc::clone(grid),
+        };
+        let mut constant = vec![0.0; grid.analysis.pattern().nonzeros()];
+        for energy in model.energies().into_iter().flatten() {
+            energy.add_constant_hessian(grid, &mut constant);
         }
+        model.constant = constant;
+        model
+    }
+
+    /// The energies, in the order in which gradient and Hessian add them; none in the place of one
+    /// that is off.
+    fn energies(&self) -> [Option<&dyn Energy>; 11] {
+        fn listed<E: Energy>(energy: &Option<E>) -> Option<&dyn Energy> {
+            energy.as_ref().map(|energy| energy as &dyn Energy)
+        }
+        [
+            Some(&self.membrane),
+            Some(&self.bending),
+            listed(&self.curl),
+            listed(&self.softening),
+            listed(&self.asymmetry),
+            listed(&self.hysteresis),
+            Some(&self.weight),
+            Some(&self.draught),
+            Some(&self.plate),
+            Some(&self.self_contact),
+            Some(&self.guide),
+        ]
     }
 
     /// Takes the sheet's rest at `x` as what the cloth remembers of its bending; no force changes.
@@ -190,166 +209,73 @@ impl Model {
         self.hysteresis.is_some()
     }
 
-    fn corners(x: &[Vector3], cell: &[u32; 4]) -> Corners {
-        cell.map(|v| x[v as usize])
-    }
-
     /// Elastic and gravitational energy at the positions `x` \[J\], zero for the flat sheet at
     /// y = 0; less the work of a draught from the origin on.
     #[must_use]
     pub fn body_energy_j(&self, x: &[Vector3]) -> f64 {
-        let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction).zip(&self.membrane);
-        let membrane: f64 = cells
-            .map(|((c, fraction), membrane)| membrane.energy_j(&Self::corners(x, c)) * fraction)
-            .sum();
-        let weight: f64 =
-            x.iter().zip(&self.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * self.up.dot(p)).sum();
-        let effects = self.curl.as_ref().map_or(0.0, |curl| curl.energy_j(x))
-            + self.softening.as_ref().map_or(0.0, |softening| softening.energy_j(x))
-            + self.asymmetry.as_ref().map_or(0.0, |asymmetry| asymmetry.energy_j(x));
-        let blown: f64 = self.draught_n.iter().zip(x).map(|(load, p)| load.dot(p)).sum();
-        membrane + self.bending.energy_j(x) + weight + effects - blown
+        self.energies_j(x)[0]
     }
 
     /// Total energy at the positions `x` \[J\].
     #[must_use]
     pub fn energy_j(&self, x: &[Vector3]) -> f64 {
-        self.plate.energy_j(&self.grid, x)
-            + self.body_energy_j(x)
-            + self.self_contact.energy_j(x)
-            + self.hysteresis.as_ref().map_or(0.0, |hysteresis| hysteresis.energy_j(x))
-            + self.guide.energy_j(x)
+        self.energies_j(x)[1]
+    }
+
+    /// Energy of the body and of all \[J\]. The sums keep this order, which is not the list's:
+    /// another would change the last bits of drapes with effects.
+    fn energies_j(&self, x: &[Vector3]) -> [f64; 2] {
+        let value = |energy: Option<&dyn Energy>| energy.map_or(0.0, |e| e.energy_j(&self.grid, x));
+        let [
+            membrane,
+            bending,
+            curl,
+            softening,
+            asymmetry,
+            hysteresis,
+            weight,
+            draught,
+            plate,
+            self_contact,
+            guide,
+        ] = self.energies().map(value);
+        let body = membrane + bending + weight + (curl + softening + asymmetry) + draught;
+        [body, plate + body + self_contact + hysteresis + guide]
     }
 
     /// Largest fraction of the step `dx` from `x` on which the sheet passes neither through
     /// itself nor into the plate; self-contact must have been updated for it.
     #[must_use]
     pub fn max_step(&self, x: &[Vector3], dx: &[Vector3]) -> f64 {
-        self.plate.max_step(&self.grid, x, dx, self.self_contact.max_step(x, dx))
+        // from the last on: self-contact's limit shortens the plate's search
+        let energies = self.energies().into_iter().flatten().rev();
+        energies.fold(1.0, |limit, energy| energy.max_step(&self.grid, x, dx, limit))
     }
 
     /// Writes the gradient of the total energy at the positions `x` \[N\]: minus the net force on
     /// each vertex, zero for those that are held.
     pub fn gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
         gradient.fill(Vector3::zeros());
-        let cells = self.grid.cells.iter().zip(&self.grid.volume_fraction).zip(&self.membrane);
-        for ((cell, fraction), membrane) in cells {
-            let mut local = [Vector3::zeros(); 4];
-            membrane.add_gradient(&Self::corners(x, cell), &mut local);
-            for (&v, g) in cell.iter().zip(local) {
-                gradient[v as usize] += g * *fraction;
-            }
+        for energy in self.energies().into_iter().flatten() {
+            energy.add_gradient(&self.grid, x, gradient);
         }
-        self.bending.add_gradient(x, gradient);
-        if let Some(curl) = &self.curl {
-            curl.add_gradient(x, gradient);
-        }
-        if let Some(softening) = &self.softening {
-            softening.add_gradient(x, gradient);
-        }
-        if let Some(asymmetry) = &self.asymmetry {
-            asymmetry.add_gradient(x, gradient);
-        }
-        if let Some(hysteresis) = &self.hysteresis {
-            hysteresis.add_gradient(x, gradient);
-        }
-        for (g, m) in gradient.iter_mut().zip(&self.mass_kg) {
-            *g += self.up * (m * GRAVITY_M_S2);
-        }
-        for (g, load) in gradient.iter_mut().zip(&self.draught_n) {
-            *g -= load;
-        }
-        self.plate.add_gradient(&self.grid, x, gradient);
-        self.self_contact.add_gradient(x, gradient);
-        self.guide.add_gradient(x, gradient);
         for &v in &self.held {
             gradient[v] = Vector3::zeros();
         }
     }
 
-    /// Sets the stress of the next Hessian's geometric stiffness to that which the linearisation
-    /// at `x` predicts after `fraction` of the move `dx`: the geometric stiffness lags one step
-    /// behind. See [`Membrane::linearised_stress`].
-    pub fn lag_linearised_stress(&mut self, x: &[Vector3], dx: &[Vector3], fraction: f64) {
-        self.lagged_stress.clear();
-        for (cell, membrane) in self.grid.cells.iter().zip(&self.membrane) {
-            let move_ = Self::corners(dx, cell).map(|d| d * fraction);
-            self.lagged_stress.push(membrane.linearised_stress(&Self::corners(x, cell), &move_));
-        }
-    }
-
-    /// Sets the stress of the next Hessian's geometric stiffness to that at `x`, with `weight`
-    /// times the tension that the strain of second order of the last move `dx` would add: the
-    /// geometric stiffness lags one step behind. See [`Membrane::second_order_stress`].
-    pub fn lag_second_order_stress(&mut self, x: &[Vector3], dx: &[Vector3], weight: f64) {
-        self.lagged_stress.clear();
-        for (cell, membrane) in self.grid.cells.iter().zip(&self.membrane) {
-            let (corners, move_) = (Self::corners(x, cell), Self::corners(dx, cell));
-            self.lagged_stress.push(membrane.second_order_stress(&corners, &move_, weight));
-        }
-    }
-
-    /// Keeps this part of the compression and of the shear in the next Hessian's geometric
-    /// stiffness: of the lagged stress, or of that at `x`.
-    pub fn relieve_compression(&mut self, x: &[Vector3], kept: f64) {
-        if self.lagged_stress.is_empty() {
-            for (membrane, cell) in self.membrane.iter().zip(&self.grid.cells) {
-                self.lagged_stress.push(membrane.stress(&Self::corners(x, cell)));
-            }
-        }
-        for stress in &mut self.lagged_stress {
-            *stress = stress.relieved(kept);
-        }
-    }
-
-    /// Lets the next Hessian's geometric stiffness be that of the positions it is computed at, so
-    /// that the Hessian is the exact one again.
-    pub fn forget_lagged_stress(&mut self) {
-        self.lagged_stress.clear();
-    }
-
     /// Writes the Hessian of the total energy at the positions `x` \[N/m\], exact or with a
     /// positive semidefinite substitute for each part.
     pub fn hessian(&mut self, x: &[Vector3], form: HessianForm, tangent: &mut Tangent) {
-        let grid = Arc::clone(&self.grid);
-        let pattern = grid.analysis.pattern();
+        let pattern = self.grid.analysis.pattern();
         tangent.values.clear();
         tangent.values.extend_from_slice(&self.constant);
         tangent.outside.clear();
-        let values = &mut tangent.values;
-        for (index, (cell, slots)) in grid.cells.iter().zip(&grid.cell_slots).enumerate() {
-            let mut k = 0;
-            let corners = Self::corners(x, cell);
-            let membrane = &self.membrane[index];
-            let lagged = self.lagged_stress.get(index).copied();
-            let stress = lagged.unwrap_or_else(|| membrane.stress(&corners));
-            let fraction = grid.volume_fraction[index];
-            membrane.hessian(&corners, &stress, form, &CELL_PAIRS, |r, c, block| {
-                let block = &(block * fraction);
-                if r == c {
-                    pattern.add_diagonal(values, cell[r] as usize, block);
-                } else {
-                    BlockPattern::add_block(values, slots[k], block);
-                    k += 1;
-                }
-            });
+        for energy in self.energies().into_iter().flatten() {
+            energy.add_hessian(&self.grid, x, form, &mut tangent.values);
         }
-        if let Some(curl) = self.curl.as_ref().filter(|_| form == HessianForm::Exact) {
-            curl.add_hessian(pattern, x, values);
-        }
-        if let Some(softening) = &self.softening {
-            softening.add_hessian(pattern, x, form, values);
-        }
-        if let Some(asymmetry) = &self.asymmetry {
-            asymmetry.add_hessian(pattern, x, form, values);
-        }
-        if let Some(hysteresis) = &self.hysteresis {
-            hysteresis.add_hessian(pattern, x, form, values);
-        }
-        self.plate.add_hessian(&grid, x, form, values);
-        self.guide.add_hessian(pattern, values);
         for &v in &self.held {
-            pattern.add_diagonal(values, v, &(Matrix3::identity() * HELD_N_M));
+            pattern.add_diagonal(&mut tangent.values, v, &(Matrix3::identity() * HELD_N_M));
         }
         self.blocks.clear();
         self.self_contact.blocks(x, form, &mut self.blocks);

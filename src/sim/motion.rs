@@ -41,7 +41,7 @@ pub(super) fn evolve(
             if done.fraction > 0.5 || !done.definite {
                 break;
             }
-            model.forget_lagged_stress();
+            model.membrane.forget_lagged_stress();
             done = newton.iterate(model, x, inertia, HessianForm::Projected);
         }
         let mut fastest = 0.0_f64;

@@ -58,6 +58,8 @@ pub use elements::SelfContactParams;
 pub use intersections::{count_intersections, intersecting};
 
 use crate::base::Vector3;
+use crate::sim::energy::Energy;
+use crate::sim::grid::Grid;
 use crate::sim::hessian_form::HessianForm;
 use barrier::Pair;
 use collect::{Found, Work};
@@ -279,6 +281,22 @@ impl SelfContact {
         let distances =
             self.found.pairs.iter().map(|pair| closest(pair.kind, &pair.corners(x)).distance_sq);
         distances.fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+/// Its Hessian couples vertices outside the grid's pattern: it is that of
+/// [`SelfContact::blocks`].
+impl Energy for SelfContact {
+    fn energy_j(&self, _: &Grid, x: &[Vector3]) -> f64 {
+        self.energy_j(x)
+    }
+
+    fn add_gradient(&self, _: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
+        self.add_gradient(x, gradient);
+    }
+
+    fn max_step(&self, _: &Grid, x: &[Vector3], dx: &[Vector3], limit: f64) -> f64 {
+        limit.min(self.max_step(x, dx))
     }
 }
 

@@ -1,10 +1,8 @@
 //! What a drape is of: a fabric in an experiment, and what lies between two of them.
 
 use crate::fabric::Fabric;
-use crate::sim::experiment::{
-    AsymmetricBending, Curl, EdgeCurl, Experiment, Hysteresis, Softening, Specimen, Tilt,
-};
-use crate::sim::plate::Plate;
+use crate::sim::experiment::Experiment;
+use crate::sim::parameters::Parameter;
 
 /// A fabric and the experiment that it is draped in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +29,31 @@ impl Setup {
         let fabric = std::array::from_fn(|k| from[k] * (to[k] / from[k]).powf(t));
         Self {
             fabric: Fabric::from_si(fabric),
-            experiment: experiment_between(&self.experiment, &other.experiment, t),
+            experiment: self.experiment.between(&other.experiment, t),
         }
+    }
+
+    /// The same with `change` added to `parameter`. The specimen's place and rotation change
+    /// nothing here: they act through friction's anchors, as a hold's pull and the ties' place
+    /// do through their springs.
+    #[must_use]
+    pub fn with(mut self, parameter: Parameter, change: f64) -> Self {
+        use Parameter::{OffsetX, OffsetZ, Pull, Rotation, TiesX, TiesZ};
+        if matches!(parameter, OffsetX | OffsetZ | Rotation | Pull | TiesX | TiesZ) {
+            return self;
+        }
+        if let Some(k) = parameter.of_fabric() {
+            let mut seven = self.fabric.in_si();
+            seven[k] += change;
+            self.fabric = Fabric::from_si(seven);
+        } else if let Some(row) = parameter.row() {
+            for (k, number) in row.numbers(&mut self.experiment).iter_mut().enumerate() {
+                if parameter.is_number(k) {
+                    *number += change;
+                }
+            }
+        }
+        self
     }
 
     /// How far apart two fabrics are: the root mean square of the differences of the seven
@@ -45,78 +66,10 @@ impl Setup {
     }
 }
 
-fn experiment_between(from: &Experiment, to: &Experiment, t: f64) -> Experiment {
-    let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
-    let (s, p) = (from.specimen, from.plate);
-    let (asymmetric, hysteresis) = (from.asymmetric_bending, from.hysteresis);
-    // hysteresis that is off has a slip curvature of no meaning
-    let slip_per_m =
-        if hysteresis.is_off() { to.hysteresis.slip_per_m } else { hysteresis.slip_per_m };
-    Experiment {
-        specimen: Specimen {
-            outline: to.specimen.outline,
-            warp_m: at(s.warp_m, to.specimen.warp_m),
-            weft_m: at(s.weft_m, to.specimen.weft_m),
-            skew_rad: at(s.skew_rad, to.specimen.skew_rad),
-            offset_m: [0, 1].map(|k| at(s.offset_m[k], to.specimen.offset_m[k])),
-            rotation_rad: at(s.rotation_rad, to.specimen.rotation_rad),
-        },
-        plate: Plate {
-            radius_m: at(p.radius_m, to.plate.radius_m),
-            edge_radius_m: at(p.edge_radius_m, to.plate.edge_radius_m),
-            gap_m: at(p.gap_m, to.plate.gap_m),
-            friction: at(p.friction, to.plate.friction),
-            slip_m: at(p.slip_m, to.plate.slip_m),
-        },
-        tilt: Tilt {
-            down_x_rad: at(from.tilt.down_x_rad, to.tilt.down_x_rad),
-            down_z_rad: at(from.tilt.down_z_rad, to.tilt.down_z_rad),
-        },
-        curl: curl_between(&from.curl, &to.curl, t),
-        softening: Softening {
-            weft_m: at(from.softening.weft_m, to.softening.weft_m),
-            warp_m: at(from.softening.warp_m, to.softening.warp_m),
-            bias_m: at(from.softening.bias_m, to.softening.bias_m),
-            measured_to_per_m: to.softening.measured_to_per_m,
-        },
-        asymmetric_bending: AsymmetricBending {
-            weft: at(asymmetric.weft, to.asymmetric_bending.weft),
-            warp: at(asymmetric.warp, to.asymmetric_bending.warp),
-        },
-        hysteresis: Hysteresis {
-            weft_n: at(hysteresis.weft_n, to.hysteresis.weft_n),
-            warp_n: at(hysteresis.warp_n, to.hysteresis.warp_n),
-            slip_per_m: at(slip_per_m, to.hysteresis.slip_per_m),
-        },
-        uneven: from.uneven.between(&to.uneven, t),
-        fold_correction: at(from.fold_correction, to.fold_correction),
-    }
-}
-
-fn curl_between(from: &Curl, to: &Curl, t: f64) -> Curl {
-    let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
-    let mut nodes = from.nodes;
-    let targets = to.nodes.iter().flatten().flatten();
-    for (node, target) in nodes.iter_mut().flatten().flatten().zip(targets) {
-        *node = at(*node, *target);
-    }
-    // a curl that is off has a place and a width of no meaning: those of the other
-    let edge = from.edge;
-    let edge_width_m = if edge.curvature_per_m == 0.0 { to.edge.width_m } else { edge.width_m };
-    Curl {
-        nodes,
-        edge: EdgeCurl {
-            curvature_per_m: at(edge.curvature_per_m, to.edge.curvature_per_m),
-            width_m: at(edge_width_m, to.edge.width_m),
-        },
-        line: from.line.between(&to.line, t),
-        cross_line: from.cross_line.between(&to.cross_line, t),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::experiment::{AsymmetricBending, Hysteresis};
 
     #[test]
     fn halfway_between_two_setups_is_the_mean_of_every_number() {

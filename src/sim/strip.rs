@@ -102,7 +102,7 @@ pub fn unloaded(fabric: &Fabric, cut: &Cut, experiment: &Experiment) -> [Strip; 
     let x = flat(&model.grid);
     let loaded = rest(&mut model, x, fabric, RESIDUAL);
     model.remember(&loaded.positions_m);
-    model.up = Vector3::zeros();
+    model.weight.up = Vector3::zeros();
     let unloaded = rest(&mut model, loaded.positions_m.clone(), fabric, RESIDUAL);
     [loaded, unloaded]
 }
@@ -126,7 +126,7 @@ pub fn hanging(fabric: &Fabric, cut: &Cut) -> Strip {
     let grid = cut.grid();
     let mut model = without_plate(&grid, fabric, &Experiment::default());
     model.held = (0..grid.n).collect();
-    model.up = -Vector3::x();
+    model.weight.up = -Vector3::x();
     let x = flat(&grid);
     rest(&mut model, x, fabric, RESIDUAL)
 }
@@ -167,7 +167,7 @@ pub(super) fn rest(
     let mut memory = Memory::default();
     let (mut residual_n, mut at_rest) = (f64::INFINITY, false);
     'rounds: for _ in 0..ROUNDS {
-        model.forget_lagged_stress();
+        model.membrane.forget_lagged_stress();
         model.self_contact.update(&x, 0.0);
         let near_n = NEAR_REST * limit_n;
         residual_n = newton.quasi_newton(model, &mut x, &mut memory, 15, near_n).residual_n;
@@ -226,7 +226,7 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
     let steps = ((seconds + TILTING_S) / SLIDE_STEP_S).round() as usize;
     for step in 0..steps {
         let now = slope * ((step + 1) as f64 * SLIDE_STEP_S / TILTING_S).min(1.0);
-        model.up = Tilt { down_x_rad: now.atan(), down_z_rad: 0.0 }.up();
+        model.weight.up = Tilt { down_x_rad: now.atan(), down_z_rad: 0.0 }.up();
         let pull = GRAVITY_M_S2 * now.atan().cos() * (now - friction);
         block_m_s = (block_m_s + pull * SLIDE_STEP_S).max(0.0);
         block_m += block_m_s * SLIDE_STEP_S;
@@ -235,7 +235,7 @@ pub fn slide(fabric: &Fabric, friction: f64, slope: f64, seconds: f64) -> Slide 
         model.plate.renew(&grid, &x);
         for _ in 0..3 {
             let inertia = Inertia { dt_s: SLIDE_STEP_S, free_flight: Some(&free) };
-            model.forget_lagged_stress();
+            model.membrane.forget_lagged_stress();
             newton.iterate(&mut model, &mut x, inertia, HessianForm::Projected);
         }
         for ((u, p), q) in velocity.iter_mut().zip(&x).zip(&before) {

@@ -125,7 +125,7 @@ mod tests {
         let hemmed = model_of(&fabric, &cusick(|e| e.uneven.hem = hem));
         let denser = Fabric { density_kg_m2: fabric.density_kg_m2 + 0.1, ..fabric };
         let denser = model_of(&denser, &Experiment::standard_cusick());
-        for (a, b) in hemmed.mass_kg.iter().zip(&denser.mass_kg) {
+        for (a, b) in hemmed.weight.mass_kg.iter().zip(&denser.weight.mass_kg) {
             assert!((a - b).abs() < 1e-15, "{a:e} {b:e}");
         }
     }
@@ -136,7 +136,8 @@ mod tests {
         let of = |e: &dyn Fn(&mut Experiment)| model_of(&fabric, &cusick(e));
         let even = model_of(&fabric, &Experiment::standard_cusick());
         let x = bent(&even.grid);
-        let weights: f64 = x.iter().zip(&even.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y).sum();
+        let weights: f64 =
+            x.iter().zip(&even.weight.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y).sum();
         let heavier = of(&|e| e.uneven.weight.nodes = [[0.25; 5]; 5]);
         let more = heavier.body_energy_j(&x) - even.body_energy_j(&x);
         assert!((more / weights - 0.25).abs() < 1e-9, "{more:e} {weights:e}");
@@ -150,7 +151,7 @@ mod tests {
         assert!((bent_more / bending / 0.4_f64.exp_m1() - 1.0).abs() < 1e-9, "{bent_more:e}");
         // one node: nothing beyond its neighbours
         let spot = of(&|e| e.uneven.weight.nodes[3][1] = 0.5);
-        for (v, (own, plain)) in spot.mass_kg.iter().zip(&even.mass_kg).enumerate() {
+        for (v, (own, plain)) in spot.weight.mass_kg.iter().zip(&even.weight.mass_kg).enumerate() {
             let p = even.grid.flat(v);
             let near = (p.x - 0.075).abs() < 0.075 - 1e-9 && (p.z + 0.075).abs() < 0.075 - 1e-9;
             assert!((own > plain) == (near && *plain > 0.0), "{p}");
@@ -161,13 +162,13 @@ mod tests {
     fn a_hem_weighs_its_area_times_its_density() {
         let (fabric, radius, width) = (Fabric::mean_knit(), 0.15_f64, 0.02_f64);
         let plain = model_of(&fabric, &Experiment::standard_cusick());
-        let whole: f64 = plain.mass_kg.iter().sum();
+        let whole: f64 = plain.weight.mass_kg.iter().sum();
         let half_angle = ((radius - width) / radius).acos();
         let area = radius * radius * (half_angle - half_angle.sin() * half_angle.cos());
         for toward_rad in [0.0, 0.9, -2.5] {
             let hem = Hem { added_kg_m2: 0.2, width_m: width, toward_rad };
             let hemmed = model_of(&fabric, &cusick(|e| e.uneven.hem = hem));
-            let added = hemmed.mass_kg.iter().sum::<f64>() - whole;
+            let added = hemmed.weight.mass_kg.iter().sum::<f64>() - whole;
             // cells of 10 mm, half the hem's width: observed 2.2 to 2.9 % off
             assert!((added / (0.2 * area) - 1.0).abs() < 0.04, "{toward_rad}: {added:e}");
         }
@@ -213,14 +214,14 @@ mod tests {
             let mut experiment = Experiment::default();
             change(&mut experiment);
             let model = Model::new(&grid, &fabric, &experiment, 0.2);
-            let weights = x.iter().zip(&model.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y);
+            let weights = x.iter().zip(&model.weight.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y);
             model.body_energy_j(&x) - weights.sum::<f64>()
         };
         let plain = energy(&|_| ());
         let stiffer = Fabric { bending_weft_nm: 2.0 * fabric.bending_weft_nm, ..fabric };
         let bending = {
             let model = Model::new(&grid, &stiffer, &Experiment::default(), 0.2);
-            let weights = x.iter().zip(&model.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y);
+            let weights = x.iter().zip(&model.weight.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y);
             model.body_energy_j(&x) - weights.sum::<f64>() - plain
         };
         let seam = Seam { added: 6.0, width_m: 10e-3, toward_rad: 0.0, offset_m: 20e-3 };
@@ -258,7 +259,7 @@ mod tests {
                 Vector3::new(p.x, -p.y, -p.z)
             };
             let x = if turned { (0..x.len()).map(over).collect() } else { x };
-            let weights = x.iter().zip(&model.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y);
+            let weights = x.iter().zip(&model.weight.mass_kg).map(|(p, m)| m * GRAVITY_M_S2 * p.y);
             let weight = weights.sum::<f64>();
             (model.body_energy_j(&x) - weight, weight)
         };

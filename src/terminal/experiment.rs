@@ -7,9 +7,9 @@
 
 use clap::Args;
 
-use crate::base::units::M_PER_MM;
 use crate::sim::Experiment;
 use crate::sim::experiment::{Curl, ExperimentError};
+use crate::sim::parameters::Row;
 
 /// Specimen, plate and effects; without a flag the modified Cusick drape.
 #[derive(Debug, Args)]
@@ -77,49 +77,49 @@ impl ExperimentFlags {
     /// What no experiment can have.
     pub fn experiment(&self) -> Result<Experiment, ExperimentError> {
         let mut e = if self.cusick { Experiment::standard_cusick() } else { Experiment::default() };
-        let set = |number: &mut f64, value: Option<f64>, unit: f64| {
-            if let Some(value) = value {
-                *number = value * unit;
-            }
-        };
-        let degree = 1_f64.to_radians();
-        set(&mut e.specimen.warp_m, self.size.map(|v| v[0]), M_PER_MM);
-        set(&mut e.specimen.weft_m, self.size.map(|v| v[1]), M_PER_MM);
-        set(&mut e.specimen.skew_rad, self.skew, degree);
-        set(&mut e.specimen.rotation_rad, self.rotation, degree);
-        set(&mut e.tilt.down_x_rad, self.tilt.map(|v| v[0]), degree);
-        set(&mut e.tilt.down_z_rad, self.tilt.map(|v| v[1]), degree);
-        set(&mut e.plate.radius_m, self.plate_radius, M_PER_MM);
-        set(&mut e.plate.edge_radius_m, self.edge_radius, M_PER_MM);
-        set(&mut e.plate.friction, self.friction, 1.0);
-        set(&mut e.softening.weft_m, self.softening.map(|v| v[0]), M_PER_MM);
-        set(&mut e.softening.warp_m, self.softening.map(|v| v[1]), M_PER_MM);
-        set(&mut e.softening.bias_m, self.softening.map(|v| v[2]), M_PER_MM);
-        set(&mut e.asymmetric_bending.weft, self.asymmetric_bending.map(|v| v[0]), 1.0);
-        set(&mut e.asymmetric_bending.warp, self.asymmetric_bending.map(|v| v[1]), 1.0);
-        set(&mut e.hysteresis.weft_n, self.hysteresis.map(|v| v[0]), N_PER_MN);
-        set(&mut e.hysteresis.warp_n, self.hysteresis.map(|v| v[1]), N_PER_MN);
-        set(&mut e.hysteresis.slip_per_m, self.hysteresis_slip, 1.0);
-        set(&mut e.fold_correction, self.fold_correction, 1.0);
-        for (k, number) in e.specimen.offset_m.iter_mut().enumerate() {
-            set(number, self.offset.map(|v| v[k]), M_PER_MM);
-        }
         if let Some(curl) = self.curl {
             e.curl = Curl::uniform(curl);
         }
-        set(&mut e.curl.edge.curvature_per_m, self.edge_curl.map(|v| v[0]), 1.0);
-        set(&mut e.curl.edge.width_m, self.edge_curl.map(|v| v[1]), M_PER_MM);
-        set(&mut e.curl.line.curvature_per_m, self.crease.map(|v| v[0]), 1.0);
-        set(&mut e.curl.line.width_m, self.crease.map(|v| v[1]), M_PER_MM);
-        set(&mut e.curl.line.angle_rad, self.crease.map(|v| v[2]), degree);
-        set(&mut e.curl.line.offset_m, self.crease.map(|v| v[3]), M_PER_MM);
+        for (keys, values) in self.numbers() {
+            for (key, value) in keys.iter().zip(values) {
+                let Some(row) = Row::named(key) else { unreachable!("no number is called {key}") };
+                row.numbers(&mut e)[0] = value * row.unit.in_si;
+            }
+        }
         e.check()?;
         Ok(e)
     }
-}
 
-/// Newtons in a millinewton.
-const N_PER_MN: f64 = 1e-3;
+    /// The names of the numbers of each flag, and those given, in their units.
+    fn numbers(&self) -> [(&'static [&'static str], &[f64]); 15] {
+        [
+            (&["specimen.warp", "specimen.weft"], self.size.as_slice().as_flattened()),
+            (&["specimen.skew"], self.skew.as_slice()),
+            (&["specimen.offset_x", "specimen.offset_z"], self.offset.as_slice().as_flattened()),
+            (&["specimen.rotation"], self.rotation.as_slice()),
+            (&["tilt.down_x", "tilt.down_z"], self.tilt.as_slice().as_flattened()),
+            (&["plate.radius"], self.plate_radius.as_slice()),
+            (&["plate.edge_radius"], self.edge_radius.as_slice()),
+            (&["plate.friction"], self.friction.as_slice()),
+            (&["curl.edge", "curl.edge_width"], self.edge_curl.as_slice().as_flattened()),
+            (
+                &["curl.line", "curl.line_width", "curl.line_angle", "curl.line_offset"],
+                self.crease.as_slice().as_flattened(),
+            ),
+            (
+                &["softening.weft", "softening.warp", "softening.bias"],
+                self.softening.as_slice().as_flattened(),
+            ),
+            (
+                &["asymmetric_bending.weft", "asymmetric_bending.warp"],
+                self.asymmetric_bending.as_slice().as_flattened(),
+            ),
+            (&["hysteresis.weft", "hysteresis.warp"], self.hysteresis.as_slice().as_flattened()),
+            (&["hysteresis.slip"], self.hysteresis_slip.as_slice()),
+            (&["fold_correction"], self.fold_correction.as_slice()),
+        ]
+    }
+}
 
 /// `N` numbers with commas between them.
 ///
@@ -131,4 +131,23 @@ pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
         numbers.map_err(|error| format!("{error}; give {N} numbers with commas between"))?;
     let count = given.len();
     given.try_into().map_err(|_| format!("{count} numbers; give {N} with commas between"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        flags: ExperimentFlags,
+    }
+
+    #[test]
+    fn every_number_of_a_flag_has_a_row() {
+        let Line { flags } = clap::Parser::parse_from(["program"]);
+        for (keys, values) in flags.numbers() {
+            assert!(values.is_empty() && keys.iter().all(|key| Row::named(key).is_some()));
+        }
+    }
 }

@@ -84,7 +84,7 @@ fn size_and_skew_keep_the_cloth_s_mass_and_its_flat_rest() {
         let experiment = Experiment { specimen, ..Experiment::default() };
         let mut model = Model::new(&grid, &fabric(), &experiment, 0.2);
         model.plate = scan2params::sim::energy::plate::PlateContact::none();
-        let mass: f64 = model.mass_kg.iter().sum();
+        let mass: f64 = model.weight.mass_kg.iter().sum();
         let area = match specimen.outline {
             Outline::Disc => std::f64::consts::PI * 0.15 * 0.15,
             Outline::Rectangle => specimen.warp_m * specimen.weft_m,
@@ -96,7 +96,7 @@ fn size_and_skew_keep_the_cloth_s_mass_and_its_flat_rest() {
         let weight: Vector3 = gradient.iter().sum();
         for (v, g) in gradient.iter().enumerate() {
             // flat is free of stress: only the weight is left
-            let own = Vector3::y() * (model.mass_kg[v] * 9.80665);
+            let own = Vector3::y() * (model.weight.mass_kg[v] * 9.80665);
             assert!((g - own).norm() < 1e-12, "{specimen:?} {v}: {g:?}");
         }
         assert!((weight.y / (9.80665 * mass) - 1.0).abs() < 1e-12);
@@ -154,7 +154,7 @@ fn gravity_follows_the_tilt_and_its_force_is_its_energy_s_slope() {
     let rise = model.body_energy_j(&y) - model.body_energy_j(&x);
     assert!((work / rise - 1.0).abs() < 1e-9, "{work:e} {rise:e}");
     let force = -gradient.iter().sum::<Vector3>();
-    let mass: f64 = model.mass_kg.iter().sum();
+    let mass: f64 = model.weight.mass_kg.iter().sum();
     assert!((force.norm() / (9.80665 * mass) - 1.0).abs() < 1e-12);
     // downhill is where it says
     assert!(force.x > 0.0 && force.z < 0.0 && force.y < 0.0);

@@ -40,6 +40,15 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
     println!("{}", Scored::COLUMNS);
     let cases = series.run(|case| println!("{}", case.row()))?;
     let sum = Summary::of(&cases);
+    print(&sum, &cases);
+    if given.json {
+        println!("{}", serde_json::to_string(&sum)?);
+    }
+    Ok(())
+}
+
+/// The figures of the cases, a line each.
+fn print(sum: &Summary, cases: &[Scored]) {
     let share = |share: Option<f64>| share.map_or("-".to_owned(), |s| format!("{s:.2}"));
     println!("\nfigure, value, cases");
     println!("answered, , {} of {}", sum.cases - sum.failed, sum.cases);
@@ -72,10 +81,6 @@ pub(super) fn run(given: &args::SealedCases) -> Outcome {
         "on no list: share of the specimen where it acts, {}, {drawn}",
         share(sum.region_share)
     );
-    if given.json {
-        println!("{}", serde_json::to_string(&sum)?);
-    }
-    Ok(())
 }
 
 /// Where cases are made: a folder that is kept, or one that goes with the run.

@@ -24,6 +24,10 @@ use scan2params_lab::evaluate::estimate::{
 };
 use scan2params_lab::evaluate::rim_noise::RimNoise;
 
+/// The columns of the scores.
+const COLUMNS: &str =
+    "by, parameter, median_abs_ln_error, rmse, r2, coverage, half_width_factor, novel";
+
 pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let estimator = estimator(given.model.as_deref())?;
     if let Some(folder) = &given.out {
@@ -31,20 +35,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
         std::fs::create_dir_all(folder)?;
     }
     let prior = Mixture::named(&estimator.model().prior)?;
-    let experiment = given.experiment.experiment().map_err(Failure::usage)?;
-    let made = match &given.drapes {
-        Some(_) if experiment != Experiment::default() => {
-            return Err(Failure::usage(anyhow!(
-                "drapes of a folder lie as they lie; the flags of an experiment go with --count"
-            )));
-        }
-        Some(folder) => unseen(&estimator, folder)?,
-        None => {
-            held_out::check_unseen(&estimator, prior.name(), given.seed, NUMERICS_VERSION)
-                .map_err(Failure::usage)?;
-            fresh(&prior, given, experiment)?
-        }
-    };
+    let made = made(given, &estimator, &prior)?;
     let count = made.len();
     let rows = held_out::converged(made)?;
     let noise = estimator.model().record.get("noise").context("the model says no scan noise")?;
@@ -58,13 +49,8 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     let [clean, scanned] = said.map(|said| said.iter().map(Answer::of).collect::<Vec<Answer>>());
     let ignoring = vec![Baseline::of(&prior)?.answer(); rows.len()];
     if let Some(folder) = &given.out {
-        let drawn = [
-            ("answers.png", pictures::answers(&truths, &scanned)),
-            ("pairs.png", pictures::pairs(&truths, &scanned)),
-        ];
-        for (name, image) in drawn {
-            files::picture(&folder.join(name), &image)?;
-        }
+        files::picture(&folder.join("answers.png"), &pictures::answers(&truths, &scanned))?;
+        files::picture(&folder.join("pairs.png"), &pictures::pairs(&truths, &scanned))?;
     }
     let limits = prior.limits();
     let id = estimator.model().id.clone();
@@ -92,8 +78,7 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
         println!("{}", serde_json::to_string_pretty(&all)?);
         return Ok(());
     }
-    println!("{} of {count} drapes are at rest", rows.len());
-    println!("by, parameter, median_abs_ln_error, rmse, r2, coverage, half_width_factor, novel");
+    println!("{} of {count} drapes are at rest\n{COLUMNS}", rows.len());
     for (name, scores) in &scores {
         table(&name.replace(", ", " with "), scores);
     }
@@ -102,6 +87,28 @@ pub(super) fn run(given: &args::HeldOut) -> Outcome {
     repeats(&together);
     told(&verdicts);
     Ok(())
+}
+
+/// The drapes of a folder that the network has not seen, or fresh ones.
+fn made(
+    given: &args::HeldOut,
+    estimator: &Estimator,
+    prior: &Mixture,
+) -> Result<Vec<Row>, Failure> {
+    let experiment = given.experiment.experiment().map_err(Failure::usage)?;
+    match &given.drapes {
+        Some(_) if experiment != Experiment::default() => {
+            let why =
+                "drapes of a folder lie as they lie; the flags of an experiment go with --count";
+            Err(Failure::usage(anyhow!(why)))
+        }
+        Some(folder) => unseen(estimator, folder),
+        None => {
+            held_out::check_unseen(estimator, prior.name(), given.seed, NUMERICS_VERSION)
+                .map_err(Failure::usage)?;
+            fresh(prior, given, experiment)
+        }
+    }
 }
 
 /// The shipped network, or another one whose record lies next to it.

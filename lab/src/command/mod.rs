@@ -7,6 +7,7 @@ mod args;
 mod calibrate;
 mod estimate;
 mod follow;
+mod physics;
 mod profile;
 mod redrape;
 mod refine;
@@ -22,8 +23,7 @@ mod views;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use anyhow::Context as _;
-use clap::{Parser as _, ValueEnum as _};
+use clap::Parser as _;
 use rayon::prelude::*;
 
 use args::{Arguments, Command};
@@ -31,13 +31,10 @@ use scan::Sweep;
 use scan2params::base::clock::Stage;
 use scan2params::dataset::drapes::dataset_options;
 use scan2params::fabric::Mixture;
-use scan2params::io::output;
-use scan2params::report::files;
 use scan2params::sim::{Numerics, SimOptions};
 use scan2params::terminal::flags::ScanFlags;
 use scan2params::terminal::value;
 use scan2params::terminal::{Failure, Outcome, ended, interrupt, print};
-use scan2params_lab::evaluate::physics::{drapes, effects, sections, strips};
 use scan2params_lab::evaluate::soak::{self, Soaked, Tally};
 use scan2params_lab::evaluate::timed::timed_drape;
 use scan2params_lab::evaluate::{speed, stages};
@@ -69,7 +66,7 @@ fn measure(command: &Command) -> Outcome {
         Command::Views(given) => views::run(given),
         Command::Table3 { drapes, json } => table3::run(drapes.as_deref(), *json),
         Command::Stages { scan, repeat } => time_stages(scan, *repeat),
-        Command::Physics(given) => run_physics(given),
+        Command::Physics(given) => physics::run(given),
         Command::Soak { prior, count, first, seed, numerics } => {
             run_soak(prior, *first, *count, *seed, value::numerics(*numerics))
         }
@@ -191,99 +188,6 @@ fn run_soak(prior: &str, first: u64, count: u64, seed: u64, numerics: Numerics) 
             tally.cpu_at(0.95),
             tally.cpu_at(1.0)
         );
-    }
-    Ok(())
-}
-
-fn run_physics(given: &args::Physics) -> Outcome {
-    use args::PhysicsPart as Part;
-    let (out, data) = (given.out.as_deref(), given.data.as_deref());
-    let parts = if given.parts.is_empty() { Part::value_variants() } else { &given.parts };
-    if let Some(out) = out {
-        output::check_folder(out).map_err(Failure::of_output)?;
-        std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
-    }
-    let save = |name: &str, image: image::RgbImage| -> Outcome {
-        if let Some(out) = out {
-            let path = out.join(name);
-            files::picture(&path, &image)?;
-        }
-        Ok(())
-    };
-    for part in parts {
-        match part {
-            Part::Cantilever => {
-                let (table, chart) = strips::master_curve();
-                println!("{table}");
-                save("cantilever.png", chart.draw())?;
-                if let Some(data) = data {
-                    let path = data.join("cantilever_master_curve.csv");
-                    for most_gamma in [1e3, 1e4] {
-                        let error = strips::elastica_against(&path, most_gamma)
-                            .with_context(|| path.display().to_string())?;
-                        println!("elastica against {}: {error}", path.display());
-                    }
-                } else {
-                    eprintln!("without --data the elastica is not held against a file");
-                }
-                for fold_correction in [0.0, 0.04] {
-                    println!("{}", strips::resolution(fold_correction));
-                }
-                let (table, chart) = strips::refinement();
-                println!("{table}");
-                save("cantilever_cells.png", chart.draw())?;
-                println!("{}", strips::bias_alone());
-            }
-            Part::Hanging => println!("{}", strips::hanging_strips()),
-            Part::Friction => println!("{}", strips::friction()),
-            Part::Meshes => {
-                println!("# square drapes on one branch\n{}", drapes::MESH_COLUMNS);
-                let mut pictures = Vec::new();
-                drapes::meshes(given.mesh_fabrics, |name, row, image| {
-                    println!("{}", row.join(", "));
-                    pictures.push((name.to_owned(), image));
-                });
-                for (name, image) in pictures {
-                    save(&format!("{}.png", name.replace(' ', "_")), image)?;
-                }
-            }
-            Part::Effects => {
-                let tell = |line: &str| println!("{line}");
-                println!("# standard Cusick drapes with an effect\n{}", effects::COLUMNS);
-                effects::asymmetry(given.effect_drops, tell);
-                let Some(data) = data else {
-                    eprintln!("without --data there is no fabric with a measured hysteresis");
-                    continue;
-                };
-                effects::hysteresis(data, given.effect_drops, tell)
-                    .with_context(|| data.display().to_string())?;
-            }
-            Part::Sections => match data {
-                Some(data) => {
-                    let (table, chart) = sections::sections(data)?;
-                    println!("{table}");
-                    save("sections.png", chart.draw())?;
-                }
-                None => eprintln!("without --data there is no real drape to compare with"),
-            },
-            Part::Cusick => {
-                let Some(data) = data else {
-                    eprintln!("without --data there are no measured fabrics to drape");
-                    continue;
-                };
-                let mut pictures = Vec::new();
-                let keep = |name: &str, image| pictures.push((name.to_owned(), image));
-                let (tables, chart) = drapes::cusick(data, given.cusick_fabrics, keep)
-                    .with_context(|| data.display().to_string())?;
-                for table in tables {
-                    println!("{table}");
-                }
-                save("cusick.png", chart.draw())?;
-                for (name, image) in pictures {
-                    save(&format!("{}.png", name.replace(' ', "_")), image)?;
-                }
-            }
-        }
     }
     Ok(())
 }

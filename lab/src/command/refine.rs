@@ -54,6 +54,15 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
             sums.extend(Summary::of(&group, cases.iter().filter(inside)));
         }
     }
+    print(&sums);
+    if given.json {
+        println!("{}", serde_json::to_string(&sums)?);
+    }
+    Ok(())
+}
+
+/// The table of the groups' figures.
+fn print(sums: &[Summary]) {
     println!(
         "\ngroup, cases, answered, within_1_mm, within_2_mm, within_5_mm, rim_median_mm, held_within_1_mm, held_rim_median_mm, network_within_5_mm, network_rim_median_mm, floor_median_mm, turned_within_1_mm, turned_median_mm, redropped_within_5_mm, redropped_median_mm, bending_median, bending_95, stretch_median, \
          network_bending_median, balance_bending_median, held, bending_factor, cpu_median_s, cpu_95_s"
@@ -62,7 +71,7 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
     let both = |values: [Option<f64>; 2]| {
         values.map(|value| value.map_or("-".to_owned(), |value| format!("{value:.2}"))).join(" ")
     };
-    for s in &sums {
+    for s in sums {
         println!(
             "{}, {}, {}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {:.2}, {}, {}, {}, {}, {:.3}, {:.3}, {:.3}, {:.3}, {:.3}, {}, {:.2}, {:.1}, {:.1}",
             s.group,
@@ -92,8 +101,4 @@ pub(super) fn run(given: &args::Refine) -> Outcome {
             s.cpu_s[1]
         );
     }
-    if given.json {
-        println!("{}", serde_json::to_string(&sums)?);
-    }
-    Ok(())
 }

@@ -4,6 +4,7 @@
 
 pub mod altered;
 pub mod calibrate;
+pub mod case_error;
 pub mod estimate;
 pub mod follow;
 pub mod linear;

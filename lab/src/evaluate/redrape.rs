@@ -17,8 +17,9 @@ use image::RgbImage;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::case_error::CaseError;
 use super::linear::Linear;
-use super::refine::{CaseError, NoAnswer, Series, Sight};
+use super::refine::{NoAnswer, Series, Sight};
 use scan2params::base::units::M_PER_MM;
 use scan2params::fabric::{Fabric, STIFFNESSES};
 use scan2params::picture::chart::{Axis, COLOURS, Chart, Legend, Mark, Series as Drawn};

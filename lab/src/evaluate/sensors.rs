@@ -14,8 +14,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::case_error::CaseError;
 use super::estimate::{Answer, Scores, answered};
-use super::refine::{CaseError, Sight};
+use super::refine::Sight;
 use super::scan::RimOff;
 use scan2params::base::Boundary;
 use scan2params::dataset::drape_file::rim_of;

@@ -8,14 +8,14 @@
 
 use rayon::prelude::*;
 
+use super::case_error::CaseError;
 use super::scan::{Setup, find};
 use scan2params::base::clock::thread_cpu_s;
 use scan2params::base::{Boundary, Point3, Surface};
-use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::fabric::{Fabric, Mixture};
 use scan2params::numeric::robust;
 use scan2params::picture::draw::{dot, line};
 use scan2params::scan::{ScanError, ScannedBoundary, Tuning};
-use scan2params::sensor::SceneError;
 use scan2params::sim::experiment::bending_length_m;
 use scan2params::sim::self_contact::count_intersections;
 use scan2params::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape};
@@ -87,17 +87,6 @@ pub struct Case {
     pub drape: Drape,
     /// What came of its scan, or why it was refused.
     pub answer: Result<Led, ScanError>,
-}
-
-/// Why a case cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum CaseError {
-    /// The prior gives no fabric.
-    #[error(transparent)]
-    Prior(#[from] MixtureError),
-    /// The drape makes no scene.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
 }
 
 /// Fabrics of priors, each draped, scanned and started again.

@@ -9,15 +9,16 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::case_error::CaseError;
 use super::estimate::Answer;
 use super::scan::{Setup, find};
 use scan2params::base::units::M_PER_MM;
-use scan2params::estimate::{EstimateError, Estimator};
-use scan2params::fabric::{Fabric, Mixture, MixtureError};
+use scan2params::estimate::Estimator;
+use scan2params::fabric::{Fabric, Mixture};
 use scan2params::job::verdict::{Figures, Limits, Scale, Verdict};
 use scan2params::refine::released_drape;
 use scan2params::scan::{ScanError, ScanOptions, Tuning};
-use scan2params::sensor::{Scene, SceneError, scan};
+use scan2params::sensor::{Scene, scan};
 use scan2params::sim::experiment::bending_length_m;
 use scan2params::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
@@ -47,20 +48,6 @@ pub struct Judged {
     pub covered: usize,
     /// The largest factor between a stiffness and its truth.
     pub worst_factor: f64,
-}
-
-/// Why a case cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum CaseError {
-    /// The prior gives no fabric.
-    #[error(transparent)]
-    Prior(#[from] MixtureError),
-    /// The drape makes no scene.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The estimate fails.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
 }
 
 /// Fabrics of a prior, each draped, scanned and judged once.

@@ -213,20 +213,27 @@ fn width(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     Some(Ground::new(Code::Width, level, (mm(off_m), mm(limit_m), "mm"), text))
 }
 
-/// A side that differs from the others.
+/// A side that differs from the others. For information where a fitted drape, whose sides do not,
+/// lies on the scan.
 fn uneven(f: &Figures, limits: &Limits) -> Option<Ground> {
     let median_m = median(f.sides_m.to_vec())?;
     let off_m = f.sides_m.iter().map(|m| (m - median_m).abs()).fold(0.0, f64::max);
     let limit_m = limits.uneven_share * f.given.side_m + limits.uneven_per_noise * f.noise_m;
+    let (level, what_follows) = match f.is_fitted() {
+        true => (Level::Reliable, "the fitted drape, with even sides, is on the scan"),
+        false => (
+            Level::Doubtful,
+            "soft cloth lies double where folds touch, which no camera sees, or cloth is joined wrongly there; stretch and \
+             shear may be off by more than their intervals; scan it from more sides, or lay the specimen again",
+        ),
+    };
     let text = format!(
-        "one side differs by {:.1} mm from the median of the four (limit {:.1} mm): soft cloth lies double where folds \
-         touch, which no camera sees, or cloth is joined wrongly there; stretch and shear may be off by more than \
-         their intervals; scan it from more sides, or lay the specimen again",
+        "one side differs by {:.1} mm from the median of the four (limit {:.1} mm): {what_follows}",
         mm(off_m),
         mm(limit_m)
     );
     let measured = (mm(off_m), mm(limit_m), "mm");
-    (off_m > limit_m).then(|| Ground::new(Code::UnevenSides, Level::Doubtful, measured, text))
+    (off_m > limit_m).then(|| Ground::new(Code::UnevenSides, level, measured, text))
 }
 
 /// What is nearly as bad as what `scan` refuses.

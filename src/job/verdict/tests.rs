@@ -340,6 +340,13 @@ fn a_side_is_for_information_where_a_fitted_drape_has_the_specimens_sides() {
     assert_eq!(level(valid()), (Level::DoNotUse, Level::DoNotUse));
     assert_eq!(level(fitted()), (Level::Reliable, Level::Reliable));
     assert_eq!(level(Figures { scan: None, ..fitted() }).1, Level::DoNotUse);
+    // and where one alone is off
+    let uneven =
+        |figures: Figures| verdict(&Figures { sides_m: [0.3, 0.3, 0.303, 0.3], ..figures });
+    assert!(uneven(valid()).level >= Level::Doubtful);
+    let said = uneven(fitted());
+    assert!(said.grounds.iter().any(|ground| ground.code == Code::UnevenSides));
+    assert_eq!(said.level, Level::Reliable);
 }
 
 #[test]

@@ -60,16 +60,7 @@ pub(super) fn figure(shown: &Shown, turning: bool) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::Point3;
-
-    fn shown() -> Shown {
-        let at = |k: usize| {
-            Point3::new(0.1 * (k as f64).cos(), -0.02 * (k % 5) as f64, 0.1 * (k as f64).sin())
-        };
-        let points: Vec<Point3> = (0..25).map(at).collect();
-        let (sheet, scanned, simulated) = (points.clone(), points.clone(), Vec::new());
-        Shown { points, sheet, simulated_sheet: false, scanned, simulated, plate_m: 0.05 }
-    }
+    use crate::report::page::shown::tests::shown;
 
     #[test]
     fn without_the_view_no_script_is_left() {

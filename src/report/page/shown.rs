@@ -89,10 +89,11 @@ impl Shown {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn shown() -> Shown {
+    /// A small sheet, without a simulated one.
+    pub(in crate::report::page) fn shown() -> Shown {
         let at = |k: usize| {
             Point3::new(0.1 * (k as f64).cos(), -0.02 * (k % 5) as f64, 0.1 * (k as f64).sin())
         };

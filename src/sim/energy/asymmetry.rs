@@ -37,13 +37,13 @@
 //!
 //! Fails: as `signed.rs` does.
 
+use super::Energy;
 use super::curl;
 use super::signed::Signed;
 use super::softened::{Piece, SoftenedMoment};
 use super::softening::{combine, components};
 use crate::base::Vector3;
 use crate::fabric::Fabric;
-use crate::numeric::sparse::BlockPattern;
 use crate::sim::experiment::Experiment;
 use crate::sim::grid::Grid;
 use crate::sim::hessian_form::HessianForm;
@@ -146,16 +146,16 @@ impl AsymmetryEnergy {
         }
         Some(Self { places })
     }
+}
 
-    /// Energy at the positions `x` \[J\], zero for a sheet in its natural shape.
-    #[must_use]
-    pub fn energy_j(&self, x: &[Vector3]) -> f64 {
+impl Energy for AsymmetryEnergy {
+    /// Zero for a sheet in its natural shape.
+    fn energy_j(&self, _: &Grid, x: &[Vector3]) -> f64 {
         let of = |p: &Sided| p.area_m2 * p.law.at(p.place.at(x).part - p.natural_per_m)[0];
         self.places.iter().map(of).sum()
     }
 
-    /// Adds the gradient at the positions `x` \[N\].
-    pub fn add_gradient(&self, x: &[Vector3], gradient: &mut [Vector3]) {
+    fn add_gradient(&self, _: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
         for sided in &self.places {
             let at = sided.place.at(x);
             let [_, slope, _] = sided.law.at(at.part - sided.natural_per_m);
@@ -163,15 +163,9 @@ impl AsymmetryEnergy {
         }
     }
 
-    /// Adds the Hessian at the positions `x` \[N/m\] to the values of the grid's pattern. The
-    /// projected form keeps what stiffens along each curvature.
-    pub fn add_hessian(
-        &self,
-        pattern: &BlockPattern,
-        x: &[Vector3],
-        form: HessianForm,
-        values: &mut [f64],
-    ) {
+    /// The projected form keeps what stiffens along each curvature.
+    fn add_hessian(&self, grid: &Grid, x: &[Vector3], form: HessianForm, values: &mut [f64]) {
+        let pattern = grid.analysis.pattern();
         for sided in &self.places {
             let at = sided.place.at(x);
             let [_, slope, rise] =
@@ -188,7 +182,7 @@ impl AsymmetryEnergy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::energy::difference::{Case, cylinder, errors, flat_with_noise, grids};
+    use crate::sim::energy::difference::{cylinder, errors, flat_with_noise, grids};
     use crate::sim::experiment::{AsymmetricBending, Curl, Softening};
     use std::sync::Arc;
 
@@ -220,15 +214,7 @@ mod tests {
                     let beyond = energy.places.iter().filter(beyond).count();
                     let softened = softening != Softening::default() && noise == 0.2;
                     assert_eq!(beyond > 5, softened, "{beyond}");
-                    let [gradient, hessian] = errors(&Case {
-                        grid: &grid,
-                        x: &x,
-                        energy_j: &|x| energy.energy_j(x),
-                        gradient: &|x, g| energy.add_gradient(x, g),
-                        hessian: &|pattern, values| {
-                            energy.add_hessian(pattern, &x, HessianForm::Exact, values);
-                        },
-                    });
+                    let [gradient, hessian] = errors(&grid, &x, &energy);
                     // observed floors 3e-8 and 3e-7
                     assert!(gradient < 2e-7 && hessian < 3e-6, "{gradient:e} {hessian:e}");
                 }
@@ -264,7 +250,8 @@ mod tests {
             let h = 2.5e-3;
             let grid: Arc<Grid> = Grid::shared(cells + 1, h * cells as f64);
             let x = cylinder(&grid, degrees, k);
-            AsymmetryEnergy::new(&grid, &fabric(), experiment).unwrap().energy_j(&x) / (h * h)
+            AsymmetryEnergy::new(&grid, &fabric(), experiment).unwrap().energy_j(&grid, &x)
+                / (h * h)
         };
         // the second difference in the size leaves out border and corners
         0.5 * (of(22) - 2.0 * of(21) + of(20))
@@ -304,7 +291,7 @@ mod tests {
             nalgebra::Isometry3::new(Vector3::new(0.3, -0.2, 1.0), Vector3::new(1.0, 2.0, 0.5));
         let moved: Vec<_> =
             x.iter().map(|&p| (motion * nalgebra::Point3::from(p)).coords).collect();
-        let (before, after) = (energy.energy_j(&x), energy.energy_j(&moved));
+        let (before, after) = (energy.energy_j(&grid, &x), energy.energy_j(&grid, &moved));
         assert!((before - after).abs() < 1e-9 * before.abs(), "{before:e} {after:e}");
     }
 
@@ -320,8 +307,8 @@ mod tests {
         let [up, down] = [up, down].map(|e| AsymmetryEnergy::new(&grid, &fabric(), &e).unwrap());
         let x = flat_with_noise(&grid, 0.1);
         let mirrored: Vec<_> = x.iter().map(|p| Vector3::new(p.x, -p.y, p.z)).collect();
-        let (of_up, of_down) = (up.energy_j(&x), down.energy_j(&mirrored));
+        let (of_up, of_down) = (up.energy_j(&grid, &x), down.energy_j(&grid, &mirrored));
         assert!((of_up - of_down).abs() < 1e-12 * of_up.abs(), "{of_up:e} {of_down:e}");
-        assert!(of_up * up.energy_j(&mirrored) < 0.0);
+        assert!(of_up * up.energy_j(&grid, &mirrored) < 0.0);
     }
 }

@@ -31,6 +31,7 @@
 //! 3e-4 of the membrane's own stiffness. Only D3 acts on developable shapes; the
 //! split into D12 and D66 is a choice (see [`PlateRigidity::new`]).
 
+use super::Energy;
 use crate::base::Vector3;
 use crate::fabric::Fabric;
 use crate::numeric::sparse::{BlockPattern, BlockSlot};
@@ -239,22 +240,11 @@ impl Bending {
         }
         bending
     }
+}
 
-    /// Adds the gradient K x at the positions `x` to `out` \[N\]. The rows of K sum to zero, so
-    /// that differences of positions are enough, and no digits are lost in large terms that
-    /// cancel.
-    pub fn add_gradient(&self, x: &[Vector3], out: &mut [Vector3]) {
-        for pair in &self.pairs {
-            let (r, c) = (pair.row as usize, pair.column as usize);
-            let force = (x[c] - x[r]) * pair.value;
-            out[r] += force;
-            out[c] -= force;
-        }
-    }
-
-    /// Energy at the positions `x` \[J\], by differences of positions too.
-    #[must_use]
-    pub fn energy_j(&self, x: &[Vector3]) -> f64 {
+impl Energy for Bending {
+    /// By differences of positions, as the gradient.
+    fn energy_j(&self, _: &Grid, x: &[Vector3]) -> f64 {
         let squares = self
             .pairs
             .iter()
@@ -262,8 +252,19 @@ impl Bending {
         -0.5 * squares.sum::<f64>()
     }
 
-    /// Adds the constant Hessian \[N/m\] to the values of the grid's pattern.
-    pub fn add_hessian(&self, pattern: &BlockPattern, values: &mut [f64]) {
+    /// K x. The rows of K sum to zero, so that differences of positions are enough, and no digits
+    /// are lost in large terms that cancel.
+    fn add_gradient(&self, _: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
+        for pair in &self.pairs {
+            let (r, c) = (pair.row as usize, pair.column as usize);
+            let force = (x[c] - x[r]) * pair.value;
+            gradient[r] += force;
+            gradient[c] -= force;
+        }
+    }
+
+    fn add_constant_hessian(&self, grid: &Grid, values: &mut [f64]) {
+        let pattern = grid.analysis.pattern();
         let identity = nalgebra::Matrix3::identity();
         for (vertex, &d) in self.diagonal.iter().enumerate() {
             pattern.add_diagonal(values, vertex, &(identity * d));
@@ -277,6 +278,7 @@ impl Bending {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::energy::difference::cylinder;
 
     fn fabric(weft: f64, warp: f64, bias: f64) -> Fabric {
         Fabric::from_paper_units([1e5, 1e5, 1e5, weft, warp, bias, 200.0])
@@ -289,16 +291,7 @@ mod tests {
         let of = |n: usize, side: f64| {
             let grid = Grid::shared(n, side);
             let bending = Bending::new(&grid, &PlateRigidity::new(fabric));
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let x: Vec<_> = (0..grid.vertices())
-                .map(|v| {
-                    let p = grid.flat(v);
-                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-                    let angle = curvature * along;
-                    Vector3::new(across, (1.0 - angle.cos()) / curvature, angle.sin() / curvature)
-                })
-                .collect();
-            bending.energy_j(&x)
+            bending.energy_j(&grid, &cylinder(&grid, degrees, curvature))
         };
         let h = 0.1 / (n - 1) as f64;
         // E(m) = e (m h)^2 + border (m h) + corner: second difference in m
@@ -332,16 +325,8 @@ mod tests {
         let d3 = 2.0 * set.bending_bias_nm - 0.5 * (u + v);
         let curvature = 20.0;
         let energy = |grid: &Grid, degrees: f64| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let x: Vec<_> = (0..grid.vertices())
-                .map(|v| {
-                    let p = grid.flat(v);
-                    let (along, across) = (p.z * cos + p.x * sin, p.x * cos - p.z * sin);
-                    let angle = curvature * along;
-                    Vector3::new(across, (1.0 - angle.cos()) / curvature, angle.sin() / curvature)
-                })
-                .collect();
-            Bending::new(grid, &PlateRigidity::new(&set)).energy_j(&x)
+            let x = cylinder(grid, degrees, curvature);
+            Bending::new(grid, &PlateRigidity::new(&set)).energy_j(grid, &x)
         };
         let cases = [(0.0, 0.0), (45.0, 0.0), (90.0, 0.0), (45.0, 0.3)];
         for (degrees, warp_rad) in cases {
@@ -363,7 +348,7 @@ mod tests {
         for seed in 0..200_u32 {
             let shape = |v: usize| (v as f64 * (1.0 + 0.37 * f64::from(seed))).sin();
             let x: Vec<_> = (0..99).map(|v| Vector3::new(0.0, shape(v), 0.0)).collect();
-            assert!(bending.energy_j(&x) > 0.0, "{seed}");
+            assert!(bending.energy_j(&grid, &x) > 0.0, "{seed}");
         }
     }
 
@@ -396,12 +381,12 @@ mod tests {
         let x: Vec<_> =
             (0..81).map(|k| Vector3::from_fn(|c, _| (k as f64 * 1.7 + c as f64).sin())).collect();
         let mut gradient = vec![Vector3::zeros(); 81];
-        bending.add_gradient(&x, &mut gradient);
+        bending.add_gradient(&grid, &x, &mut gradient);
         let work: f64 = x.iter().zip(&gradient).map(|(a, b)| a.dot(b)).sum();
-        assert!((0.5 * work / bending.energy_j(&x) - 1.0).abs() < 1e-12);
+        assert!((0.5 * work / bending.energy_j(&grid, &x) - 1.0).abs() < 1e-12);
         let pattern = grid.analysis.pattern();
         let mut values = vec![0.0; pattern.nonzeros()];
-        bending.add_hessian(pattern, &mut values);
+        bending.add_constant_hessian(&grid, &mut values);
         let mut product = vec![Vector3::zeros(); 81];
         pattern.multiply(&values, &x, &mut product);
         let error = product.iter().zip(&gradient).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -419,20 +404,20 @@ mod tests {
         let bending = Bending::new(grid, &PlateRigidity::new(&fabric(900.0, 2000.0, 1300.0)));
         let pattern = grid.analysis.pattern();
         let mut values = vec![0.0; pattern.nonzeros()];
-        bending.add_hessian(pattern, &mut values);
+        bending.add_constant_hessian(grid, &mut values);
         let x: Vec<_> = (0..grid.vertices())
             .map(|v| grid.flat(v) + Vector3::new(0.0, (v as f64).sin() * 2e-3, 0.01))
             .collect();
         let (mut product, mut gradient) = (x.clone(), vec![Vector3::zeros(); x.len()]);
         pattern.multiply(&values, &x, &mut product);
-        bending.add_gradient(&x, &mut gradient);
+        bending.add_gradient(grid, &x, &mut gradient);
         let energy: f64 = 0.5 * x.iter().zip(&product).map(|(a, b)| a.dot(b)).sum::<f64>();
-        assert!((bending.energy_j(&x) / energy - 1.0).abs() < 1e-12, "{energy}");
+        assert!((bending.energy_j(grid, &x) / energy - 1.0).abs() < 1e-12, "{energy}");
         let largest = product.iter().map(Vector3::norm).fold(0.0, f64::max);
         let off = product.iter().zip(&gradient).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(off < 1e-12 * largest, "{off:e} of {largest:e}");
         // where all is shifted far away the matrix loses digits, the differences do not
         let far: Vec<_> = x.iter().map(|p| p + Vector3::repeat(100.0)).collect();
-        assert!((bending.energy_j(&far) / energy - 1.0).abs() < 1e-9);
+        assert!((bending.energy_j(grid, &far) / energy - 1.0).abs() < 1e-9);
     }
 }

@@ -5,17 +5,9 @@ use std::sync::Arc;
 use rand::RngExt as _;
 
 use crate::base::{Vector3, seed};
-use crate::numeric::sparse::BlockPattern;
+use crate::sim::energy::Energy;
 use crate::sim::grid::Grid;
-
-/// An energy at a place.
-pub(super) struct Case<'a> {
-    pub(super) grid: &'a Grid,
-    pub(super) x: &'a [Vector3],
-    pub(super) energy_j: &'a dyn Fn(&[Vector3]) -> f64,
-    pub(super) gradient: &'a dyn Fn(&[Vector3], &mut [Vector3]),
-    pub(super) hessian: &'a dyn Fn(&BlockPattern, &mut [f64]),
-}
+use crate::sim::hessian_form::HessianForm;
 
 /// Even square cells, cells rotated against the yarns, and uneven ones, some rotated.
 pub(super) fn grids() -> [Arc<Grid>; 4] {
@@ -55,19 +47,19 @@ pub(super) fn cylinder(grid: &Grid, degrees: f64, k: f64) -> Vec<Vector3> {
     (0..grid.vertices()).map(bent).collect()
 }
 
-/// The largest errors of gradient and Hessian along five directions: of the work over its size, and
-/// of a vertex's change of force over the largest.
-pub(super) fn errors(case: &Case) -> [f64; 2] {
-    let Case { grid, x, .. } = case;
+/// The largest errors of gradient and exact Hessian along five directions at `x`: of the work over
+/// its size, and of a vertex's change of force over the largest.
+pub(super) fn errors(grid: &Grid, x: &[Vector3], energy: &dyn Energy) -> [f64; 2] {
     let gradient = |x: &[Vector3]| {
         let mut g = vec![Vector3::zeros(); x.len()];
-        (case.gradient)(x, &mut g);
+        energy.add_gradient(grid, x, &mut g);
         g
     };
     let g = gradient(x);
     let pattern = grid.analysis.pattern();
     let mut values = vec![0.0; pattern.nonzeros()];
-    (case.hessian)(pattern, &mut values);
+    energy.add_constant_hessian(grid, &mut values);
+    energy.add_hessian(grid, x, HessianForm::Exact, &mut values);
     let mut rng = seed::rng(10, "difference", 0);
     let (mut of_gradient, mut of_hessian) = (0.0_f64, 0.0_f64);
     for _ in 0..5 {
@@ -77,7 +69,7 @@ pub(super) fn errors(case: &Case) -> [f64; 2] {
         let at = |by: f64| -> Vec<_> { x.iter().zip(&d).map(|(p, d)| p + d * by).collect() };
         let (plus, minus) = (at(step), at(-step));
         let work: f64 = g.iter().zip(&d).map(|(g, d)| g.dot(d)).sum();
-        let numeric = ((case.energy_j)(&plus) - (case.energy_j)(&minus)) / (2.0 * step);
+        let numeric = (energy.energy_j(grid, &plus) - energy.energy_j(grid, &minus)) / (2.0 * step);
         let size: f64 = g.iter().zip(&d).map(|(g, d)| g.dot(d).abs()).sum();
         of_gradient = of_gradient.max((numeric - work).abs() / size);
         let mut product = vec![Vector3::zeros(); x.len()];

@@ -10,7 +10,7 @@
 //! C2. k is scaled by the fabric's weight, so that the depth is about the same for
 //! all: 0.03 mm of the 1 mm gap on the flat, more at the edge where the overhang
 //! bears. Within 0.3 mm of the plate, where cloth comes that is stiff or falls hard, the
-//! clamped logarithm of Li et al. 2020 is added, and [`PlateContact::max_step`] keeps steps
+//! clamped logarithm of Li et al. 2020 is added, and [`Energy::max_step`] keeps steps
 //! short of the surface, so that nothing gets through. The logarithm alone with a gap of
 //! 0.5 mm was tried: the descent needed several times the iterations.
 //!
@@ -23,8 +23,10 @@
 
 use nalgebra::Matrix3;
 
+use super::Energy;
 use crate::base::Vector3;
 use crate::base::frame::GRAVITY_M_S2;
+use crate::numeric::sparse::BlockPattern;
 use crate::sim::grid::{CELL_PAIRS, Grid};
 use crate::sim::hessian_form::HessianForm;
 use crate::sim::plate::Plate;
@@ -109,86 +111,6 @@ impl PlateContact {
     fn position(grid: &Grid, x: &[Vector3], sample: &Sample) -> Vector3 {
         let corners = &grid.cells[sample.cell as usize];
         (0..4).map(|k| x[corners[k] as usize] * sample.weights[k]).sum()
-    }
-
-    /// Energy of the contact at the positions `x` and, with the grips as they are, of friction
-    /// \[J\].
-    #[must_use]
-    pub fn energy_j(&self, grid: &Grid, x: &[Vector3]) -> f64 {
-        let mut energy = 0.0;
-        for (sample, grip) in self.samples.iter().zip(&self.grips) {
-            let p = Self::position(grid, x, sample);
-            if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
-                energy += sample.area_m2 * self.stiffness_pa_m * barrier(c.d, self.plate.gap_m)[0];
-            }
-            if let Some(anchor) = grip.anchor {
-                let u = tangential(&(p - anchor), &grip.normal).norm();
-                energy += self.plate.friction * grip.force_n * slip_potential(u, self.plate.slip_m);
-            }
-        }
-        energy
-    }
-
-    /// Adds the gradient at the positions `x` \[N\].
-    pub fn add_gradient(&self, grid: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
-        for (sample, grip) in self.samples.iter().zip(&self.grips) {
-            let p = Self::position(grid, x, sample);
-            let mut force = Vector3::zeros();
-            if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
-                let slope = barrier(c.d, self.plate.gap_m)[1];
-                force += c.normal * (sample.area_m2 * self.stiffness_pa_m * slope);
-            }
-            if let Some(anchor) = grip.anchor {
-                let u = tangential(&(p - anchor), &grip.normal);
-                let slope = slip_slope(u.norm(), self.plate.slip_m);
-                force += u * (self.plate.friction * grip.force_n * slope);
-            }
-            if force != Vector3::zeros() {
-                let corners = &grid.cells[sample.cell as usize];
-                for (&v, w) in corners.iter().zip(sample.weights) {
-                    gradient[v as usize] += force * w;
-                }
-            }
-        }
-    }
-
-    /// Adds the Hessian at the positions `x` \[N/m\] to the values of the grid's pattern. The
-    /// projected form leaves out the curvature of the plate's surface, which is negative there.
-    pub fn add_hessian(&self, grid: &Grid, x: &[Vector3], form: HessianForm, values: &mut [f64]) {
-        let pattern = grid.analysis.pattern();
-        for (sample, grip) in self.samples.iter().zip(&self.grips) {
-            let p = Self::position(grid, x, sample);
-            let mut second = Matrix3::zeros();
-            let mut any = false;
-            if let Some(c) = self.plate.distance(&p, self.plate.gap_m)
-                && c.d < self.plate.gap_m
-            {
-                any = true;
-                let [_, slope, rise] = barrier(c.d, self.plate.gap_m);
-                let k = sample.area_m2 * self.stiffness_pa_m;
-                second += c.normal * c.normal.transpose() * (k * rise);
-                if form == HessianForm::Exact {
-                    second += c.curvature * (k * slope);
-                }
-            }
-            if let Some(anchor) = grip.anchor {
-                any = true;
-                second += self.grip_hessian(grip, &(p - anchor), form);
-            }
-            if !any {
-                continue;
-            }
-            let corners = &grid.cells[sample.cell as usize];
-            for (k, &v) in corners.iter().enumerate() {
-                let block = second * sample.weights[k].powi(2);
-                pattern.add_diagonal(values, v as usize, &block);
-            }
-            let slots = &grid.cell_slots[sample.cell as usize];
-            for (slot, (r, c)) in slots.iter().zip(CELL_PAIRS) {
-                let block = second * (sample.weights[r] * sample.weights[c]);
-                crate::numeric::sparse::BlockPattern::add_block(values, *slot, &block);
-            }
-        }
     }
 
     fn grip_hessian(&self, grip: &Grip, offset: &Vector3, form: HessianForm) -> Matrix3<f64> {
@@ -298,37 +220,6 @@ impl PlateContact {
         self.plate.friction
     }
 
-    /// Largest fraction, up to `limit`, of the step `dx` from `x` on whose way no sample loses
-    /// more than `1 - KEPT` of its distance from the plate; those inside it already are free.
-    #[must_use]
-    pub fn max_step(&self, grid: &Grid, x: &[Vector3], dx: &[Vector3], limit: f64) -> f64 {
-        let mut limit = limit;
-        for sample in &self.samples {
-            let step = Self::position(grid, dx, sample);
-            let length_m = step.norm() * limit;
-            let start = Self::position(grid, x, sample);
-            let near = self.plate.distance(&start, length_m.max(self.plate.gap_m));
-            let Some(d_m) = near.map(|at| at.d).filter(|&d| d > 0.0 && d < length_m / KEPT) else {
-                continue;
-            };
-            // how long the way is tells how often to look
-            let looks = (length_m / (0.5 * self.plate.edge_radius_m)).ceil().max(1.0);
-            let mut reached = 0.0;
-            while reached < limit {
-                let next = (reached + limit / looks).min(limit);
-                let at = self.plate.distance(&(start + step * next), self.plate.gap_m);
-                if at.is_some_and(|at| at.d < KEPT * d_m) {
-                    break;
-                }
-                reached = next;
-            }
-            if reached < limit {
-                limit = self.bisect(&start, &step, KEPT * d_m, [reached, reached + limit / looks]);
-            }
-        }
-        limit
-    }
-
     /// Where between two fractions of a step the distance falls to `least_m`.
     fn bisect(&self, start: &Vector3, step: &Vector3, least_m: f64, between: [f64; 2]) -> f64 {
         let [mut free, mut inside] = between;
@@ -378,6 +269,114 @@ impl PlateContact {
             .filter_map(|s| self.plate.distance(&Self::position(grid, x, s), 1e-2))
             .map(|c| c.d)
             .fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Energy for PlateContact {
+    /// That of the contact and, with the grips as they are, of friction.
+    fn energy_j(&self, grid: &Grid, x: &[Vector3]) -> f64 {
+        let mut energy = 0.0;
+        for (sample, grip) in self.samples.iter().zip(&self.grips) {
+            let p = Self::position(grid, x, sample);
+            if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
+                energy += sample.area_m2 * self.stiffness_pa_m * barrier(c.d, self.plate.gap_m)[0];
+            }
+            if let Some(anchor) = grip.anchor {
+                let u = tangential(&(p - anchor), &grip.normal).norm();
+                energy += self.plate.friction * grip.force_n * slip_potential(u, self.plate.slip_m);
+            }
+        }
+        energy
+    }
+
+    fn add_gradient(&self, grid: &Grid, x: &[Vector3], gradient: &mut [Vector3]) {
+        for (sample, grip) in self.samples.iter().zip(&self.grips) {
+            let p = Self::position(grid, x, sample);
+            let mut force = Vector3::zeros();
+            if let Some(c) = self.plate.distance(&p, self.plate.gap_m) {
+                let slope = barrier(c.d, self.plate.gap_m)[1];
+                force += c.normal * (sample.area_m2 * self.stiffness_pa_m * slope);
+            }
+            if let Some(anchor) = grip.anchor {
+                let u = tangential(&(p - anchor), &grip.normal);
+                let slope = slip_slope(u.norm(), self.plate.slip_m);
+                force += u * (self.plate.friction * grip.force_n * slope);
+            }
+            if force != Vector3::zeros() {
+                let corners = &grid.cells[sample.cell as usize];
+                for (&v, w) in corners.iter().zip(sample.weights) {
+                    gradient[v as usize] += force * w;
+                }
+            }
+        }
+    }
+
+    /// The projected form leaves out the curvature of the plate's surface, which is negative there.
+    fn add_hessian(&self, grid: &Grid, x: &[Vector3], form: HessianForm, values: &mut [f64]) {
+        let pattern = grid.analysis.pattern();
+        for (sample, grip) in self.samples.iter().zip(&self.grips) {
+            let p = Self::position(grid, x, sample);
+            let mut second = Matrix3::zeros();
+            let mut any = false;
+            if let Some(c) = self.plate.distance(&p, self.plate.gap_m)
+                && c.d < self.plate.gap_m
+            {
+                any = true;
+                let [_, slope, rise] = barrier(c.d, self.plate.gap_m);
+                let k = sample.area_m2 * self.stiffness_pa_m;
+                second += c.normal * c.normal.transpose() * (k * rise);
+                if form == HessianForm::Exact {
+                    second += c.curvature * (k * slope);
+                }
+            }
+            if let Some(anchor) = grip.anchor {
+                any = true;
+                second += self.grip_hessian(grip, &(p - anchor), form);
+            }
+            if !any {
+                continue;
+            }
+            let corners = &grid.cells[sample.cell as usize];
+            for (k, &v) in corners.iter().enumerate() {
+                let block = second * sample.weights[k].powi(2);
+                pattern.add_diagonal(values, v as usize, &block);
+            }
+            let slots = &grid.cell_slots[sample.cell as usize];
+            for (slot, (r, c)) in slots.iter().zip(CELL_PAIRS) {
+                let block = second * (sample.weights[r] * sample.weights[c]);
+                BlockPattern::add_block(values, *slot, &block);
+            }
+        }
+    }
+
+    /// No sample loses more than `1 - KEPT` of its distance from the plate on the way; those inside
+    /// it already are free.
+    fn max_step(&self, grid: &Grid, x: &[Vector3], dx: &[Vector3], limit: f64) -> f64 {
+        let mut limit = limit;
+        for sample in &self.samples {
+            let step = Self::position(grid, dx, sample);
+            let length_m = step.norm() * limit;
+            let start = Self::position(grid, x, sample);
+            let near = self.plate.distance(&start, length_m.max(self.plate.gap_m));
+            let Some(d_m) = near.map(|at| at.d).filter(|&d| d > 0.0 && d < length_m / KEPT) else {
+                continue;
+            };
+            // how long the way is tells how often to look
+            let looks = (length_m / (0.5 * self.plate.edge_radius_m)).ceil().max(1.0);
+            let mut reached = 0.0;
+            while reached < limit {
+                let next = (reached + limit / looks).min(limit);
+                let at = self.plate.distance(&(start + step * next), self.plate.gap_m);
+                if at.is_some_and(|at| at.d < KEPT * d_m) {
+                    break;
+                }
+                reached = next;
+            }
+            if reached < limit {
+                limit = self.bisect(&start, &step, KEPT * d_m, [reached, reached + limit / looks]);
+            }
+        }
+        limit
     }
 }
 

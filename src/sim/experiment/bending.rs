@@ -2,7 +2,7 @@
 //! friction inside the cloth.
 //!
 //! In: nothing but numbers (SI). Out: what the energies of the same names are made of; their limits
-//! stand in `Experiment::check`.
+//! stand in `parameters.rs`.
 
 /// Bending that softens: the moment per width at curvature k is `B k (1 - s |k|)`, the law of Feng
 /// et al. 2022 with s = -NL / L, up to 100 /m, and no farther than where the tangent stiffness has

@@ -34,12 +34,6 @@ impl NodeField {
         let node = |i: usize, j: usize| self.nodes[i][CURL_NODES - 1 - j];
         Self { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
     }
-
-    pub(super) fn between(&self, other: &Self, t: f64) -> Self {
-        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
-        let node = |i: usize, j: usize| at(self.nodes[i][j], other.nodes[i][j]);
-        Self { nodes: std::array::from_fn(|i| std::array::from_fn(|j| node(i, j))) }
-    }
 }
 
 /// What the nodes of a field have between them, bilinear, at a place given as fractions of the

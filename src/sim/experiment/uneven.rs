@@ -2,7 +2,7 @@
 //! side, a draught.
 //!
 //! In: nothing but numbers (SI). Out: what `sim/uneven.rs` makes masses, bending and loads of;
-//! their limits stand in `Experiment::check`. Nothing fits these numbers: hem, seam, gradient and
+//! their limits stand in `parameters.rs`. Nothing fits these numbers: hem, seam, gradient and
 //! draught stand for what a model of a drape does not know of, and sealed cases are drawn with them
 //! (`lab/src/sealed`); the two fields are what a calibration's tracer draws (`calibrate/field.rs`).
 //! All are off by default.
@@ -115,61 +115,24 @@ impl Uneven {
             ln_bending: self.ln_bending.face_down(),
         }
     }
-
-    /// The numbers a fraction `t` of the way to those of `other`. What is off has a place of no
-    /// meaning: that of the other.
-    #[must_use]
-    pub fn between(&self, other: &Self, t: f64) -> Self {
-        let at = |a: f64, b: f64| if a == b { a } else { a + (b - a) * t };
-        let place = |size: f64, a: f64, b: f64| if size == 0.0 { b } else { a };
-        let (h, s, g, d) = (self.hem, self.seam, self.gradient, self.draught);
-        let (i, u, k, e) = (other.hem, other.seam, other.gradient, other.draught);
-        // and where the other is off, one's own
-        let toward = |[size, to]: [f64; 2], [a, b]: [f64; 2]| match to == 0.0 {
-            true => a,
-            false => at(place(size, a, b), b),
-        };
-        let (hem, seam) = ([h.added_kg_m2, i.added_kg_m2], [s.added, u.added]);
-        let gradient = [g.ln_factor, k.ln_factor];
-        let draught = [d.pressure_pa, e.pressure_pa];
-        Self {
-            hem: Hem {
-                added_kg_m2: at(hem[0], hem[1]),
-                width_m: toward(hem, [h.width_m, i.width_m]),
-                toward_rad: toward(hem, [h.toward_rad, i.toward_rad]),
-            },
-            seam: Seam {
-                added: at(seam[0], seam[1]),
-                width_m: toward(seam, [s.width_m, u.width_m]),
-                toward_rad: toward(seam, [s.toward_rad, u.toward_rad]),
-                offset_m: toward(seam, [s.offset_m, u.offset_m]),
-            },
-            gradient: StiffnessGradient {
-                ln_factor: at(gradient[0], gradient[1]),
-                toward_rad: toward(gradient, [g.toward_rad, k.toward_rad]),
-            },
-            draught: Draught {
-                pressure_pa: at(draught[0], draught[1]),
-                toward_rad: toward(draught, [d.toward_rad, e.toward_rad]),
-            },
-            weight: self.weight.between(&other.weight, t),
-            ln_bending: self.ln_bending.between(&other.ln_bending, t),
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::Experiment;
+
+    fn halfway(from: Uneven, to: Uneven) -> Uneven {
+        let [from, to] = [from, to].map(|uneven| Experiment { uneven, ..Experiment::default() });
+        from.between(&to, 0.5).uneven
+    }
 
     #[test]
     fn halfway_to_none_has_half_the_size_at_its_own_place() {
         let hem = Hem { added_kg_m2: 0.2, width_m: 20e-3, toward_rad: 1.0 };
         let draught = Draught { pressure_pa: 0.4, toward_rad: -2.0 };
         let uneven = Uneven { hem, draught, ..Uneven::default() };
-        for half in
-            [uneven.between(&Uneven::default(), 0.5), Uneven::default().between(&uneven, 0.5)]
-        {
+        for half in [halfway(uneven, Uneven::default()), halfway(Uneven::default(), uneven)] {
             assert_eq!(half.hem, Hem { added_kg_m2: 0.1, ..hem });
             assert_eq!(half.draught, Draught { pressure_pa: 0.2, ..draught });
             assert!(half.seam == Seam::default() && !half.is_off());
@@ -186,7 +149,7 @@ mod tests {
         assert_eq!(turned.face_down(), uneven);
         assert_eq!(turned.seam.toward_rad, -0.7);
         assert_eq!((turned.weight.nodes[1][4], turned.ln_bending.nodes[4][1]), (0.3, -0.2));
-        let half = uneven.between(&Uneven::default(), 0.5);
+        let half = halfway(uneven, Uneven::default());
         assert_eq!((half.weight.at(0.25, 0.0), half.weight.at(0.25, 0.125)), (0.15, 0.075));
     }
 }

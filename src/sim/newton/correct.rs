@@ -63,7 +63,7 @@ impl Newton {
         let scale = (LONGEST_STEP_M / longest).min(1.0);
         self.direction.iter_mut().for_each(|d| *d *= scale);
         let limit = self.limit(model, x);
-        model.lag_linearised_stress(x, &self.direction, limit);
+        model.membrane.lag_linearised_stress(&model.grid, x, &self.direction, limit);
         self.try_fraction(x, limit);
         x.copy_from_slice(&self.trial);
         Some(whole)
@@ -83,7 +83,7 @@ impl Newton {
         };
         for kept in KEPT_COMPRESSION {
             if !factorised {
-                model.relieve_compression(x, kept);
+                model.membrane.relieve_compression(&model.grid, x, kept);
                 self.assemble(model, x, still, HessianForm::Exact);
                 factorised = self.factorize();
             }
@@ -156,7 +156,7 @@ impl Newton {
         self.direction.iter_mut().for_each(|d| *d *= reach);
         let limit = self.limit(model, x);
         let once = limit.min(scale / reach);
-        model.lag_linearised_stress(x, &self.direction, once);
+        model.membrane.lag_linearised_stress(&model.grid, x, &self.direction, once);
         let start_j = charge(&mut self.effort.search_s, || model.energy_j(x));
         let mut fraction = once;
         let mut rise_j = self.rise_j(model, x, fraction) - start_j;

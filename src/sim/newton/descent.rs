@@ -30,8 +30,13 @@ impl Newton {
         limit_n: f64,
     ) -> Iteration {
         match &memory.direction {
-            Some(direction) => model.lag_second_order_stress(x, direction, SECOND_ORDER_WEIGHT),
-            None => model.forget_lagged_stress(),
+            Some(direction) => model.membrane.lag_second_order_stress(
+                &model.grid,
+                x,
+                direction,
+                SECOND_ORDER_WEIGHT,
+            ),
+            None => model.membrane.forget_lagged_stress(),
         }
         let residual_n = self.assemble(model, x, SHIFT, HessianForm::Projected);
         let mut result = Iteration { residual_n, step_m: 0.0, fraction: 1.0, definite: true };

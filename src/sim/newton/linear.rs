@@ -46,7 +46,7 @@ impl Newton {
                 if let Some(y) = inertia.free_flight {
                     let per_mass = inertia.dt_s.powi(-2);
                     for v in 0..y.len() {
-                        self.gradient[v] += (x[v] - y[v]) * (model.mass_kg[v] * per_mass);
+                        self.gradient[v] += (x[v] - y[v]) * (model.weight.mass_kg[v] * per_mass);
                     }
                 }
             }
@@ -98,7 +98,7 @@ impl Newton {
         let exact = if self.factored_at == x && !model.remembers() {
             true
         } else {
-            model.forget_lagged_stress();
+            model.membrane.forget_lagged_stress();
             self.assemble(model, x, still, HessianForm::Exact);
             self.factorize()
         };
@@ -129,7 +129,7 @@ impl Newton {
         x: &[Vector3],
         loads: &[Vec<Vector3>],
     ) -> Option<Vec<Vec<Vector3>>> {
-        model.forget_lagged_stress();
+        model.membrane.forget_lagged_stress();
         self.assemble(model, x, SHIFT, HessianForm::Projected);
         if !self.factorize_roughly() {
             return None;
@@ -208,7 +208,7 @@ fn moves_under<T: Real + Send + Sync>(
 /// Adds the inertia of a time step to the diagonal.
 fn add_inertia(model: &Model, tangent: &mut Tangent, dt_s: f64) {
     let pattern = model.grid.analysis.pattern();
-    for (v, m) in model.mass_kg.iter().enumerate() {
+    for (v, m) in model.weight.mass_kg.iter().enumerate() {
         let block = Matrix3::identity() * (m * dt_s.powi(-2));
         pattern.add_diagonal(&mut tangent.values, v, &block);
     }

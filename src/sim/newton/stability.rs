@@ -19,7 +19,7 @@ impl Newton {
     /// and where contact has blocks outside it by the sign of every curvature met while
     /// solving for the residual by conjugate gradients.
     pub fn is_stable(&mut self, model: &mut Model, x: &[Vector3]) -> bool {
-        model.forget_lagged_stress();
+        model.membrane.forget_lagged_stress();
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         self.assemble(model, x, still, HessianForm::Exact);
         let stable = self.solve(model, x, HessianForm::Exact);
@@ -44,7 +44,7 @@ impl Newton {
         if !self.factorize_roughly() {
             return None;
         }
-        model.forget_lagged_stress();
+        model.membrane.forget_lagged_stress();
         model.hessian(x, HessianForm::Exact, &mut self.tangent);
         // basis, orthonormal in the projected Hessian, and the Hessian's images of it
         let (mut basis, mut images): (Vec<Vec<Vector3>>, Vec<Vec<Vector3>>) = (vec![], vec![]);

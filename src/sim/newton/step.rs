@@ -41,7 +41,7 @@ impl Newton {
             let value = self.objective(model, &trial, inertia);
             self.trial = trial;
             if unseen || is_lower(value, start, fraction * slope) {
-                model.lag_linearised_stress(x, &self.direction, fraction);
+                model.membrane.lag_linearised_stress(&model.grid, x, &self.direction, fraction);
                 x.copy_from_slice(&self.trial);
                 result.fraction = fraction;
                 result.step_m = step_m * fraction;

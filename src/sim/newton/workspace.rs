@@ -95,7 +95,7 @@ impl Newton {
             let pull: f64 = match inertia.free_flight {
                 Some(y) => {
                     let apart = x.iter().zip(y).map(|(p, q)| (p - q).norm_squared());
-                    apart.zip(&model.mass_kg).map(|(square, m)| m * square).sum()
+                    apart.zip(&model.weight.mass_kg).map(|(square, m)| m * square).sum()
                 }
                 None => 0.0,
             };

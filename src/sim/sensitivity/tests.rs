@@ -8,7 +8,9 @@ use nalgebra::Rotation3;
 
 use super::*;
 use crate::fabric::Fabric;
+use crate::fabric::TABLE_2;
 use crate::sim::drop::{Drop, DropStart, start_positions};
+use crate::sim::experiment::CurvatureComponent;
 use crate::sim::experiment::Experiment;
 use crate::sim::experiment::{AsymmetricBending, Curl, Hysteresis, Softening};
 use crate::sim::grid::Grid;
@@ -125,7 +127,7 @@ fn at_rest(model: &mut Model, x: &[Vector3]) -> Vec<Vector3> {
     let mut newton = Newton::new(model);
     for _ in 0..14 {
         model.self_contact.update(&y, 0.0);
-        model.forget_lagged_stress();
+        model.membrane.forget_lagged_stress();
         let still = Inertia { dt_s: f64::INFINITY, free_flight: None };
         newton.iterate(model, &mut y, still, HessianForm::Exact);
     }

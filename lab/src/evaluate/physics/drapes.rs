@@ -280,21 +280,22 @@ pub fn cusick(
         let mut row = vec![measured.name.clone(), format!("{length_mm:.1}")];
         let mut spread = Spread::default();
         let laws = [Softening::default(), measured.softening];
-        let laws = if laws[1].is_off() { &laws[..1] } else { &laws[..] };
+        let laws = &laws[..if laws[1].is_off() { 1 } else { 2 }];
         for (law, &softening) in laws.iter().enumerate() {
             let experiment = Experiment { softening, ..Experiment::standard_cusick() };
             let Timed { drape: d, cpu_s } =
                 timed(|| drape(&measured.fabric, &Drop::canonical(), &options(experiment)));
             let coefficient = drape_coefficient(&d, &experiment);
-            let nodes = d.nodes;
-            row.push(format!("{coefficient:.1}, {nodes}, {}, {cpu_s:.1}", d.stop.name()));
+            row.push(format!("{coefficient:.1}, {}, {}, {cpu_s:.1}", d.nodes, d.stop.name()));
             if law == 0 {
                 spread = drops(&measured.fabric, &experiment, &d);
             }
             points[if measured.drape.is_some() { 2 } else { law }].push([length_mm, coefficient]);
-            let softened = if law == 1 { " softening" } else { "" };
             let name = measured.name.replace(['/', ' '], "_");
-            shown(&format!("cusick {name}{softened}"), picture(&d.mesh(), 0.6, 0.6));
+            shown(
+                &format!("cusick {name}{}", ["", " softening"][law]),
+                picture(&d.mesh(), 0.6, 0.6),
+            );
         }
         if laws.len() == 1 {
             row.push("-, -, -, -".into());
@@ -310,7 +311,16 @@ pub fn cusick(
         });
         rows.push(row);
     }
-    let drapes = Table {
+    let drapes = cusick_table(rows);
+    let (bands, band_bars) = published_bands(data)?;
+    let (silhouettes, silhouette_bars) = silhouettes(data)?;
+    let chart = cusick_chart(points, [bars, band_bars, silhouette_bars]);
+    Ok((vec![drapes, bands, silhouettes], chart))
+}
+
+/// The table of [`cusick`].
+fn cusick_table(rows: Vec<Vec<String>>) -> Table {
+    Table {
         title:
             "standard Cusick drapes, 5 mm cells: canonical drop with linear bending and with the \
                 measured softening; canonical and three perturbed drops"
@@ -324,11 +334,7 @@ pub fn cusick(
             "measured_dc_percent, measured_nodes",
         ],
         rows,
-    };
-    let (bands, band_bars) = published_bands(data)?;
-    let (silhouettes, silhouette_bars) = silhouettes(data)?;
-    let chart = cusick_chart(points, [bars, band_bars, silhouette_bars]);
-    Ok((vec![drapes, bands, silhouettes], chart))
+    }
 }
 
 /// The chart of [`cusick`]: drapes by kind, and the bars of drops, bands and silhouettes.

@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::refine::{Case, CaseError, Series};
+use super::case_error::CaseError;
+use super::refine::{Case, Series};
 use scan2params::fabric::{Fabric, Mixture, PARAMETERS};
 use scan2params::io::{WriteError, atomically};
 use shapes::{Shape, Tried, cantilevers_mm};

@@ -26,7 +26,7 @@ pub(super) fn found(effects: &[FoundEffect]) -> Markup {
                 tbody {
                     @for found in effects {
                         @for (k, (number, value, ends)) in found.numbers.iter().enumerate() {
-                            @let (unit, size) = number.unit;
+                            @let (unit, size) = number.unit();
                             @let [low, high] = ends.map(|end| end / size);
                             tr {
                                 th scope="row" { (effect(found.effect.name)) ", " (effect(number.key)) }

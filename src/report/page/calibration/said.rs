@@ -87,38 +87,41 @@ fn sentences(fabric: &FabricResult) -> Vec<String> {
     if let Some(after) = &fabric.after {
         let own: Vec<&'static str> = after.effects.iter().map(|found| found.effect.name).collect();
         out.push(format!("Added to the plain model: {}.", names(&own)));
-        let pairs = fabric.pairs();
-        if pairs.is_empty() {
-            out.push("No drape was held out, so that nothing confirms it.".to_owned());
-        } else {
-            let of = |k: usize| mean(&pairs.iter().map(|p| mm(p.rms_m[k])).collect::<Vec<_>>());
-            let fall: Vec<f64> = pairs.iter().map(|p| mm(p.rms_m[0] - p.rms_m[1])).collect();
-            let [gain, error] = mean_and_error(&fall);
-            let error = if error.is_finite() {
-                format!(" \u{b1} {}", fixed(error, 2))
-            } else {
-                String::new()
-            };
-            let held = pairs.len();
-            let end = if fabric.is_confirmed() { "confirms" } else { "does not confirm" };
-            out.push(format!(
-                "On {held} drapes held out the outlines lie {} mm off without it and {} mm with it, a fall of {}{error} mm. Judged by the squares of the distances, at two standard errors, that {end} it.",
-                fixed(of(0), 2),
-                fixed(of(1), 2),
-                fixed(gain, 2)
-            ));
-            let free: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.released_rms_m).collect();
-            if !free.is_empty() {
-                let of = |k: usize| mean(&free.iter().map(|both| mm(both[k])).collect::<Vec<_>>());
-                out.push(format!(
-                    "Those sheets are tied to their scans. Released, they lie {} mm off without it and {} mm with it.",
-                    fixed(of(0), 2),
-                    fixed(of(1), 2)
-                ));
-                if fabric.falls_away() {
-                    out.push("With it, half of them or more do not rest where they were scanned: it stands for something else. Do not simulate with it.".to_owned());
-                }
-            }
+        out.extend(confirmation(fabric));
+    }
+    out
+}
+
+/// What the drapes held out say of the effects that were added.
+fn confirmation(fabric: &FabricResult) -> Vec<String> {
+    let pairs = fabric.pairs();
+    if pairs.is_empty() {
+        return vec!["No drape was held out, so that nothing confirms it.".to_owned()];
+    }
+    let mut out = Vec::new();
+    let of = |k: usize| mean(&pairs.iter().map(|p| mm(p.rms_m[k])).collect::<Vec<_>>());
+    let fall: Vec<f64> = pairs.iter().map(|p| mm(p.rms_m[0] - p.rms_m[1])).collect();
+    let [gain, error] = mean_and_error(&fall);
+    let error =
+        if error.is_finite() { format!(" \u{b1} {}", fixed(error, 2)) } else { String::new() };
+    let held = pairs.len();
+    let end = if fabric.is_confirmed() { "confirms" } else { "does not confirm" };
+    out.push(format!(
+        "On {held} drapes held out the outlines lie {} mm off without it and {} mm with it, a fall of {}{error} mm. Judged by the squares of the distances, at two standard errors, that {end} it.",
+        fixed(of(0), 2),
+        fixed(of(1), 2),
+        fixed(gain, 2)
+    ));
+    let free: Vec<[f64; 2]> = pairs.iter().filter_map(|p| p.released_rms_m).collect();
+    if !free.is_empty() {
+        let of = |k: usize| mean(&free.iter().map(|both| mm(both[k])).collect::<Vec<_>>());
+        out.push(format!(
+            "Those sheets are tied to their scans. Released, they lie {} mm off without it and {} mm with it.",
+            fixed(of(0), 2),
+            fixed(of(1), 2)
+        ));
+        if fabric.falls_away() {
+            out.push("With it, half of them or more do not rest where they were scanned: it stands for something else. Do not simulate with it.".to_owned());
         }
     }
     out
