@@ -116,8 +116,8 @@ pub(super) struct NormalEquations<'a> {
     pub data: Vec<Vec<Datum>>,
     /// Prior of how far cloth lies beyond the present cells ([`FitOptions::prior_of_cells`]).
     pub cells: [f64; 2],
-    /// What of each scan's numbers its drapes are made with beyond its experiment: tilt and place of
-    /// the plate, 0 for the others.
+    /// What of each scan's numbers its drapes are made with beyond its experiment: tilt and place
+    /// of the plate, 0 for the others.
     pub made_with: Vec<[f64; NUISANCES]>,
     pub density_kg_m2: f64,
     pub prior: &'a Prior,

@@ -8,9 +8,9 @@
 //! nothing, and a fit bends the stiffnesses to close that gap. Held, it stays, and what a wrong
 //! fabric does to the sheet shows against the springs. In the end the sheet is released, if wanted.
 //! The bench's numbers are small and enter through their sensitivities alone; of a plate that is
-//! found tilted or off its place by more, the drapes are made anew on that plate. A place, or a number, that
-//! lies more than a few standard deviations off pulls no harder than one at that distance (Huber
-//! 1964).
+//! found tilted or off its place by more, the drapes are made anew on that plate. A place, or a
+//! number, that lies more than a few standard deviations off pulls no harder than one at that
+//! distance (Huber 1964).
 //!
 //! The first start is the prior's mean. Where the sheet does not come to rest with it, others are
 //! tried. The first step from the tied sheet is the balance of forces on it

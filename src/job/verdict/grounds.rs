@@ -81,9 +81,9 @@ const UNKNOWN_STRETCH: f64 = 0.05;
 
 /// The sides of the rim against what the specimen, its folds and its stretch allow: one by one, and
 /// those of a rim from a file in the mean too, which tells its scale. The sheet of a scan is fitted
-/// with the specimen's lengths; its scale is told by [`Scale`]. The drape of a fitted fabric has the
-/// specimen's sides, and its misfit tells whether the scan's rim has them, so that a side is for
-/// information.
+/// with the specimen's lengths; its scale is told by [`Scale`]. The drape of a fitted fabric has
+/// the specimen's sides, and its misfit tells whether the scan's rim has them: a side is for
+/// information then.
 fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let side_m = f.given.side_m;
     let softest_m = limits.least_bending_length_m;

@@ -236,8 +236,8 @@ fn check_sensitivities(case: Case, parameters: &[Parameter]) {
     assert!(faults.is_empty(), "off by these parts of the largest move: {faults:?}");
 }
 
-/// Moves of a sheet that weak springs tie to where it rests, with the place of the ties. Moving all of
-/// them without the plate moves cloth that hangs, and hardly what lies on it.
+/// Moves of a sheet that weak springs tie to where it rests, with the place of the ties. Moving
+/// all of them without the plate moves cloth that hangs, and hardly what lies on it.
 #[test]
 fn moving_the_ties_moves_what_hangs_on_them() {
     let (mut model, x) = rested(&Case::new());
