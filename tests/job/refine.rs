@@ -65,7 +65,7 @@ fn a_scan_of_a_finer_drape_is_refined_to_its_fabric() {
     // what is told beside the values
     assert_eq!(found["correlation_ln"].as_array().unwrap().len(), 6);
     assert_eq!(found["arcs"].as_array().unwrap().len(), 8);
-    assert_eq!(found["bench"].as_object().unwrap().len(), 6);
+    assert_eq!(found["bench"].as_object().unwrap().len(), 8);
     assert!(found["drapes"].as_u64().unwrap() > 2);
 }
 
