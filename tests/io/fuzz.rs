@@ -130,7 +130,7 @@ fn damage(bytes: &mut Vec<u8>, rng: &mut seed::Rng) {
 
 #[test]
 fn damaged_files_neither_panic_nor_grow() {
-    const CASES: u64 = 10_000;
+    const CASES: u64 = 4_000;
     let (mut read, mut refused) = (0, 0);
     for (kind, (extension, seed_bytes)) in seeds().into_iter().enumerate() {
         for case in 0..CASES {
