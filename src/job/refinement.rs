@@ -1,9 +1,9 @@
 //! Refining within the main job: from the network's estimate to the fabric whose drape lies closest
 //! to the scan, and whether that fabric is the answer.
 //!
-//! It is where the fit has converged, within its bounds, and leaves no more than it should
-//! ([`NotTaken`] has what stands against it). If not, the network's estimate stays, and the verdict
-//! says so.
+//! It is where the fit has converged, within its bounds, and leaves so little that something can be
+//! told ([`NotTaken`] has what stands against it). If not, the network's estimate stays, and the
+//! verdict says so. It is doubtful where the fit leaves more than scan and simulator err.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -50,12 +50,12 @@ pub enum NotTaken {
     NotConverged(Ended),
     /// A stiffness ended at an end of what was allowed; its key.
     AtBound(&'static str),
-    /// Tied to the scan, the sheet is farther from it than scan and simulator err, in standard
-    /// deviations of both.
+    /// Tied to the scan, the sheet is so much farther from it than scan and simulator err, in
+    /// standard deviations of both, that nothing is known of the fabric.
     Leaves {
         /// What it leaves.
         misfit: f64,
-        /// What is left at most where nothing is wrong.
+        /// What an answer leaves at most.
         most: f64,
     },
     /// The tied drape has other folds than the scan.
@@ -118,7 +118,7 @@ impl Refinement {
 
 /// What stands against a refined fabric, the gravest first.
 fn against(refined: &Refined) -> Option<NotTaken> {
-    let most = Limits::default().refined_misfit.doubtful;
+    let most = Limits::default().refined_misfit.do_not_use;
     if refined.misfit > most {
         return Some(NotTaken::Leaves { misfit: refined.misfit, most });
     }

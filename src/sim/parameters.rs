@@ -302,8 +302,8 @@ impl Experiment {
 }
 
 impl Parameter {
-    /// All parameters but the single nodes of fields and the pull of a hold: the fabric's, natural
-    /// curvatures, and those of [`ROWS`].
+    /// All parameters but the single nodes of fields, the pull of a hold and the place of ties: the
+    /// fabric's, natural curvatures, and those of [`ROWS`].
     pub const ALL: [Self; 31] = {
         let mut all = [Self::Density; 31];
         let mut k = 0;
@@ -325,7 +325,7 @@ impl Parameter {
         all
     };
 
-    /// The row of its numbers; none of the fabric's and of the pull.
+    /// The row of its numbers; none of the fabric's, the pull and the ties.
     pub(super) fn row(self) -> Option<&'static Row> {
         match self {
             Self::Curl(_) | Self::CurlNode { .. } => Row::named("curl"),

@@ -95,7 +95,7 @@ fn a_short_gap_is_bridged_and_a_long_one_refused_with_its_bearing() {
         boundary_from_scan(&scan(drape(true), &sampling, &pose), &warp(&pose))
     };
     let (mut worst_mean, mut worst, mut longest_m) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for (from, wide) in [(60.0, 6.0), (100.0, 4.0), (340.0, 10.0), (80.0, 30.0)] {
+    for (from, wide) in [(340.0, 10.0), (80.0, 30.0)] {
         let found = run(from, wide).unwrap();
         let (mean, largest) = errors(&found, &drape(true).rim());
         worst_mean = worst_mean.max(mean);

@@ -159,7 +159,12 @@ pub enum Refining {
     /// The answer is the network's.
     Left(NotTaken),
     /// The fabric is the answer.
-    Taken([Shown; STIFFNESSES]),
+    Taken {
+        /// What the drape shows of each of the six.
+        shown: [Shown; STIFFNESSES],
+        /// What the fit leaves, in standard deviations of scan and simulator.
+        misfit: f64,
+    },
 }
 
 /// What a drape shows of one stiffness.
@@ -176,7 +181,8 @@ impl Refining {
         match (refinement.taken(), refinement.not_taken()) {
             (Some(taken), _) => {
                 let of = |s: RefinedStiffness| Shown { key: s.key, share: s.shown };
-                Self::Taken(taken.refined().stiffnesses.map(of))
+                let refined = taken.refined();
+                Self::Taken { shown: refined.stiffnesses.map(of), misfit: refined.misfit }
             }
             (None, Some(why)) => Self::Left(why),
             (None, None) => unreachable!("taken or not"),
@@ -265,7 +271,7 @@ impl Figures {
     #[must_use]
     pub fn refined(mut self, refinement: &Refinement) -> Self {
         let refining = Refining::of(refinement);
-        if let (Refining::Taken(_), Some(answer)) = (&refining, &mut self.answer) {
+        if let (Refining::Taken { .. }, Some(answer)) = (&refining, &mut self.answer) {
             for parameter in &mut answer.parameters {
                 (parameter.trained, parameter.pinned) = ([0.0, f64::INFINITY], None);
             }

@@ -33,8 +33,14 @@ impl Steps {
 
 impl Figures {
     /// Whether the values are those of the fit.
-    fn is_fitted(&self) -> bool {
-        matches!(self.refining, Some(Refining::Taken(_)))
+    fn is_taken(&self) -> bool {
+        matches!(self.refining, Some(Refining::Taken { .. }))
+    }
+
+    /// Whether they are, and the fit's drape lies on the scan as it should.
+    fn is_fitted(&self, limits: &Limits) -> bool {
+        let most = limits.refined_misfit.doubtful;
+        matches!(self.refining, Some(Refining::Taken { misfit, .. }) if misfit <= most)
     }
 
     /// The verdict of these figures under these limits.
@@ -128,13 +134,14 @@ fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
         let touches = bending_m < limits.touching_bending_length_m;
         let alone = off_m.iter().filter(|off_m| **off_m > steps.doubtful).count() == 1;
         let check = "check the specimen's size, the scan's scale, and whether the cloth is cut or folded there";
-        let (level, what_follows) = match (f.scan.is_some() && f.is_fitted(), touches && alone) {
-            (true, _) => {
-                (Level::Reliable, "the fitted drape, with the specimen's sides, is on the scan")
-            }
-            (false, true) => (Level::Doubtful, check),
-            (false, false) => (level, check),
-        };
+        let (level, what_follows) =
+            match (f.scan.is_some() && f.is_fitted(limits), touches && alone) {
+                (true, _) => {
+                    (Level::Reliable, "the fitted drape, with the specimen's sides, is on the scan")
+                }
+                (false, true) => (Level::Doubtful, check),
+                (false, false) => (level, check),
+            };
         let text = format!(
             "side {worst} of the rim measures {:.1} mm; between {:.1} and {:.1} mm are expected of this cloth (limit \
              {:.1} mm beyond; the four measure {lengths}): {what_follows}",
@@ -219,7 +226,7 @@ fn uneven(f: &Figures, limits: &Limits) -> Option<Ground> {
     let median_m = median(f.sides_m.to_vec())?;
     let off_m = f.sides_m.iter().map(|m| (m - median_m).abs()).fold(0.0, f64::max);
     let limit_m = limits.uneven_share * f.given.side_m + limits.uneven_per_noise * f.noise_m;
-    let (level, what_follows) = match f.is_fitted() {
+    let (level, what_follows) = match f.is_fitted(limits) {
         true => (Level::Reliable, "the fitted drape, with even sides, is on the scan"),
         false => (
             Level::Doubtful,

@@ -347,6 +347,10 @@ fn a_side_is_for_information_where_a_fitted_drape_has_the_specimens_sides() {
     let said = uneven(fitted());
     assert!(said.grounds.iter().any(|ground| ground.code == Code::UnevenSides));
     assert_eq!(said.level, Level::Reliable);
+    // A fit that leaves too much is the answer, and says nothing of the sides.
+    let left = uneven(Figures { refining: Some(leaving(0.8)), ..fitted() });
+    let doubts = |code| left.grounds.iter().any(|g| g.code == code && g.level == Level::Doubtful);
+    assert!(doubts(Code::UnevenSides) && doubts(Code::ModelMisfit), "{left:?}");
 }
 
 #[test]
@@ -587,10 +591,20 @@ fn the_released_drape_of_the_networks_fabric_is_held_against_the_scan() {
 /// A refinement that was taken, whose drape took this share of what was uncertain of the first
 /// stiffness away.
 fn taken(share: f64) -> Refining {
-    Refining::Taken(std::array::from_fn(|i| Shown {
+    let shown = std::array::from_fn(|i| Shown {
         key: TABLE_2[i].key,
         share: if i == 0 { share } else { 0.99 },
-    }))
+    });
+    Refining::Taken { shown, misfit: 0.2 }
+}
+
+/// What becomes of a fit that leaves this.
+fn leaving(misfit: f64) -> Refining {
+    let most = Limits::default().refined_misfit.do_not_use;
+    match taken(0.99) {
+        Refining::Taken { shown, .. } if misfit <= most => Refining::Taken { shown, misfit },
+        _ => Refining::Left(NotTaken::Leaves { misfit, most }),
+    }
 }
 
 #[test]
@@ -601,11 +615,7 @@ fn what_refining_found_is_held_against_its_limits() {
         (Level::DoNotUse, limits.refined_misfit.do_not_use),
     ] {
         straddles(Code::ModelMisfit, level, limit, |f, misfit| {
-            let most = limits.refined_misfit.doubtful;
-            f.refining = Some(match misfit > most {
-                true => Refining::Left(NotTaken::Leaves { misfit, most }),
-                false => taken(0.99),
-            });
+            f.refining = Some(leaving(misfit));
         });
     }
     let said = |refining: Refining| {

@@ -12,7 +12,7 @@ use crate::sim::Stop;
 /// to the scan knows of both.
 pub(super) fn novel(f: &Figures, answer: &Answer, limits: &Limits) -> Option<Ground> {
     let (level, limit) = limits.novelty.level(answer.novelty_m / answer.novelty_limit_m)?;
-    let (level, what_follows) = if f.is_fitted() {
+    let (level, what_follows) = if f.is_fitted(limits) {
         (Level::Reliable, "values and intervals are those of the fit")
     } else {
         (level, "check the scan; no interval holds for such a rim")
@@ -120,7 +120,7 @@ pub(super) fn folds_for_bending(f: &Figures, answer: &Answer, limits: &Limits) -
     let [least, most] = limits.folds_root_m05.map(|limit| limit / root_m05);
     let folds = f.folds as f64;
     let (level, beyond) = limits.folds_beyond.level((folds - most).max(least - folds))?;
-    let (level, what_follows) = if f.is_fitted() {
+    let (level, what_follows) = if f.is_fitted(limits) {
         (Level::Reliable, "the drape of the fit has them")
     } else {
         let why = "the folds are not those of hanging cloth (pleated, creased, held), or the bending stiffness is off";
@@ -137,9 +137,9 @@ pub(super) fn folds_for_bending(f: &Figures, answer: &Answer, limits: &Limits) -
 
 /// What refining found.
 pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
-    let shown = match refining {
-        Refining::Left(why) => return vec![left(why, limits)],
-        Refining::Taken(shown) => shown,
+    let (shown, misfit) = match refining {
+        Refining::Left(why) => return vec![left(why)],
+        Refining::Taken { shown, misfit } => (shown, *misfit),
     };
     let hardly = |s: &&Shown| s.share < limits.shown;
     let ground = |s: &Shown| {
@@ -151,11 +151,23 @@ pub(super) fn refined(refining: &Refining, limits: &Limits) -> Vec<Ground> {
         let measured = (s.share, limits.shown, "");
         Ground::new(Code::HardlyVisible, Level::Reliable, measured, text).about(s.key)
     };
-    shown.iter().filter(hardly).map(ground).collect()
+    let leaves = limits.refined_misfit.level(misfit).map(|(level, limit)| {
+        model_misfit(level, [misfit, limit], "the intervals are wider for it")
+    });
+    leaves.into_iter().chain(shown.iter().filter(hardly).map(ground)).collect()
+}
+
+/// What the fit leaves, in standard deviations, and its limit.
+fn model_misfit(level: Level, [misfit, limit]: [f64; 2], what_follows: &str) -> Ground {
+    let text = format!(
+        "tied to the scan, the fabric that fits best lies {misfit:.2} standard deviations of scan and simulator off (limit \
+         {limit:.2}): the cloth has an effect that the six stiffnesses lack, or plate or scan are off; {what_follows}"
+    );
+    Ground::new(Code::ModelMisfit, level, (misfit, limit, ""), text)
 }
 
 /// Why the answer is the network's.
-fn left(why: &NotTaken, limits: &Limits) -> Ground {
+fn left(why: &NotTaken) -> Ground {
     let not_refined = |level, measured, why: String| {
         let text = format!("{why}; the values are the network's quick answer");
         Ground::new(Code::NotRefined, level, measured, text)
@@ -184,17 +196,8 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
             not_refined(Level::Doubtful, (mm(*rim_m), 0.0, "mm"), why)
         }
         NotTaken::Leaves { misfit, most } => {
-            let (level, limit) =
-                limits.refined_misfit.level(*misfit).unwrap_or((Level::Doubtful, *most));
-            let of_both = match level {
-                Level::DoNotUse => "neither its values nor the network's are to be used",
-                _ => "the values are the network's quick answer",
-            };
-            let text = format!(
-                "tied to the scan, the fabric that fits best lies {misfit:.1} standard deviations of scan and simulator off \
-                 (limit {limit:.2}): the cloth has an effect that the six stiffnesses lack, or plate or scan are off; {of_both}"
-            );
-            Ground::new(Code::ModelMisfit, level, (*misfit, limit, ""), text)
+            let of_both = "neither its values nor the network's are to be used";
+            model_misfit(Level::DoNotUse, [*misfit, *most], of_both)
         }
     }
 }
@@ -202,7 +205,7 @@ fn left(why: &NotTaken, limits: &Limits) -> Ground {
 /// The released drape compared with the scan. For a refined fabric it is only a note.
 pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
     let mut grounds = Vec::new();
-    if f.is_fitted() {
+    if f.is_taken() {
         let limit_m = limits.released_far_m;
         if again.mean_m > limit_m || again.stop != Stop::AtRest {
             let text = format!(

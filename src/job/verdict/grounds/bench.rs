@@ -37,7 +37,7 @@ pub(super) fn plate(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Grou
 /// Where the specimen lies on the plate. The fit lays its drape where the scan shows the cloth.
 pub(super) fn off_centre(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option<Ground> {
     let (level, limit_m) = limits.off_centre_m.level(scan.centre_offset_m)?;
-    let (level, what_follows) = if f.is_fitted() {
+    let (level, what_follows) = if f.is_taken() {
         (Level::Reliable, "the fit has taken it into account")
     } else {
         (
@@ -57,7 +57,7 @@ pub(super) fn off_centre(f: &Figures, scan: &OnPlate, limits: &Limits) -> Option
 /// The plate's tilt that refining found.
 pub(super) fn tilted(f: &Figures, limits: &Limits) -> Option<Ground> {
     let (level, limit) = limits.tilt_rad.level(f.tilt_rad)?;
-    let (level, what_follows) = if f.is_fitted() {
+    let (level, what_follows) = if f.is_taken() {
         (Level::Reliable, "the fit has taken it into account")
     } else {
         (level, "the network takes the drape for another fabric's: level the plate and scan again")
