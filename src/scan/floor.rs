@@ -47,9 +47,40 @@ pub(super) fn find(
         return None;
     }
     let tolerance = (tuning.on_floor_noises * noise_m).max(tuning.on_floor_m);
+    let rough = consensus(&low, tolerance, options);
+    let (Plane { at, normal }, rms_m) = refined(&low, rough, tolerance)?;
+    let support = Plane { at, normal }.points_on(&low, 1.5 * tolerance);
+    (is_wide(&support, options) && normal.y > tuning.least_cosine).then(|| Floor {
+        height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
+        normal,
+        rms_m,
+    })
+}
+
+/// A plane through a point.
+#[derive(Clone, Copy)]
+struct Plane {
+    at: Point3,
+    normal: Vector3,
+}
+
+impl Plane {
+    /// Whether a point lies on it.
+    fn has(&self, p: &Point3, tolerance_m: f64) -> bool {
+        (p - self.at).dot(&self.normal).abs() < tolerance_m
+    }
+
+    fn points_on(&self, points: &[Point3], tolerance_m: f64) -> Vec<Point3> {
+        points.iter().copied().filter(|p| self.has(p, tolerance_m)).collect()
+    }
+}
+
+/// Of level planes through three of the points the one that most lie on.
+fn consensus(low: &[Point3], tolerance_m: f64, options: &ScanOptions) -> Plane {
+    let tuning = &options.tuning.frame;
     let mut rng = crate::base::seed::rng(options.seed, "floor", 0);
     let mut pick = || low[(rand::RngExt::random::<f64>(&mut rng) * low.len() as f64) as usize];
-    let mut best: (usize, Point3, Vector3) = (0, Point3::origin(), Vector3::y());
+    let (mut most, mut best) = (0, Plane { at: Point3::origin(), normal: Vector3::y() });
     for _ in 0..tuning.planes {
         let (a, b, c) = (pick(), pick(), pick());
         let normal = (b - a).cross(&(c - a));
@@ -60,42 +91,40 @@ pub(super) fn find(
         if normal.y < tuning.least_cosine {
             continue;
         }
-        let count = low.iter().filter(|p| (*p - a).dot(&normal).abs() < tolerance).count();
-        if count > best.0 {
-            best = (count, a, normal);
+        let plane = Plane { at: a, normal };
+        let count = low.iter().filter(|p| plane.has(p, tolerance_m)).count();
+        if count > most {
+            (most, best) = (count, plane);
         }
     }
-    let (mut at, mut normal) = (best.1, best.2);
-    let on = |at: &Point3, normal: &Vector3| -> Vec<Point3> {
-        low.iter().copied().filter(|p| (p - at).dot(normal).abs() < 1.5 * tolerance).collect()
-    };
+    best
+}
+
+/// The plane by principal axes of the points on it, and their root mean square about it \[m\].
+fn refined(low: &[Point3], mut plane: Plane, tolerance_m: f64) -> Option<(Plane, f64)> {
     let mut rms_m = 0.0;
     for _ in 0..4 {
-        let (mean, axis, variances) = principal(on(&at, &normal).into_iter())?;
-        at = mean;
-        normal = axis * axis.y.signum();
+        let on = plane.points_on(low, 1.5 * tolerance_m);
+        let (mean, axis, variances) = principal(on.into_iter())?;
+        plane = Plane { at: mean, normal: axis * axis.y.signum() };
         rms_m = variances[0].sqrt();
     }
-    let support = on(&at, &normal);
-    // A floor is wide: cloth hanging level would be narrower than the specimen. Under a
-    // larger one the table need not be larger.
-    let narrow_m = half.min(0.5 * SPECIMEN_SIDE_M);
-    let wide = support.iter().filter(|p| p.x.hypot(p.z) > narrow_m).count();
-    // It goes round the axis too, as the top of what stands beside the drape does not.
+    Some((plane, rms_m))
+}
+
+/// Whether a plane's points are a floor's. It is wide: cloth hanging level would be narrower than
+/// the specimen; under a larger one the table need not be larger. And it goes round the axis, as
+/// the top of what stands beside the drape does not.
+fn is_wide(support: &[Point3], options: &ScanOptions) -> bool {
+    let tuning = &options.tuning.frame;
+    let narrow_m = 0.5 * options.specimen_side_m.min(SPECIMEN_SIDE_M);
+    let off_m = |p: &&Point3| p.x.hypot(p.z);
+    let wide = support.iter().filter(|p| off_m(p) > narrow_m).count();
     let mut around = [false; SECTORS];
-    for p in
-        support.iter().filter(|p| p.x.hypot(p.z) > tuning.around_radii * options.plate_radius_m)
-    {
+    for p in support.iter().filter(|p| off_m(p) > tuning.around_radii * options.plate_radius_m) {
         let share = (p.z.atan2(p.x) / std::f64::consts::TAU).rem_euclid(1.0);
         around[((share * SECTORS as f64) as usize).min(SECTORS - 1)] = true;
     }
     let around = around.iter().filter(|seen| **seen).count();
-    let is_floor = wide > tuning.least_wide_cells
-        && around >= tuning.least_around
-        && normal.y > tuning.least_cosine;
-    is_floor.then(|| Floor {
-        height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
-        normal,
-        rms_m,
-    })
+    wide > tuning.least_wide_cells && around >= tuning.least_around
 }

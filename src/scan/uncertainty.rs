@@ -88,10 +88,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
             .count() as f64;
         let wanted = 0.5 * std::f64::consts::PI * (tuning.around_m / points.spacing_m).powi(2);
         let inside = [m[0] * (1.0 - 6e-3 / half_m), m[1] * (1.0 - 6e-3 / half_m)];
-        let strained = [m, inside].iter().any(|&place| {
-            let values = sheet.slopes(place).singular_values();
-            values.max() > tuning.stretches[1] || values.min() < tuning.stretches[0]
-        });
+        let strained = [m, inside].iter().any(|&place| is_strained(sheet, place, tuning));
         // A corner has a quarter disc of cloth around it.
         let corner = m[0].abs().min(m[1].abs()) > half_m - tuning.around_m;
         let wanted = if corner { 0.5 * wanted } else { wanted };
@@ -109,6 +106,12 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     }
     widen_bridges(rim, points.noise_m, tuning);
     most
+}
+
+/// Whether the sheet has a strain at a place that no drape has.
+fn is_strained(sheet: &Sheet, place: [f64; 2], tuning: &UncertaintyTuning) -> bool {
+    let values = sheet.slopes(place).singular_values();
+    values.max() > tuning.stretches[1] || values.min() < tuning.stretches[0]
 }
 
 /// Root mean square curvature of the rim's sides \[1/m\].

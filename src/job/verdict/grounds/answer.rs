@@ -202,24 +202,27 @@ fn left(why: &NotTaken) -> Ground {
     }
 }
 
-/// The released drape compared with the scan. For a refined fabric it is only a note.
+/// The released drape of a refined fabric, which is only a note.
+fn moved_on(again: &Fit, limits: &Limits) -> Option<Ground> {
+    let limit_m = limits.released_far_m;
+    let text = format!(
+        "released from the scan, the sheet moves to {:.1} mm from the scanned rim on average (up to {:.0} mm \
+         are usual): the fabric has several stable drapes, and a simulator may end in another one; the stiffnesses do \
+         not depend on it",
+        mm(again.mean_m),
+        mm(limit_m)
+    );
+    let measured = (mm(again.mean_m), mm(limit_m), "mm");
+    (again.mean_m > limit_m || again.stop != Stop::AtRest)
+        .then(|| Ground::new(Code::ReleasedDrapeOff, Level::Reliable, measured, text))
+}
+
+/// The released drape compared with the scan.
 pub(super) fn released(f: &Figures, again: &Fit, limits: &Limits) -> Vec<Ground> {
-    let mut grounds = Vec::new();
     if f.is_taken() {
-        let limit_m = limits.released_far_m;
-        if again.mean_m > limit_m || again.stop != Stop::AtRest {
-            let text = format!(
-                "released from the scan, the sheet moves to {:.1} mm from the scanned rim on average (up to {:.0} mm \
-                 are usual): the fabric has several stable drapes, and a simulator may end in another one; the stiffnesses do \
-                 not depend on it",
-                mm(again.mean_m),
-                mm(limit_m)
-            );
-            let measured = (mm(again.mean_m), mm(limit_m), "mm");
-            grounds.push(Ground::new(Code::ReleasedDrapeOff, Level::Reliable, measured, text));
-        }
-        return grounds;
+        return moved_on(again, limits).into_iter().collect();
     }
+    let mut grounds = Vec::new();
     let bending_m = f.answer.as_ref().map_or(0.0, |answer| answer.bending_length_m);
     let steps = limits.released_at(bending_m).plus(f.noise_m);
     if let Some((level, limit_m)) = steps.level(again.mean_m) {
