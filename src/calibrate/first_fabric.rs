@@ -34,7 +34,7 @@ pub(super) fn first_fabric(
         let guided = continuation.all(one, &[target.first_pose()]);
         let (_, prediction) = guided.into_iter().next()?.ok()?;
         let equations = NormalEquations { targets: one, fabric_prior, options, numbers: &[] };
-        let state = equations.around(&cloth.ln(), vec![prediction], vec![target.first_pose()]);
+        let state = equations.around(&cloth.ln(), vec![prediction], &[target.first_pose()]);
         Some((state.data_cost, cloth.fabric))
     });
     let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));

@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use super::comparison::Comparison;
 use super::continuation::Continuation;
 use super::effect::{Cloth, Number};
-use super::equations::{NormalEquations, State, parameters, shared_of};
+use super::equations::{Draped, NormalEquations, State, parameters, shared_of};
 use super::evidence::{Around, Discrepancy};
 use super::fabric_prior::FabricPrior;
 use super::first_fabric::first_fabric;
@@ -39,8 +39,8 @@ use super::options::FitOptions;
 use super::pose::Pose;
 use super::target::{Finer, Rim, Target};
 use crate::fabric::STIFFNESSES;
+use crate::inverse::{Ended, RefinedStiffness, keep};
 use crate::numeric::moments::{Z90, mean};
-use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{Follower, Kept};
 
@@ -185,10 +185,10 @@ impl<'a> Fit<'a> {
         let (followers, predictions): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
         let equations =
             NormalEquations { targets: &own, fabric_prior, options, numbers: &declared };
-        let poses = own.iter().map(Target::first_pose).collect();
-        let plain = equations.around(&shared_of(cloth), predictions, poses);
+        let poses: Vec<Pose> = own.iter().map(Target::first_pose).collect();
+        let plain = equations.around(&shared_of(cloth), predictions, &poses);
         Ok(Self {
-            kept: followers.iter().map(Follower::keep).collect(),
+            kept: keep(&followers),
             stays: vec![false; followers.len()],
             targets: own,
             ended: Ended::Spent,
@@ -257,10 +257,10 @@ impl Fit<'_> {
 
     /// What finer cells do to the sheets of a cloth.
     fn finer(&self, cloth: &Cloth, state: &State) -> Vec<Option<Box<Finer>>> {
-        let all = self.targets.par_iter().zip(&state.poses).zip(&state.predictions);
         let continuation = Continuation { cloth, options: self.options, asked: &[] };
-        all.map(|((target, pose), prediction)| continuation.finer(target, pose, prediction))
-            .collect()
+        let finer =
+            |(target, of): (&Target, &Draped)| continuation.finer(target, &of.pose, &of.prediction);
+        self.targets.par_iter().zip(&state.drapes).map(finer).collect()
     }
 
     /// For each outline given, whether its sheet was left out.
@@ -318,11 +318,7 @@ impl Fit<'_> {
     fn fitted(&self, numbers: &[&'static Number], state: State, ended: Ended) -> Fitted {
         let equations = self.equations(numbers);
         let misfit = state.misfit();
-        let precision = &state.normal / misfit.max(1.0).powi(2) + &state.priors;
-        let size = precision.nrows();
-        let covariance = precision.cholesky();
-        let covariance =
-            covariance.map(|factor| factor.solve(&nalgebra::DMatrix::identity(size, size)));
+        let covariance = state.covariance(misfit.max(1.0));
         let sigma_of =
             |k: usize, prior: f64| covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
         let stiffnesses = std::array::from_fn(|k| {
@@ -342,17 +338,8 @@ impl Fit<'_> {
         };
         let at_limit = cloth.effects.iter().map(is_at_limit).collect();
         let (cost, simulated) = (state.cost, self.simulated);
-        let State { predictions, poses, residuals, .. } = state;
-        let drapes = self.targets.iter().zip(predictions).zip(poses).zip(residuals);
-        let mut drapes = drapes.map(|(((target, prediction), pose), residuals)| {
-            Comparison::of(
-                target,
-                prediction,
-                (pose, cloth.view()),
-                residuals,
-                self.options,
-                self.rule,
-            )
+        let mut drapes = self.targets.iter().zip(state.drapes).map(|(target, draped)| {
+            Comparison::of(target, draped, cloth.view(), self.options, self.rule)
         });
         let drapes = self.lost.iter().filter_map(|lost| match lost {
             Some(error) => Some(Err(error.clone())),

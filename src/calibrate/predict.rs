@@ -43,25 +43,21 @@ pub fn predict(
         let mut pose = target.first_pose();
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
-            pose = equations.around(&shared, vec![prediction], vec![pose]).poses[0];
+            pose = equations.around(&shared, vec![prediction], &[pose]).drapes[0].pose;
             prediction = continuation.steadily_on(&mut sheet, target, &pose)?;
         }
-        let mut state = equations.around(&shared, vec![prediction], vec![pose]);
+        let draped = equations.around(&shared, vec![prediction], &[pose]).drapes.remove(0);
         let mut release = || {
             sheet.release();
             let free = prediction_of(&mut sheet, &asked, target.compared())
                 .or_else(|_| steadied_prediction_of(&mut sheet, &asked, target.compared()))
                 .ok()?;
-            let free = equations.around(&shared, vec![free], state.poses.clone());
-            Some(rms_m(&free.residuals[0].rows))
+            let free = equations.around(&shared, vec![free], &[draped.pose]);
+            Some(rms_m(&free.drapes[0].residuals.rows))
         };
         let released_rms_m = if target.is_held(options) { release() } else { None };
-        let (prediction, residuals) = (state.predictions.remove(0), state.residuals.remove(0));
-        let pose = (state.poses[0], cloth.view());
-        Ok(Comparison {
-            released_rms_m,
-            ..Comparison::of(target, prediction, pose, residuals, options, rule)
-        })
+        let comparison = Comparison::of(target, draped, cloth.view(), options, rule);
+        Ok(Comparison { released_rms_m, ..comparison })
     };
     targets.par_iter().zip(guided).map(comparison).collect()
 }

@@ -23,19 +23,19 @@
 
 use rayon::prelude::*;
 
-use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use super::data::{DataOptions, Scan, data_of, place_of};
-use super::equations::{FitOptions, NormalEquations, State};
+use super::equations::{Draped, FitOptions, NormalEquations, State};
 use super::prediction::{AXIS, NUISANCES, Prediction, TILT, places_of, prediction_of};
 use super::prior::Prior;
-use super::refined::{Ended, Refined};
+use super::refined::Refined;
 use crate::base::boundary::BoundaryPoint;
 use crate::base::clock::{Begun, Stages};
 use crate::base::{Boundary, Surface, SurfacePoint, Vector3};
 use crate::fabric::STIFFNESSES;
+use crate::inverse::{Descent, Ended, LEAST_GAIN, Moved, Step, descend};
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{
-    Drape, Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, Kept, SimOptions, Stop,
+    Drape, Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, SimOptions, Stop,
 };
 
 /// Why nothing was fitted.
@@ -89,12 +89,12 @@ pub fn fit(
     for (name, start) in starts {
         match fit.from(start, First::Descends) {
             Ok(best) => {
-                let of_balance = fit.of_balance.unwrap_or(*start);
+                let of_balance = fit.of_balance.clone().unwrap_or_else(|| start.to_vec());
                 let Best { state, mut followers, ended } = fit.begun_again(best);
                 let released = fit.released(&mut followers);
                 let (state, released) = in_frames_of_scans(state, released);
                 let how = (*name, ended, fit.drapes);
-                let refined = Refined::of(scans, &fit.equations, state, released, how, of_balance);
+                let refined = Refined::of(scans, &fit.equations, state, released, how, &of_balance);
                 return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
             }
             Err(error) => {
@@ -228,7 +228,7 @@ struct Fit<'a> {
     /// last.
     finer: Vec<Vec<Vector3>>,
     /// Logarithms of the six after one undamped step from the first sheets of the present start.
-    of_balance: Option<[f64; STIFFNESSES]>,
+    of_balance: Option<Vec<f64>>,
     tell: &'a dyn Fn(Progress),
     drapes: usize,
     stages: Stages,
@@ -300,11 +300,17 @@ impl<'a> Fit<'a> {
                 break;
             }
             let limits = &self.equations.prior.ln_limits;
-            let stiffer = std::array::from_fn(|k| {
-                let [low, high] = limits[k];
-                let by = if k < STRETCH_AND_SHEAR { STIFFER } else { 0.0 };
-                (best.state.ln[k] + by).clamp(low, high)
-            });
+            let stiffer: Vec<f64> = best
+                .state
+                .shared
+                .iter()
+                .zip(limits)
+                .enumerate()
+                .map(|(k, (ln, [low, high]))| {
+                    let by = if k < STRETCH_AND_SHEAR { STIFFER } else { 0.0 };
+                    (ln + by).clamp(*low, *high)
+                })
+                .collect();
             let before = best.state.misfit();
             match self.from(&stiffer, First::Stays) {
                 Ok(other) if other.state.cost < best.state.cost - LEAST_GAIN => best = other,
@@ -318,7 +324,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The best state from `start`, and why it ended there.
-    fn from(&mut self, start: &[f64; STIFFNESSES], first: First) -> Result<Best, SensitivityError> {
+    fn from(&mut self, start: &[f64], first: First) -> Result<Best, SensitivityError> {
         let options = self.equations.options;
         self.of_balance = None;
         let evaluations = options.evaluations[usize::from(first == First::Stays)];
@@ -332,7 +338,7 @@ impl<'a> Fit<'a> {
         let mut best = self.initialised_and_descended(start, None, most_first)?;
         if let Some(numbers) = large(&best.state) {
             self.make_with(&numbers, few, model_m);
-            match self.initialised_and_descended(&best.state.ln, None, most_first) {
+            match self.initialised_and_descended(&best.state.shared, None, most_first) {
                 Ok(other) if other.state.cost < best.state.cost => best = other,
                 _ => self.make_with(&as_given, few, model_m),
             }
@@ -340,11 +346,11 @@ impl<'a> Fit<'a> {
         if !no_last {
             let Best { state: coarse, .. } = best;
             self.begin_beside(&coarse);
-            let last = options.last_vertices(&self.equations.fabric(&coarse.ln));
+            let last = options.last_vertices(&self.equations.fabric(&coarse.shared));
             self.on_cells(last, options.data.model_m);
-            best = self.initialised_and_descended(&coarse.ln, Some(&coarse), most)?;
+            best = self.initialised_and_descended(&coarse.shared, Some(&coarse), most)?;
         } else if self.begin_beside(&best.state) {
-            let ln = best.state.ln;
+            let ln = best.state.shared.clone();
             best = self.initialised_and_descended(&ln, None, most).unwrap_or(best);
         }
         Ok(best)
@@ -366,9 +372,9 @@ impl<'a> Fit<'a> {
     /// they remember is of a fabric near the one found; whether there are such.
     fn begin_beside(&mut self, first: &State) -> bool {
         let options = self.equations.options;
-        let predictions = self.targets.iter().zip(&first.predictions);
+        let drapes = self.targets.iter().zip(&first.drapes);
         let beside: Vec<_> =
-            predictions.map(|(t, prediction)| t.start_beside(prediction, options)).collect();
+            drapes.map(|(t, draped)| t.start_beside(&draped.prediction, options)).collect();
         let is_any = beside.iter().any(Option::is_some);
         for (start, beside) in self.starts.iter_mut().zip(beside) {
             *start = beside.unwrap_or_else(|| start.clone());
@@ -381,86 +387,32 @@ impl<'a> Fit<'a> {
     /// by.
     fn initialised_and_descended(
         &mut self,
-        ln: &[f64; STIFFNESSES],
+        ln: &[f64],
         coarse: Option<&State>,
         most: usize,
     ) -> Result<Best, SensitivityError> {
         let begun = Begun::now();
         let mut followers = self.initialise(ln);
         self.stages.add(self.of_cells("first laid", "last laid"), begun);
-        let moves = |(follower, before): (&Follower, &Prediction)| -> Vec<Vector3> {
-            places_of(&follower.drape()).iter().zip(&before.at).map(|(a, b)| a - b).collect()
+        let moves = |(follower, before): (&Follower, &Draped)| -> Vec<Vector3> {
+            let both = places_of(&follower.drape()).into_iter().zip(&before.prediction.at);
+            both.map(|(a, b)| a - b).collect()
         };
-        let predictions = coarse.iter().flat_map(|coarse| &coarse.predictions);
-        self.finer = followers.iter().zip(predictions).map(moves).collect();
-        let mut state = self.state(&mut followers, coarse)?;
+        let drapes = coarse.iter().flat_map(|coarse| &coarse.drapes);
+        self.finer = followers.iter().zip(drapes).map(moves).collect();
+        let state = self.state(&mut followers, coarse)?;
         self.drapes += followers.len();
         self.tell_of(&state);
         if self.of_balance.is_none() {
-            self.of_balance = self.equations.step(&state, 0.0).map(|(ln, _)| ln);
+            self.of_balance = self.equations.step(&state, 0.0).map(|step| step.to);
         }
-        let ended = self.descend(&mut state, &mut followers, most);
+        let mut steps = Steps { fit: self, followers: &mut followers };
+        let (state, ended) = descend(&mut steps, state, most);
         Ok(Best { state, followers, ended })
     }
 
-    /// Steps from `best`, to which the sheets of `followers` belong before and after, as long as
-    /// they lower the cost.
-    fn descend(&mut self, best: &mut State, followers: &mut [Follower], most: usize) -> Ended {
-        let mut kept: Vec<Kept> = followers.iter().map(Follower::keep).collect();
-        let mut damping = Damping::first();
-        loop {
-            if self.drapes >= most {
-                return Ended::Spent;
-            }
-            let Some((ln, predicted)) = self.equations.step(best, damping.value()) else {
-                return Ended::Singular;
-            };
-            if is_little(&ln, predicted, best) {
-                return Ended::Converged;
-            }
-            let fabric = self.equations.fabric(&ln);
-            let how = FollowOptions::default();
-            let begun = Begun::now();
-            let led = followers.par_iter_mut().all(|follower| {
-                let way = follower.follow_fabric(&fabric, &how);
-                way.is_ok_and(|way| way.reached == 1.0 && way.stop == Stop::AtRest)
-            });
-            self.stages.add(self.of_cells("first led", "last led"), begun);
-            let before = best.cost;
-            let lower = |state: &State| state.cost < before;
-            // new sensitivities are made only where the old ones find the step a gain and predict
-            // another
-            let near = led.then(|| self.state_near(followers, best)).filter(lower);
-            let state = match near {
-                Some(near) if self.is_converged(&near) => {
-                    *best = near;
-                    return Ended::Converged;
-                }
-                Some(near) => self.state(followers, Some(&near)).ok(),
-                None => None,
-            };
-            match state.filter(lower) {
-                Some(state) => {
-                    let gained = before - state.cost;
-                    *best = state;
-                    if gained < LEAST_GAIN {
-                        return Ended::Converged;
-                    }
-                    kept = followers.iter().map(Follower::keep).collect();
-                    damping.lower();
-                }
-                None => {
-                    followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
-                    if !damping.raise() {
-                        return Ended::NoBetter;
-                    }
-                }
-            }
-        }
-    }
-
     /// The scanned sheets at rest with the fabric of six logarithms.
-    fn initialise(&self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
+    fn initialise(&self, ln: &[f64]) -> Vec<Follower> {
         let fabric = self.equations.fabric(ln);
         let vertices = self.vertices;
         let FitOptions { step_factorisations, last_factorisations, .. } = *self.equations.options;
@@ -499,20 +451,19 @@ impl<'a> Fit<'a> {
         }
         let scans = self.targets.len();
         let means = |scan| self.equations.bench_prior(scan).map(|[mean, _]| mean);
-        let bench = near.map_or_else(|| (0..scans).map(means).collect(), |near| near.bench.clone());
+        let bench = near.map_or_else(|| (0..scans).map(means).collect(), bench_of);
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
-        Ok(self.equations.around(ln, predictions, bench))
+        Ok(self.equations.around(ln, predictions, &bench))
     }
 
     /// The least squares around the sheets of `followers` with the sensitivities of `near`, a short
     /// step away: no solve.
     fn state_near(&mut self, followers: &[Follower], near: &State) -> State {
-        let moved = |(follower, prediction): (&Follower, &Prediction)| {
-            prediction.at_sheet(follower.drape())
-        };
-        let predictions = followers.iter().zip(&near.predictions).map(moved).collect();
+        let moved =
+            |(follower, draped): (&Follower, &Draped)| draped.prediction.at_sheet(follower.drape());
+        let predictions = followers.iter().zip(&near.drapes).map(moved).collect();
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
-        let state = self.equations.around(ln, predictions, near.bench.clone());
+        let state = self.equations.around(ln, predictions, &bench_of(near));
         self.drapes += followers.len();
         self.tell_of(&state);
         state
@@ -520,14 +471,12 @@ impl<'a> Fit<'a> {
 
     /// Whether no more gain is predicted from a state.
     fn is_converged(&self, at: &State) -> bool {
-        let step = self.equations.step(at, 0.0);
-        step.is_some_and(|(ln, predicted)| is_little(&ln, predicted, at))
+        self.equations.step(at, 0.0).is_some_and(|step| step.is_little(LEAST_GAIN))
     }
 
     fn tell_of(&self, state: &State) {
-        let distances = self.targets.iter().zip(&state.predictions);
-        let sum: f64 =
-            distances.map(|(t, prediction)| prediction.rim_distance_m(t.scan().rim)).sum();
+        let distances = self.targets.iter().zip(&state.drapes);
+        let sum: f64 = distances.map(|(t, d)| d.prediction.rim_distance_m(t.scan().rim)).sum();
         (self.tell)(Progress {
             drapes: self.drapes,
             rim_m: sum / self.targets.len() as f64,
@@ -568,10 +517,55 @@ impl<'a> Fit<'a> {
     }
 }
 
+/// A fit and its sheets on the present cells.
+struct Steps<'f, 'a> {
+    fit: &'f mut Fit<'a>,
+    followers: &'f mut [Follower],
+}
+
+impl Descent for Steps<'_, '_> {
+    type Drape = Draped;
+
+    fn sheets(&mut self) -> &mut [Follower] {
+        self.followers
+    }
+
+    fn simulated(&self) -> usize {
+        self.fit.drapes
+    }
+
+    fn step(&self, from: &State, damping: f64) -> Option<Step> {
+        self.fit.equations.step(from, damping)
+    }
+
+    /// New sensitivities are made only where the old ones find the step a gain and predict another.
+    fn brought(&mut self, step: &Step, from: &State) -> Moved<Draped> {
+        let Self { fit, followers } = self;
+        let fabric = fit.equations.fabric(&step.to);
+        let how = FollowOptions::default();
+        let begun = Begun::now();
+        let led = followers.par_iter_mut().all(|follower| {
+            let way = follower.follow_fabric(&fabric, &how);
+            way.is_ok_and(|way| way.reached == 1.0 && way.stop == Stop::AtRest)
+        });
+        fit.stages.add(fit.of_cells("first led", "last led"), begun);
+        let near = led.then(|| fit.state_near(followers, from));
+        let near = match Moved::to(near, from) {
+            Moved::Nearer(near) if fit.is_converged(&near) => return Moved::Last(near),
+            Moved::Nearer(near) => near,
+            none => return none,
+        };
+        match Moved::to(fit.state(followers, Some(&near)).ok(), from) {
+            Moved::Nearer(state) if from.cost - state.cost < LEAST_GAIN => Moved::Last(state),
+            moved => moved,
+        }
+    }
+}
+
 /// Tilt and place of each scan's plate as found, 0 for its other numbers, if one is too large to
 /// enter through sensitivities alone.
 fn large(state: &State) -> Option<Vec<[f64; NUISANCES]>> {
-    let plates = state.whole_bench().into_iter().map(|all| {
+    let plates = state.drapes.iter().map(Draped::whole_bench).map(|all| {
         let mut plate = [0.0; NUISANCES];
         for at in [TILT, TILT + 1, AXIS, AXIS + 1] {
             plate[at] = all[at];
@@ -590,20 +584,26 @@ fn axis_m(numbers: &[f64; NUISANCES]) -> Vector3 {
     Vector3::new(numbers[AXIS], 0.0, numbers[AXIS + 1])
 }
 
-/// Drapes in the frames of their scans, where they were made in those of the plates.
-fn in_frames_of_scans(state: State, released: Vec<Option<Drape>>) -> (State, Vec<Option<Drape>>) {
-    let axes_m: Vec<Vector3> = state.made_with.iter().map(axis_m).collect();
-    let predictions = state.predictions.into_iter().zip(&axes_m);
-    let predictions = predictions.map(|(of, axis_m)| of.translated(*axis_m)).collect();
-    let released = released.into_iter().zip(&axes_m);
-    let released = released.map(|(of, axis_m)| of.map(|of| of.translated(*axis_m))).collect();
-    (State { predictions, ..state }, released)
+/// The bench's numbers of a state, scan by scan, beyond those that the drapes are made with.
+fn bench_of(state: &State) -> Vec<[f64; NUISANCES]> {
+    state.drapes.iter().map(|draped| draped.bench).collect()
 }
 
-/// Whether a step is not worth a drape.
-fn is_little(ln: &[f64; STIFFNESSES], predicted: f64, from: &State) -> bool {
-    let moved = (0..STIFFNESSES).map(|k| (ln[k] - from.ln[k]).abs()).fold(0.0, f64::max);
-    predicted < LEAST_GAIN || moved < LEAST_MOVE
+/// Drapes in the frames of their scans, where they were made in those of the plates.
+fn in_frames_of_scans(
+    mut state: State,
+    released: Vec<Option<Drape>>,
+) -> (State, Vec<Option<Drape>>) {
+    let axes_m: Vec<Vector3> = state.drapes.iter().map(|of| axis_m(&of.made_with)).collect();
+    let drapes = state.drapes.into_iter().zip(&axes_m);
+    let moved = |(of, axis_m): (Draped, &Vector3)| Draped {
+        prediction: of.prediction.translated(*axis_m),
+        ..of
+    };
+    state.drapes = drapes.map(moved).collect();
+    let released = released.into_iter().zip(&axes_m);
+    let released = released.map(|(of, axis_m)| of.map(|of| of.translated(*axis_m))).collect();
+    (state, released)
 }
 
 #[cfg(test)]

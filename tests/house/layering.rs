@@ -24,6 +24,7 @@ const ORDER: &[&[&str]] = &[
     &["sensor"],
     &["dataset"],
     &["estimate"],
+    &["inverse"],
     &["refine"],
     &["calibrate"],
     &["job"],

@@ -5,29 +5,24 @@ use rayon::prelude::*;
 use super::{Fit, Progress};
 use crate::calibrate::continuation::{Continuation, Sheet};
 use crate::calibrate::effect::{Cloth, Number};
-use crate::calibrate::equations::{NormalEquations, State, parameters, rms_m};
+use crate::calibrate::equations::{Draped, NormalEquations, State, parameters, rms_m};
 use crate::calibrate::options::MUCH;
 use crate::calibrate::pose::Pose;
 use crate::calibrate::prediction::Prediction;
 use crate::calibrate::target::Target;
-use crate::refine::Ended;
-use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
-use crate::sim::{Follower, Kept};
+use crate::inverse::{Descent, Ended, LEAST_GAIN, Moved, Step, descend, keep, return_to};
+use crate::sim::Follower;
 
 impl Fit<'_> {
     /// The sheets as they lie are those of the plain fit.
     pub(super) fn keep(&mut self) {
-        self.kept = self.followers.iter().map(Follower::keep).collect();
+        self.kept = keep(&self.followers);
         self.stays.fill(false);
     }
 
     /// Puts the sheets of the plain fit back.
     pub(super) fn restore(&mut self) {
-        self.followers.iter_mut().zip(&self.kept).for_each(|(sheet, kept)| sheet.return_to(kept));
-    }
-
-    pub(super) fn return_to(&mut self, kept: &[Kept]) {
-        self.followers.iter_mut().zip(kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+        return_to(&mut self.followers, &self.kept);
     }
 
     /// Steps from a state, to which the followers' sheets belong, as long as they lower the cost.
@@ -37,45 +32,15 @@ impl Fit<'_> {
         mut best: State,
         most: usize,
     ) -> (State, Ended) {
-        let mut kept: Vec<Kept> = self.followers.iter().map(Follower::keep).collect();
-        let mut damping = Damping::first();
         if self.options.hold_per_m > 0.0 {
+            let kept = keep(&self.followers);
             // held by the outlines as their poses have them by now
             match self.moved(numbers, &best.shared, &best) {
-                Some(state) => {
-                    kept = self.followers.iter().map(Follower::keep).collect();
-                    best = state;
-                }
-                None => self.return_to(&kept),
+                Some(state) => best = state,
+                None => return_to(&mut self.followers, &kept),
             }
         }
-        loop {
-            if self.simulated >= most {
-                return (best, Ended::Spent);
-            }
-            let step = self.equations(numbers).step(&best, damping.value());
-            let Some((shared, predicted)) = step else { return (best, Ended::Singular) };
-            let changes = shared.iter().zip(&best.shared).map(|(a, b)| (a - b).abs());
-            let moved = changes.fold(0.0, f64::max);
-            if predicted < LEAST_GAIN.max(self.least_share(&best) * best.cost) || moved < LEAST_MOVE
-            {
-                return (best, Ended::Converged);
-            }
-            let state = self.moved(numbers, &shared, &best);
-            match state.filter(|state| state.cost < best.cost) {
-                Some(state) => {
-                    best = state;
-                    kept = self.followers.iter().map(Follower::keep).collect();
-                    damping.lower();
-                }
-                None => {
-                    self.return_to(&kept);
-                    if !damping.raise() {
-                        return (best, Ended::NoBetter);
-                    }
-                }
-            }
-        }
+        descend(&mut Steps { fit: self, numbers }, best, most)
     }
 
     /// Predicted fall of the cost, as a share of it, that is not worth a round of drapes: more
@@ -98,23 +63,24 @@ impl Fit<'_> {
         let asked = parameters(numbers);
         self.simulated += self.followers.len();
         let (continuation, poses) =
-            (Continuation { cloth: &cloth, options: self.options, asked: &asked }, &before.poses);
-        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses);
+            (Continuation { cloth: &cloth, options: self.options, asked: &asked }, before.poses());
+        let both = self.followers.par_iter_mut().zip(&self.targets).zip(&poses);
         let predictions: Option<Vec<Prediction>> = both
             .map(|((sheet, target), pose)| {
                 let way = continuation.steadily_on(sheet, target, pose);
                 way.or_else(|_| continuation.anew(sheet, target, pose)).ok()
             })
             .collect();
-        let mut state = self.equations(numbers).around(shared, predictions?, poses.clone());
-        let lost = |k: &usize| state.sums[*k].cost > LOST[0] * before.sums[*k].cost + LOST[1];
-        let lost: Vec<usize> = (0..self.targets.len()).filter(lost).collect();
+        let mut state = self.equations(numbers).around(shared, predictions?, &poses);
+        let costs = state.costs().into_iter().zip(before.costs()).enumerate();
+        let lost = costs.filter(|(_, (cost, before))| *cost > LOST[0] * before + LOST[1]);
+        let lost: Vec<usize> = lost.map(|(k, _)| k).collect();
         if !lost.is_empty() {
             state = self.recovered(numbers, (shared, &cloth), state, &lost);
         }
         let squared: f64 =
-            state.residuals.iter().map(|residuals| rms_m(&residuals.rows).powi(2)).sum();
-        self.least_m = self.least_m.min((squared / state.residuals.len() as f64).sqrt());
+            state.drapes.iter().map(|draped| rms_m(&draped.residuals.rows).powi(2)).sum();
+        self.least_m = self.least_m.min((squared / state.drapes.len() as f64).sqrt());
         (self.tell)(Progress {
             drapes: self.simulated,
             outlines: self.targets.len(),
@@ -133,7 +99,7 @@ impl Fit<'_> {
         lost: &[usize],
     ) -> State {
         let targets: Vec<Target> = lost.iter().map(|&k| self.targets[k].clone()).collect();
-        let poses: Vec<Pose> = lost.iter().map(|&k| state.poses[k]).collect();
+        let poses: Vec<Pose> = lost.iter().map(|&k| state.drapes[k].pose).collect();
         self.simulated += lost.len();
         let asked = parameters(numbers);
         let continuation = Continuation { cloth, options: self.options, asked: &asked };
@@ -145,18 +111,50 @@ impl Fit<'_> {
                 Some((sheet, prediction))
             });
         let again: Vec<Option<Sheet>> = again.collect();
-        let mut predictions = state.predictions.clone();
+        let (costs, all_poses) = (state.costs(), state.poses());
+        let mut predictions: Vec<Prediction> =
+            state.drapes.into_iter().map(|draped| draped.prediction).collect();
         for (&k, sheet) in lost.iter().zip(again) {
             let Some((sheet, prediction)) = sheet else { continue };
             let one = [self.targets[k].clone()];
             let equations = NormalEquations { targets: &one, ..self.equations(numbers) };
-            let alone = equations.around(shared, vec![prediction.clone()], vec![state.poses[k]]);
-            if alone.sums[0].cost < state.sums[k].cost {
+            let alone = equations.around(shared, vec![prediction.clone()], &[all_poses[k]]);
+            if alone.costs()[0] < costs[k] {
                 self.followers[k] = sheet;
                 predictions[k] = prediction;
             }
         }
-        self.equations(numbers).around(shared, predictions, state.poses)
+        self.equations(numbers).around(shared, predictions, &all_poses)
+    }
+}
+
+/// A fit with some effects' numbers.
+struct Steps<'f, 'a> {
+    fit: &'f mut Fit<'a>,
+    numbers: &'f [&'static Number],
+}
+
+impl Descent for Steps<'_, '_> {
+    type Drape = Draped;
+
+    fn sheets(&mut self) -> &mut [Follower] {
+        &mut self.fit.followers
+    }
+
+    fn simulated(&self) -> usize {
+        self.fit.simulated
+    }
+
+    fn step(&self, from: &State, damping: f64) -> Option<Step> {
+        self.fit.equations(self.numbers).step(from, damping)
+    }
+
+    fn least_gain(&self, from: &State) -> f64 {
+        LEAST_GAIN.max(self.fit.least_share(from) * from.cost)
+    }
+
+    fn brought(&mut self, step: &Step, from: &State) -> Moved<Draped> {
+        Moved::to(self.fit.moved(self.numbers, &step.to, from), from)
     }
 }
 

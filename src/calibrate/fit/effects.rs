@@ -11,7 +11,7 @@ use crate::calibrate::prediction::{Prediction, steadied_prediction_of};
 use crate::calibrate::softened::softened;
 use crate::calibrate::specimens::specimens_of;
 use crate::fabric::STIFFNESSES;
-use crate::refine::Ended;
+use crate::inverse::Ended;
 
 impl Fit<'_> {
     /// The least squares around the plain fit's drapes with more unknowns; `None` where a sheet has
@@ -37,7 +37,8 @@ impl Fit<'_> {
         let cloth = self.equations(own).cloth(&state.shared);
         let continuation = Continuation { cloth: &cloth, options: self.options, asked: &asked };
         let sheets = self.followers.par_iter_mut().zip(&self.targets);
-        let both = sheets.zip(&state.poses).zip(&self.stays);
+        let poses = state.poses();
+        let both = sheets.zip(&poses).zip(&self.stays);
         let predictions: Option<Vec<Prediction>> = both
             .map(|(((sheet, target), pose), stays)| match stays {
                 true => steadied_prediction_of(sheet, &asked, target.compared()).ok(),
@@ -47,7 +48,7 @@ impl Fit<'_> {
         let predictions = predictions?;
         self.stays = predictions.iter().map(|prediction| prediction.is_steadied).collect();
         let shared = extended(&state.shared, own, numbers);
-        Some(self.equations(numbers).around(&shared, predictions, state.poses.clone()))
+        Some(self.equations(numbers).around(&shared, predictions, &poses))
     }
 
     /// The least squares around the plain fit with every number of some effects.
@@ -76,12 +77,10 @@ impl Fit<'_> {
 
     pub(super) fn around_state(&self, numbers: Vec<&'static Number>, state: &State) -> Around {
         let equations = self.equations(&numbers);
-        let (precision, _, _) = equations.prior(&state.shared);
+        let precision = equations.prior(&state.shared).precision;
         let off = equations.off(&state.shared);
-        let drapes = self.targets.iter().zip(&state.residuals).zip(&state.poses);
-        let drapes = drapes.map(|((target, residuals), pose)| DrapeAround {
-            sums: equations.sums_of(residuals),
-            pose: equations.pose_prior(target, pose),
+        let drapes = self.targets.iter().zip(&state.parts).map(|(target, part)| DrapeAround {
+            part: part.clone(),
             is_picture: target.rim.is_none(),
         });
         let drapes = drapes.collect();
@@ -179,7 +178,9 @@ impl Fit<'_> {
         let finer = self.finer(&cloth, &state);
         let both = self.targets.iter_mut().zip(finer);
         both.filter(|(_, finer)| finer.is_some()).for_each(|(target, finer)| target.finer = finer);
-        let state = self.equations(numbers).around(shared, state.predictions, state.poses);
+        let (poses, drapes) = (state.poses(), state.drapes);
+        let predictions = drapes.into_iter().map(|draped| draped.prediction).collect();
+        let state = self.equations(numbers).around(shared, predictions, &poses);
         let most = self.simulated + self.options.evaluations * self.targets.len();
         Some(self.descend(numbers, state, most))
     }
@@ -188,7 +189,7 @@ impl Fit<'_> {
     /// squares around them; `None`, and the sheets as they were, where one does not come to rest.
     pub(super) fn guided(&mut self, numbers: &[&'static Number], shared: &[f64]) -> Option<State> {
         let cloth = self.equations(numbers).cloth(shared);
-        let poses = self.plain.poses.clone();
+        let poses = self.plain.poses();
         let asked = parameters(numbers);
         self.simulated += self.targets.len();
         let continuation = Continuation { cloth: &cloth, options: self.options, asked: &asked };
@@ -196,7 +197,7 @@ impl Fit<'_> {
         let sheets: Option<Vec<Sheet>> = guided.into_iter().map(Result::ok).collect();
         let (followers, predictions): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
         self.followers = followers;
-        Some(self.equations(numbers).around(shared, predictions, poses))
+        Some(self.equations(numbers).around(shared, predictions, &poses))
     }
 }
 

@@ -10,8 +10,8 @@ use super::{Fit, LED_GAIN};
 use crate::calibrate::continuation::STRETCH_AND_SHEAR;
 use crate::calibrate::equations::State;
 use crate::calibrate::options::LEAVES;
+use crate::inverse::keep;
 use crate::numeric::moments::mean;
-use crate::sim::Follower;
 
 impl Fit<'_> {
     /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch
@@ -125,7 +125,7 @@ impl Fit<'_> {
         match found.as_ref().filter(|(state, _)| state.cost < self.plain.cost - LED_GAIN) {
             Some((state, ended)) => {
                 (self.plain, self.ended) = (state.clone(), *ended);
-                self.kept = self.followers.iter().map(Follower::keep).collect();
+                self.kept = keep(&self.followers);
             }
             None => {
                 let both = self.targets.iter_mut().zip(before);

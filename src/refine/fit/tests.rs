@@ -1,10 +1,10 @@
 use std::sync::OnceLock;
 
-use super::super::refined::RefinedStiffness;
 use super::*;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, SurfacePoint};
 use crate::fabric::Fabric;
+use crate::inverse::RefinedStiffness;
 use crate::numeric::moments::Z90;
 use crate::sim::{Drape, Drop, Experiment, drape};
 

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 /// An unknown whose step leads beyond a limit goes that far, and the others are solved again with
 /// it fixed: a step that is only cut off there predicts nothing of the rest, and a fit would end at
 /// its first limit.
-pub(crate) fn damped_step(
+pub(super) fn damped_step(
     (whole, right): (&DMatrix<f64>, &DVector<f64>),
     at: &[f64],
     limits: &[[f64; 2]],
@@ -69,8 +69,7 @@ fn beside_held(
 }
 
 /// Damping of the steps to come.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Damping {
+pub(super) struct Damping {
     value: f64,
     rejected: usize,
 }
@@ -82,22 +81,22 @@ const REJECTED: f64 = 0.1;
 const REJECTIONS: usize = 2;
 
 impl Damping {
-    pub(crate) fn first() -> Self {
+    pub(super) fn first() -> Self {
         Self { value: FIRST, rejected: 0 }
     }
 
     /// Share that is added to the diagonal.
-    pub(crate) fn value(&self) -> f64 {
+    pub(super) fn value(&self) -> f64 {
         self.value
     }
 
     /// A step lowered the cost.
-    pub(crate) fn lower(&mut self) {
+    pub(super) fn lower(&mut self) {
         (self.value, self.rejected) = (0.2 * self.value, 0);
     }
 
     /// A step did not lower the cost: whether a shorter one is to be tried.
-    pub(crate) fn raise(&mut self) -> bool {
+    pub(super) fn raise(&mut self) -> bool {
         let again = self.rejected < REJECTIONS;
         if again {
             self.value = (10.0 * self.value).max(REJECTED);
@@ -106,11 +105,6 @@ impl Damping {
         again
     }
 }
-
-/// Predicted fall of the cost, in squared standard deviations, that is not worth a drape.
-pub(crate) const LEAST_GAIN: f64 = 0.05;
-/// Change of a logarithm that is not worth one.
-pub(crate) const LEAST_MOVE: f64 = 3e-3;
 
 #[cfg(test)]
 mod tests {
