@@ -49,7 +49,7 @@ impl Comparison {
     ) -> Self {
         let Draped { prediction, pose, residuals } = draped;
         let posed = scaled(&pose, view.ln_scale);
-        let larger = posed[3].exp();
+        let larger = posed.ln_scale.exp();
         let outline = match target.rim {
             Some(_) => prediction.outline.clone(),
             None => prediction.seen_from_above(target.seen_from(view)),

@@ -27,7 +27,7 @@ use super::residuals::{Residuals, Row, Unknowns, residuals};
 use super::target::Target;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::inverse::{
-    self, Part, Pull, Rounds, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight,
+    self, Part, Pull, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight,
 };
 use crate::sim::sensitivity::Parameter;
 
@@ -56,11 +56,14 @@ pub(super) fn parameters(numbers: &[&'static Number]) -> Vec<Parameter> {
 }
 
 /// What the least squares are over.
-pub(super) struct NormalEquations<'a> {
-    pub targets: &'a [Target],
+#[derive(Clone)]
+pub(super) struct Problem<'a> {
+    /// What was measured, with what finer cells do to the cloth.
+    pub targets: Vec<Target>,
+    /// The unknowns that they share beside the stiffnesses.
+    pub numbers: Vec<&'static Number>,
     pub fabric_prior: &'a FabricPrior,
     pub options: &'a FitOptions,
-    pub numbers: &'a [&'static Number],
 }
 
 /// What is kept of a drape.
@@ -81,6 +84,11 @@ impl State {
         self.drapes.iter().map(|draped| draped.pose).collect()
     }
 
+    /// What is seen of each.
+    pub fn into_predictions(self) -> Vec<Prediction> {
+        self.drapes.into_iter().map(|draped| draped.prediction).collect()
+    }
+
     /// What each drape costs.
     pub fn costs(&self) -> Vec<f64> {
         self.parts.iter().map(Part::cost).collect()
@@ -92,7 +100,17 @@ pub(super) fn rms_m(rows: &[Row]) -> f64 {
     (rows.iter().map(|row| row.across_m.powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
 }
 
-impl NormalEquations<'_> {
+impl Problem<'_> {
+    /// The same with other unknowns.
+    pub fn with(&self, numbers: &[&'static Number]) -> Self {
+        Self { numbers: numbers.to_vec(), ..self.to(self.targets.clone()) }
+    }
+
+    /// The same of other drapes.
+    pub fn to(&self, targets: Vec<Target>) -> Self {
+        Self { targets, numbers: self.numbers.clone(), ..*self }
+    }
+
     /// Number of shared unknowns.
     pub fn shared(&self) -> usize {
         STIFFNESSES + self.numbers.len()
@@ -109,7 +127,7 @@ impl NormalEquations<'_> {
     /// The least squares around some drapes of a cloth, the poses at their best from `poses` on.
     pub fn around(&self, shared: &[f64], predictions: Vec<Prediction>, poses: &[Pose]) -> State {
         let cloth = self.cloth(shared);
-        let of = Unknowns { cloth: &cloth, numbers: self.numbers, options: self.options };
+        let of = Unknowns { cloth: &cloth, numbers: &self.numbers, options: self.options };
         let alone = Unknowns { numbers: &[], ..of };
         let drapes = self.targets.iter().zip(predictions).zip(poses);
         let (drapes, parts) = drapes
@@ -118,7 +136,7 @@ impl NormalEquations<'_> {
                     let residuals = residuals(target, &prediction, pose, of);
                     (self.part(target, pose, &residuals), residuals)
                 };
-                let pose = at_best(*from, &POSE_ROUNDS, |pose| at(pose, alone).0);
+                let pose = at_best(*from, POSE_ROUNDS, 1e-7, |pose| at(pose, alone).0);
                 let (part, residuals) = at(&pose, of);
                 (Draped { prediction, pose, residuals }, part)
             })
@@ -158,8 +176,9 @@ impl NormalEquations<'_> {
 
     /// What a drape adds.
     fn part(&self, target: &Target, pose: &Pose, residuals: &Residuals) -> Part {
-        let (sigma, first) = (target.pose_sigma(self.options), target.first_pose());
-        let pull = |m: usize| match pose[m] - first[m] {
+        let poses = [*pose, target.first_pose(), target.pose_sigma(self.options)];
+        let [now, first, sigma] = poses.map(<[f64; POSE]>::from);
+        let pull = |m: usize| match now[m] - first[m] {
             beyond if sigma[m] > 0.0 => Pull::gaussian(sigma[m].powi(-2), beyond),
             beyond => Pull::fixed(beyond),
         };
@@ -200,4 +219,4 @@ impl NormalEquations<'_> {
 }
 
 /// Rounds in which pose, feet and the weights of outliers follow each other.
-const POSE_ROUNDS: Rounds = Rounds { most: 8, least_change: 1e-7 };
+const POSE_ROUNDS: usize = 8;

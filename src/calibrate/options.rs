@@ -21,8 +21,7 @@ pub struct FitOptions {
     pub outlier: f64,
     /// Standard deviation of a place of a rim along it, beside that across it \[m\].
     pub along_m: f64,
-    /// Standard deviations of the numbers of a pose in a picture, in the order of [`Pose`]. With 0
-    /// a number stays what it is.
+    /// Standard deviations of the numbers of a pose in a picture. With 0 a number stays what it is.
     pub pose_sigma: Pose,
     /// The same in a scan's frame, which the scan path has laid on plate and specimen.
     pub scan_pose_sigma: Pose,
@@ -74,12 +73,23 @@ impl Default for FitOptions {
             outlier: 3.0,
             // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is
             // marked to 3 degrees; the pull is what it must be
-            pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3, 0.0, 0.0, 0.0, 0.0],
+            pose_sigma: Pose {
+                offset_m: [4e-3; 2],
+                rotation_rad: 0.05,
+                specimen_m: [1e-3; 2],
+                pull_m: 50e-3,
+                ..Pose::default()
+            },
             along_m: refined.data.along_m,
             // as `refine::FitOptions` has them
-            scan_pose_sigma: [
-                0.5e-3, 0.5e-3, 5e-3, 0.0, 0.5e-3, 0.5e-3, 0.0, 0.3e-3, 3e-3, 3e-3, 0.0,
-            ],
+            scan_pose_sigma: Pose {
+                offset_m: [0.5e-3; 2],
+                rotation_rad: 5e-3,
+                specimen_m: [0.5e-3; 2],
+                height_m: 0.3e-3,
+                lean_rad: [3e-3; 2],
+                ..Pose::default()
+            },
             finer: 1.5,
             cells: refined.cells,
             unknown_bearing: 0.5,

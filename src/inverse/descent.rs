@@ -1,6 +1,5 @@
 //! Steps from drapes to drapes, as long as they lower the cost (Levenberg-Marquardt).
 
-use super::damping::Damping;
 use super::state::{State, Step};
 use crate::sim::{Follower, Kept};
 
@@ -78,12 +77,12 @@ pub(crate) fn descend<P: Descent>(
     most: usize,
 ) -> (State<P::Drape>, Ended) {
     let mut kept = keep(problem.sheets());
-    let mut damping = Damping::first();
+    let (mut damping, mut shortenings) = (FIRST, 0);
     loop {
         if problem.simulated() >= most {
             return (best, Ended::Spent);
         }
-        let Some(step) = problem.step(&best, damping.value()) else {
+        let Some(step) = problem.step(&best, damping) else {
             return (best, Ended::Singular);
         };
         if step.is_little(problem.least_gain(&best)) {
@@ -93,14 +92,15 @@ pub(crate) fn descend<P: Descent>(
             Moved::Nearer(state) => {
                 best = state;
                 kept = keep(problem.sheets());
-                damping.lower();
+                (damping, shortenings) = (0.2 * damping, 0);
             }
             Moved::Last(state) => return (state, Ended::Converged),
             Moved::NoNearer => {
                 return_to(problem.sheets(), &kept);
-                if !damping.raise() {
+                if shortenings == SHORTENINGS {
                     return (best, Ended::NoBetter);
                 }
+                (damping, shortenings) = ((10.0 * damping).max(SHORTENED), shortenings + 1);
             }
         }
     }
@@ -123,6 +123,12 @@ pub(crate) fn return_to(sheets: &mut [Follower], kept: &[Kept]) {
     sheets.iter_mut().zip(kept).for_each(|(sheet, kept)| sheet.return_to(kept));
 }
 
+/// Share that is added to the diagonal in the first step, and at least after a step that raised the
+/// cost.
+const FIRST: f64 = 1e-2;
+const SHORTENED: f64 = 0.1;
+/// Shortenings of a step in a row before the fit ends.
+const SHORTENINGS: usize = 2;
 /// Predicted fall of the cost, in squared standard deviations, that is not worth a drape.
 pub(crate) const LEAST_GAIN: f64 = 0.05;
 /// Change of a shared unknown that is not worth one.

@@ -6,12 +6,12 @@
 //! and what holds a sheet is the fit's.
 //!
 //! Flow: `sums` (one drape's data and priors, its own numbers at their best) -> `state` (the normal
-//! equations of all drapes, a step from there, the covariance) -> `damping` (how long steps are) ->
-//! `descent` (steps as long as they lower the cost) -> `stiffness` (values and intervals).
+//! equations of all drapes, the covariance) -> `step` (a step from there) -> `descent` (steps as
+//! long as they lower the cost) -> `stiffness` (values and intervals).
 
-mod damping;
 mod descent;
 mod state;
+mod step;
 mod stiffness;
 mod sums;
 
@@ -19,4 +19,5 @@ pub use descent::Ended;
 pub(crate) use descent::{Descent, LEAST_GAIN, Moved, descend, keep, return_to};
 pub(crate) use state::{SharedPrior, State, Step};
 pub use stiffness::RefinedStiffness;
-pub(crate) use sums::{Part, Pull, Rounds, Sums, at_best, huber_cost, huber_weight};
+pub(crate) use stiffness::{STIFFER, STRETCH_AND_SHEAR, with_stretch};
+pub(crate) use sums::{Part, Pull, Sums, at_best, huber_cost, huber_weight};

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::damping::damped_step;
+use super::step::damped_step;
 use super::sums::{Part, Pull};
 
 /// What draws the shared unknowns to what is expected of them: precision, right-hand side and cost.

@@ -1,6 +1,6 @@
 //! What a fit says of one stiffness.
 
-use crate::fabric::TABLE_2;
+use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::numeric::moments::Z90;
 
 /// One stiffness of a fit.
@@ -33,6 +33,26 @@ impl RefinedStiffness {
             at_limit: limits.iter().any(|end| (end - ln).abs() < AT_LIMIT),
         }
     }
+}
+
+/// The first of the six stiffnesses, which are not bending.
+pub(crate) const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
+/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again: cells lock
+/// where stretch is stiff over weight, locked ones have been seen to end 0.5 too low, and a start
+/// that is too stiff comes down by itself.
+pub(crate) const STIFFER: f64 = 1.0;
+
+/// Shared unknowns with other logarithms of stretch and shear, within their limits.
+pub(crate) fn with_stretch(
+    shared: &[f64],
+    limits: &[[f64; 2]],
+    other: impl Fn(usize, f64) -> f64,
+) -> Vec<f64> {
+    let mut shared = shared.to_vec();
+    for (k, [low, high]) in limits.iter().enumerate().take(STRETCH_AND_SHEAR) {
+        shared[k] = other(k, shared[k]).clamp(*low, *high);
+    }
+    shared
 }
 
 /// How near an end of what is allowed a logarithm counts as there.

@@ -80,21 +80,18 @@ impl Part {
     }
 }
 
-/// Rounds in which a drape's own numbers and the weights of outliers follow each other: how many at
-/// most, and the largest change of a number that is not worth another.
-pub(crate) struct Rounds {
-    pub most: usize,
-    pub least_change: f64,
-}
-
-/// A drape's own numbers at their best, from some on, beside shared unknowns as they are.
-pub(crate) fn at_best<const N: usize>(
-    mut own: [f64; N],
-    rounds: &Rounds,
-    part_at: impl Fn(&[f64; N]) -> Part,
-) -> [f64; N] {
-    for _ in 0..rounds.most {
-        let Part { sums, own: pulls } = part_at(&own);
+/// A drape's own numbers at their best, from some on, beside shared unknowns as they are: they and
+/// the weights of outliers follow each other in some rounds, until no number changes by
+/// `least_change`.
+pub(crate) fn at_best<T: Copy + From<[f64; N]> + Into<[f64; N]>, const N: usize>(
+    from: T,
+    rounds: usize,
+    least_change: f64,
+    part_at: impl Fn(&T) -> Part,
+) -> T {
+    let mut own: [f64; N] = from.into();
+    for _ in 0..rounds {
+        let Part { sums, own: pulls } = part_at(&own.into());
         let first = sums.right.len() - N;
         let mut matrix = sums.normal.view((first, first), (N, N)).into_owned();
         let mut right = sums.right.rows(first, N).into_owned();
@@ -105,9 +102,9 @@ pub(crate) fn at_best<const N: usize>(
         let Some(factor) = matrix.cholesky() else { break };
         let change = factor.solve(&right);
         own.iter_mut().zip(&change).for_each(|(own, change)| *own += change);
-        if change.amax() < rounds.least_change {
+        if change.amax() < least_change {
             break;
         }
     }
-    own
+    own.into()
 }

@@ -12,7 +12,7 @@ use super::prediction::{BENCH, NUISANCES, Prediction};
 use super::prior::Prior;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::inverse::{
-    self, Part, Pull, Rounds, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight,
+    self, Part, Pull, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight,
 };
 use crate::sim::SimOptions;
 use crate::sim::experiment::bending_length_m;
@@ -113,7 +113,7 @@ impl FitOptions {
 }
 
 /// What the least squares are over: the scans' data, one list per scan, and the priors.
-pub(super) struct NormalEquations<'a> {
+pub(super) struct Problem<'a> {
     /// What each scan says, as sure as the drapes on the present cells are.
     pub data: Vec<Vec<Datum>>,
     /// Prior of how far cloth lies beyond the present cells ([`FitOptions::prior_of_cells`]).
@@ -145,7 +145,7 @@ impl Draped {
 /// A fabric with its drapes, and the least squares around it.
 pub(super) type State = inverse::State<Draped>;
 
-impl NormalEquations<'_> {
+impl Problem<'_> {
     /// The fabric of six logarithms, made one that can be.
     pub(super) fn fabric(&self, ln: &[f64]) -> Fabric {
         let six = std::array::from_fn(|k| ln[k]);
@@ -163,7 +163,7 @@ impl NormalEquations<'_> {
         let (drapes, parts) = drapes
             .map(|(scan, (prediction, from))| {
                 let part = |bench: &[f64; NUISANCES]| self.part(scan, &prediction, bench);
-                let bench = at_best(*from, &BENCH_ROUNDS, part);
+                let bench = at_best(*from, BENCH_ROUNDS, 0.0, part);
                 let (part, made_with) = (part(&bench), self.made_with[scan]);
                 (Draped { prediction, bench, made_with }, part)
             })
@@ -235,7 +235,7 @@ fn sums(data: &[Datum], prediction: &Prediction, bench: &[f64; NUISANCES], outli
 }
 
 /// Rounds in which the bench's numbers and the weights of outliers follow each other.
-const BENCH_ROUNDS: Rounds = Rounds { most: 3, least_change: 0.0 };
+const BENCH_ROUNDS: usize = 3;
 
 #[cfg(test)]
 mod tests {

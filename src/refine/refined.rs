@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::data::Scan;
-use super::equations::{Draped, NormalEquations, State};
-use super::prediction::{BENCH, TILT};
+use super::equations::{Draped, Problem, State};
+use super::prediction::{BENCH, TILT, axis_m};
 use super::released::{ReleasedDrape, StartedFrom};
 use crate::base::Point3;
 use crate::base::boundary::{BoundaryPoint, POINTS_PER_SIDE};
@@ -130,7 +130,7 @@ const ALIKE: f64 = 0.25;
 impl Refined {
     pub(super) fn of(
         scans: &[Scan<'_>],
-        equations: &NormalEquations<'_>,
+        problem: &Problem<'_>,
         state: State,
         released: Vec<Option<Drape>>,
         (start, ended, drapes): (&'static str, Ended, usize),
@@ -139,10 +139,10 @@ impl Refined {
         let misfit = state.misfit();
         let more = (scans.len() - 1) as f64;
         let widened = (misfit / USUAL_MISFIT).max(1.0) * (1.0 + ALIKE * more).sqrt();
-        let prior = equations.prior;
+        let prior = problem.prior;
         let before = DMatrix::from_diagonal(&DVector::from(prior.ln_sigma.map(|s| s * s).to_vec()));
         let covariance = state.covariance(widened).unwrap_or(before);
-        let fabric = equations.fabric(&state.shared);
+        let fabric = problem.fabric(&state.shared);
         let stiffnesses = std::array::from_fn(|k| {
             let sigmas = [covariance[(k, k)].sqrt(), prior.ln_sigma[k]];
             RefinedStiffness::of(k, state.shared[k], sigmas, prior.ln_limits[k])
@@ -154,8 +154,8 @@ impl Refined {
         });
         let scans = scans
             .iter()
-            .zip(state.drapes.iter().zip(released))
-            .map(|(scan, (draped, released))| ScanFit::of(scan, equations, draped, released))
+            .zip(state.drapes.into_iter().zip(released))
+            .map(|(scan, (draped, released))| ScanFit::of(scan, problem, draped, released))
             .collect();
         let of_balance = std::array::from_fn(|k| ln_of_balance[k].exp());
         let stages = Vec::new();
@@ -181,14 +181,12 @@ impl Refined {
 }
 
 impl ScanFit {
-    fn of(
-        scan: &Scan<'_>,
-        equations: &NormalEquations<'_>,
-        draped: &Draped,
-        released: Option<Drape>,
-    ) -> Self {
-        let (options, prediction, bench) =
-            (equations.options, &draped.prediction, draped.whole_bench());
+    fn of(scan: &Scan<'_>, problem: &Problem<'_>, draped: Draped, released: Option<Drape>) -> Self {
+        let (options, bench) = (problem.options, draped.whole_bench());
+        // in the scan's frame, where it was made in the plate's
+        let axis_m = axis_m(&draped.made_with);
+        let prediction = draped.prediction.translated(axis_m);
+        let released = released.map(|drape| drape.translated(axis_m));
         let tied = &prediction.drape;
         let rims = || scan.rim.points().iter().zip(tied.boundary.positions_m());
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
@@ -210,7 +208,6 @@ impl ScanFit {
         let started_from = if scan.sheet.is_some() { StartedFrom::Sheet } else { StartedFrom::Rim };
         Self {
             on_branch: nodes[0] == nodes[1] || tied_mean_m < ONE_BRANCH_M,
-            tied: tied.clone(),
             tied_mean_m,
             tied_largest_m,
             springs_share: prediction.springs_share(
@@ -227,6 +224,7 @@ impl ScanFit {
                 sigma: options.bench_sigma[m],
             }),
             nodes,
+            tied: prediction.drape,
         }
     }
 }

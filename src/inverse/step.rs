@@ -1,5 +1,4 @@
-//! The steps of least squares whose every evaluation is a drape, and their damping (Marquardt
-//! 1963): what follows a step that lowered the cost, and one that did not.
+//! A damped step of least squares (Marquardt 1963) within limits.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -66,44 +65,6 @@ fn beside_held(
     let own = damped.select_rows(&free).select_columns(&free).cholesky()?.solve(&left);
     free.iter().zip(own.iter()).for_each(|(&k, value)| step[k] = *value);
     Some(step)
-}
-
-/// Damping of the steps to come.
-pub(super) struct Damping {
-    value: f64,
-    rejected: usize,
-}
-
-/// Damping of the first step, and least damping after a step that raised the cost.
-const FIRST: f64 = 1e-2;
-const REJECTED: f64 = 0.1;
-/// Shortenings of a step in a row before the fit ends.
-const REJECTIONS: usize = 2;
-
-impl Damping {
-    pub(super) fn first() -> Self {
-        Self { value: FIRST, rejected: 0 }
-    }
-
-    /// Share that is added to the diagonal.
-    pub(super) fn value(&self) -> f64 {
-        self.value
-    }
-
-    /// A step lowered the cost.
-    pub(super) fn lower(&mut self) {
-        (self.value, self.rejected) = (0.2 * self.value, 0);
-    }
-
-    /// A step did not lower the cost: whether a shorter one is to be tried.
-    pub(super) fn raise(&mut self) -> bool {
-        let again = self.rejected < REJECTIONS;
-        if again {
-            self.value = (10.0 * self.value).max(REJECTED);
-            self.rejected += 1;
-        }
-        again
-    }
 }
 
 #[cfg(test)]
