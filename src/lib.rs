@@ -75,7 +75,7 @@
 //! (`tests/house/layering.rs` holds that):
 //!
 //! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset <
-//! estimate < inverse < refine < calibrate < job < report < exchange < batch < combine < kit <
+//! estimate < inverse < refine, calibrate < job < report < exchange < batch < combine < kit <
 //! terminal < cli`
 //!
 //! # Units

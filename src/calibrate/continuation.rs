@@ -119,18 +119,6 @@ impl<'a> Continuation<'a> {
         }
     }
 
-    /// A sheet that could not be brought to the cloth, brought to it by what was measured: what is
-    /// seen of it there.
-    pub(super) fn anew(
-        &self,
-        sheet: &mut Follower,
-        target: &Target,
-        pose: &Pose,
-    ) -> Result<Prediction, SensitivityError> {
-        *sheet = self.laid(target, pose, self.options.sim.vertices);
-        self.seen(sheet, target, pose)
-    }
-
     /// What finer cells move a tied sheet by, beside its trial; `None` where nothing holds it, or
     /// it does not come to rest there, or in other folds.
     pub(super) fn finer(
@@ -153,7 +141,7 @@ impl<'a> Continuation<'a> {
     }
 
     /// A sheet guided by what was measured of it, at rest on so many vertices a side.
-    fn laid(&self, target: &Target, pose: &Pose, vertices: usize) -> Follower {
+    pub(super) fn laid(&self, target: &Target, pose: &Pose, vertices: usize) -> Follower {
         let Self { cloth, options, .. } = self;
         let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
         let sim = SimOptions { experiment, vertices, ..options.sim };

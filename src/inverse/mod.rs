@@ -7,9 +7,11 @@
 //!
 //! Flow: `sums` (one drape's data and priors, its own numbers at their best) -> `state` (the normal
 //! equations of all drapes, the covariance) -> `step` (a step from there) -> `descent` (steps as
-//! long as they lower the cost) -> `stiffness` (values and intervals).
+//! long as they lower the cost) -> `stiffness` (values and intervals). `scanned` has what both fits
+//! take drapes of scans for.
 
 mod descent;
+pub(crate) mod scanned;
 mod state;
 mod step;
 mod stiffness;

@@ -12,7 +12,7 @@ use super::prediction::{BENCH, NUISANCES, Prediction};
 use super::prior::Prior;
 use crate::fabric::{Fabric, STIFFNESSES};
 use crate::inverse::{
-    self, Part, Pull, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight,
+    self, Part, Pull, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight, scanned,
 };
 use crate::sim::SimOptions;
 use crate::sim::experiment::bending_length_m;
@@ -86,9 +86,9 @@ impl Default for FitOptions {
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3, 0.5e-3, 0.5e-3],
             prior_outlier: 2.0,
             largest_misfit: 0.6,
-            cells: [0.62, 0.5],
-            hold_sag_m: 30e-3,
-            rim_hold_sag_m: 1e-3,
+            cells: scanned::CELLS,
+            hold_sag_m: scanned::HOLD_SAG_M,
+            rim_hold_sag_m: scanned::RIM_HOLD_SAG_M,
             release: false,
             sim: SimOptions { iterations: EVALUATION, ..SimOptions::default() },
         }
@@ -106,9 +106,8 @@ impl FitOptions {
     /// Prior of how far cloth lies beyond cells of so many vertices a side, in moves from the first
     /// cells to these: mean and standard deviation.
     pub(super) fn prior_of_cells(&self, vertices: usize) -> [f64; 2] {
-        let finer = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
-        let second_order = 1.0 / (finer * finer - 1.0);
-        self.cells.map(|part| part * second_order)
+        let times = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
+        scanned::beyond_cells(self.cells, times)
     }
 }
 

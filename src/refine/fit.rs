@@ -410,16 +410,13 @@ impl<'a> Fit<'a> {
         followers: &mut [Follower],
         near: Option<&State>,
     ) -> Result<State, SensitivityError> {
-        let mut predictions = Vec::new();
         let finer = &self.finer;
         let prediction_of =
             |(k, follower)| prediction_of(follower, finer.get(k).map(Vec::as_slice));
         let begun = Begun::now();
         let moved: Vec<_> = followers.par_iter_mut().enumerate().map(prediction_of).collect();
         self.stages.add(self.of_cells("first sensitivities", "last sensitivities"), begun);
-        for prediction in moved {
-            predictions.push(prediction?);
-        }
+        let predictions = moved.into_iter().collect::<Result<_, _>>()?;
         let scans = self.targets.len();
         let means = |scan| self.problem.bench_prior(scan).map(|[mean, _]| mean);
         let bench = near.map_or_else(|| (0..scans).map(means).collect(), bench_of);
@@ -513,10 +510,9 @@ impl Descent for Steps<'_, '_> {
     fn brought(&mut self, step: &Step, from: &State) -> Moved<Draped> {
         let Self { fit, followers } = self;
         let fabric = fit.problem.fabric(&step.to);
-        let how = FollowOptions::default();
         let begun = Begun::now();
         let led = followers.par_iter_mut().all(|follower| {
-            let way = follower.follow_fabric(&fabric, &how);
+            let way = follower.follow_fabric(&fabric, &FollowOptions::default());
             way.is_ok_and(|way| way.reached == 1.0 && way.stop == Stop::AtRest)
         });
         fit.stages.add(fit.of_cells("first led", "last led"), begun);
@@ -536,14 +532,12 @@ impl Descent for Steps<'_, '_> {
 /// Tilt and place of each scan's plate as found, 0 for its other numbers, if one is too large to
 /// enter through sensitivities alone.
 fn large(state: &State) -> Option<Vec<[f64; NUISANCES]>> {
-    let plates = state.drapes.iter().map(Draped::whole_bench).map(|all| {
-        let mut plate = [0.0; NUISANCES];
-        for at in [TILT, TILT + 1, AXIS, AXIS + 1] {
-            plate[at] = all[at];
-        }
-        plate
-    });
-    let plates: Vec<_> = plates.collect();
+    let is_plates = |m: usize| [TILT, TILT + 1, AXIS, AXIS + 1].contains(&m);
+    let plate = |draped: &Draped| -> [f64; NUISANCES] {
+        let all = draped.whole_bench();
+        std::array::from_fn(|m| if is_plates(m) { all[m] } else { 0.0 })
+    };
+    let plates: Vec<_> = state.drapes.iter().map(plate).collect();
     let is_large = |plate: &[f64; NUISANCES]| {
         plate[TILT].hypot(plate[TILT + 1]) > TILTED_RAD || axis_m(plate).norm() > OFF_AXIS_M
     };

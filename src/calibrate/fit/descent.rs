@@ -105,7 +105,10 @@ impl Sheets<'_> {
         let predictions: Option<Vec<Prediction>> = both
             .map(|((sheet, target), pose)| {
                 let way = continuation.steadily_on(sheet, target, pose);
-                way.or_else(|_| continuation.anew(sheet, target, pose)).ok()
+                way.ok().or_else(|| {
+                    *sheet = continuation.laid(target, pose, problem.options.sim.vertices);
+                    continuation.seen(sheet, target, pose).ok()
+                })
             })
             .collect();
         let mut state = problem.around(shared, predictions?, &poses);
@@ -118,11 +121,8 @@ impl Sheets<'_> {
         let squared: f64 =
             state.drapes.iter().map(|draped| rms_m(&draped.residuals.rows).powi(2)).sum();
         self.least_m = self.least_m.min((squared / state.drapes.len() as f64).sqrt());
-        (self.tell)(Progress {
-            drapes: self.simulated,
-            outlines: problem.targets.len(),
-            rms_m: self.least_m,
-        });
+        let (drapes, outlines) = (self.simulated, problem.targets.len());
+        (self.tell)(Progress { drapes, outlines, rms_m: self.least_m });
         Some(state)
     }
 

@@ -11,6 +11,7 @@ use crate::calibrate::evidence::{Around, DrapeAround};
 use crate::calibrate::prediction::{Prediction, steadied_prediction_of};
 use crate::calibrate::softened::softened;
 use crate::calibrate::specimens::specimens_of;
+use crate::calibrate::target::Target;
 use crate::fabric::STIFFNESSES;
 use crate::inverse::return_to;
 
@@ -127,17 +128,19 @@ impl<'a> Fit<'a> {
 
 /// The least squares around a state, as the evidence of effects has them.
 fn around(problem: Problem<'_>, state: State) -> Around {
-    let (prior, off, ends) =
-        (problem.prior(&state.shared), problem.off(&state.shared), problem.limits());
-    let drapes = problem.targets.iter().zip(state.parts);
-    let drapes =
-        drapes.map(|(target, part)| DrapeAround { part, is_picture: target.rim.is_none() });
-    let drapes = drapes.collect();
-    let room = ends.iter().zip(&state.shared).map(|(ends, at)| ends.map(|end| end - at));
-    let room = room.collect();
+    let State { shared, parts, .. } = state;
+    let drape =
+        |(part, target): (_, &Target)| DrapeAround { part, is_picture: target.rim.is_none() };
+    let room = |(ends, at): ([f64; 2], &f64)| ends.map(|end| end - at);
     let specimens: Vec<_> = problem.targets.iter().map(|t| t.specimen.as_deref()).collect();
-    let (specimens, precision) = (specimens_of(&specimens), prior.precision);
-    Around { drapes, specimens, precision, off, room, numbers: problem.numbers }
+    Around {
+        drapes: parts.into_iter().zip(&problem.targets).map(drape).collect(),
+        specimens: specimens_of(&specimens),
+        precision: problem.prior(&shared).precision,
+        off: problem.off(&shared),
+        room: problem.limits().into_iter().zip(&shared).map(room).collect(),
+        numbers: problem.numbers,
+    }
 }
 
 /// Shared unknowns with some numbers, those at nothing that were not among them.
