@@ -102,6 +102,8 @@ pub mod exchange;
 pub mod fabric;
 pub mod geom;
 pub mod intake;
+// part of it is for `calibrate` alone
+#[cfg_attr(not(feature = "calibrate"), allow(dead_code, unused_imports))]
 mod inverse;
 pub mod io;
 #[cfg(feature = "estimate")]

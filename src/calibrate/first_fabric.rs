@@ -27,9 +27,8 @@ pub(super) fn first_fabric(
         let length_m = LENGTH_AT_50_M + LENGTH_PER_PERCENT_M * (drape_coefficient - 50.0);
         return bending(fabric_prior, length_m.clamp(shortest, longest));
     };
-    let targets = vec![target.clone()];
+    let (targets, pose) = (vec![target.clone()], target.first_pose());
     let problem = Problem { targets, numbers: Vec::new(), fabric_prior, options };
-    let pose = target.first_pose();
     let tried = RIM_LENGTHS_M.into_par_iter().filter_map(|length_m| {
         let cloth = Cloth::plain(bending(fabric_prior, length_m));
         let guided = Continuation::of(&problem, &cloth).all(&problem.targets, &[pose]);

@@ -453,20 +453,16 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
     let options = FitOptions { sensor_edge_m: [0.0, 0.3e-3], ..of_scans(31) };
     // of 0.4 mm the scan path has taken a quarter
     let (shift_m, taken_m) = (-0.4e-3, -0.1e-3);
-    let target = |seed| {
-        let (rim, _) = scanned(seed, &options.sim);
-        let sheet = rim.sheet.as_ref().unwrap();
-        let inwards = 1.0 + (shift_m - taken_m) / 0.15;
-        let at = |k: usize| {
-            let share = crate::base::Boundary::flat_xz_m(k, 1.0).map(|at| 0.5 + at * inwards);
-            sheet.at(share).position_m
-        };
-        let boundary = crate::base::Boundary::exact((0..244).map(at)).unwrap();
-        let edge = crate::scan::EdgeShift { by_m: taken_m, sigma_m: 0.1e-3, sensor_m: 0.3e-3 };
-        let rim = Rim { boundary, edge: Some(edge), ..rim };
-        Target::of_rim(rim, &options.sim.experiment).unwrap()
+    let (rim, bench) = scanned(0, &options.sim);
+    let sheet = rim.sheet.as_ref().unwrap();
+    let inwards = 1.0 + (shift_m - taken_m) / 0.15;
+    let at = |k: usize| {
+        let share = crate::base::Boundary::flat_xz_m(k, 1.0).map(|at| 0.5 + at * inwards);
+        sheet.at(share).position_m
     };
-    let targets = [target(0)];
+    let boundary = crate::base::Boundary::exact((0..244).map(at)).unwrap();
+    let edge = crate::scan::EdgeShift { by_m: taken_m, sigma_m: 0.1e-3, sensor_m: 0.3e-3 };
+    let targets = [Target::of_rim(Rim { boundary, edge: Some(edge), ..rim }, &bench).unwrap()];
     let fitted = |options: &FitOptions| {
         let mut fit = fit_to(&targets, 0.0, options);
         fit.start_otherwise();
