@@ -75,8 +75,8 @@
 //! (`tests/house/layering.rs` holds that):
 //!
 //! `base < geom, numeric < picture < io < fabric < sim < scan < intake < sensor < dataset <
-//! estimate < refine < calibrate < job < report < exchange < batch < combine < kit < terminal <
-//! cli`
+//! estimate < inverse < refine, calibrate < job < report < exchange < batch < combine < kit <
+//! terminal < cli`
 //!
 //! # Units
 //!
@@ -102,6 +102,9 @@ pub mod exchange;
 pub mod fabric;
 pub mod geom;
 pub mod intake;
+// part of it is for `calibrate` alone
+#[cfg_attr(not(feature = "calibrate"), allow(dead_code, unused_imports))]
+mod inverse;
 pub mod io;
 #[cfg(feature = "estimate")]
 pub mod job;

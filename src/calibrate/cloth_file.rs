@@ -161,7 +161,7 @@ fn number_of(entry: &Value) -> Result<(&'static Number, f64), String> {
 mod tests {
     use super::*;
     use crate::calibrate::effect::SENSOR_EDGE;
-    use crate::refine::{Ended, RefinedStiffness};
+    use crate::inverse::{Ended, RefinedStiffness};
 
     fn said(effects: &Value) -> Result<Vec<(&'static Number, f64)>, String> {
         let folder = tempfile::tempdir().unwrap();

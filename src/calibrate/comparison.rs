@@ -4,12 +4,11 @@
 //! which pages, files and the verdict read.
 
 use super::effect::View;
-use super::equations::rms_m;
+use super::equations::{Draped, rms_m};
 use super::measures::{FoldRule, Measures};
 use super::options::FitOptions;
 use super::pose::{Pose, picture_of, scaled};
-use super::prediction::Prediction;
-use super::residuals::{Residuals, Row};
+use super::residuals::Row;
 use super::target::Target;
 use crate::base::Outline;
 use crate::sim::Drape;
@@ -43,14 +42,14 @@ pub struct Comparison {
 impl Comparison {
     pub(super) fn of(
         target: &Target,
-        prediction: Prediction,
-        (pose, view): (Pose, View),
-        residuals: Residuals,
+        draped: Draped,
+        view: View,
         options: &FitOptions,
         rule: &FoldRule,
     ) -> Self {
+        let Draped { prediction, pose, residuals } = draped;
         let posed = scaled(&pose, view.ln_scale);
-        let larger = posed[3].exp();
+        let larger = posed.ln_scale.exp();
         let outline = match target.rim {
             Some(_) => prediction.outline.clone(),
             None => prediction.seen_from_above(target.seen_from(view)),

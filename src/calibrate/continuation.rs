@@ -11,12 +11,13 @@
 use rayon::prelude::*;
 
 use super::effect::{Cloth, View};
-use super::equations::parameters;
+use super::equations::{Problem, parameters};
 use super::options::FitOptions;
 use super::pose::{Pose, scaled};
 use super::prediction::{Prediction, prediction_of, steadied_prediction_of};
 use super::target::{Finer, Target, farther};
-use crate::fabric::{Fabric, STIFFNESSES};
+use crate::fabric::Fabric;
+use crate::inverse::STRETCH_AND_SHEAR;
 use crate::numeric::moments::mean;
 use crate::sim::sensitivity::{Parameter, SensitivityError};
 use crate::sim::{Drop, DropStart, FollowOptions, Follower, Hold, SimOptions, Stop};
@@ -25,26 +26,32 @@ use crate::sim::{Drop, DropStart, FollowOptions, Follower, Hold, SimOptions, Sto
 pub(super) type Sheet = (Follower, Prediction);
 
 /// A cloth that sheets are brought to, and the sensitivities wanted there.
-#[derive(Clone, Copy)]
 pub(super) struct Continuation<'a> {
     pub cloth: &'a Cloth,
     pub options: &'a FitOptions,
-    pub asked: &'a [Parameter],
+    pub asked: Vec<Parameter>,
 }
 
-impl Continuation<'_> {
+impl<'a> Continuation<'a> {
+    /// With what a problem asks for.
+    pub(super) fn of(problem: &Problem<'a>, cloth: &'a Cloth) -> Self {
+        Self { cloth, options: problem.options, asked: parameters(&problem.numbers) }
+    }
+
     /// Sheets guided by outlines in some poses, and held.
     pub(super) fn all(
         &self,
         targets: &[Target],
         poses: &[Pose],
     ) -> Vec<Result<Sheet, SensitivityError>> {
-        let continuation = |(target, pose): (&Target, &Pose)| {
-            let mut sheet = self.laid(target, pose, self.options.sim.vertices);
-            let prediction = self.seen(&mut sheet, target, pose)?;
-            Ok((sheet, prediction))
-        };
-        targets.par_iter().zip(poses).map(continuation).collect()
+        targets.par_iter().zip(poses).map(|(target, pose)| self.guided(target, pose)).collect()
+    }
+
+    /// A sheet guided by what was measured of it.
+    pub(super) fn guided(&self, target: &Target, pose: &Pose) -> Result<Sheet, SensitivityError> {
+        let mut sheet = self.laid(target, pose, self.options.sim.vertices);
+        let prediction = self.seen(&mut sheet, target, pose)?;
+        Ok((sheet, prediction))
     }
 
     /// What is seen of a sheet at rest; of one that rests on a saddle once it has slid off it, or,
@@ -55,20 +62,18 @@ impl Continuation<'_> {
         target: &Target,
         pose: &Pose,
     ) -> Result<Prediction, SensitivityError> {
-        let mut prediction = prediction_of(sheet, self.asked, target.compared());
+        let mut prediction = prediction_of(sheet, &self.asked, target.compared());
         for by in OFF_A_SADDLE {
             if !matches!(prediction, Err(SensitivityError::Unstable)) {
                 break;
             }
-            let stiffer = &stiffer(self.cloth, by);
-            Continuation { cloth: stiffer, asked: &parameters(&[]), ..*self }
-                .on(sheet, target, pose)
-                .ok();
+            let (cloth, asked) = (&stiffer(self.cloth, by), parameters(&[]));
+            Continuation { cloth, asked, ..*self }.on(sheet, target, pose).ok();
             prediction = self.on(sheet, target, pose);
         }
         match prediction {
             Err(SensitivityError::Unstable) => {
-                steadied_prediction_of(sheet, self.asked, target.compared())
+                steadied_prediction_of(sheet, &self.asked, target.compared())
             }
             prediction => prediction,
         }
@@ -85,7 +90,7 @@ impl Continuation<'_> {
         if options.hold_per_m > 0.0 && target.rim.is_none() {
             let view = cloth.view();
             let outline = target.in_plan(&scaled(pose, view.ln_scale), view);
-            sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose[6]);
+            sheet.hold(&Hold { outline, per_m: options.hold_per_m }, pose.pull_m);
         }
         if target.is_held(options) {
             sheet.hold_farther(farther(cloth.view()));
@@ -108,22 +113,10 @@ impl Continuation<'_> {
     ) -> Result<Prediction, SensitivityError> {
         match self.on(sheet, target, pose) {
             Err(SensitivityError::Unstable) => {
-                steadied_prediction_of(sheet, self.asked, target.compared())
+                steadied_prediction_of(sheet, &self.asked, target.compared())
             }
             way => way,
         }
-    }
-
-    /// A sheet that could not be brought to the cloth, brought to it by what was measured: what is
-    /// seen of it there.
-    pub(super) fn anew(
-        &self,
-        sheet: &mut Follower,
-        target: &Target,
-        pose: &Pose,
-    ) -> Result<Prediction, SensitivityError> {
-        *sheet = self.laid(target, pose, self.options.sim.vertices);
-        self.seen(sheet, target, pose)
     }
 
     /// What finer cells move a tied sheet by, beside its trial; `None` where nothing holds it, or
@@ -148,7 +141,7 @@ impl Continuation<'_> {
     }
 
     /// A sheet guided by what was measured of it, at rest on so many vertices a side.
-    fn laid(&self, target: &Target, pose: &Pose, vertices: usize) -> Follower {
+    pub(super) fn laid(&self, target: &Target, pose: &Pose, vertices: usize) -> Follower {
         let Self { cloth, options, .. } = self;
         let experiment = cloth.setup(&target.bench, target.lies(pose)).experiment;
         let sim = SimOptions { experiment, vertices, ..options.sim };
@@ -176,8 +169,6 @@ fn start_of(target: &Target, pose: &Pose, view: View, options: &FitOptions) -> D
     })
 }
 
-/// The first of the six stiffnesses, which are not bending.
-pub(super) const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
 /// Changes of bending's logarithms that bring a sheet off a saddle, tried in turn.
 const OFF_A_SADDLE: [f64; 2] = [0.03, 0.1];
 /// Root mean square move of a rim to finer cells from which on the sheet has other folds there

@@ -26,7 +26,9 @@ use super::prediction::Prediction;
 use super::residuals::{Residuals, Row, Unknowns, residuals};
 use super::target::Target;
 use crate::fabric::{Fabric, STIFFNESSES};
-use crate::refine::damping::damped_step;
+use crate::inverse::{
+    self, Part, Pull, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight,
+};
 use crate::sim::sensitivity::Parameter;
 
 /// The sensitivities of every predicted sheet: stiffnesses, the specimen's place, the springs'
@@ -54,43 +56,42 @@ pub(super) fn parameters(numbers: &[&'static Number]) -> Vec<Parameter> {
 }
 
 /// What the least squares are over.
-pub(super) struct NormalEquations<'a> {
-    pub targets: &'a [Target],
+#[derive(Clone)]
+pub(super) struct Problem<'a> {
+    /// What was measured, with what finer cells do to the cloth.
+    pub targets: Vec<Target>,
+    /// The unknowns that they share beside the stiffnesses.
+    pub numbers: Vec<&'static Number>,
     pub fabric_prior: &'a FabricPrior,
     pub options: &'a FitOptions,
-    pub numbers: &'a [&'static Number],
 }
 
-/// A cloth with its drapes, and the least squares around it.
+/// What is kept of a drape.
 #[derive(Clone)]
-pub(super) struct State {
-    /// Logarithms of stiffnesses, then effects in units of what may be expected.
-    pub shared: Vec<f64>,
-    pub predictions: Vec<Prediction>,
-    pub poses: Vec<Pose>,
-    pub residuals: Vec<Residuals>,
-    /// The sums of each drape, its pose's priors in them.
-    pub sums: Vec<Sums>,
-    /// Sum of squared distances in standard deviations, outliers weighted down, and of the priors'.
-    pub cost: f64,
-    /// The data's part, and the number of independent points.
-    pub data_cost: f64,
-    pub independent: f64,
-    /// Normal matrix of the data and the precision of the priors, right-hand side of both.
-    pub normal: DMatrix<f64>,
-    pub priors: DMatrix<f64>,
-    pub right: DVector<f64>,
+pub(super) struct Draped {
+    pub prediction: Prediction,
+    pub pose: Pose,
+    pub residuals: Residuals,
 }
+
+/// A cloth with its drapes, and the least squares around it. Shared are logarithms of stiffnesses,
+/// then effects in units of what may be expected.
+pub(super) type State = inverse::State<Draped>;
 
 impl State {
-    /// What each drape costs.
-    pub fn costs(&self) -> Vec<f64> {
-        self.sums.iter().map(|sums| sums.cost).collect()
+    /// How each drape lies.
+    pub fn poses(&self) -> Vec<Pose> {
+        self.drapes.iter().map(|draped| draped.pose).collect()
     }
 
-    /// Root mean square distance of an independent point in standard deviations.
-    pub fn misfit(&self) -> f64 {
-        (self.data_cost / self.independent).sqrt()
+    /// What is seen of each.
+    pub fn into_predictions(self) -> Vec<Prediction> {
+        self.drapes.into_iter().map(|draped| draped.prediction).collect()
+    }
+
+    /// What each drape costs.
+    pub fn costs(&self) -> Vec<f64> {
+        self.parts.iter().map(Part::cost).collect()
     }
 }
 
@@ -99,7 +100,17 @@ pub(super) fn rms_m(rows: &[Row]) -> f64 {
     (rows.iter().map(|row| row.across_m.powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
 }
 
-impl NormalEquations<'_> {
+impl Problem<'_> {
+    /// The same with other unknowns.
+    pub fn with(&self, numbers: &[&'static Number]) -> Self {
+        Self { numbers: numbers.to_vec(), ..self.to(self.targets.clone()) }
+    }
+
+    /// The same of other drapes.
+    pub fn to(&self, targets: Vec<Target>) -> Self {
+        Self { targets, numbers: self.numbers.clone(), ..*self }
+    }
+
     /// Number of shared unknowns.
     pub fn shared(&self) -> usize {
         STIFFNESSES + self.numbers.len()
@@ -114,70 +125,29 @@ impl NormalEquations<'_> {
     }
 
     /// The least squares around some drapes of a cloth, the poses at their best from `poses` on.
-    pub fn around(
-        &self,
-        shared: &[f64],
-        predictions: Vec<Prediction>,
-        mut poses: Vec<Pose>,
-    ) -> State {
+    pub fn around(&self, shared: &[f64], predictions: Vec<Prediction>, poses: &[Pose]) -> State {
         let cloth = self.cloth(shared);
-        let of = Unknowns { cloth: &cloth, numbers: self.numbers, options: self.options };
+        let of = Unknowns { cloth: &cloth, numbers: &self.numbers, options: self.options };
+        let alone = Unknowns { numbers: &[], ..of };
+        let drapes = self.targets.iter().zip(predictions).zip(poses);
+        let (drapes, parts) = drapes
+            .map(|((target, prediction), from)| {
+                let at = |pose: &Pose, of| {
+                    let residuals = residuals(target, &prediction, pose, of);
+                    (self.part(target, pose, &residuals), residuals)
+                };
+                let pose = at_best(*from, POSE_ROUNDS, 1e-7, |pose| at(pose, alone).0);
+                let (part, residuals) = at(&pose, of);
+                (Draped { prediction, pose, residuals }, part)
+            })
+            .unzip();
         let shared = [&cloth.ln(), &shared[STIFFNESSES..]].concat();
-        let common = self.shared();
-        let size = common + POSE * self.targets.len();
-        let (mut normal, mut priors) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
-        let mut right = DVector::zeros(size);
-        let (mut data_cost, mut independent, mut cost) = (0.0, 0.0, 0.0);
-        let (mut all_residuals, mut all_sums) = (Vec::new(), Vec::new());
-        for (k, (target, prediction)) in self.targets.iter().zip(&predictions).enumerate() {
-            poses[k] = self.pose_of(target, prediction, poses[k], of);
-            let residuals = residuals(target, prediction, &poses[k], of);
-            let mut sums = self.sums_of(&residuals);
-            let column = |c: usize| if c < common { c } else { c + POSE * k };
-            for a in 0..common + POSE {
-                right[column(a)] += sums.right[a];
-                for b in 0..common + POSE {
-                    normal[(column(a), column(b))] += sums.normal[(a, b)];
-                }
-            }
-            data_cost += sums.cost;
-            independent += sums.independent;
-            let prior = self.pose_prior(target, &poses[k]);
-            for (m, (precision, off)) in prior.into_iter().enumerate() {
-                let at = common + POSE * k + m;
-                priors[(at, at)] = precision;
-                right[at] -= precision * off;
-                let squared = if precision < FIXED { precision * off * off } else { 0.0 };
-                cost += squared;
-                sums.normal[(common + m, common + m)] += precision;
-                sums.right[common + m] -= precision * off;
-                sums.cost += squared;
-            }
-            all_residuals.push(residuals);
-            all_sums.push(sums);
-        }
-        let (precision, pull, off) = self.prior(&shared);
-        priors.view_mut((0, 0), (common, common)).copy_from(&precision);
-        (0..common).for_each(|k| right[k] += pull[k]);
-        cost += data_cost + off;
-        State {
-            shared,
-            predictions,
-            poses,
-            residuals: all_residuals,
-            sums: all_sums,
-            cost,
-            data_cost,
-            independent,
-            normal,
-            priors,
-            right,
-        }
+        let prior = self.prior(&shared);
+        State::around(shared, &prior, drapes, parts)
     }
 
-    /// Precision of the shared unknowns before any drape is seen, what draws them to what is
-    /// expected, and how far they are from that in squared standard deviations.
-    pub fn prior(&self, shared: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
+    /// What the shared unknowns are before any drape is seen.
+    pub fn prior(&self, shared: &[f64]) -> SharedPrior {
         let common = self.shared();
         let mut precision = DMatrix::identity(common, common);
         if let Some(of_fabric) = self.fabric_prior.covariance.try_inverse() {
@@ -188,9 +158,9 @@ impl NormalEquations<'_> {
             precision[(at, at)] = (number.sigma / self.options.expected_of(number)).powi(2);
         }
         let off = self.off(shared);
-        let pull = &precision * &off;
-        let squared = off.dot(&pull);
-        (precision, pull, squared)
+        let right = &precision * &off;
+        let cost = off.dot(&right);
+        SharedPrior { precision, right, cost }
     }
 
     /// How far each shared unknown is below what is expected.
@@ -204,56 +174,28 @@ impl NormalEquations<'_> {
         DVector::from_fn(self.shared(), |k, _| expected(k) - shared[k])
     }
 
-    /// Precision of each number of a pose, and how far it is from what is expected.
-    pub fn pose_prior(&self, target: &Target, pose: &Pose) -> [(f64, f64); POSE] {
-        let (sigma, first) = (target.pose_sigma(self.options), target.first_pose());
-        std::array::from_fn(|m| {
-            let precision = if sigma[m] > 0.0 { sigma[m].powi(-2) } else { FIXED };
-            (precision, pose[m] - first[m])
-        })
+    /// What a drape adds.
+    fn part(&self, target: &Target, pose: &Pose, residuals: &Residuals) -> Part {
+        let poses = [*pose, target.first_pose(), target.pose_sigma(self.options)];
+        let [now, first, sigma] = poses.map(<[f64; POSE]>::from);
+        let pull = |m: usize| match now[m] - first[m] {
+            beyond if sigma[m] > 0.0 => Pull::gaussian(sigma[m].powi(-2), beyond),
+            beyond => Pull::fixed(beyond),
+        };
+        Part { sums: self.sums_of(residuals), own: (0..POSE).map(pull).collect() }
     }
 
-    /// The pose in which a drape lies closest to its outline.
-    fn pose_of(
-        &self,
-        target: &Target,
-        prediction: &Prediction,
-        from: Pose,
-        of: Unknowns<'_>,
-    ) -> Pose {
-        let alone = Unknowns { numbers: &[], ..of };
-        let mut pose = from;
-        for _ in 0..POSE_ROUNDS {
-            let sums = self.sums_of(&residuals(target, prediction, &pose, alone));
-            let own = (STIFFNESSES, STIFFNESSES);
-            let mut matrix = sums.normal.view(own, (POSE, POSE)).into_owned();
-            let mut right = sums.right.rows(STIFFNESSES, POSE).into_owned();
-            for (m, (precision, off)) in self.pose_prior(target, &pose).into_iter().enumerate() {
-                matrix[(m, m)] += precision;
-                right[m] -= precision * off;
-            }
-            let Some(factor) = matrix.cholesky() else { break };
-            let change = factor.solve(&right);
-            (0..POSE).for_each(|m| pose[m] += change[m]);
-            if change.amax() < 1e-7 {
-                break;
-            }
-        }
-        pose
-    }
-
-    /// The sums of a drape, its pose's priors not in them.
-    pub fn sums_of(&self, residuals: &Residuals) -> Sums {
+    /// The sums over a drape's distances.
+    fn sums_of(&self, residuals: &Residuals) -> Sums {
         let options = self.options;
         let mut cost = 0.0;
         let mut weighted = residuals.columns.clone();
         let known = residuals.sigma_m.iter().zip(&residuals.counts);
         for (r, (off_m, (sigma_m, counts))) in residuals.off_m.iter().zip(known).enumerate() {
             let far = off_m.abs() / sigma_m;
-            let huber_weight = if far > options.outlier { options.outlier / far } else { 1.0 };
-            cost += counts * far * far * huber_weight * (2.0 - huber_weight);
-            let weight = counts * huber_weight / sigma_m.powi(2);
-            weighted.row_mut(r).scale_mut(weight);
+            let weight = huber_weight(far, options.outlier);
+            cost += huber_cost(*counts, far, weight);
+            weighted.row_mut(r).scale_mut(counts * weight / sigma_m.powi(2));
         }
         let mut right = weighted.tr_mul(&residuals.off_m);
         let mut normal = weighted.tr_mul(&residuals.columns);
@@ -264,11 +206,9 @@ impl NormalEquations<'_> {
         Sums { normal, right, cost, independent: residuals.counts.sum() }
     }
 
-    /// Where a damped step leads, and by how much the cost is predicted to fall.
-    pub fn step(&self, at: &State, damping: f64) -> Option<(Vec<f64>, f64)> {
-        let whole = &at.normal + &at.priors;
-        let longest = self.options.longest_step;
-        damped_step((&whole, &at.right), &at.shared, &self.limits(), damping, longest)
+    /// A damped step.
+    pub fn step(&self, at: &State, damping: f64) -> Option<Step> {
+        at.step(&self.limits(), self.options.longest_step, damping)
     }
 
     /// Least and largest value of each shared unknown that is tried.
@@ -276,18 +216,6 @@ impl NormalEquations<'_> {
         let of_numbers = self.numbers.iter().map(|n| self.options.limits_of(n));
         self.fabric_prior.ln_limits.iter().copied().chain(of_numbers).collect()
     }
-}
-
-/// Precision of a number that stays what it is.
-const FIXED: f64 = 1e18;
-
-/// The sums of the least squares over one drape: shared unknowns, then its pose.
-#[derive(Clone, Debug)]
-pub(super) struct Sums {
-    pub normal: DMatrix<f64>,
-    pub right: DVector<f64>,
-    pub cost: f64,
-    pub independent: f64,
 }
 
 /// Rounds in which pose, feet and the weights of outliers follow each other.

@@ -17,19 +17,16 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::effect::{Acts, Effect, FIELDS, Layers, Number, PATTERNS};
-use super::equations::Sums;
-use super::pose::POSE;
 use super::smooth::smoothness_of;
 use crate::fabric::STIFFNESSES;
+use crate::inverse::{Part, Pull};
 use crate::sim::sensitivity::Parameter;
 
 /// A drape's part of the least squares around a fit.
 #[derive(Clone, Debug)]
 pub(super) struct DrapeAround {
-    /// Its sums over stiffnesses, numbers and pose, without priors.
-    pub sums: Sums,
-    /// Precision of each number of its pose, and how far it is from what is expected.
-    pub pose: [(f64, f64); POSE],
+    /// Its sums over stiffnesses, numbers and pose, and the priors of its pose.
+    pub part: Part,
     /// Whether it is seen in a picture alone.
     pub is_picture: bool,
 }
@@ -170,8 +167,9 @@ impl Around {
     pub fn forms(&self) -> Option<Forms> {
         let own = self.own();
         let of = |share: f64| -> Option<Form> {
-            let drapes = self.drapes.iter().map(|DrapeAround { sums, pose, is_picture }| {
-                let part = if *is_picture { INDEPENDENT_OF_OUTLINE } else { INDEPENDENT };
+            let drapes = self.drapes.iter().map(|drape| {
+                let (Part { sums, own: pose }, is_picture) = (&drape.part, drape.is_picture);
+                let part = if is_picture { INDEPENDENT_OF_OUTLINE } else { INDEPENDENT };
                 let weight = part / share.powi(2);
                 let form = Form {
                     a: &sums.normal * weight,
@@ -303,7 +301,7 @@ impl Around {
         let at = self.numbers.iter().position(|own| *own == number);
         at.is_some_and(|at| {
             let at = STIFFNESSES + at;
-            self.drapes.iter().any(|drape| drape.sums.normal[(at, at)] > 0.0)
+            self.drapes.iter().any(|drape| drape.part.sums.normal[(at, at)] > 0.0)
         })
     }
 
@@ -380,10 +378,10 @@ struct Form {
 
 impl Form {
     /// The same with the pose, the last unknowns, integrated out over its prior.
-    fn without_pose(self, pose: &[(f64, f64); POSE]) -> Option<Self> {
-        let common = self.b.len() - POSE;
+    fn without_pose(self, pose: &[Pull]) -> Option<Self> {
+        let common = self.b.len() - pose.len();
         let kept: Vec<usize> = (0..common).collect();
-        let free: Vec<usize> = (0..POSE).filter(|&m| pose[m].0 < FIXED).collect();
+        let free: Vec<usize> = (0..pose.len()).filter(|&m| pose[m].is_free()).collect();
         let at: Vec<usize> = free.iter().map(|m| common + m).collect();
         let mut inner = self.a.select_rows(&at).select_columns(&at);
         let mut pulled = self.b.select_rows(&at);
@@ -391,10 +389,10 @@ impl Form {
         let (a, b) = (self.a.select_rows(&kept).select_columns(&kept), self.b.select_rows(&kept));
         let mut own = Self { a, b, ..self };
         for (k, &m) in free.iter().enumerate() {
-            let (precision, off) = pose[m];
+            let Pull { precision, right, cost } = pose[m];
             inner[(k, k)] += precision;
-            pulled[k] -= precision * off;
-            own.c += precision * off * off;
+            pulled[k] += right;
+            own.c += cost;
             own.ln += 0.5 * precision.ln();
         }
         own.without(inner, &coupled, &pulled)
@@ -455,8 +453,6 @@ fn half_ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
     factor.l_dirty().diagonal().iter().map(|along| along.ln()).sum()
 }
 
-/// Precision from which on a number of a pose stays what it is.
-const FIXED: f64 = 1e17;
 /// Part of the points that the fit takes as independent which are so of the discrepancy.
 const INDEPENDENT: f64 = 0.1;
 /// The same of outlines in pictures. What fits leave of the measured fabrics' outlines is not alike
@@ -476,6 +472,8 @@ const STIFFNESS_OF_EACH_SCAN: f64 = 0.01;
 mod tests {
     use super::*;
     use crate::calibrate::effect::Effect;
+    use crate::calibrate::pose::POSE;
+    use crate::inverse::Sums;
 
     const ROWS: usize = 600;
     const USUAL: Discrepancy = Discrepancy { median: 0.2, ln_sigma: 0.4 };
@@ -501,11 +499,12 @@ mod tests {
             cost: off_m.norm_squared(),
             independent: ROWS as f64,
         };
-        let pose = std::array::from_fn(|m| if m < 3 { (4.0 + m as f64, 0.1) } else { (1e18, 0.0) });
+        let pull = |m| if m < 3 { Pull::gaussian(4.0 + m as f64, 0.1) } else { Pull::fixed(0.0) };
+        let part = Part { sums, own: (0..POSE).map(pull).collect() };
         let around =
             Around {
                 numbers,
-                drapes: vec![DrapeAround { sums, pose, is_picture: false }],
+                drapes: vec![DrapeAround { part, is_picture: false }],
                 specimens: vec![0],
                 precision: DMatrix::from_fn(shared, shared, |a, b| {
                     if a == b { 1.0 + a as f64 } else { 0.0 }
@@ -539,8 +538,8 @@ mod tests {
         let (of, precision) = around.unknowns(unknown);
         of.iter().for_each(|&k| add(k, 1.0 / precision[(k, k)], around.off[k]));
         (0..3).for_each(|m| {
-            let (precision, off) = around.drapes[0].pose[m];
-            add(shared + m, 1.0 / precision, -off);
+            let Pull { precision, right, .. } = around.drapes[0].part.own[m];
+            add(shared + m, 1.0 / precision, right / precision);
         });
         let factor = covariance.cholesky().unwrap();
         let off = off_m - mean;

@@ -17,6 +17,7 @@
 //! every fit with a discrepancy that the model's own drapes do not have.
 
 use super::effect::{EFFECTS, Effect, Number, known};
+use super::equations::shared_of;
 use super::evidence::{Around, Discrepancy, Evidence, Forms, ln_sum};
 use super::field::{Field, fields};
 use super::fit::{Fit, Fitted, Found};
@@ -215,7 +216,8 @@ impl Hunt {
 
     fn around(fit: &mut Fit<'_>, without: &[&'static Effect], usual: Discrepancy) -> Option<Self> {
         let declared = fit.declared().to_vec();
-        let around = fit.around_plain(known().flat_map(|effect| effect.numbers).collect())?;
+        let around =
+            fit.around_plain(&known().flat_map(|effect| effect.numbers).collect::<Vec<_>>())?;
         let forms = around.forms()?;
         let is_asked = |effect: &&'static Effect| {
             !without.contains(effect)
@@ -319,7 +321,7 @@ impl Hunt {
         let Some(first) = self.hypotheses[at].found.clone() else { return };
         let effects = self.hypotheses[at].effects.clone();
         let numbers = self.numbers(&effects);
-        let again = fit.around(&numbers, &first.0, Fit::plain_found).flatten();
+        let again = fit.anew(&numbers, &shared_of(&first.0.cloth));
         let softens = effects.iter().any(|effect| effect.name == SOFTENING);
         let softened = softens.then(|| fit.softened(&numbers)).flatten();
         let all = [Some(first), again, softened].into_iter().flatten();

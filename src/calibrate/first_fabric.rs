@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::continuation::Continuation;
 use super::effect::Cloth;
-use super::equations::{NormalEquations, parameters};
+use super::equations::Problem;
 use super::fabric_prior::FabricPrior;
 use super::options::FitOptions;
 use super::target::Target;
@@ -27,14 +27,13 @@ pub(super) fn first_fabric(
         let length_m = LENGTH_AT_50_M + LENGTH_PER_PERCENT_M * (drape_coefficient - 50.0);
         return bending(fabric_prior, length_m.clamp(shortest, longest));
     };
-    let one = std::slice::from_ref(target);
+    let (targets, pose) = (vec![target.clone()], target.first_pose());
+    let problem = Problem { targets, numbers: Vec::new(), fabric_prior, options };
     let tried = RIM_LENGTHS_M.into_par_iter().filter_map(|length_m| {
         let cloth = Cloth::plain(bending(fabric_prior, length_m));
-        let continuation = Continuation { cloth: &cloth, options, asked: &parameters(&[]) };
-        let guided = continuation.all(one, &[target.first_pose()]);
+        let guided = Continuation::of(&problem, &cloth).all(&problem.targets, &[pose]);
         let (_, prediction) = guided.into_iter().next()?.ok()?;
-        let equations = NormalEquations { targets: one, fabric_prior, options, numbers: &[] };
-        let state = equations.around(&cloth.ln(), vec![prediction], vec![target.first_pose()]);
+        let state = problem.around(&cloth.ln(), vec![prediction], &[pose]);
         Some((state.data_cost, cloth.fabric))
     });
     let nearest = tried.min_by(|a, b| a.0.total_cmp(&b.0));

@@ -25,12 +25,14 @@ mod descent;
 mod effects;
 mod starts;
 
+pub use descent::Progress;
+use descent::{Sheets, Solution};
 use rayon::prelude::*;
 
 use super::comparison::Comparison;
 use super::continuation::Continuation;
 use super::effect::{Cloth, Number};
-use super::equations::{NormalEquations, State, parameters, shared_of};
+use super::equations::{Draped, Problem, State, shared_of};
 use super::evidence::{Around, Discrepancy};
 use super::fabric_prior::FabricPrior;
 use super::first_fabric::first_fabric;
@@ -39,21 +41,9 @@ use super::options::FitOptions;
 use super::pose::Pose;
 use super::target::{Finer, Rim, Target};
 use crate::fabric::STIFFNESSES;
+use crate::inverse::{Ended, RefinedStiffness};
 use crate::numeric::moments::{Z90, mean};
-use crate::refine::{Ended, RefinedStiffness};
 use crate::sim::sensitivity::SensitivityError;
-use crate::sim::{Follower, Kept};
-
-/// How far a fit is; told after every round of drapes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Drapes so far.
-    pub drapes: usize,
-    /// Outlines that are fitted or predicted.
-    pub outlines: usize,
-    /// Root mean square distance of the outlines from the best drapes so far \[m\].
-    pub rms_m: f64,
-}
 
 /// Why nothing was fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -99,24 +89,13 @@ pub(super) type Found = (Fitted, Around);
 
 /// Outlines with their sheets, and the plain fit to them.
 pub struct Fit<'a> {
-    targets: Vec<Target>,
     /// For each outline given, why its sheet was left out.
     lost: Vec<Option<SensitivityError>>,
-    fabric_prior: &'a FabricPrior,
-    options: &'a FitOptions,
     rule: &'a FoldRule,
-    tell: &'a (dyn Fn(Progress) + Sync),
-    /// The numbers that the plain fit has beside the stiffnesses ([`FitOptions::declared`]).
-    declared: Vec<&'static Number>,
-    followers: Vec<Follower>,
-    /// The sheets of the plain fit.
-    kept: Vec<Kept>,
-    /// Which of these are known to stay on a saddle, however they are led.
-    stays: Vec<bool>,
-    plain: State,
-    ended: Ended,
-    simulated: usize,
-    least_m: f64,
+    sheets: Sheets<'a>,
+    /// Unknown in it are, beside the stiffnesses, the numbers that are declared to be known no
+    /// better ([`FitOptions::declared`]).
+    plain: Solution<'a>,
 }
 
 /// Fits a plain fabric to outlines of its drapes, their mean drape coefficient given \[%\].
@@ -134,22 +113,22 @@ pub fn fit<'a>(
     if targets.is_empty() {
         return Err(FitError::Nothing);
     }
+    let numbers = options.declared();
+    let effects = numbers.iter().map(|number| (*number, options.mean_of(number))).collect();
     let first = first_fabric(targets, fabric_prior, drape_coefficient, options);
-    let at_mean = |number: &'static Number| (number, options.mean_of(number));
-    let effects = options.declared().into_iter().map(at_mean).collect();
     let cloth = Cloth { effects, ..Cloth::plain(first) };
-    let begun = |cloth: &Cloth| Fit::begun(targets, cloth, fabric_prior, options, rule, tell);
-    let mut fit = begun(&cloth)?;
+    let problem = Problem { targets: targets.to_vec(), numbers, fabric_prior, options };
+    let mut fit = Fit::begun(&problem, &cloth, rule, tell)?;
     fit.run(&shared_of(&cloth));
     if fit.lost.iter().all(Option::is_none) {
         return Ok(fit);
     }
     // sheets that the first fabric did not bring to rest are guided by the one that the others
     // found
-    let nearer = fit.equations(&fit.declared).cloth(&fit.plain.shared);
-    match begun(&nearer) {
-        Ok(mut again) if again.targets.len() > fit.targets.len() => {
-            again.simulated += fit.simulated;
+    let nearer = problem.cloth(&fit.plain.state.shared);
+    match Fit::begun(&problem, &nearer, rule, tell) {
+        Ok(mut again) if again.sheets.followers.len() > fit.sheets.followers.len() => {
+            again.sheets.simulated += fit.sheets.simulated;
             again.run(&shared_of(&nearer));
             Ok(again)
         }
@@ -160,109 +139,81 @@ pub fn fit<'a>(
 impl<'a> Fit<'a> {
     /// The sheets of a cloth that outlines brought to rest, before the first step of a fit.
     fn begun(
-        targets: &[Target],
+        problem: &Problem<'a>,
         cloth: &Cloth,
-        fabric_prior: &'a FabricPrior,
-        options: &'a FitOptions,
         rule: &'a FoldRule,
         tell: &'a (dyn Fn(Progress) + Sync),
     ) -> Result<Self, FitError> {
-        let declared = options.declared();
-        let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-        let guided =
-            Continuation { cloth, options, asked: &parameters(&declared) }.all(targets, &poses);
-        let (mut own, mut sheets, mut lost) = (Vec::new(), Vec::new(), Vec::new());
-        for (target, sheet) in targets.iter().zip(guided) {
-            lost.push(sheet.as_ref().err().cloned());
-            if let Ok(sheet) = sheet {
-                own.push(target.clone());
-                sheets.push(sheet);
-            }
+        let poses: Vec<Pose> = problem.targets.iter().map(Target::first_pose).collect();
+        let guided = Continuation::of(problem, cloth).all(&problem.targets, &poses);
+        let simulated = guided.len();
+        let lost: Vec<_> = guided.iter().map(|sheet| sheet.as_ref().err().cloned()).collect();
+        if let (true, Some(Some(error))) = (lost.iter().all(Option::is_some), lost.first()) {
+            return Err(FitError::NeverAtRest(error.clone()));
         }
-        if let (true, Some(Some(error))) = (sheets.is_empty(), lost.first().cloned()) {
-            return Err(FitError::NeverAtRest(error));
-        }
-        let (followers, predictions): (Vec<_>, Vec<_>) = sheets.into_iter().unzip();
-        let equations =
-            NormalEquations { targets: &own, fabric_prior, options, numbers: &declared };
-        let poses = own.iter().map(Target::first_pose).collect();
-        let plain = equations.around(&shared_of(cloth), predictions, poses);
-        Ok(Self {
-            kept: followers.iter().map(Follower::keep).collect(),
-            stays: vec![false; followers.len()],
-            targets: own,
-            ended: Ended::Spent,
-            least_m: f64::INFINITY,
-            simulated: targets.len(),
-            declared,
-            followers,
-            lost,
-            plain,
-            fabric_prior,
-            options,
-            rule,
-            tell,
-        })
+        let own = problem.targets.iter().zip(&lost).filter(|(_, lost)| lost.is_none());
+        let problem = problem.to(own.map(|(target, _)| target.clone()).collect());
+        let (followers, predictions): (Vec<_>, Vec<_>) = guided.into_iter().flatten().unzip();
+        let poses: Vec<Pose> = problem.targets.iter().map(Target::first_pose).collect();
+        let state = problem.around(&shared_of(cloth), predictions, &poses);
+        let sheets = Sheets { followers, simulated, least_m: f64::INFINITY, tell };
+        let plain = sheets.solution(problem, (state, Ended::Spent));
+        Ok(Self { lost, rule, sheets, plain })
     }
-}
 
-impl Fit<'_> {
     /// The plain fit, from the first sheets on.
     fn run(&mut self, first: &[f64]) {
-        let most = self.options.evaluations * self.targets.len();
-        let declared = self.declared.clone();
-        let (state, ended) = self.descend(&declared, self.plain.clone(), self.simulated + most);
-        (self.plain, self.ended) = (state, ended);
-        self.keep();
+        let Self { sheets, plain, .. } = self;
+        *plain = sheets.solve(plain.problem.clone(), plain.state.clone());
         let mut guided_with = first.to_vec();
         for _ in 1..LEADINGS {
             // the outlines again, with a fabric that is nearer: the branches may be others
-            let off = self.plain.shared.iter().zip(&guided_with).map(|(a, b)| (a - b).abs());
+            let off = plain.state.shared.iter().zip(&guided_with).map(|(a, b)| (a - b).abs());
             if off.take(STIFFNESSES).skip(STIFFNESSES / 2).fold(0.0, f64::max) < NEAR {
                 break;
             }
-            guided_with.clone_from(&self.plain.shared);
-            let Some(state) = self.guided(&declared, &guided_with) else { break };
-            let (state, ended) = self.descend(&declared, state, self.simulated + most);
-            let gained = self.plain.cost - state.cost;
+            guided_with.clone_from(&plain.state.shared);
+            let guided = sheets.guided(&plain.problem, &guided_with, &plain.state.poses());
+            let Some(state) = guided else { break };
+            let led = sheets.solve(plain.problem.clone(), state);
+            let gained = plain.state.cost - led.state.cost;
             if gained > 0.0 {
-                (self.plain, self.ended) = (state, ended);
-                self.keep();
+                *plain = led;
             }
             if gained < LED_GAIN {
                 break;
             }
         }
-        self.restore();
         self.look_finer();
     }
 
     /// Lays the tied sheets on finer cells once, with the plain cloth: what these move them by is
     /// what cells do, and no effect. Then continues with the plain fit.
     fn look_finer(&mut self) {
-        let declared = self.declared.clone();
-        let cloth = self.equations(&declared).cloth(&self.plain.shared);
-        let finer = self.finer(&cloth, &self.plain);
+        let Solution { problem, state, .. } = &mut self.plain;
+        let finer = finer(problem, &state.shared, state);
         if finer.iter().all(Option::is_none) {
             return;
         }
-        self.targets.iter_mut().zip(finer).for_each(|(target, finer)| target.finer = finer);
-        let most = self.simulated + self.options.evaluations * self.targets.len();
-        if let Some(state) = self.state_with(&declared) {
-            (self.plain, self.ended) = self.descend(&declared, state, most);
-            self.keep();
+        problem.targets.iter_mut().zip(finer).for_each(|(target, finer)| target.finer = finer);
+        let numbers = problem.numbers.clone();
+        if let Some(solution) = self.solved_with(&numbers) {
+            self.plain = solution;
         }
-        self.restore();
     }
+}
 
-    /// What finer cells do to the sheets of a cloth.
-    fn finer(&self, cloth: &Cloth, state: &State) -> Vec<Option<Box<Finer>>> {
-        let all = self.targets.par_iter().zip(&state.poses).zip(&state.predictions);
-        let continuation = Continuation { cloth, options: self.options, asked: &[] };
-        all.map(|((target, pose), prediction)| continuation.finer(target, pose, prediction))
-            .collect()
-    }
+/// What finer cells do to the sheets of a cloth.
+fn finer(problem: &Problem<'_>, shared: &[f64], state: &State) -> Vec<Option<Box<Finer>>> {
+    let cloth = problem.cloth(shared);
+    let continuation = Continuation::of(problem, &cloth);
+    let finer = |(target, draped): (&Target, &Draped)| {
+        continuation.finer(target, &draped.pose, &draped.prediction)
+    };
+    problem.targets.par_iter().zip(&state.drapes).map(finer).collect()
+}
 
+impl Fit<'_> {
     /// For each outline given, whether its sheet was left out.
     #[must_use]
     pub fn lost(&self) -> Vec<bool> {
@@ -272,18 +223,18 @@ impl Fit<'_> {
     /// The prior of the discrepancy of what was measured from drapes of the model; of pictures it
     /// follows from the distance of two captures of one drape \[m\].
     pub(super) fn usual(&self, captures_m: Option<f64>) -> Discrepancy {
-        let rims: Vec<&Rim> = self.targets.iter().filter_map(|t| t.rim.as_deref()).collect();
+        let Problem { targets, options, .. } = &self.plain.problem;
+        let rims: Vec<&Rim> = targets.iter().filter_map(|t| t.rim.as_deref()).collect();
         let noise_m: Vec<f64> = rims.iter().map(|rim| rim.boundary.mean_sigma_m()).collect();
-        let model_m = self.options.scan_model_m;
         match &rims[..] {
             [] => {
-                let sigma_m = self.options.outline_m.hypot(self.options.model_m);
+                let sigma_m = options.outline_m.hypot(options.model_m);
                 Discrepancy::of_pictures(captures_m, sigma_m)
             }
             rims if rims.iter().all(|rim| rim.sheet.is_some()) => {
-                Discrepancy::usual(mean(&noise_m), model_m)
+                Discrepancy::usual(mean(&noise_m), options.scan_model_m)
             }
-            _ => Discrepancy::of_rims(mean(&noise_m), model_m),
+            _ => Discrepancy::of_rims(mean(&noise_m), options.scan_model_m),
         }
     }
 
@@ -291,74 +242,53 @@ impl Fit<'_> {
     /// effects.
     #[must_use]
     pub fn declared(&self) -> &[&'static Number] {
-        &self.declared
+        &self.plain.problem.numbers
     }
 
     /// Root mean square distance of an independent point of the plain fit in standard deviations.
     #[must_use]
     pub fn misfit(&self) -> f64 {
-        self.plain.misfit()
+        self.plain.state.misfit()
     }
 
     /// What was found without effects.
     #[must_use]
     pub fn plain(&self) -> Fitted {
-        self.fitted(&self.declared, self.plain.clone(), self.ended)
+        self.fitted(&self.plain)
     }
 
-    pub(super) fn equations<'b>(&'b self, numbers: &'b [&'static Number]) -> NormalEquations<'b> {
-        NormalEquations {
-            targets: &self.targets,
-            fabric_prior: self.fabric_prior,
-            options: self.options,
-            numbers,
-        }
-    }
-
-    fn fitted(&self, numbers: &[&'static Number], state: State, ended: Ended) -> Fitted {
-        let equations = self.equations(numbers);
+    fn fitted(&self, solution: &Solution<'_>) -> Fitted {
+        let Solution { problem, state, ended, .. } = solution;
+        let Problem { targets, fabric_prior, options, .. } = problem;
         let misfit = state.misfit();
-        let precision = &state.normal / misfit.max(1.0).powi(2) + &state.priors;
-        let size = precision.nrows();
-        let covariance = precision.cholesky();
-        let covariance =
-            covariance.map(|factor| factor.solve(&nalgebra::DMatrix::identity(size, size)));
+        let covariance = state.covariance(misfit.max(1.0));
         let sigma_of =
             |k: usize, prior: f64| covariance.as_ref().map_or(prior, |c| c[(k, k)].sqrt());
         let stiffnesses = std::array::from_fn(|k| {
-            let prior = equations.fabric_prior.covariance[(k, k)].sqrt();
+            let prior = fabric_prior.covariance[(k, k)].sqrt();
             let sigmas = [sigma_of(k, prior), prior];
-            RefinedStiffness::of(k, state.shared[k], sigmas, equations.fabric_prior.ln_limits[k])
+            RefinedStiffness::of(k, state.shared[k], sigmas, fabric_prior.ln_limits[k])
         });
-        let cloth = equations.cloth(&state.shared);
+        let cloth = problem.cloth(&state.shared);
         let interval = |(k, (number, value)): (usize, &(&Number, f64))| {
             let half = Z90 * number.sigma * sigma_of(STIFFNESSES + k, 1.0);
             [value - half, value + half]
         };
         let intervals90 = cloth.effects.iter().enumerate().map(interval).collect();
         let is_at_limit = |(number, value): &(&Number, f64)| {
-            let ends = self.options.limits_of(number).map(|end| end * number.sigma);
+            let ends = options.limits_of(number).map(|end| end * number.sigma);
             ends.into_iter().any(|end| end != 0.0 && (value - end).abs() < 1e-6 * number.sigma)
         };
         let at_limit = cloth.effects.iter().map(is_at_limit).collect();
-        let (cost, simulated) = (state.cost, self.simulated);
-        let State { predictions, poses, residuals, .. } = state;
-        let drapes = self.targets.iter().zip(predictions).zip(poses).zip(residuals);
-        let mut drapes = drapes.map(|(((target, prediction), pose), residuals)| {
-            Comparison::of(
-                target,
-                prediction,
-                (pose, cloth.view()),
-                residuals,
-                self.options,
-                self.rule,
-            )
+        let mut drapes = targets.iter().zip(&state.drapes).map(|(target, draped)| {
+            Comparison::of(target, draped.clone(), cloth.view(), options, self.rule)
         });
         let drapes = self.lost.iter().filter_map(|lost| match lost {
             Some(error) => Some(Err(error.clone())),
             None => drapes.next().map(Ok),
         });
         let drapes = drapes.collect();
+        let (cost, ended, simulated) = (state.cost, *ended, self.sheets.simulated);
         Fitted { cloth, stiffnesses, intervals90, at_limit, drapes, cost, misfit, ended, simulated }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::effect::{Acts, Effect, Number, SENSOR_EDGE};
 use super::pose::Pose;
-use crate::refine;
+use crate::inverse::scanned;
 use crate::sim::SimOptions;
 
 /// How a fabric is fitted to outlines and rims.
@@ -21,8 +21,7 @@ pub struct FitOptions {
     pub outlier: f64,
     /// Standard deviation of a place of a rim along it, beside that across it \[m\].
     pub along_m: f64,
-    /// Standard deviations of the numbers of a pose in a picture, in the order of [`Pose`]. With 0
-    /// a number stays what it is.
+    /// Standard deviations of the numbers of a pose in a picture. With 0 a number stays what it is.
     pub pose_sigma: Pose,
     /// The same in a scan's frame, which the scan path has laid on plate and specimen.
     pub scan_pose_sigma: Pose,
@@ -30,7 +29,7 @@ pub struct FitOptions {
     /// known what cells do to them; with 1 none are.
     pub finer: f64,
     /// How far cloth lies beyond those finer cells, in parts of what an error that falls with the
-    /// square of the cell predicts: mean and standard deviation, as `refine::FitOptions` has them.
+    /// square of the cell predicts: mean and standard deviation.
     pub cells: [f64; 2],
     /// Standard deviation of the warp's bearing where it is not known \[rad\].
     pub unknown_bearing: f64,
@@ -62,34 +61,44 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        let refined = refine::FitOptions::default();
         Self {
             // captures of one drape differ by 1 to 2.4 mm, each by that over the root of two
             outline_m: 1.2e-3,
             // rims of neighbouring minima: `docs/validation/simulator.md`
             model_m: 1.0e-3,
-            scan_model_m: refined.data.model_m,
+            scan_model_m: scanned::MODEL_M,
             // a quarter of a fold of seven
             correlation_length_m: 25e-3,
             outlier: 3.0,
             // chosen: a centroid lies a few mm from the axis, a specimen is laid to a mm, a warp is
             // marked to 3 degrees; the pull is what it must be
-            pose_sigma: [4e-3, 4e-3, 0.05, 0.0, 1e-3, 1e-3, 50e-3, 0.0, 0.0, 0.0, 0.0],
-            along_m: refined.data.along_m,
-            // as `refine::FitOptions` has them
-            scan_pose_sigma: [
-                0.5e-3, 0.5e-3, 5e-3, 0.0, 0.5e-3, 0.5e-3, 0.0, 0.3e-3, 3e-3, 3e-3, 0.0,
-            ],
+            pose_sigma: Pose {
+                offset_m: [4e-3; 2],
+                rotation_rad: 0.05,
+                specimen_m: [1e-3; 2],
+                pull_m: 50e-3,
+                ..Pose::default()
+            },
+            along_m: scanned::ALONG_M,
+            // as `refine` has them
+            scan_pose_sigma: Pose {
+                offset_m: [0.5e-3; 2],
+                rotation_rad: 5e-3,
+                specimen_m: [0.5e-3; 2],
+                height_m: 0.3e-3,
+                lean_rad: [3e-3; 2],
+                ..Pose::default()
+            },
             finer: 1.5,
-            cells: refined.cells,
+            cells: scanned::CELLS,
             unknown_bearing: 0.5,
             scale_sigma: 0.0,
             sensor_edge_m: [0.0; 2],
             // 15 % of the weight for each mm: with a twentieth single sheets still lose a fold on
             // the way
             hold_per_m: 150.0,
-            scan_hold_sag_m: refined.hold_sag_m,
-            rim_hold_sag_m: refined.rim_hold_sag_m,
+            scan_hold_sag_m: scanned::HOLD_SAG_M,
+            rim_hold_sag_m: scanned::RIM_HOLD_SAG_M,
             stretch_m: 0.02e-3,
             evaluations: 12,
             longest_step: 0.7,
@@ -111,8 +120,7 @@ impl FitOptions {
     /// How far cloth lies beyond the drapes' cells, in moves from them to the finer ones: mean and
     /// standard deviation.
     pub(super) fn believed_of_cells(&self) -> [f64; 2] {
-        let second_order = 1.0 / (self.finer.powi(2) - 1.0);
-        let [mean, sigma] = self.cells.map(|part| part * second_order);
+        let [mean, sigma] = scanned::beyond_cells(self.cells, self.finer);
         [1.0 + mean, sigma]
     }
 

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::comparison::Comparison;
 use super::continuation::{Continuation, Sheet};
-use super::effect::{Cloth, Number};
-use super::equations::{NormalEquations, parameters, rms_m, shared_of};
+use super::effect::Cloth;
+use super::equations::{Problem, rms_m, shared_of};
 use super::fabric_prior::FabricPrior;
 use super::fit::Progress;
 use super::measures::FoldRule;
@@ -29,39 +29,36 @@ pub fn predict(
     tell: &(dyn Fn(Progress) + Sync),
 ) -> Vec<Result<Comparison, SensitivityError>> {
     let poses: Vec<Pose> = targets.iter().map(Target::first_pose).collect();
-    let numbers: Vec<&'static Number> = cloth.effects.iter().map(|(number, _)| *number).collect();
-    let (shared, asked) = (shared_of(cloth), parameters(&numbers));
-    let continuation = Continuation { cloth, options, asked: &asked };
+    let numbers = cloth.effects.iter().map(|(number, _)| *number).collect();
+    let all = Problem { targets: targets.to_vec(), numbers, fabric_prior, options };
+    let (shared, continuation) = (shared_of(cloth), Continuation::of(&all, cloth));
     let guided = continuation.all(targets, &poses);
     tell(Progress { drapes: targets.len(), outlines: targets.len(), rms_m: f64::INFINITY });
     let comparison = |(target, sheet): (&Target, Result<Sheet, SensitivityError>)| {
         let (mut sheet, mut prediction) = sheet?;
         let finer = continuation.finer(target, &target.first_pose(), &prediction);
-        let one = [Target { finer, ..target.clone() }];
-        let target = &one[0];
-        let equations = NormalEquations { targets: &one, fabric_prior, options, numbers: &numbers };
+        let problem = all.to(vec![Target { finer, ..target.clone() }]);
+        let target = &problem.targets[0];
         let mut pose = target.first_pose();
         // the springs follow the pose, and the pose the drape
         for _ in 0..PREDICTIONS {
-            pose = equations.around(&shared, vec![prediction], vec![pose]).poses[0];
+            pose = problem.around(&shared, vec![prediction], &[pose]).drapes[0].pose;
             prediction = continuation.steadily_on(&mut sheet, target, &pose)?;
         }
-        let mut state = equations.around(&shared, vec![prediction], vec![pose]);
+        let draped = problem.around(&shared, vec![prediction], &[pose]).drapes.remove(0);
         let mut release = || {
             sheet.release();
-            let free = prediction_of(&mut sheet, &asked, target.compared())
-                .or_else(|_| steadied_prediction_of(&mut sheet, &asked, target.compared()))
+            let free = prediction_of(&mut sheet, &continuation.asked, target.compared())
+                .or_else(|_| {
+                    steadied_prediction_of(&mut sheet, &continuation.asked, target.compared())
+                })
                 .ok()?;
-            let free = equations.around(&shared, vec![free], state.poses.clone());
-            Some(rms_m(&free.residuals[0].rows))
+            let free = problem.around(&shared, vec![free], &[draped.pose]);
+            Some(rms_m(&free.drapes[0].residuals.rows))
         };
         let released_rms_m = if target.is_held(options) { release() } else { None };
-        let (prediction, residuals) = (state.predictions.remove(0), state.residuals.remove(0));
-        let pose = (state.poses[0], cloth.view());
-        Ok(Comparison {
-            released_rms_m,
-            ..Comparison::of(target, prediction, pose, residuals, options, rule)
-        })
+        let comparison = Comparison::of(target, draped, cloth.view(), options, rule);
+        Ok(Comparison { released_rms_m, ..comparison })
     };
     targets.par_iter().zip(guided).map(comparison).collect()
 }

@@ -130,25 +130,22 @@ impl At<'_> {
     }
 
     /// The same with the numbers of a pose whose scale is the true one.
-    fn with_pose(&self, posed: &Pose) -> [f64; POSE] {
-        let (sin, cos) = posed[2].sin_cos();
-        let scale = (-posed[3]).exp();
+    fn with_pose(&self, posed: &Pose) -> Pose {
+        let (sin, cos) = posed.rotation_rad.sin_cos();
+        let scale = (-posed.ln_scale).exp();
         let ([nx, ny, nz], [x, y, z]): ([f64; 3], [f64; 3]) =
             (self.normal.into(), self.place.into());
-        let [offset_x, offset_z, pull] = PLACED.map(|p| self.across(self.prediction.with(p)));
-        [
-            scale * (nx * cos - nz * sin),
-            scale * (nx * sin + nz * cos),
-            nz * x - nx * z,
-            self.normal.dot(&self.place),
-            offset_x,
-            offset_z,
-            pull,
-            scale * ny,
-            nx * y - ny * x,
-            nz * y - ny * z,
-            self.normal.dot(&self.finer),
-        ]
+        let [warp_m, weft_m, pull_m] = PLACED.map(|p| self.across(self.prediction.with(p)));
+        Pose {
+            offset_m: [scale * (nx * cos - nz * sin), scale * (nx * sin + nz * cos)],
+            rotation_rad: nz * x - nx * z,
+            ln_scale: self.normal.dot(&self.place),
+            specimen_m: [warp_m, weft_m],
+            pull_m,
+            height_m: scale * ny,
+            lean_rad: [nx * y - ny * x, nz * y - ny * z],
+            cells: self.normal.dot(&self.finer),
+        }
     }
 }
 
@@ -203,7 +200,8 @@ pub(super) fn residuals(
     pose: &Pose,
     of: Unknowns<'_>,
 ) -> Residuals {
-    let moved = [pose[4], pose[5], pose[6] - prediction.hold.pull_m];
+    let [warp_m, weft_m] = pose.specimen_m;
+    let moved = [warp_m, weft_m, pose.pull_m - prediction.hold.pull_m];
     let view = of.cloth.view();
     let posed = scaled(pose, view.ln_scale);
     let (rows, distances) = match &target.rim {
@@ -231,7 +229,8 @@ pub(super) fn residuals(
         for (k, number) in of.numbers.iter().enumerate() {
             columns[(r, STIFFNESSES + k)] = number.sigma * at.with(number, lies, &setup);
         }
-        for (m, value) in at.with_pose(&posed).into_iter().enumerate() {
+        let with_pose: [f64; POSE] = at.with_pose(&posed).into();
+        for (m, value) in with_pose.into_iter().enumerate() {
             columns[(r, shared + m)] = value;
         }
     }
@@ -243,11 +242,11 @@ pub(super) fn residuals(
     for (k, number) in of.numbers.iter().enumerate() {
         stretch[STIFFNESSES + k] = number.sigma * on_sheet(&number.acts, lies, &setup, stretched);
     }
-    let mut stretch_m = prediction.hold.mean_m;
-    for (m, parameter) in PLACED.into_iter().enumerate() {
-        stretch[shared + 4 + m] = stretched(parameter);
-        stretch_m += moved[m] * stretched(parameter);
-    }
+    let placed = PLACED.map(stretched);
+    let stretch_m = (0..3).fold(prediction.hold.mean_m, |sum, m| sum + moved[m] * placed[m]);
+    let [warp_m, weft_m, pull_m] = placed;
+    let placed = Pose { specimen_m: [warp_m, weft_m], pull_m, ..Pose::default() };
+    stretch.rows_mut(shared, POSE).copy_from_slice(&<[f64; POSE]>::from(placed));
     let off_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.off_m));
     let sigma_m = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.sigma_m));
     let counts = DVector::from_iterator(distances.len(), distances.iter().map(|d| d.counts));
@@ -315,7 +314,7 @@ fn on_rim<'a>(
         let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.rim[index]);
         let edge = along_the_cloth(rim, index, posed);
         let place = (0..3).fold(prediction.rim[index], |at, m| at + own[m].rim[index] * moved[m])
-            + finer * posed[10]
+            + finer * posed.cells
             + edge * beyond_m;
         let next =
             measured[(index + 1) % RIM_POINTS] - measured[(index + RIM_POINTS - 1) % RIM_POINTS];
@@ -379,7 +378,7 @@ fn on_sheet_of<'a>(
         let finer = target.finer.as_ref().map_or_else(Vector3::zeros, |finer| finer.places[index]);
         let place = (0..3)
             .fold(prediction.places[index], |at, m| at + own[m].places[index] * moved[m])
-            + finer * posed[10];
+            + finer * posed.cells;
         let on = On::Sheet { index, out: out_of([i, j], &target.bench) };
         let edge = Vector3::zeros();
         let at = At { normal, place, on, per_height: 0.0, prediction, finer, edge };

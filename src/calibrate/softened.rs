@@ -18,8 +18,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::effect::{Acts, Number};
-use super::equations::State;
 use crate::fabric::STIFFNESSES;
+use crate::inverse::State;
 use crate::sim::sensitivity::Parameter;
 
 /// Softening that is tried, the same in all directions \[m\]; of 618 measured fabrics half have
@@ -40,8 +40,8 @@ type Pair = (usize, usize);
 /// Shared unknowns of a cloth that softens, from those of a state in which it does not; `None`
 /// where softening is not among `numbers`, or nothing is nearer with it. `limits` are those of the
 /// unknowns.
-pub(super) fn softened(
-    at: &State,
+pub(super) fn softened<D>(
+    at: &State<D>,
     numbers: &[&'static Number],
     limits: &[[f64; 2]],
 ) -> Option<Vec<f64>> {
@@ -53,10 +53,9 @@ pub(super) fn softened(
     for (pair, (bending, parameter)) in pairs.iter_mut().zip(OF_BENDING) {
         *pair = (bending, number_of(parameter)?);
     }
-    let sums = Sums { normal: &at.normal, priors: &at.priors, right: &at.right };
     let tried = TRIED_M.into_iter().filter_map(|s_m| {
         let sizes = pairs.map(|(_, own)| s_m / numbers[own - STIFFNESSES].sigma);
-        let (change, cost) = sums.comparison(&pairs, sizes)?;
+        let (change, cost) = softer(at, &pairs, sizes)?;
         Some((cost, change, sizes))
     });
     let (cost, change, sizes) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -77,42 +76,35 @@ pub(super) fn softened(
     Some(both.map(|(k, (value, [low, high]))| (value + step(k)).clamp(*low, *high)).collect())
 }
 
-/// Normal matrix of the data, precision of the priors, right-hand side of both.
-struct Sums<'a> {
-    normal: &'a DMatrix<f64>,
-    priors: &'a DMatrix<f64>,
-    right: &'a DVector<f64>,
-}
-
-impl Sums<'_> {
-    /// The change of all unknowns, of bending as a share of it, beside which softening of these
-    /// sizes costs least, and by how much the cost changes.
-    fn comparison(&self, pairs: &[Pair; 3], sizes: [f64; 3]) -> Option<(DVector<f64>, f64)> {
-        let unknowns = self.right.len();
-        // B (1 + b) k (1 - s k) is linear in b and in (1 + b) s
-        let mut into = DMatrix::identity(unknowns, unknowns);
-        let mut moved = DVector::zeros(unknowns);
-        for ((bending, own), size) in pairs.iter().zip(sizes) {
-            into[(*own, *bending)] = size;
-            into[(*own, *own)] = 0.0;
-            moved[*own] = size;
-        }
-        let mut matrix = into.tr_mul(&(self.normal * &into)) + self.priors;
-        let right = into.tr_mul(&(self.right - self.normal * &moved));
-        let mut cost = moved.dot(&(self.normal * &moved)) - 2.0 * self.right.dot(&moved);
-        for (_, own) in pairs {
-            cost += self.priors[(*own, *own)] * moved[*own].powi(2);
-            matrix[(*own, *own)] = 1.0;
-        }
-        let change = matrix.clone().cholesky()?.solve(&right);
-        cost += change.dot(&(&matrix * &change)) - 2.0 * right.dot(&change);
-        Some((change, cost))
+/// The change of all unknowns, of bending as a share of it, beside which softening of these sizes
+/// costs least, and by how much the cost changes.
+fn softer<D>(at: &State<D>, pairs: &[Pair; 3], sizes: [f64; 3]) -> Option<(DVector<f64>, f64)> {
+    let State { normal, priors, right, .. } = at;
+    let unknowns = right.len();
+    // B (1 + b) k (1 - s k) is linear in b and in (1 + b) s
+    let mut into = DMatrix::identity(unknowns, unknowns);
+    let mut moved = DVector::zeros(unknowns);
+    for ((bending, own), size) in pairs.iter().zip(sizes) {
+        into[(*own, *bending)] = size;
+        into[(*own, *own)] = 0.0;
+        moved[*own] = size;
     }
+    let mut matrix = into.tr_mul(&(normal * &into)) + priors;
+    let mut cost = moved.dot(&(normal * &moved)) - 2.0 * right.dot(&moved);
+    let right = into.tr_mul(&(right - normal * &moved));
+    for (_, own) in pairs {
+        cost += priors[(*own, *own)] * moved[*own].powi(2);
+        matrix[(*own, *own)] = 1.0;
+    }
+    let change = matrix.clone().cholesky()?.solve(&right);
+    cost += change.dot(&(&matrix * &change)) - 2.0 * right.dot(&change);
+    Some((change, cost))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inverse::SharedPrior;
 
     /// Moments of three strips at some curvatures, each with another B and s, seen from plain
     /// strips: unknown are the logarithms of B and s.
@@ -135,9 +127,10 @@ mod tests {
                 left += off * off;
             }
         }
-        let priors = DMatrix::identity(6, 6) * 1e-9;
-        let sums = Sums { normal: &normal, priors: &priors, right: &right };
-        let (change, cost) = sums.comparison(&pairs, [s_m; 3]).unwrap();
+        let (precision, none) = (DMatrix::identity(6, 6) * 1e-9, Vec::<()>::new());
+        let prior = SharedPrior { precision, right, cost: 0.0 };
+        let state = State { normal, ..State::around(vec![0.0; 6], &prior, none, Vec::new()) };
+        let (change, cost) = softer(&state, &pairs, [s_m; 3]).unwrap();
         for strip in 0..3 {
             let factor = 1.0 + change[strip];
             assert!((factor * plain[strip] / truth[strip] - 1.0).abs() < 1e-6, "{factor}");
@@ -145,7 +138,7 @@ mod tests {
         assert!((cost / left + 1.0).abs() < 1e-6, "{cost} {left}");
         // another softening explains less
         for other in [1e-3, 5e-3] {
-            assert!(sums.comparison(&pairs, [other; 3]).unwrap().1 > 0.99 * cost);
+            assert!(softer(&state, &pairs, [other; 3]).unwrap().1 > 0.99 * cost);
         }
     }
 }

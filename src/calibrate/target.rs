@@ -3,7 +3,7 @@
 use super::effect::{Lies, View};
 use super::measures::each_bearing;
 use super::options::FitOptions;
-use super::pose::{POSE, Pose, plan_of};
+use super::pose::{Pose, plan_of};
 use super::prediction::{Compared, Prediction, compared};
 use crate::base::boundary::POINTS;
 use crate::base::{Boundary, Outline, Surface, Vector3};
@@ -96,10 +96,8 @@ impl Target {
     /// The pose before anything is fitted.
     #[must_use]
     pub fn first_pose(&self) -> Pose {
-        let mut pose = [0.0; POSE];
-        pose[2] = self.warp_rad.unwrap_or(0.0);
-        pose[10] = self.finer.as_ref().map_or(0.0, |finer| finer.fabric_prior[0]);
-        pose
+        let cells = self.finer.as_ref().map_or(0.0, |finer| finer.fabric_prior[0]);
+        Pose { rotation_rad: self.warp_rad.unwrap_or(0.0), cells, ..Pose::default() }
     }
 
     /// What of a drape is held against it.
@@ -163,15 +161,13 @@ impl Target {
     /// The standard deviations of its pose.
     pub(super) fn pose_sigma(&self, options: &FitOptions) -> Pose {
         if self.rim.is_some() {
-            let mut sigma = options.scan_pose_sigma;
-            sigma[10] = self.finer.as_ref().map_or(0.0, |finer| finer.fabric_prior[1]);
-            return sigma;
+            let cells = self.finer.as_ref().map_or(0.0, |finer| finer.fabric_prior[1]);
+            return Pose { cells, ..options.scan_pose_sigma };
         }
-        let mut sigma = options.pose_sigma;
-        if self.warp_rad.is_none() {
-            sigma[2] = options.unknown_bearing;
+        match self.warp_rad {
+            Some(_) => options.pose_sigma,
+            None => Pose { rotation_rad: options.unknown_bearing, ..options.pose_sigma },
         }
-        sigma
     }
 
     /// One over the camera's height, that which is known and what an effect adds \[1/m\].
@@ -199,7 +195,7 @@ impl Target {
     #[must_use]
     pub fn lies(&self, pose: &Pose) -> Lies {
         let face = if self.turned_over { -1.0 } else { 1.0 };
-        Lies { face, bearing_rad: pose[2], settled: self.settled }
+        Lies { face, bearing_rad: pose.rotation_rad, settled: self.settled }
     }
 }
 

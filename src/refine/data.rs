@@ -14,6 +14,7 @@ use nalgebra::Matrix3;
 
 use crate::base::boundary::{POINTS, POINTS_PER_SIDE};
 use crate::base::{Boundary, Surface, Vector3};
+use crate::inverse::scanned;
 use crate::sim::Experiment;
 
 /// One scan of the fabric that is looked for.
@@ -45,7 +46,8 @@ pub struct DataOptions {
 impl Default for DataOptions {
     /// By `scan2params-lab refine`; where the numbers come from is in `docs/design/refinement.md`.
     fn default() -> Self {
-        Self { along_m: 0.7e-3, model_m: 0.5e-3, correlation_length_m: 22e-3, outlier: 3.0 }
+        let (along_m, model_m) = (scanned::ALONG_M, scanned::MODEL_M);
+        Self { along_m, model_m, correlation_length_m: 22e-3, outlier: 3.0 }
     }
 }
 

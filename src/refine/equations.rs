@@ -7,11 +7,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::damping::damped_step;
 use super::data::{DataOptions, Datum};
 use super::prediction::{BENCH, NUISANCES, Prediction};
 use super::prior::Prior;
 use crate::fabric::{Fabric, STIFFNESSES};
+use crate::inverse::{
+    self, Part, Pull, SharedPrior, Step, Sums, at_best, huber_cost, huber_weight, scanned,
+};
 use crate::sim::SimOptions;
 use crate::sim::experiment::bending_length_m;
 
@@ -84,9 +86,9 @@ impl Default for FitOptions {
             bench_sigma: [0.5e-3, 0.5e-3, 5e-3, 3e-3, 3e-3, 0.3e-3, 0.5e-3, 0.5e-3],
             prior_outlier: 2.0,
             largest_misfit: 0.6,
-            cells: [0.62, 0.5],
-            hold_sag_m: 30e-3,
-            rim_hold_sag_m: 1e-3,
+            cells: scanned::CELLS,
+            hold_sag_m: scanned::HOLD_SAG_M,
+            rim_hold_sag_m: scanned::RIM_HOLD_SAG_M,
             release: false,
             sim: SimOptions { iterations: EVALUATION, ..SimOptions::default() },
         }
@@ -104,14 +106,13 @@ impl FitOptions {
     /// Prior of how far cloth lies beyond cells of so many vertices a side, in moves from the first
     /// cells to these: mean and standard deviation.
     pub(super) fn prior_of_cells(&self, vertices: usize) -> [f64; 2] {
-        let finer = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
-        let second_order = 1.0 / (finer * finer - 1.0);
-        self.cells.map(|part| part * second_order)
+        let times = (vertices - 1) as f64 / (self.vertices[0] - 1) as f64;
+        scanned::beyond_cells(self.cells, times)
     }
 }
 
 /// What the least squares are over: the scans' data, one list per scan, and the priors.
-pub(super) struct NormalEquations<'a> {
+pub(super) struct Problem<'a> {
     /// What each scan says, as sure as the drapes on the present cells are.
     pub data: Vec<Vec<Datum>>,
     /// Prior of how far cloth lies beyond the present cells ([`FitOptions::prior_of_cells`]).
@@ -124,106 +125,52 @@ pub(super) struct NormalEquations<'a> {
     pub options: &'a FitOptions,
 }
 
-/// A fabric with its drapes, and the least squares around it.
-pub(super) struct State {
-    pub(super) ln: [f64; STIFFNESSES],
-    pub(super) predictions: Vec<Prediction>,
-    /// The bench's numbers, scan by scan, beyond those that the drapes are made with,
-    pub(super) bench: Vec<[f64; NUISANCES]>,
+/// What is kept of a scan's drape.
+pub(super) struct Draped {
+    pub prediction: Prediction,
+    /// The bench's numbers beyond those that the drape is made with,
+    pub bench: [f64; NUISANCES],
     /// and these.
-    pub(super) made_with: Vec<[f64; NUISANCES]>,
-    /// Sum of the squared distances in standard deviations, with robust (Huber) weights, and of the
-    /// priors'.
-    pub(super) cost: f64,
-    /// The data's part of it, and the number of independent coordinates.
-    pub(super) data_cost: f64,
-    pub(super) independent: f64,
-    /// Normal matrix of the data alone and of the priors (diagonal), and right-hand side of both.
-    pub(super) normal: DMatrix<f64>,
-    pub(super) priors: DVector<f64>,
-    pub(super) right: DVector<f64>,
+    pub made_with: [f64; NUISANCES],
 }
 
-impl State {
-    /// All of the bench's numbers, scan by scan.
-    pub(super) fn whole_bench(&self) -> Vec<[f64; NUISANCES]> {
-        let sum = |(beyond, made): (&[f64; NUISANCES], &[f64; NUISANCES])| {
-            std::array::from_fn(|m| beyond[m] + made[m])
-        };
-        self.bench.iter().zip(&self.made_with).map(sum).collect()
-    }
-
-    /// Root mean square distance of an independent coordinate in standard deviations.
-    pub(super) fn misfit(&self) -> f64 {
-        (self.data_cost / self.independent).sqrt()
+impl Draped {
+    /// All of the bench's numbers.
+    pub(super) fn whole_bench(&self) -> [f64; NUISANCES] {
+        std::array::from_fn(|m| self.bench[m] + self.made_with[m])
     }
 }
 
-impl NormalEquations<'_> {
+/// A fabric with its drapes, and the least squares around it.
+pub(super) type State = inverse::State<Draped>;
+
+impl Problem<'_> {
     /// The fabric of six logarithms, made one that can be.
-    pub(super) fn fabric(&self, ln: &[f64; STIFFNESSES]) -> Fabric {
-        Fabric::from_ln_stiffnesses(ln, self.density_kg_m2)
+    pub(super) fn fabric(&self, ln: &[f64]) -> Fabric {
+        let six = std::array::from_fn(|k| ln[k]);
+        Fabric::from_ln_stiffnesses(&six, self.density_kg_m2)
     }
 
-    /// The least squares around some drapes, the bench's numbers at their best.
+    /// The least squares around some drapes, the bench's numbers at their best from `bench` on.
     pub(super) fn around(
         &self,
         ln: [f64; STIFFNESSES],
         predictions: Vec<Prediction>,
-        mut bench: Vec<[f64; NUISANCES]>,
+        bench: &[[f64; NUISANCES]],
     ) -> State {
-        for _ in 0..BENCH_ROUNDS {
-            for (k, data) in self.data.iter().enumerate() {
-                bench[k] = self.bench_of(k, data, &predictions[k], &bench[k]);
-            }
-        }
-        let size = STIFFNESSES + NUISANCES * self.data.len();
-        let mut normal = DMatrix::zeros(size, size);
-        let mut right = DVector::zeros(size);
-        let (mut data_cost, mut independent) = (0.0, 0.0);
-        for (k, (data, prediction)) in self.data.iter().zip(&predictions).enumerate() {
-            let column = |c: usize| if c < STIFFNESSES { c } else { c + NUISANCES * k };
-            let sums = Sums::of(data, prediction, &bench[k], self.options.data.outlier);
-            for a in 0..COLUMNS {
-                right[column(a)] += sums.right[a];
-                for b in 0..COLUMNS {
-                    normal[(column(a), column(b))] += sums.normal[(a, b)];
-                }
-            }
-            data_cost += sums.cost;
-            independent += sums.independent;
-        }
-        let mut priors = DVector::zeros(size);
-        let mut cost = data_cost;
-        for k in 0..STIFFNESSES {
-            let off = (self.prior.ln_mean[k] - ln[k]) / self.prior.ln_sigma[k];
-            let huber_weight = huber_weight(off.abs(), self.options.prior_outlier);
-            priors[k] = huber_weight * self.prior.ln_sigma[k].powi(-2);
-            right[k] += huber_weight * off / self.prior.ln_sigma[k];
-            cost += off * off * huber_weight * (2.0 - huber_weight);
-        }
-        for (k, numbers) in bench.iter().enumerate() {
-            for (m, (value, [mean, sigma])) in numbers.iter().zip(self.bench_prior(k)).enumerate() {
-                let at = STIFFNESSES + NUISANCES * k + m;
-                let off = (mean - value) / sigma;
-                let huber_weight = huber_weight(off.abs(), self.options.prior_outlier);
-                priors[at] = huber_weight * sigma.powi(-2);
-                right[at] += huber_weight * off / sigma;
-                cost += off * off * huber_weight * (2.0 - huber_weight);
-            }
-        }
-        State {
-            ln,
-            predictions,
-            bench,
-            made_with: self.made_with.clone(),
-            cost,
-            data_cost,
-            independent,
-            normal,
-            priors,
-            right,
-        }
+        let drapes = predictions.into_iter().zip(bench).enumerate();
+        let (drapes, parts) = drapes
+            .map(|(scan, (prediction, from))| {
+                let part = |bench: &[f64; NUISANCES]| self.part(scan, &prediction, bench);
+                let bench = at_best(*from, BENCH_ROUNDS, 0.0, part);
+                let (part, made_with) = (part(&bench), self.made_with[scan]);
+                (Draped { prediction, bench, made_with }, part)
+            })
+            .unzip();
+        let Prior { ln_mean, ln_sigma, .. } = self.prior;
+        let pull = |k| Pull::robust(ln[k], [ln_mean[k], ln_sigma[k]], self.options.prior_outlier);
+        let pulls: [Pull; STIFFNESSES] = std::array::from_fn(pull);
+        State::around(ln.to_vec(), &SharedPrior::of_each(&pulls), drapes, parts)
     }
 
     /// Mean and standard deviation of the prior of a scan's numbers.
@@ -235,88 +182,55 @@ impl NormalEquations<'_> {
         })
     }
 
-    /// The bench's numbers that fit one drape best.
-    fn bench_of(
-        &self,
-        scan: usize,
-        data: &[Datum],
-        prediction: &Prediction,
-        from: &[f64; NUISANCES],
-    ) -> [f64; NUISANCES] {
-        let sums = Sums::of(data, prediction, from, self.options.data.outlier);
-        let mut matrix =
-            sums.normal.fixed_view::<NUISANCES, NUISANCES>(STIFFNESSES, STIFFNESSES).into_owned();
-        let mut right = sums.right.fixed_rows::<NUISANCES>(STIFFNESSES).into_owned();
-        for (m, [mean, sigma]) in self.bench_prior(scan).into_iter().enumerate() {
-            let off = (mean - from[m]) / sigma;
-            let huber_weight = huber_weight(off.abs(), self.options.prior_outlier);
-            matrix[(m, m)] += huber_weight * sigma.powi(-2);
-            right[m] += huber_weight * off / sigma;
-        }
-        let change = matrix.cholesky().map(|factor| factor.solve(&right)).unwrap_or_default();
-        std::array::from_fn(|m| from[m] + change[m])
+    /// What a scan's drape adds.
+    fn part(&self, scan: usize, prediction: &Prediction, bench: &[f64; NUISANCES]) -> Part {
+        let pulls = bench.iter().zip(self.bench_prior(scan));
+        let pull =
+            |(value, prior): (&f64, _)| Pull::robust(*value, prior, self.options.prior_outlier);
+        let own = pulls.map(pull).collect();
+        let sums = sums(&self.data[scan], prediction, bench, self.options.data.outlier);
+        Part { sums, own }
     }
 
-    /// Where a damped step leads, and by how much the cost is predicted to fall.
-    pub(super) fn step(&self, at: &State, damping: f64) -> Option<([f64; STIFFNESSES], f64)> {
-        let whole = &at.normal + DMatrix::from_diagonal(&at.priors);
-        let longest = self.options.longest_step;
-        let limits = &self.prior.ln_limits;
-        let (next, predicted) = damped_step((&whole, &at.right), &at.ln, limits, damping, longest)?;
-        Some((std::array::from_fn(|k| next[k]), predicted))
+    /// A damped step.
+    pub(super) fn step(&self, at: &State, damping: f64) -> Option<Step> {
+        at.step(&self.prior.ln_limits, self.options.longest_step, damping)
     }
-}
-
-/// Weight of what lies so many standard deviations off: from `outlier` on it pulls no harder (Huber
-/// 1964).
-fn huber_weight(far: f64, outlier: f64) -> f64 {
-    if far > outlier { outlier / far } else { 1.0 }
 }
 
 /// Columns of one scan: stiffnesses and bench.
 const COLUMNS: usize = STIFFNESSES + NUISANCES;
 
 /// The sums of the least squares over one scan's places.
-struct Sums {
-    normal: nalgebra::SMatrix<f64, COLUMNS, COLUMNS>,
-    right: nalgebra::SVector<f64, COLUMNS>,
-    cost: f64,
-    independent: f64,
-}
-
-impl Sums {
-    fn of(data: &[Datum], prediction: &Prediction, bench: &[f64; NUISANCES], outlier: f64) -> Self {
-        let mut sums = Self {
-            normal: nalgebra::SMatrix::zeros(),
-            right: nalgebra::SVector::zeros(),
-            cost: 0.0,
-            independent: 0.0,
-        };
-        for datum in data {
-            let place = datum.place;
-            let mut off = datum.position_m - prediction.at[place];
-            for (value, moves) in bench.iter().zip(&prediction.moves[STIFFNESSES..]) {
-                off -= moves[place] * *value;
-            }
-            let pull = datum.information * off;
-            // per coordinate, so that a place of three coordinates is as far as one of one
-            let far = (off.dot(&pull) / 3.0).sqrt();
-            let huber_weight = huber_weight(far, outlier);
-            let weight = datum.counts * huber_weight;
-            sums.cost += 3.0 * datum.counts * far * far * huber_weight * (2.0 - huber_weight);
-            sums.independent += 3.0 * datum.counts;
-            let columns: [_; COLUMNS] = std::array::from_fn(|c| prediction.moves[c][place]);
-            for a in 0..COLUMNS {
-                let weighted = datum.information * columns[a] * weight;
-                sums.right[a] += weighted.dot(&off);
-                for b in 0..=a {
-                    sums.normal[(a, b)] += weighted.dot(&columns[b]);
-                }
+fn sums(data: &[Datum], prediction: &Prediction, bench: &[f64; NUISANCES], outlier: f64) -> Sums {
+    let mut normal = nalgebra::SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
+    let mut right = nalgebra::SVector::<f64, COLUMNS>::zeros();
+    let (mut cost, mut independent) = (0.0, 0.0);
+    for datum in data {
+        let place = datum.place;
+        let mut off = datum.position_m - prediction.at[place];
+        for (value, moves) in bench.iter().zip(&prediction.moves[STIFFNESSES..]) {
+            off -= moves[place] * *value;
+        }
+        let pull = datum.information * off;
+        // per coordinate, so that a place of three coordinates is as far as one of one
+        let far = (off.dot(&pull) / 3.0).sqrt();
+        let weight = huber_weight(far, outlier);
+        cost += huber_cost(3.0 * datum.counts, far, weight);
+        independent += 3.0 * datum.counts;
+        let weight = datum.counts * weight;
+        let columns: [_; COLUMNS] = std::array::from_fn(|c| prediction.moves[c][place]);
+        for a in 0..COLUMNS {
+            let weighted = datum.information * columns[a] * weight;
+            right[a] += weighted.dot(&off);
+            for b in 0..=a {
+                normal[(a, b)] += weighted.dot(&columns[b]);
             }
         }
-        sums.normal.fill_upper_triangle_with_lower_triangle();
-        sums
     }
+    normal.fill_upper_triangle_with_lower_triangle();
+    let normal = DMatrix::from_column_slice(COLUMNS, COLUMNS, normal.as_slice());
+    Sums { normal, right: DVector::from_column_slice(right.as_slice()), cost, independent }
 }
 
 /// Rounds in which the bench's numbers and the weights of outliers follow each other.

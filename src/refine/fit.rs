@@ -23,19 +23,19 @@
 
 use rayon::prelude::*;
 
-use super::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
 use super::data::{DataOptions, Scan, data_of, place_of};
-use super::equations::{FitOptions, NormalEquations, State};
-use super::prediction::{AXIS, NUISANCES, Prediction, TILT, places_of, prediction_of};
+use super::equations::{Draped, FitOptions, Problem, State};
+use super::prediction::{AXIS, NUISANCES, Prediction, TILT, axis_m, places_of, prediction_of};
 use super::prior::Prior;
-use super::refined::{Ended, Refined};
+use super::refined::Refined;
 use crate::base::boundary::BoundaryPoint;
 use crate::base::clock::{Begun, Stages};
 use crate::base::{Boundary, Surface, SurfacePoint, Vector3};
 use crate::fabric::STIFFNESSES;
+use crate::inverse::{Descent, Ended, LEAST_GAIN, Moved, STIFFER, Step, descend, with_stretch};
 use crate::sim::sensitivity::SensitivityError;
 use crate::sim::{
-    Drape, Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, Kept, SimOptions, Stop,
+    Drape, Drop, DropStart, FollowOptions, Follower, HeldRim, HeldSurface, SimOptions, Stop,
 };
 
 /// Why nothing was fitted.
@@ -82,19 +82,18 @@ pub fn fit(
     tell: impl Fn(Progress),
 ) -> Result<Refined, FitError> {
     let mut fit = Fit::new(scans, density_kg_m2, prior, options, &tell);
-    if fit.equations.data.iter().all(Vec::is_empty) {
+    if fit.problem.data.iter().all(Vec::is_empty) {
         return Err(FitError::NothingObserved);
     }
     let mut last_error = None;
     for (name, start) in starts {
         match fit.from(start, First::Descends) {
             Ok(best) => {
-                let of_balance = fit.of_balance.unwrap_or(*start);
+                let of_balance = fit.of_balance.clone().unwrap_or_else(|| start.to_vec());
                 let Best { state, mut followers, ended } = fit.begun_again(best);
                 let released = fit.released(&mut followers);
-                let (state, released) = in_frames_of_scans(state, released);
                 let how = (*name, ended, fit.drapes);
-                let refined = Refined::of(scans, &fit.equations, state, released, how, of_balance);
+                let refined = Refined::of(scans, &fit.problem, state, released, how, &of_balance);
                 return Ok(Refined { stages: fit.stages.noted().to_vec(), ..refined });
             }
             Err(error) => {
@@ -115,6 +114,8 @@ struct Target<'a> {
     /// Rim and sheet in the plate's frame, where the scan misses it.
     moved: Option<(Boundary, Option<Surface>)>,
     options: SimOptions,
+    /// What its drapes start from.
+    start: DropStart,
 }
 
 impl Target<'_> {
@@ -126,8 +127,9 @@ impl Target<'_> {
         }
     }
 
-    /// The drapes to come are made with these numbers of the bench beyond the experiment.
-    fn make_with(&mut self, numbers: &[f64; NUISANCES]) {
+    /// The drapes to come are made with these numbers of the bench beyond the experiment. The first
+    /// start from the scanned sheet, or from a rim alone, and that ties them.
+    fn make_with(&mut self, numbers: &[f64; NUISANCES], options: &FitOptions) {
         let mut tilt = self.given.experiment.tilt;
         tilt.down_x_rad += numbers[TILT];
         tilt.down_z_rad += numbers[TILT + 1];
@@ -136,26 +138,19 @@ impl Target<'_> {
         let (rim, sheet) = (self.given.rim, self.given.sheet);
         self.moved = (axis_m != Vector3::zeros())
             .then(|| (rim.translated(-axis_m), sheet.map(|sheet| sheet.translated(-axis_m))));
+        let Scan { rim, sheet, .. } = self.scan();
+        let (sag_m, farther) = (options.rim_hold_sag_m, 0.0);
+        let rim = || DropStart::HeldRim(Box::new(HeldRim { rim: rim.clone(), sag_m, farther }));
+        self.start = sheet.map_or_else(rim, |of| held(of.clone(), options.hold_sag_m));
     }
 
-    /// What the first drapes start from, and what ties them: the scanned sheet, or a rim alone.
-    fn start(&self, options: &FitOptions) -> DropStart {
-        match self.scan().sheet {
-            Some(sheet) => held(sheet.clone(), options.hold_sag_m),
-            None => DropStart::HeldRim(Box::new(HeldRim {
-                rim: self.scan().rim.clone(),
-                sag_m: options.rim_hold_sag_m,
-                farther: 0.0,
-            })),
-        }
-    }
-
-    /// Where a rim alone held the first drapes: the sheet of the last of them with the rim where it
-    /// was scanned, and only the rim holds.
-    fn start_beside(&self, first: &Prediction, options: &FitOptions) -> Option<DropStart> {
+    /// Where a rim alone held the first drapes, those to come start from the sheet of the last of
+    /// them with the rim where it was scanned, and only the rim holds. What they remember is then of
+    /// a fabric near the one found. Whether that is so.
+    fn begin_beside(&mut self, first: &Prediction, options: &FitOptions) -> bool {
         let scan = self.scan();
         if scan.sheet.is_some() {
-            return None;
+            return false;
         }
         let unknown = |p: &Vector3| SurfacePoint {
             position_m: (*p).into(),
@@ -168,7 +163,8 @@ impl Target<'_> {
             points[place_of(index)] = SurfacePoint { position_m, sigma_m, observed };
         }
         let surface = Surface::new(points).unwrap_or_else(|_| unreachable!("a square of places"));
-        Some(held(surface, options.rim_hold_sag_m))
+        self.start = held(surface, options.rim_hold_sag_m);
+        true
     }
 }
 
@@ -205,30 +201,23 @@ enum First {
     Stays,
 }
 
-/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how
-/// often at most.
-const STIFFER: f64 = 1.0;
+/// How often a fit begins again at most.
 const AGAIN: usize = 2;
 /// What a new beginning has to bring the misfit down to, as a share of it, for another to be tried.
 /// Of two scans whose misfit fell by a tenth at the first, neither came below what is allowed at
 /// the second.
 const WORTH_ANOTHER: f64 = 0.85;
-/// The first of the six stiffnesses, which are not bending.
-const STRETCH_AND_SHEAR: usize = STIFFNESSES / 2;
-
 /// A fit on its way.
 struct Fit<'a> {
     targets: Vec<Target<'a>>,
-    /// What each scan's drapes start from.
-    starts: Vec<DropStart>,
-    equations: NormalEquations<'a>,
+    problem: Problem<'a>,
     /// Vertices on a side of the present cells.
     vertices: usize,
     /// The moves of each scan's places from the first cells to the last \[m\]; none before the
     /// last.
     finer: Vec<Vec<Vector3>>,
     /// Logarithms of the six after one undamped step from the first sheets of the present start.
-    of_balance: Option<[f64; STIFFNESSES]>,
+    of_balance: Option<Vec<f64>>,
     tell: &'a dyn Fn(Progress),
     drapes: usize,
     stages: Stages,
@@ -253,8 +242,9 @@ impl<'a> Fit<'a> {
                 },
                 ..options.sim
             },
+            start: DropStart::Canonical,
         };
-        let equations = NormalEquations {
+        let problem = Problem {
             data: Vec::new(),
             cells: NO_FINER,
             made_with: Vec::new(),
@@ -265,8 +255,7 @@ impl<'a> Fit<'a> {
         let targets = scans.iter().map(target).collect();
         let mut fit = Self {
             targets,
-            starts: Vec::new(),
-            equations,
+            problem,
             vertices: 0,
             finer: Vec::new(),
             of_balance: None,
@@ -280,11 +269,11 @@ impl<'a> Fit<'a> {
 
     /// The drapes to come are on cells of so many vertices, which lie off by so much.
     fn on_cells(&mut self, vertices: usize, model_m: f64) {
-        let options = DataOptions { model_m, ..self.equations.options.data };
+        let options = DataOptions { model_m, ..self.problem.options.data };
         self.vertices = vertices;
-        self.equations.data = self.targets.iter().map(|t| data_of(&t.scan(), &options)).collect();
-        self.equations.cells = if self.is_on_finer_cells() {
-            self.equations.options.prior_of_cells(vertices)
+        self.problem.data = self.targets.iter().map(|t| data_of(&t.scan(), &options)).collect();
+        self.problem.cells = if self.is_on_finer_cells() {
+            self.problem.options.prior_of_cells(vertices)
         } else {
             NO_FINER
         };
@@ -296,15 +285,11 @@ impl<'a> Fit<'a> {
     /// the first cells take no step here.
     fn begun_again(&mut self, mut best: Best) -> Best {
         for _ in 0..AGAIN {
-            if best.state.misfit() < self.equations.options.largest_misfit {
+            if best.state.misfit() < self.problem.options.largest_misfit {
                 break;
             }
-            let limits = &self.equations.prior.ln_limits;
-            let stiffer = std::array::from_fn(|k| {
-                let [low, high] = limits[k];
-                let by = if k < STRETCH_AND_SHEAR { STIFFER } else { 0.0 };
-                (best.state.ln[k] + by).clamp(low, high)
-            });
+            let (found, limits) = (&best.state.shared, &self.problem.prior.ln_limits);
+            let stiffer = with_stretch(found, limits, |_, ln| ln + STIFFER);
             let before = best.state.misfit();
             match self.from(&stiffer, First::Stays) {
                 Ok(other) if other.state.cost < best.state.cost - LEAST_GAIN => best = other,
@@ -318,8 +303,8 @@ impl<'a> Fit<'a> {
     }
 
     /// The best state from `start`, and why it ended there.
-    fn from(&mut self, start: &[f64; STIFFNESSES], first: First) -> Result<Best, SensitivityError> {
-        let options = self.equations.options;
+    fn from(&mut self, start: &[f64], first: First) -> Result<Best, SensitivityError> {
+        let options = self.problem.options;
         self.of_balance = None;
         let evaluations = options.evaluations[usize::from(first == First::Stays)];
         let most = self.drapes + evaluations * self.targets.len();
@@ -332,7 +317,7 @@ impl<'a> Fit<'a> {
         let mut best = self.initialised_and_descended(start, None, most_first)?;
         if let Some(numbers) = large(&best.state) {
             self.make_with(&numbers, few, model_m);
-            match self.initialised_and_descended(&best.state.ln, None, most_first) {
+            match self.initialised_and_descended(&best.state.shared, None, most_first) {
                 Ok(other) if other.state.cost < best.state.cost => best = other,
                 _ => self.make_with(&as_given, few, model_m),
             }
@@ -340,11 +325,11 @@ impl<'a> Fit<'a> {
         if !no_last {
             let Best { state: coarse, .. } = best;
             self.begin_beside(&coarse);
-            let last = options.last_vertices(&self.equations.fabric(&coarse.ln));
+            let last = options.last_vertices(&self.problem.fabric(&coarse.shared));
             self.on_cells(last, options.data.model_m);
-            best = self.initialised_and_descended(&coarse.ln, Some(&coarse), most)?;
+            best = self.initialised_and_descended(&coarse.shared, Some(&coarse), most)?;
         } else if self.begin_beside(&best.state) {
-            let ln = best.state.ln;
+            let ln = best.state.shared.clone();
             best = self.initialised_and_descended(&ln, None, most).unwrap_or(best);
         }
         Ok(best)
@@ -354,26 +339,17 @@ impl<'a> Fit<'a> {
     /// cells of so many vertices, which lie off by so much.
     fn make_with(&mut self, numbers: &[[f64; NUISANCES]], vertices: usize, model_m: f64) {
         for (target, numbers) in self.targets.iter_mut().zip(numbers) {
-            target.make_with(numbers);
+            target.make_with(numbers, self.problem.options);
         }
-        self.equations.made_with = numbers.to_vec();
-        let options = self.equations.options;
-        self.starts = self.targets.iter().map(|target| target.start(options)).collect();
+        self.problem.made_with = numbers.to_vec();
         self.on_cells(vertices, model_m);
     }
 
-    /// Sheets that are laid from now on start from what a rim alone has held so far, so that what
-    /// they remember is of a fabric near the one found; whether there are such.
+    /// [`Target::begin_beside`] the drapes of a state; whether any does.
     fn begin_beside(&mut self, first: &State) -> bool {
-        let options = self.equations.options;
-        let predictions = self.targets.iter().zip(&first.predictions);
-        let beside: Vec<_> =
-            predictions.map(|(t, prediction)| t.start_beside(prediction, options)).collect();
-        let is_any = beside.iter().any(Option::is_some);
-        for (start, beside) in self.starts.iter_mut().zip(beside) {
-            *start = beside.unwrap_or_else(|| start.clone());
-        }
-        is_any
+        let options = self.problem.options;
+        let both = self.targets.iter_mut().zip(&first.drapes);
+        both.fold(false, |any, (target, of)| target.begin_beside(&of.prediction, options) || any)
     }
 
     /// The scanned sheets laid with one fabric, and where the steps from there end. `coarse` is the
@@ -381,103 +357,50 @@ impl<'a> Fit<'a> {
     /// by.
     fn initialised_and_descended(
         &mut self,
-        ln: &[f64; STIFFNESSES],
+        ln: &[f64],
         coarse: Option<&State>,
         most: usize,
     ) -> Result<Best, SensitivityError> {
         let begun = Begun::now();
         let mut followers = self.initialise(ln);
         self.stages.add(self.of_cells("first laid", "last laid"), begun);
-        let moves = |(follower, before): (&Follower, &Prediction)| -> Vec<Vector3> {
-            places_of(&follower.drape()).iter().zip(&before.at).map(|(a, b)| a - b).collect()
+        let moves = |(follower, before): (&Follower, &Draped)| -> Vec<Vector3> {
+            let both = places_of(&follower.drape()).into_iter().zip(&before.prediction.at);
+            both.map(|(a, b)| a - b).collect()
         };
-        let predictions = coarse.iter().flat_map(|coarse| &coarse.predictions);
-        self.finer = followers.iter().zip(predictions).map(moves).collect();
-        let mut state = self.state(&mut followers, coarse)?;
+        let drapes = coarse.iter().flat_map(|coarse| &coarse.drapes);
+        self.finer = followers.iter().zip(drapes).map(moves).collect();
+        let state = self.state(&mut followers, coarse)?;
         self.drapes += followers.len();
         self.tell_of(&state);
         if self.of_balance.is_none() {
-            self.of_balance = self.equations.step(&state, 0.0).map(|(ln, _)| ln);
+            self.of_balance = self.problem.step(&state, 0.0).map(|step| step.to);
         }
-        let ended = self.descend(&mut state, &mut followers, most);
+        let mut steps = Steps { fit: self, followers: &mut followers };
+        let (state, ended) = descend(&mut steps, state, most);
         Ok(Best { state, followers, ended })
     }
 
-    /// Steps from `best`, to which the sheets of `followers` belong before and after, as long as
-    /// they lower the cost.
-    fn descend(&mut self, best: &mut State, followers: &mut [Follower], most: usize) -> Ended {
-        let mut kept: Vec<Kept> = followers.iter().map(Follower::keep).collect();
-        let mut damping = Damping::first();
-        loop {
-            if self.drapes >= most {
-                return Ended::Spent;
-            }
-            let Some((ln, predicted)) = self.equations.step(best, damping.value()) else {
-                return Ended::Singular;
-            };
-            if is_little(&ln, predicted, best) {
-                return Ended::Converged;
-            }
-            let fabric = self.equations.fabric(&ln);
-            let how = FollowOptions::default();
-            let begun = Begun::now();
-            let led = followers.par_iter_mut().all(|follower| {
-                let way = follower.follow_fabric(&fabric, &how);
-                way.is_ok_and(|way| way.reached == 1.0 && way.stop == Stop::AtRest)
-            });
-            self.stages.add(self.of_cells("first led", "last led"), begun);
-            let before = best.cost;
-            let lower = |state: &State| state.cost < before;
-            // new sensitivities are made only where the old ones find the step a gain and predict
-            // another
-            let near = led.then(|| self.state_near(followers, best)).filter(lower);
-            let state = match near {
-                Some(near) if self.is_converged(&near) => {
-                    *best = near;
-                    return Ended::Converged;
-                }
-                Some(near) => self.state(followers, Some(&near)).ok(),
-                None => None,
-            };
-            match state.filter(lower) {
-                Some(state) => {
-                    let gained = before - state.cost;
-                    *best = state;
-                    if gained < LEAST_GAIN {
-                        return Ended::Converged;
-                    }
-                    kept = followers.iter().map(Follower::keep).collect();
-                    damping.lower();
-                }
-                None => {
-                    followers.iter_mut().zip(&kept).for_each(|(sheet, kept)| sheet.return_to(kept));
-                    if !damping.raise() {
-                        return Ended::NoBetter;
-                    }
-                }
-            }
-        }
-    }
-
     /// The scanned sheets at rest with the fabric of six logarithms.
-    fn initialise(&self, ln: &[f64; STIFFNESSES]) -> Vec<Follower> {
-        let fabric = self.equations.fabric(ln);
+    fn initialise(&self, ln: &[f64]) -> Vec<Follower> {
+        let fabric = self.problem.fabric(ln);
         let vertices = self.vertices;
-        let FitOptions { step_factorisations, last_factorisations, .. } = *self.equations.options;
+        let FitOptions { step_factorisations, last_factorisations, .. } = *self.problem.options;
         let is_finer = self.is_on_finer_cells();
-        let initialise = |(target, start): (&Target, &DropStart)| {
+        let initialise = |target: &Target| {
             let mut options = SimOptions { vertices, ..target.options };
             let is_sheet = target.given.sheet.is_some();
             if is_finer && is_sheet {
                 options.iterations = last_factorisations;
             }
-            let mut follower = Follower::drop(&fabric, &Drop { start: start.clone() }, &options);
+            let drop = Drop { start: target.start.clone() };
+            let mut follower = Follower::drop(&fabric, &drop, &options);
             if is_sheet {
                 follower.search_at_most(step_factorisations);
             }
             follower
         };
-        self.targets.par_iter().zip(&self.starts).map(initialise).collect()
+        self.targets.par_iter().map(initialise).collect()
     }
 
     /// The least squares around the sheets of `followers`; the bench's numbers begin at those of
@@ -487,32 +410,28 @@ impl<'a> Fit<'a> {
         followers: &mut [Follower],
         near: Option<&State>,
     ) -> Result<State, SensitivityError> {
-        let mut predictions = Vec::new();
         let finer = &self.finer;
         let prediction_of =
             |(k, follower)| prediction_of(follower, finer.get(k).map(Vec::as_slice));
         let begun = Begun::now();
         let moved: Vec<_> = followers.par_iter_mut().enumerate().map(prediction_of).collect();
         self.stages.add(self.of_cells("first sensitivities", "last sensitivities"), begun);
-        for prediction in moved {
-            predictions.push(prediction?);
-        }
+        let predictions = moved.into_iter().collect::<Result<_, _>>()?;
         let scans = self.targets.len();
-        let means = |scan| self.equations.bench_prior(scan).map(|[mean, _]| mean);
-        let bench = near.map_or_else(|| (0..scans).map(means).collect(), |near| near.bench.clone());
+        let means = |scan| self.problem.bench_prior(scan).map(|[mean, _]| mean);
+        let bench = near.map_or_else(|| (0..scans).map(means).collect(), bench_of);
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
-        Ok(self.equations.around(ln, predictions, bench))
+        Ok(self.problem.around(ln, predictions, &bench))
     }
 
     /// The least squares around the sheets of `followers` with the sensitivities of `near`, a short
     /// step away: no solve.
     fn state_near(&mut self, followers: &[Follower], near: &State) -> State {
-        let moved = |(follower, prediction): (&Follower, &Prediction)| {
-            prediction.at_sheet(follower.drape())
-        };
-        let predictions = followers.iter().zip(&near.predictions).map(moved).collect();
+        let moved =
+            |(follower, draped): (&Follower, &Draped)| draped.prediction.at_sheet(follower.drape());
+        let predictions = followers.iter().zip(&near.drapes).map(moved).collect();
         let [ln @ .., _] = followers[0].setup().fabric.in_si().map(f64::ln);
-        let state = self.equations.around(ln, predictions, near.bench.clone());
+        let state = self.problem.around(ln, predictions, &bench_of(near));
         self.drapes += followers.len();
         self.tell_of(&state);
         state
@@ -520,14 +439,12 @@ impl<'a> Fit<'a> {
 
     /// Whether no more gain is predicted from a state.
     fn is_converged(&self, at: &State) -> bool {
-        let step = self.equations.step(at, 0.0);
-        step.is_some_and(|(ln, predicted)| is_little(&ln, predicted, at))
+        self.problem.step(at, 0.0).is_some_and(|step| step.is_little(LEAST_GAIN))
     }
 
     fn tell_of(&self, state: &State) {
-        let distances = self.targets.iter().zip(&state.predictions);
-        let sum: f64 =
-            distances.map(|(t, prediction)| prediction.rim_distance_m(t.scan().rim)).sum();
+        let distances = self.targets.iter().zip(&state.drapes);
+        let sum: f64 = distances.map(|(t, d)| d.prediction.rim_distance_m(t.scan().rim)).sum();
         (self.tell)(Progress {
             drapes: self.drapes,
             rim_m: sum / self.targets.len() as f64,
@@ -538,11 +455,11 @@ impl<'a> Fit<'a> {
 
     /// The released sheets, if wanted.
     fn released(&mut self, followers: &mut [Follower]) -> Vec<Option<Drape>> {
-        if !self.equations.options.release {
+        if !self.problem.options.release {
             return vec![None; followers.len()];
         }
         let begun = Begun::now();
-        let factorisations = self.equations.options.sim.iterations;
+        let factorisations = self.problem.options.sim.iterations;
         let release = |follower: &mut Follower| {
             follower.search_at_most(factorisations);
             follower.release();
@@ -554,11 +471,11 @@ impl<'a> Fit<'a> {
     }
 
     fn is_on_finer_cells(&self) -> bool {
-        self.vertices > self.equations.options.vertices[0]
+        self.vertices > self.problem.options.vertices[0]
     }
 
     fn is_on_last_cells(&self) -> bool {
-        let [first, last] = self.equations.options.vertices;
+        let [first, last] = self.problem.options.vertices;
         self.is_on_finer_cells() || last <= first
     }
 
@@ -568,42 +485,68 @@ impl<'a> Fit<'a> {
     }
 }
 
+/// A fit and its sheets on the present cells.
+struct Steps<'f, 'a> {
+    fit: &'f mut Fit<'a>,
+    followers: &'f mut [Follower],
+}
+
+impl Descent for Steps<'_, '_> {
+    type Drape = Draped;
+
+    fn sheets(&mut self) -> &mut [Follower] {
+        self.followers
+    }
+
+    fn simulated(&self) -> usize {
+        self.fit.drapes
+    }
+
+    fn step(&self, from: &State, damping: f64) -> Option<Step> {
+        self.fit.problem.step(from, damping)
+    }
+
+    /// New sensitivities are made only where the old ones find the step a gain and predict another.
+    fn brought(&mut self, step: &Step, from: &State) -> Moved<Draped> {
+        let Self { fit, followers } = self;
+        let fabric = fit.problem.fabric(&step.to);
+        let begun = Begun::now();
+        let led = followers.par_iter_mut().all(|follower| {
+            let way = follower.follow_fabric(&fabric, &FollowOptions::default());
+            way.is_ok_and(|way| way.reached == 1.0 && way.stop == Stop::AtRest)
+        });
+        fit.stages.add(fit.of_cells("first led", "last led"), begun);
+        let near = led.then(|| fit.state_near(followers, from));
+        let near = match Moved::to(near, from) {
+            Moved::Nearer(near) if fit.is_converged(&near) => return Moved::Last(near),
+            Moved::Nearer(near) => near,
+            none => return none,
+        };
+        match Moved::to(fit.state(followers, Some(&near)).ok(), from) {
+            Moved::Nearer(state) if from.cost - state.cost < LEAST_GAIN => Moved::Last(state),
+            moved => moved,
+        }
+    }
+}
+
 /// Tilt and place of each scan's plate as found, 0 for its other numbers, if one is too large to
 /// enter through sensitivities alone.
 fn large(state: &State) -> Option<Vec<[f64; NUISANCES]>> {
-    let plates = state.whole_bench().into_iter().map(|all| {
-        let mut plate = [0.0; NUISANCES];
-        for at in [TILT, TILT + 1, AXIS, AXIS + 1] {
-            plate[at] = all[at];
-        }
-        plate
-    });
-    let plates: Vec<_> = plates.collect();
+    let is_plates = |m: usize| [TILT, TILT + 1, AXIS, AXIS + 1].contains(&m);
+    let plate = |draped: &Draped| -> [f64; NUISANCES] {
+        let all = draped.whole_bench();
+        std::array::from_fn(|m| if is_plates(m) { all[m] } else { 0.0 })
+    };
+    let plates: Vec<_> = state.drapes.iter().map(plate).collect();
     let is_large = |plate: &[f64; NUISANCES]| {
         plate[TILT].hypot(plate[TILT + 1]) > TILTED_RAD || axis_m(plate).norm() > OFF_AXIS_M
     };
     plates.iter().any(is_large).then_some(plates)
 }
 
-/// Where a scan has the axis of its plate, as its bench's numbers say \[m\].
-fn axis_m(numbers: &[f64; NUISANCES]) -> Vector3 {
-    Vector3::new(numbers[AXIS], 0.0, numbers[AXIS + 1])
-}
-
-/// Drapes in the frames of their scans, where they were made in those of the plates.
-fn in_frames_of_scans(state: State, released: Vec<Option<Drape>>) -> (State, Vec<Option<Drape>>) {
-    let axes_m: Vec<Vector3> = state.made_with.iter().map(axis_m).collect();
-    let predictions = state.predictions.into_iter().zip(&axes_m);
-    let predictions = predictions.map(|(of, axis_m)| of.translated(*axis_m)).collect();
-    let released = released.into_iter().zip(&axes_m);
-    let released = released.map(|(of, axis_m)| of.map(|of| of.translated(*axis_m))).collect();
-    (State { predictions, ..state }, released)
-}
-
-/// Whether a step is not worth a drape.
-fn is_little(ln: &[f64; STIFFNESSES], predicted: f64, from: &State) -> bool {
-    let moved = (0..STIFFNESSES).map(|k| (ln[k] - from.ln[k]).abs()).fold(0.0, f64::max);
-    predicted < LEAST_GAIN || moved < LEAST_MOVE
+/// The bench's numbers of a state, scan by scan, beyond those that the drapes are made with.
+fn bench_of(state: &State) -> Vec<[f64; NUISANCES]> {
+    state.drapes.iter().map(|draped| draped.bench).collect()
 }
 
 #[cfg(test)]

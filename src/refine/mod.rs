@@ -10,7 +10,6 @@
 //! prior: `prior`) -> `fit` (steps of these, continued from fabric to fabric) -> `refined` (values,
 //! intervals, what the drape shows and what the model leaves).
 
-pub(crate) mod damping;
 mod data;
 mod equations;
 mod fit;
@@ -19,9 +18,10 @@ mod prior;
 mod refined;
 mod released;
 
+pub use crate::inverse::{Ended, RefinedStiffness};
 pub use data::{DataOptions, Scan};
 pub use equations::FitOptions;
 pub use fit::{FitError, Progress, fit};
 pub use prior::Prior;
-pub use refined::{ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, ScanFit};
+pub use refined::{ArcResidual, Nuisance, Refined, ScanFit};
 pub use released::{ReleasedDrape, StartedFrom, released_drape};

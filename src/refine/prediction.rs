@@ -21,22 +21,9 @@ pub(super) const NUISANCES: usize = BENCH + 1;
 /// The parameters with a sensitivity of their own: the stiffnesses, then the bench but the height,
 /// with the ties' place for the axis's.
 const PARAMETERS: [Parameter; STIFFNESSES + BENCH - 1] = {
+    use Parameter::{OffsetX, OffsetZ, Rotation, TiesX, TiesZ, TiltX, TiltZ};
     let [a, b, c, d, e, f] = Parameter::STIFFNESSES;
-    [
-        a,
-        b,
-        c,
-        d,
-        e,
-        f,
-        Parameter::OffsetX,
-        Parameter::OffsetZ,
-        Parameter::Rotation,
-        Parameter::TiltX,
-        Parameter::TiltZ,
-        Parameter::TiesX,
-        Parameter::TiesZ,
-    ]
+    [a, b, c, d, e, f, OffsetX, OffsetZ, Rotation, TiltX, TiltZ, TiesX, TiesZ]
 };
 
 /// A drape on a scan's branch, at the places of [`crate::base::Surface`].
@@ -77,6 +64,11 @@ pub(super) fn prediction_of(
     }
     moves.push(finer.map_or_else(|| vec![Vector3::zeros(); SIDE * SIDE], <[Vector3]>::to_vec));
     Ok(Prediction { at: places_of(&drape), moves, drape })
+}
+
+/// Where a scan has the axis of its plate, as its bench's numbers say \[m\].
+pub(super) fn axis_m(numbers: &[f64; NUISANCES]) -> Vector3 {
+    Vector3::new(numbers[AXIS], 0.0, numbers[AXIS + 1])
 }
 
 fn root_mean(squares: impl Iterator<Item = f64>) -> f64 {

@@ -1,16 +1,16 @@
 //! What a fit found: values, intervals, what the drape shows and what the model leaves.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::data::Scan;
-use super::equations::{NormalEquations, State};
-use super::prediction::{BENCH, NUISANCES, Prediction, TILT};
+use super::equations::{Draped, Problem, State};
+use super::prediction::{BENCH, TILT, axis_m};
 use super::released::{ReleasedDrape, StartedFrom};
 use crate::base::Point3;
 use crate::base::boundary::{BoundaryPoint, POINTS_PER_SIDE};
 use crate::base::clock::Stage;
-use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
-use crate::numeric::moments::Z90;
+use crate::fabric::{Fabric, STIFFNESSES};
+use crate::inverse::{Ended, RefinedStiffness};
 use crate::sim::{Drape, rim_nodes};
 
 /// The fabric that reproduces its scans best.
@@ -40,38 +40,6 @@ pub struct Refined {
     /// energy is linear in the six, the stiffnesses that balance the forces on those sheets best,
     /// weighted by the compliance.
     pub of_balance: [f64; STIFFNESSES],
-}
-
-/// One stiffness of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RefinedStiffness {
-    /// Name in files.
-    pub key: &'static str,
-    /// Value, SI unit.
-    pub value: f64,
-    /// 90 % interval, SI unit.
-    pub interval90: [f64; 2],
-    /// Share of the prior's variance that the scans took away: 0, the drape does not show it and
-    /// the interval is the prior's; 1, the drape alone tells.
-    pub shown: f64,
-    /// Whether the value lies at an end of what was allowed.
-    pub at_limit: bool,
-}
-
-impl RefinedStiffness {
-    /// Stiffness `k` of the paper's order: its logarithm, the standard deviations of that after and
-    /// before the drapes, and the ends of what was allowed. No interval is wider than the prior's.
-    pub(crate) fn of(k: usize, ln: f64, [sigma, prior]: [f64; 2], limits: [f64; 2]) -> Self {
-        let (value, sigma) = (ln.exp(), sigma.min(prior));
-        let half = (Z90 * sigma).exp();
-        Self {
-            key: TABLE_2[k].key,
-            value,
-            interval90: [value / half, value * half],
-            shown: 1.0 - (sigma / prior).powi(2),
-            at_limit: limits.iter().any(|end| (end - ln).abs() < AT_LIMIT),
-        }
-    }
 }
 
 /// A scan beside the drapes of the fitted fabric.
@@ -147,32 +115,6 @@ const BENCH_KEYS: [&str; BENCH] = [
     "axis_z",
 ];
 
-/// Why a fit ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// Nothing more to be gained.
-    Converged,
-    /// Steps predicted a gain, and none of them lowered the cost: neighbouring minima.
-    NoBetter,
-    /// The drapes ran out.
-    Spent,
-    /// The least squares have no solution.
-    Singular,
-}
-
-impl Ended {
-    /// The word for it in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::NoBetter => "no_better",
-            Self::Spent => "spent",
-            Self::Singular => "singular",
-        }
-    }
-}
-
 /// Mean distance of two rims up to which they are on one branch with any counts of folds \[m\]:
 /// a shallow fold is counted or not.
 const ONE_BRANCH_M: f64 = 3e-3;
@@ -184,41 +126,38 @@ const USUAL_MISFIT: f64 = 0.25;
 /// one fabric have in common: so many of them count for fewer. Set on four fabrics of four drops
 /// (`scan2params-lab refine --seed 8 --drops 4`), whose intervals held 18 times of 24 with none.
 const ALIKE: f64 = 0.25;
-/// How near an end of what is allowed a logarithm counts as there.
-const AT_LIMIT: f64 = 1e-3;
 
 impl Refined {
     pub(super) fn of(
         scans: &[Scan<'_>],
-        equations: &NormalEquations<'_>,
+        problem: &Problem<'_>,
         state: State,
         released: Vec<Option<Drape>>,
         (start, ended, drapes): (&'static str, Ended, usize),
-        ln_of_balance: [f64; STIFFNESSES],
+        ln_of_balance: &[f64],
     ) -> Self {
         let misfit = state.misfit();
         let more = (scans.len() - 1) as f64;
         let widened = (misfit / USUAL_MISFIT).max(1.0) * (1.0 + ALIKE * more).sqrt();
-        let covariance = covariance(&state, widened);
-        let fabric = equations.fabric(&state.ln);
+        let prior = problem.prior;
+        let before = DMatrix::from_diagonal(&DVector::from(prior.ln_sigma.map(|s| s * s).to_vec()));
+        let covariance = state.covariance(widened).unwrap_or(before);
+        let fabric = problem.fabric(&state.shared);
         let stiffnesses = std::array::from_fn(|k| {
-            let prior = equations.prior.ln_sigma[k];
-            let sigma = covariance[(k, k)].sqrt();
-            RefinedStiffness::of(k, state.ln[k], [sigma, prior], equations.prior.ln_limits[k])
+            let sigmas = [covariance[(k, k)].sqrt(), prior.ln_sigma[k]];
+            RefinedStiffness::of(k, state.shared[k], sigmas, prior.ln_limits[k])
         });
         let correlation = std::array::from_fn(|a| {
             std::array::from_fn(|b| {
                 covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt()
             })
         });
-        let bench = state.whole_bench();
         let scans = scans
             .iter()
-            .zip(state.predictions.iter().zip(released))
-            .zip(&bench)
-            .map(|((scan, drapes), bench)| ScanFit::of(scan, equations, drapes, bench))
+            .zip(state.drapes.into_iter().zip(released))
+            .map(|(scan, (draped, released))| ScanFit::of(scan, problem, draped, released))
             .collect();
-        let of_balance = ln_of_balance.map(f64::exp);
+        let of_balance = std::array::from_fn(|k| ln_of_balance[k].exp());
         let stages = Vec::new();
         Self {
             fabric,
@@ -241,25 +180,13 @@ impl Refined {
     }
 }
 
-/// Covariance of the six logarithms, the bench's numbers as uncertain as they are.
-fn covariance(state: &State, misfit: f64) -> DMatrix<f64> {
-    let precision = &state.normal / (misfit * misfit) + DMatrix::from_diagonal(&state.priors);
-    let size = precision.nrows();
-    let whole = precision.cholesky().map_or_else(
-        || DMatrix::from_diagonal(&state.priors.map(|p| 1.0 / p)),
-        |factor| factor.solve(&DMatrix::identity(size, size)),
-    );
-    whole.view((0, 0), (STIFFNESSES, STIFFNESSES)).into_owned()
-}
-
 impl ScanFit {
-    fn of(
-        scan: &Scan<'_>,
-        equations: &NormalEquations<'_>,
-        (prediction, released): (&Prediction, Option<Drape>),
-        bench: &[f64; NUISANCES],
-    ) -> Self {
-        let options = equations.options;
+    fn of(scan: &Scan<'_>, problem: &Problem<'_>, draped: Draped, released: Option<Drape>) -> Self {
+        let (options, bench) = (problem.options, draped.whole_bench());
+        // in the scan's frame, where it was made in the plate's
+        let axis_m = axis_m(&draped.made_with);
+        let prediction = draped.prediction.translated(axis_m);
+        let released = released.map(|drape| drape.translated(axis_m));
         let tied = &prediction.drape;
         let rims = || scan.rim.points().iter().zip(tied.boundary.positions_m());
         let distances: Vec<f64> = rims().map(|(p, q)| (p.position_m - q).norm()).collect();
@@ -281,7 +208,6 @@ impl ScanFit {
         let started_from = if scan.sheet.is_some() { StartedFrom::Sheet } else { StartedFrom::Rim };
         Self {
             on_branch: nodes[0] == nodes[1] || tied_mean_m < ONE_BRANCH_M,
-            tied: tied.clone(),
             tied_mean_m,
             tied_largest_m,
             springs_share: prediction.springs_share(
@@ -298,6 +224,7 @@ impl ScanFit {
                 sigma: options.bench_sigma[m],
             }),
             nodes,
+            tied: prediction.drape,
         }
     }
 }

@@ -20,7 +20,7 @@ use scan2params::calibrate::found::FoundEffect;
 use scan2params::calibrate::manifest::{Bench, Entry, Face, Kind, Role};
 use scan2params::calibrate::measured::Measured;
 use scan2params::calibrate::measures::{FoldRule, Measures};
-use scan2params::calibrate::pose::POSE;
+use scan2params::calibrate::pose::Pose;
 use scan2params::calibrate::prediction::outline_of;
 use scan2params::calibrate::residuals::Row;
 use scan2params::calibrate::result::{After, ComparedDrape, FabricResult, Verdict};
@@ -237,7 +237,7 @@ fn comparison(up: bool, out_m: f64, drape: &scan2params::Drape) -> Comparison {
     let rows = (0..240).map(row);
     Comparison {
         drape: drape.clone(),
-        pose: [0.0; POSE],
+        pose: Pose::default(),
         rms_m: out_m.abs(),
         rows: rows.collect(),
         measures: Measures::of(&simulated, &Experiment::standard_cusick(), &rule),

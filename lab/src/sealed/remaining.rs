@@ -132,7 +132,8 @@ pub(super) fn of_scan(
         rows.push(Placed { on, normal, at, by_m: normal.dot(moves), weight: within });
     }
     let s = options.scan_pose_sigma;
-    let sigma = [s[0], s[1], s[2], s[4], s[5], s[7], s[8], s[9]];
+    let ([x, z], [warp, weft], [lean_x, lean_z]) = (s.offset_m, s.specimen_m, s.lean_rad);
+    let sigma = [x, z, s.rotation_rad, warp, weft, s.height_m, lean_x, lean_z];
     moved(prediction, &rows, ln, shown, &sigma)
 }
 
@@ -157,7 +158,8 @@ pub(super) fn of_outline(
     };
     let rows: Vec<Placed> = by_m.iter().enumerate().map(row).collect();
     let s = options.pose_sigma;
-    moved(prediction, &rows, ln, [count, count], &[s[0], s[1], s[2], s[4], s[5]])
+    let ([x, z], [warp, weft]) = (s.offset_m, s.specimen_m);
+    moved(prediction, &rows, ln, [count, count], &[x, z, s.rotation_rad, warp, weft])
 }
 
 /// A measured place and a direction.

@@ -2,165 +2,200 @@
 
 use rayon::prelude::*;
 
-use super::{Fit, Progress};
 use crate::calibrate::continuation::{Continuation, Sheet};
-use crate::calibrate::effect::{Cloth, Number};
-use crate::calibrate::equations::{NormalEquations, State, parameters, rms_m};
+use crate::calibrate::equations::{Draped, Problem, State, rms_m};
 use crate::calibrate::options::MUCH;
 use crate::calibrate::pose::Pose;
 use crate::calibrate::prediction::Prediction;
-use crate::calibrate::target::Target;
-use crate::refine::Ended;
-use crate::refine::damping::{Damping, LEAST_GAIN, LEAST_MOVE};
+use crate::inverse::{Descent, Ended, LEAST_GAIN, Moved, Step, descend, keep, return_to};
 use crate::sim::{Follower, Kept};
 
-impl Fit<'_> {
-    /// The sheets as they lie are those of the plain fit.
-    pub(super) fn keep(&mut self) {
-        self.kept = self.followers.iter().map(Follower::keep).collect();
-        self.stays.fill(false);
+/// How far a fit is; told after every round of drapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Drapes so far.
+    pub drapes: usize,
+    /// Outlines that are fitted or predicted.
+    pub outlines: usize,
+    /// Root mean square distance of the outlines from the best drapes so far \[m\].
+    pub rms_m: f64,
+}
+
+/// Where the least squares of a problem ended.
+pub(super) struct Solution<'a> {
+    pub problem: Problem<'a>,
+    pub state: State,
+    pub ended: Ended,
+    /// The sheets there.
+    pub kept: Vec<Kept>,
+    /// Which of these are known to stay on a saddle, however they are led.
+    pub stays: Vec<bool>,
+}
+
+/// The sheets of a fit.
+pub(super) struct Sheets<'a> {
+    pub followers: Vec<Follower>,
+    /// Drapes that were simulated.
+    pub simulated: usize,
+    pub least_m: f64,
+    pub tell: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl Sheets<'_> {
+    /// Where the least squares of a problem end, from a state to which the sheets belong.
+    pub(super) fn solve<'p>(&mut self, problem: Problem<'p>, start: State) -> Solution<'p> {
+        let most = self.simulated + problem.options.evaluations * problem.targets.len();
+        let end = self.descend(&problem, start, most);
+        self.solution(problem, end)
     }
 
-    /// Puts the sheets of the plain fit back.
-    pub(super) fn restore(&mut self) {
-        self.followers.iter_mut().zip(&self.kept).for_each(|(sheet, kept)| sheet.return_to(kept));
+    /// An end to which the sheets belong as they lie.
+    pub(super) fn solution<'p>(
+        &self,
+        problem: Problem<'p>,
+        (state, ended): (State, Ended),
+    ) -> Solution<'p> {
+        let stays = vec![false; problem.targets.len()];
+        Solution { problem, state, ended, kept: keep(&self.followers), stays }
     }
 
-    pub(super) fn return_to(&mut self, kept: &[Kept]) {
-        self.followers.iter_mut().zip(kept).for_each(|(sheet, kept)| sheet.return_to(kept));
-    }
-
-    /// Steps from a state, to which the followers' sheets belong, as long as they lower the cost.
+    /// Steps from a state, to which the sheets belong, as long as they lower the cost.
     pub(super) fn descend(
         &mut self,
-        numbers: &[&'static Number],
+        problem: &Problem<'_>,
         mut best: State,
         most: usize,
     ) -> (State, Ended) {
-        let mut kept: Vec<Kept> = self.followers.iter().map(Follower::keep).collect();
-        let mut damping = Damping::first();
-        if self.options.hold_per_m > 0.0 {
+        if problem.options.hold_per_m > 0.0 {
+            let kept = keep(&self.followers);
             // held by the outlines as their poses have them by now
-            match self.moved(numbers, &best.shared, &best) {
-                Some(state) => {
-                    kept = self.followers.iter().map(Follower::keep).collect();
-                    best = state;
-                }
-                None => self.return_to(&kept),
+            match self.moved(problem, &best.shared, &best) {
+                Some(state) => best = state,
+                None => return_to(&mut self.followers, &kept),
             }
         }
-        loop {
-            if self.simulated >= most {
-                return (best, Ended::Spent);
-            }
-            let step = self.equations(numbers).step(&best, damping.value());
-            let Some((shared, predicted)) = step else { return (best, Ended::Singular) };
-            let changes = shared.iter().zip(&best.shared).map(|(a, b)| (a - b).abs());
-            let moved = changes.fold(0.0, f64::max);
-            if predicted < LEAST_GAIN.max(self.least_share(&best) * best.cost) || moved < LEAST_MOVE
-            {
-                return (best, Ended::Converged);
-            }
-            let state = self.moved(numbers, &shared, &best);
-            match state.filter(|state| state.cost < best.cost) {
-                Some(state) => {
-                    best = state;
-                    kept = self.followers.iter().map(Follower::keep).collect();
-                    damping.lower();
-                }
-                None => {
-                    self.return_to(&kept);
-                    if !damping.raise() {
-                        return (best, Ended::NoBetter);
-                    }
-                }
-            }
-        }
+        descend(&mut Steps { sheets: self, problem }, best, most)
     }
 
-    /// Predicted fall of the cost, as a share of it, that is not worth a round of drapes: more
-    /// where scanned sheets say that the model is not theirs.
-    pub(super) fn least_share(&self, state: &State) -> f64 {
-        let held = self.targets.iter().all(|target| target.is_held(self.options));
-        LEAST_SHARE[usize::from(held && state.misfit() >= MUCH)]
+    /// Sheets of a cloth guided by the outlines anew, and the least squares around them; `None`,
+    /// and the sheets as they were, where one does not come to rest.
+    pub(super) fn guided(
+        &mut self,
+        problem: &Problem<'_>,
+        shared: &[f64],
+        poses: &[Pose],
+    ) -> Option<State> {
+        self.simulated += problem.targets.len();
+        let cloth = problem.cloth(shared);
+        let guided = Continuation::of(problem, &cloth).all(&problem.targets, poses);
+        let sheets: Option<Vec<Sheet>> = guided.into_iter().map(Result::ok).collect();
+        let (followers, predictions): (Vec<_>, Vec<_>) = sheets?.into_iter().unzip();
+        self.followers = followers;
+        Some(problem.around(shared, predictions, poses))
     }
 
     /// The sheets brought to another cloth, held by their outlines in the poses of the state
     /// before, and the least squares around them; `None` where one does not come to rest there. A
     /// sheet that lost its fold on the way, or does not find it, is guided by its outline again.
-    pub(super) fn moved(
-        &mut self,
-        numbers: &[&'static Number],
-        shared: &[f64],
-        before: &State,
-    ) -> Option<State> {
-        let cloth = self.equations(numbers).cloth(shared);
-        let asked = parameters(numbers);
+    fn moved(&mut self, problem: &Problem<'_>, shared: &[f64], before: &State) -> Option<State> {
         self.simulated += self.followers.len();
-        let (continuation, poses) =
-            (Continuation { cloth: &cloth, options: self.options, asked: &asked }, &before.poses);
-        let both = self.followers.par_iter_mut().zip(&self.targets).zip(poses);
+        let (cloth, poses) = (problem.cloth(shared), before.poses());
+        let continuation = Continuation::of(problem, &cloth);
+        let both = self.followers.par_iter_mut().zip(&problem.targets).zip(&poses);
         let predictions: Option<Vec<Prediction>> = both
             .map(|((sheet, target), pose)| {
                 let way = continuation.steadily_on(sheet, target, pose);
-                way.or_else(|_| continuation.anew(sheet, target, pose)).ok()
+                way.ok().or_else(|| {
+                    *sheet = continuation.laid(target, pose, problem.options.sim.vertices);
+                    continuation.seen(sheet, target, pose).ok()
+                })
             })
             .collect();
-        let mut state = self.equations(numbers).around(shared, predictions?, poses.clone());
-        let lost = |k: &usize| state.sums[*k].cost > LOST[0] * before.sums[*k].cost + LOST[1];
-        let lost: Vec<usize> = (0..self.targets.len()).filter(lost).collect();
+        let mut state = problem.around(shared, predictions?, &poses);
+        let costs = state.costs().into_iter().zip(before.costs()).enumerate();
+        let lost = costs.filter(|(_, (cost, before))| *cost > LOST[0] * before + LOST[1]);
+        let lost: Vec<usize> = lost.map(|(k, _)| k).collect();
         if !lost.is_empty() {
-            state = self.recovered(numbers, (shared, &cloth), state, &lost);
+            state = self.recovered(problem, shared, state, &lost);
         }
         let squared: f64 =
-            state.residuals.iter().map(|residuals| rms_m(&residuals.rows).powi(2)).sum();
-        self.least_m = self.least_m.min((squared / state.residuals.len() as f64).sqrt());
-        (self.tell)(Progress {
-            drapes: self.simulated,
-            outlines: self.targets.len(),
-            rms_m: self.least_m,
-        });
+            state.drapes.iter().map(|draped| rms_m(&draped.residuals.rows).powi(2)).sum();
+        self.least_m = self.least_m.min((squared / state.drapes.len() as f64).sqrt());
+        let (drapes, outlines) = (self.simulated, problem.targets.len());
+        (self.tell)(Progress { drapes, outlines, rms_m: self.least_m });
         Some(state)
     }
 
     /// The same state with some sheets guided by their outlines again, where that brings them
     /// nearer.
-    pub(super) fn recovered(
+    fn recovered(
         &mut self,
-        numbers: &[&'static Number],
-        (shared, cloth): (&[f64], &Cloth),
+        problem: &Problem<'_>,
+        shared: &[f64],
         state: State,
         lost: &[usize],
     ) -> State {
-        let targets: Vec<Target> = lost.iter().map(|&k| self.targets[k].clone()).collect();
-        let poses: Vec<Pose> = lost.iter().map(|&k| state.poses[k]).collect();
         self.simulated += lost.len();
-        let asked = parameters(numbers);
-        let continuation = Continuation { cloth, options: self.options, asked: &asked };
-        let guided = continuation.all(&targets, &poses);
-        let again =
-            guided.into_par_iter().zip(&targets).zip(&poses).map(|((sheet, target), pose)| {
-                let (mut sheet, _) = sheet.ok()?;
-                let prediction = continuation.on(&mut sheet, target, pose).ok()?;
-                Some((sheet, prediction))
-            });
+        let cloth = problem.cloth(shared);
+        let continuation = Continuation::of(problem, &cloth);
+        let again = lost.par_iter().map(|&k| {
+            let (target, pose) = (&problem.targets[k], &state.drapes[k].pose);
+            let (mut sheet, _) = continuation.guided(target, pose).ok()?;
+            let prediction = continuation.on(&mut sheet, target, pose).ok()?;
+            Some((sheet, prediction))
+        });
         let again: Vec<Option<Sheet>> = again.collect();
-        let mut predictions = state.predictions.clone();
+        let (costs, all_poses) = (state.costs(), state.poses());
+        let mut predictions = state.into_predictions();
         for (&k, sheet) in lost.iter().zip(again) {
             let Some((sheet, prediction)) = sheet else { continue };
-            let one = [self.targets[k].clone()];
-            let equations = NormalEquations { targets: &one, ..self.equations(numbers) };
-            let alone = equations.around(shared, vec![prediction.clone()], vec![state.poses[k]]);
-            if alone.sums[0].cost < state.sums[k].cost {
+            let one = problem.to(vec![problem.targets[k].clone()]);
+            let alone = one.around(shared, vec![prediction.clone()], &[all_poses[k]]);
+            if alone.costs()[0] < costs[k] {
                 self.followers[k] = sheet;
                 predictions[k] = prediction;
             }
         }
-        self.equations(numbers).around(shared, predictions, state.poses)
+        problem.around(shared, predictions, &all_poses)
     }
 }
 
-/// The shares of the cost that [`Fit::least_share`] gives.
+/// Sheets on their way, and the least squares that lead them.
+struct Steps<'s, 'a> {
+    sheets: &'s mut Sheets<'a>,
+    problem: &'s Problem<'s>,
+}
+
+impl Descent for Steps<'_, '_> {
+    type Drape = Draped;
+
+    fn sheets(&mut self) -> &mut [Follower] {
+        &mut self.sheets.followers
+    }
+
+    fn simulated(&self) -> usize {
+        self.sheets.simulated
+    }
+
+    fn step(&self, from: &State, damping: f64) -> Option<Step> {
+        self.problem.step(from, damping)
+    }
+
+    /// A share of the cost: more where scanned sheets say that the model is not theirs.
+    fn least_gain(&self, from: &State) -> f64 {
+        let Problem { targets, options, .. } = self.problem;
+        let held = targets.iter().all(|target| target.is_held(options));
+        let share = LEAST_SHARE[usize::from(held && from.misfit() >= MUCH)];
+        LEAST_GAIN.max(share * from.cost)
+    }
+
+    fn brought(&mut self, step: &Step, from: &State) -> Moved<Draped> {
+        Moved::to(self.sheets.moved(self.problem, &step.to, from), from)
+    }
+}
+
+/// The predicted fall of the cost, as a share of it, that is not worth a round of drapes: usually,
+/// and where the model is not that of the sheets.
 const LEAST_SHARE: [f64; 2] = [1e-3, 2e-2];
 /// Part of its cost, and cost, by which a drape's must rise in a step for its sheet to count as off
 /// its fold.

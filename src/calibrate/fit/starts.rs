@@ -6,12 +6,12 @@
 //! model that does not reach the scans, and no beginning that is in the way: nothing further is
 //! tried.
 
+use super::descent::Solution;
 use super::{Fit, LED_GAIN};
-use crate::calibrate::continuation::STRETCH_AND_SHEAR;
-use crate::calibrate::equations::State;
+use crate::calibrate::equations::{Problem, State};
 use crate::calibrate::options::LEAVES;
+use crate::inverse::{STIFFER, STRETCH_AND_SHEAR, with_stretch};
 use crate::numeric::moments::mean;
-use crate::sim::Follower;
 
 impl Fit<'_> {
     /// Where scanned sheets leave more than the plain model should, begins again at stiffer stretch
@@ -24,45 +24,46 @@ impl Fit<'_> {
     /// sheet lies worse than the others, at the cloth of these; last at the cloth found, with
     /// sheets that come straight to it. Whether that brought it nearer.
     pub(in crate::calibrate) fn start_otherwise(&mut self) -> bool {
-        let before = self.plain.cost;
-        if self.targets.iter().all(|target| target.is_held(self.options)) {
+        let before = self.plain.state.cost;
+        let Problem { targets, options, .. } = &self.plain.problem;
+        if targets.iter().all(|target| target.is_held(options)) {
             self.try_starts();
         }
-        self.plain.cost < before - LED_GAIN
+        self.plain.state.cost < before - LED_GAIN
     }
 
     /// Begins again at the cloth found, with sheets that come straight to it: sheets that were
     /// continued from cloth to cloth bring along what friction remembers of the way.
     pub(in crate::calibrate) fn begin_again_here(&mut self) {
-        self.begin_again(&self.plain.shared.clone());
+        self.begin_again(&self.plain.state.shared.clone());
     }
 
     fn try_starts(&mut self) {
         for _ in 0..STARTS {
-            if self.plain.misfit() < AGAIN {
+            if self.misfit() < AGAIN {
                 break;
             }
-            let before = self.plain.cost;
+            let before = self.plain.state.cost;
             let again = self.begin_again(&self.with_stretch(|_, ln| ln + STIFFER));
             let is_same = again.is_some_and(|end| is_same_end(before, end.cost));
-            if is_same && self.plain.misfit() >= LEAVES {
+            if is_same && self.misfit() >= LEAVES {
                 return;
             }
-            if self.plain.cost >= before {
+            if self.plain.state.cost >= before {
                 break;
             }
         }
-        if self.plain.misfit() >= LEAVES && self.has_run_off() {
-            let fabric_prior = self.fabric_prior;
+        if self.misfit() >= LEAVES && self.has_run_off() {
+            let fabric_prior = self.plain.problem.fabric_prior;
             self.begin_again(&self.with_stretch(|k, _| fabric_prior.ln_mean[k] + OTHERWISE));
         }
-        if self.plain.misfit() >= AGAIN {
+        if self.misfit() >= AGAIN {
             self.follow_the_others();
         }
         // sheets that were continued from fabric to fabric bring along what friction remembers of
         // the way
-        if self.plain.misfit() >= AGAIN {
-            self.begin_again(&self.plain.shared.clone());
+        if self.misfit() >= AGAIN {
+            self.begin_again(&self.plain.state.shared.clone());
         }
     }
 
@@ -70,11 +71,12 @@ impl Fit<'_> {
     /// without it: a sheet that rests beside its scan's minimum draws the cloth its way, and keeps
     /// itself there. More than once, since that sheet's turn may come after another's.
     fn follow_the_others(&mut self) {
-        let (mut shared, mut odd) = (self.plain.shared.clone(), odd_one(&self.plain.costs()));
+        let (mut shared, mut odd) =
+            (self.plain.state.shared.clone(), odd_one(&self.plain.state.costs()));
         for _ in 0..ROUNDS {
             let Some(others) = odd.and_then(|odd| self.fit_without(odd, &shared)) else { return };
             let Some(state) = self.begin_again(&others) else { return };
-            if self.plain.misfit() < AGAIN {
+            if self.misfit() < AGAIN {
                 return;
             }
             (shared, odd) = (state.shared.clone(), odd_one(&state.costs()));
@@ -84,56 +86,41 @@ impl Fit<'_> {
     /// The shared unknowns of the plain fit to all sheets but one, laid anew with some shared
     /// unknowns.
     fn fit_without(&mut self, odd: usize, shared: &[f64]) -> Option<Vec<f64>> {
-        let mut targets = self.targets.clone();
-        targets.remove(odd);
-        let declared = self.declared.clone();
-        let cloth = self.equations(&declared).cloth(shared);
-        let (fabric_prior, options) = (self.fabric_prior, self.options);
-        let mut fit =
-            Fit::begun(&targets, &cloth, fabric_prior, options, self.rule, self.tell).ok()?;
-        let most = options.evaluations * targets.len();
-        let (state, _) = fit.descend(&declared, fit.plain.clone(), most);
-        self.simulated += fit.simulated;
+        let mut others = self.plain.problem.clone();
+        others.targets.remove(odd);
+        let most = others.options.evaluations * others.targets.len();
+        let begun = Fit::begun(&others, &others.cloth(shared), self.rule, self.sheets.tell);
+        let Fit { mut sheets, plain, .. } = begun.ok()?;
+        let (state, _) = sheets.descend(&plain.problem, plain.state, most);
+        self.sheets.simulated += sheets.simulated;
         Some(state.shared)
     }
 
     /// Whether stretch or shear lies far from the prior.
     fn has_run_off(&self) -> bool {
-        let fabric_prior = self.fabric_prior;
-        let off = |k: usize| (self.plain.shared[k] - fabric_prior.ln_mean[k]).abs();
+        let fabric_prior = self.plain.problem.fabric_prior;
+        let off = |k: usize| (self.plain.state.shared[k] - fabric_prior.ln_mean[k]).abs();
         (0..STRETCH_AND_SHEAR).any(|k| off(k) > RAN_OFF * fabric_prior.covariance[(k, k)].sqrt())
     }
 
-    /// The plain fit's shared unknowns with other logarithms of stretch and shear, within what is
-    /// tried.
+    /// The plain fit's shared unknowns with other logarithms of stretch and shear.
     fn with_stretch(&self, other: impl Fn(usize, f64) -> f64) -> Vec<f64> {
-        let mut shared = self.plain.shared.clone();
-        for (k, shared) in shared.iter_mut().enumerate().take(STRETCH_AND_SHEAR) {
-            let [low, high] = self.fabric_prior.ln_limits[k];
-            *shared = other(k, *shared).clamp(low, high);
-        }
-        shared
+        let Solution { problem, state, .. } = &self.plain;
+        with_stretch(&state.shared, &problem.fabric_prior.ln_limits, other)
     }
 
     /// Begins the plain fit again with sheets started anew by a cloth, and with what finer cells do
     /// to that cloth, and takes the end if that is nearer. Gives the end either way; `None` where a
     /// sheet does not come to rest.
     fn begin_again(&mut self, shared: &[f64]) -> Option<State> {
-        let declared = self.declared.clone();
-        let before: Vec<_> = self.targets.iter().map(|target| target.finer.clone()).collect();
-        let found = self.finely_guided(&declared, shared);
-        match found.as_ref().filter(|(state, _)| state.cost < self.plain.cost - LED_GAIN) {
-            Some((state, ended)) => {
-                (self.plain, self.ended) = (state.clone(), *ended);
-                self.kept = self.followers.iter().map(Follower::keep).collect();
-            }
-            None => {
-                let both = self.targets.iter_mut().zip(before);
-                both.for_each(|(target, finer)| target.finer = finer);
-            }
+        let numbers = self.plain.problem.numbers.clone();
+        let found = self.finely_guided(&numbers, shared)?;
+        let state = found.state.clone();
+        if state.cost < self.plain.state.cost - LED_GAIN {
+            let stays = std::mem::take(&mut self.plain.stays);
+            self.plain = Solution { stays, ..found };
         }
-        self.restore();
-        found.map(|(state, _)| state)
+        Some(state)
     }
 }
 
@@ -152,12 +139,8 @@ fn odd_one(costs: &[f64]) -> Option<usize> {
 
 /// Standard deviations from the prior beyond which stretch or shear has run off.
 const RAN_OFF: f64 = 2.0;
-/// Factor, as a logarithm, on the stretch and shear found with which a fit begins again, and how
-/// often at most: locked cells have been seen to end 0.5 too low, and a start that is too stiff
-/// comes down by itself.
-const STIFFER: f64 = 1.0;
 /// Misfit of scanned sheets from which on the fit begins again so: cloth that the model knows
-/// leaves half to four fifths of it (structured light).
+/// leaves half to four fifths of it (structured light). And how often at most.
 const AGAIN: f64 = 0.3;
 const STARTS: usize = 2;
 /// Difference of costs, as a part, within which two beginnings have come to the same end.

@@ -1,23 +1,26 @@
 //! Outlines of simulated drapes of a known fabric, drawn as pictures and read again.
 
+use std::sync::OnceLock;
+
 use super::*;
 use crate::base::{Outline, Surface};
 use crate::calibrate::effect::{EFFECTS, Effect, FieldOf, Layer};
+use crate::calibrate::equations::parameters;
 use crate::calibrate::explain::{Cause, Explained, explain};
 use crate::calibrate::measures::Measures;
-use crate::calibrate::pose::{POSE, picture_of};
+use crate::calibrate::pose::picture_of;
 use crate::calibrate::predict::predict;
-use crate::calibrate::prediction::{Compared, outline_of, prediction_of};
+use crate::calibrate::prediction::{Compared, outline_of, outline_seen, prediction_of};
 use crate::calibrate::silhouette::{self, SilhouetteLimits};
 use crate::calibrate::target::Rim;
 use crate::fabric::{Fabric, Mixture};
 use crate::sim::sensitivity::Parameter;
-use crate::sim::{Drape, Drop, DropStart, Experiment, FollowOptions, Hold, SimOptions};
+use crate::sim::{Drape, Drop, DropStart, Experiment, FollowOptions, Follower, Hold, SimOptions};
 
 /// A drape seen from above, as a picture of 256 x 256 pixels with 4 x 4 samples each.
 fn picture(outline: &Outline, pixel_m: f64) -> image::GrayImage {
-    let mut pose = [0.0; POSE];
-    (pose[0], pose[1]) = (128.3 * pixel_m, 126.1 * pixel_m);
+    let offset_m = [128.3, 126.1].map(|pixels| pixels * pixel_m);
+    let pose = Pose { offset_m, ..Pose::default() };
     let seen = outline.mapped(|p| picture_of(p, &pose));
     image::GrayImage::from_fn(256, 256, |x, y| {
         let inside = |k: u32| {
@@ -40,6 +43,19 @@ fn options() -> FitOptions {
     let experiment = Experiment::standard_cusick();
     let sim = SimOptions { vertices: 31, fall_vertices: 25, experiment, ..SimOptions::default() };
     FitOptions { sim, ..FitOptions::default() }
+}
+
+/// The same with so many vertices on a side.
+fn on_cells(vertices: usize) -> FitOptions {
+    let sim = SimOptions { vertices, fall_vertices: vertices, ..options().sim };
+    FitOptions { sim, ..options() }
+}
+
+/// The same of scanned sheets, without finer cells.
+fn of_scans(vertices: usize) -> FitOptions {
+    let mut options = FitOptions { finer: 1.0, ..on_cells(vertices) };
+    options.sim.experiment = Experiment::default();
+    options
 }
 
 /// A cotton-like fabric with a bending length near 24 mm.
@@ -67,14 +83,46 @@ fn all_but(names: &[&str]) -> Vec<&'static Effect> {
     EFFECTS.iter().filter(|effect| !names.contains(&effect.name)).collect()
 }
 
+/// A drape of it.
+fn dropped(seed: u64, sim: &SimOptions) -> Drape {
+    crate::sim::drape(&truth(), &Drop { start: DropStart::Perturbed(seed) }, sim)
+}
+
+fn prior() -> &'static FabricPrior {
+    static PRIOR: OnceLock<FabricPrior> = OnceLock::new();
+    let density = truth().density_kg_m2;
+    PRIOR.get_or_init(|| FabricPrior::of(&Mixture::measured(), Some(density)).unwrap())
+}
+
+/// The plain fit to drapes of the truth.
+fn fit_to(targets: &[Target], drape_coefficient: f64, options: &FitOptions) -> Fit<'static> {
+    let (options, rule) = (Box::leak(Box::new(*options)), Box::leak(Box::default()));
+    fit(targets, prior(), drape_coefficient, options, rule, &|_| ()).unwrap()
+}
+
+/// The distance of each drape \[mm\].
+fn rms_mm(fitted: &Fitted) -> Vec<f64> {
+    fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect()
+}
+
+/// By how much the logarithms of the stiffnesses are off.
+fn ln_off(fitted: &Fitted) -> Vec<f64> {
+    let both = fitted.stiffnesses.iter().zip(truth().in_si());
+    both.map(|(found, truth)| (found.value / truth).ln()).collect()
+}
+
+/// The fit with some effects' numbers.
+fn fitted_with(fit: &mut Fit<'_>, numbers: &[&'static Number]) -> Fitted {
+    let solution = fit.solved_with(numbers).unwrap();
+    fit.fitted(&solution)
+}
+
 #[test]
 fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_predicted() {
-    let (truth, options, rule) = (truth(), options(), FoldRule::default());
+    let (options, rule) = (options(), FoldRule::default());
     let bench = options.sim.experiment;
     let seen = |seed: u64| {
-        let drop = Drop { start: DropStart::Perturbed(seed) };
-        let drape = crate::sim::drape(&truth, &drop, &options.sim);
-        let outline = outline_of(&drape);
+        let outline = outline_of(&dropped(seed, &options.sim));
         let picture = picture(&outline, 1.39e-3);
         let found =
             silhouette::outline_of(&picture, 1.39e-3, &SilhouetteLimits::default()).unwrap();
@@ -86,14 +134,12 @@ fn a_fabric_is_found_from_pictures_of_its_drapes_and_a_third_drape_predicted() {
     };
     let drapes: Vec<_> = [1, 2, 3].into_iter().map(seen).collect();
     let targets: Vec<Target> = drapes.iter().map(|(target, _)| target.clone()).collect();
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth.density_kg_m2)).unwrap();
     let dc = 0.5 * (drapes[0].1.drape_coefficient + drapes[1].1.drape_coefficient);
-    let fitted = fit(&targets[..2], &fabric_prior, dc, &options, &rule, &|_| ()).unwrap().plain();
-    let rms: Vec<f64> = fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect();
-    let predicted = predict(&targets[2..], &fabric_prior, &fitted.cloth, &options, &rule, &|_| ());
+    let fitted = fit_to(&targets[..2], dc, &options).plain();
+    let rms = rms_mm(&fitted);
+    let predicted = predict(&targets[2..], prior(), &fitted.cloth, &options, &rule, &|_| ());
     let third = predicted[0].as_ref().unwrap();
-    let off: Vec<f64> =
-        (0..STIFFNESSES).map(|k| (fitted.stiffnesses[k].value / truth.in_si()[k]).ln()).collect();
+    let off = ln_off(&fitted);
     let said = format!(
         "rms {rms:.2?} mm, third {:.2} mm, ln off {off:.2?}, shown {:.2?}, {} drapes, {}, misfit {:.2}",
         third.rms_m * 1e3,
@@ -148,8 +194,7 @@ fn the_outline_moves_as_its_sensitivities_say() {
 fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
     let (truth, options) = (truth(), options());
     for seed in [1, 2] {
-        let drop = Drop { start: DropStart::Perturbed(seed) };
-        let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
+        let outline = outline_of(&dropped(seed, &options.sim));
         let drop = Drop { start: DropStart::Outline(Box::new(outline.clone())) };
         let guided = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
         let off_mm = 1e3 * crate::calibrate::floor::distance_m(&outline, &guided);
@@ -162,14 +207,13 @@ fn an_outline_alone_leads_to_the_drape_that_it_is_of() {
 #[test]
 fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_predicted() {
     let (truth, options) = (truth(), options());
-    let drop = Drop { start: DropStart::Perturbed(2) };
-    let outline = outline_of(&crate::sim::drape(&truth, &drop, &options.sim));
+    let outline = outline_of(&dropped(2, &options.sim));
     let target = Target::of(&outline, Some(0.0), &options.sim.experiment);
     // a fabric half as stiff, on the true one's branch
     let ln: [f64; STIFFNESSES] = std::array::from_fn(|k| truth.in_si()[k].ln() - 0.7);
     let soft = Fabric::from_ln_stiffnesses(&ln, truth.density_kg_m2);
     let cloth = Cloth::plain(soft);
-    let continuation = Continuation { cloth: &cloth, options: &options, asked: &parameters(&[]) };
+    let continuation = Continuation { cloth: &cloth, options: &options, asked: parameters(&[]) };
     let guided = continuation.all(std::slice::from_ref(&target), &[target.first_pose()]);
     let (mut sheet, before) = guided.into_iter().next().unwrap().unwrap();
     let hold = Hold {
@@ -194,26 +238,21 @@ fn a_tied_drape_keeps_to_its_outline_and_moves_with_the_pull_as_predicted() {
 
 /// What explains drapes of specimens of one cloth, each seen with either face up.
 fn with_faces(asymmetry: f64) -> (Explained, Vec<&'static str>) {
-    let mut options = options();
-    (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
-    options.evaluations = 2;
-    let rule = FoldRule::default();
+    let options = FitOptions { evaluations: 2, ..on_cells(21) };
     let mut targets = Vec::new();
     for seed in 0..4 {
         let turned_over = seed % 2 == 1;
         let mut sim = options.sim;
         let bending = crate::sim::experiment::AsymmetricBending::uniform(asymmetry);
         sim.experiment.asymmetric_bending = if turned_over { bending.face_down() } else { bending };
-        let drop = Drop { start: DropStart::Perturbed(seed) };
-        let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
+        let outline = outline_of(&dropped(seed, &sim));
         targets.push(Target {
             turned_over,
             specimen: specimen(seed),
             ..Target::of(&outline, Some(0.0), &options.sim.experiment)
         });
     }
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
-    let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit_to(&targets, 65.0, &options);
     let asked = ["asymmetric_bending", "natural_curvature"];
     explained(&mut fit, &all_but(&asked))
 }
@@ -230,9 +269,8 @@ fn a_cloth_stiffer_towards_one_face_is_told_from_one_that_is_not() {
 }
 
 /// The rim and the sheet of a drape of the square specimen.
-fn scanned(fabric: &Fabric, seed: u64, sim: &SimOptions) -> (Rim, Experiment) {
-    let drop = Drop { start: DropStart::Perturbed(seed) };
-    let drape = crate::sim::drape(fabric, &drop, sim);
+fn scanned(seed: u64, sim: &SimOptions) -> (Rim, Experiment) {
+    let drape = dropped(seed, sim);
     let even = drape.grid.evenly(Surface::SIDE);
     let places = even.prolong(&drape.grid, &drape.positions_m, 1.0);
     let sheet = Surface::exact(places.into_iter().map(crate::base::Point3::from)).unwrap();
@@ -241,7 +279,7 @@ fn scanned(fabric: &Fabric, seed: u64, sim: &SimOptions) -> (Rim, Experiment) {
 
 #[test]
 fn a_fabric_and_what_its_faces_differ_by_are_found_from_rims() {
-    let (fabric, mut options) = (truth(), options());
+    let mut options = options();
     options.sim.experiment = Experiment::default();
     let curvature = 8.0;
     let targets: Vec<Target> = (0..2)
@@ -250,50 +288,37 @@ fn a_fabric_and_what_its_faces_differ_by_are_found_from_rims() {
             let mut sim = options.sim;
             let of_face = if turned_over { -curvature } else { curvature };
             sim.experiment.curl = crate::sim::experiment::Curl::uniform([of_face, of_face, 0.0]);
-            let (rim, _) = scanned(&fabric, seed, &sim);
+            let (rim, _) = scanned(seed, &sim);
             let target = Target::of_rim(rim, &options.sim.experiment).unwrap();
             Target { turned_over, ..target }
         })
         .collect();
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let mut fit = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit_to(&targets, 0.0, &options);
     let plain = fit.plain();
     let numbers: Vec<_> = Effect::named("natural_curvature").unwrap().numbers.iter().collect();
-    let with = fit.with(&numbers).unwrap();
-    let rms = |fitted: &Fitted| -> Vec<f64> {
-        fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect()
-    };
+    let with = fitted_with(&mut fit, &numbers);
     let found: Vec<f64> = with.cloth.effects.iter().map(|(_, value)| *value).collect();
-    let off: Vec<f64> =
-        (0..STIFFNESSES).map(|k| (with.stiffnesses[k].value / fabric.in_si()[k]).ln()).collect();
+    let off = ln_off(&with);
     let said = format!(
         "rms {:.2?} -> {:.2?} mm, {found:.2?} /m, ln off {off:.2?}",
-        rms(&plain),
-        rms(&with)
+        rms_mm(&plain),
+        rms_mm(&with)
     );
     println!("{said}");
-    let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
-    assert!(mean(rms(&with)) < 0.5 * mean(rms(&plain)), "{said}");
+    assert!(mean(&rms_mm(&with)) < 0.5 * mean(&rms_mm(&plain)), "{said}");
     assert!(found.iter().all(|value| (value / curvature - 1.0).abs() < 0.25), "{said}");
 }
 
 #[test]
 fn rims_without_a_sheet_are_tied_to_their_points() {
-    let (fabric, mut options) = (truth(), options());
-    (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
-    options.sim.experiment = Experiment::default();
-    options.finer = 1.0;
+    let options = of_scans(21);
     let target = |seed| {
-        let (rim, _) = scanned(&fabric, seed, &options.sim);
+        let (rim, _) = scanned(seed, &options.sim);
         Target::of_rim(Rim { sheet: None, ..rim }, &options.sim.experiment).unwrap()
     };
     let targets: Vec<Target> = (0..2).map(target).collect();
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let fitted = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap().plain();
-    let off = |k: usize| (fitted.stiffnesses[k].value / fabric.in_si()[k]).ln();
-    let bending = [3, 4, 5].map(off);
+    let fitted = fit_to(&targets, 0.0, &options).plain();
+    let bending = &ln_off(&fitted)[3..];
     let said = format!("misfit {:.3}, bending off by {bending:.3?}", fitted.misfit);
     println!("{said}");
     // observed: 0.05 and 0.06
@@ -302,49 +327,37 @@ fn rims_without_a_sheet_are_tied_to_their_points() {
 
 #[test]
 fn the_height_of_the_camera_is_found_from_outlines() {
-    let (fabric, mut options) = (truth(), options());
-    (options.sim.vertices, options.sim.fall_vertices) = (17, 17);
+    let options = on_cells(17);
     let per_height = 1.0 / 0.8;
     let targets: Vec<Target> = (0..2)
         .map(|seed| {
-            let drop = Drop { start: DropStart::Perturbed(seed) };
-            let drape = crate::sim::drape(&fabric, &drop, &options.sim);
-            let seen = crate::calibrate::prediction::outline_seen(&drape, per_height);
+            let seen = outline_seen(&dropped(seed, &options.sim), per_height);
             Target::of(&seen, Some(0.0), &options.sim.experiment)
         })
         .collect();
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let mut fit = fit(&targets, &fabric_prior, 60.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit_to(&targets, 60.0, &options);
     let plain = fit.plain();
     let numbers: Vec<_> = Effect::named("perspective").unwrap().numbers.iter().collect();
-    let with = fit.with(&numbers).unwrap();
-    let rms = |fitted: &Fitted| -> Vec<f64> {
-        fitted.drapes.iter().map(|d| d.as_ref().unwrap().rms_m * 1e3).collect()
-    };
+    let with = fitted_with(&mut fit, &numbers);
     let found = with.cloth.effects[0].1;
-    let off: Vec<f64> =
-        (0..STIFFNESSES).map(|k| (with.stiffnesses[k].value / fabric.in_si()[k]).ln()).collect();
+    let off = ln_off(&with);
     let said = format!(
         "rms {:.2?} -> {:.2?} mm, {found:.2} /m, ln off {off:.2?}",
-        rms(&plain),
-        rms(&with)
+        rms_mm(&plain),
+        rms_mm(&with)
     );
     println!("{said}");
-    let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
-    assert!(mean(rms(&with)) < 0.5 * mean(rms(&plain)), "{said}");
+    assert!(mean(&rms_mm(&with)) < 0.5 * mean(&rms_mm(&plain)), "{said}");
     assert!((found / per_height - 1.0).abs() < 0.25, "{said}");
     // known beforehand it is no effect
     let known: Vec<Target> = targets.into_iter().map(|t| Target { per_height, ..t }).collect();
-    let told = super::fit(&known, &fabric_prior, 60.0, &options, &rule, &|_| ()).unwrap().plain();
-    assert!(mean(rms(&told)) < 0.5 * mean(rms(&plain)), "{:.2?}", rms(&told));
+    let told = fit_to(&known, 60.0, &options).plain();
+    assert!(mean(&rms_mm(&told)) < 0.5 * mean(&rms_mm(&plain)), "{:.2?}", rms_mm(&told));
 }
 
 #[test]
 fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
-    let mut options = options();
-    (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
-    options.evaluations = 4;
+    let options = FitOptions { evaluations: 4, ..on_cells(21) };
     let numbers: Vec<_> = Effect::named("creep").unwrap().numbers.iter().collect();
     let lost = 0.5;
     let creeping = Cloth { fabric: truth(), effects: vec![(numbers[0], lost)] };
@@ -366,9 +379,7 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
             targets.push(target(&sheet.drape()));
         }
     }
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit_to(&targets, 65.0, &options);
     let asked = ["creep", "creep_in_plane"];
     let (creeps, alike) = explained(&mut fit, &all_but(&asked));
     let (number, found) = creeps.added.as_ref().unwrap().1.cloth.effects[0];
@@ -389,14 +400,11 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
         let turned_over = seed % 2 == 1;
         let mut sim = options.sim;
         sim.experiment.curl = if turned_over { curl.face_down() } else { curl };
-        let drop = Drop { start: DropStart::Perturbed(seed) };
-        let outline = outline_of(&crate::sim::drape(&truth(), &drop, &sim));
+        let outline = outline_of(&dropped(seed, &sim));
         let target = Target::of(&outline, Some(0.0), &options.sim.experiment);
         targets.push(Target { turned_over, specimen: specimen(seed), ..target });
     }
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(truth().density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let mut fit = fit(&targets, &fabric_prior, 65.0, &options, &rule, &|_| ()).unwrap();
+    let mut fit = fit_to(&targets, 65.0, &options);
     let (curls, _) = explained(&mut fit, &all_but(&["edge_curl"]));
     // what is left out of the list is no explanation, alone or with another
     let has = |name: &str| {
@@ -420,27 +428,15 @@ fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
 
 #[test]
 fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
-    let (fabric, mut options) = (truth(), options());
-    (options.sim.vertices, options.sim.fall_vertices) = (21, 21);
-    options.sim.experiment = Experiment::default();
+    let as_they_are = of_scans(21);
+    let options = FitOptions { finer: FitOptions::default().finer, ..as_they_are };
     let finer = SimOptions { vertices: 41, ..options.sim };
-    let target = |seed| {
-        let (rim, _) = scanned(&fabric, seed, &finer);
-        Target::of_rim(rim, &options.sim.experiment).unwrap()
-    };
-    let targets = [target(0)];
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let as_they_are = FitOptions { finer: 1.0, ..options };
-    let plain = |options: &FitOptions| {
-        let fit = fit(&targets, &fabric_prior, 0.0, options, &rule, &|_| ()).unwrap();
-        fit.plain()
-    };
+    let (rim, bench) = scanned(0, &finer);
+    let targets = [Target::of_rim(rim, &bench).unwrap()];
+    let plain = |options: &FitOptions| fit_to(&targets, 0.0, options).plain();
     let (without, with) = (plain(&as_they_are), plain(&options));
-    let off = |fitted: &Fitted| -> f64 {
-        let off = |k: usize| (fitted.stiffnesses[k].value / fabric.in_si()[k]).ln().abs();
-        (3..STIFFNESSES).map(off).sum::<f64>() / 3.0
-    };
+    let off =
+        |fitted: &Fitted| mean(&ln_off(fitted)[3..].iter().map(|e| e.abs()).collect::<Vec<_>>());
     let said = format!(
         "misfit {:.3} -> {:.3}, bending off by {:.3} -> {:.3}",
         without.misfit,
@@ -454,30 +450,21 @@ fn what_cells_do_is_taken_out_of_what_scanned_sheets_leave() {
 
 #[test]
 fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
-    let (fabric, mut options) = (truth(), options());
-    (options.sim.vertices, options.sim.fall_vertices) = (31, 31);
-    options.sim.experiment = Experiment::default();
-    (options.finer, options.sensor_edge_m) = (1.0, [0.0, 0.3e-3]);
+    let options = FitOptions { sensor_edge_m: [0.0, 0.3e-3], ..of_scans(31) };
     // of 0.4 mm the scan path has taken a quarter
     let (shift_m, taken_m) = (-0.4e-3, -0.1e-3);
-    let target = |seed| {
-        let (rim, _) = scanned(&fabric, seed, &options.sim);
-        let sheet = rim.sheet.as_ref().unwrap();
-        let inwards = 1.0 + (shift_m - taken_m) / 0.15;
-        let at = |k: usize| {
-            let share = crate::base::Boundary::flat_xz_m(k, 1.0).map(|at| 0.5 + at * inwards);
-            sheet.at(share).position_m
-        };
-        let boundary = crate::base::Boundary::exact((0..244).map(at)).unwrap();
-        let edge = crate::scan::EdgeShift { by_m: taken_m, sigma_m: 0.1e-3, sensor_m: 0.3e-3 };
-        let rim = Rim { boundary, edge: Some(edge), ..rim };
-        Target::of_rim(rim, &options.sim.experiment).unwrap()
+    let (rim, bench) = scanned(0, &options.sim);
+    let sheet = rim.sheet.as_ref().unwrap();
+    let inwards = 1.0 + (shift_m - taken_m) / 0.15;
+    let at = |k: usize| {
+        let share = crate::base::Boundary::flat_xz_m(k, 1.0).map(|at| 0.5 + at * inwards);
+        sheet.at(share).position_m
     };
-    let targets = [target(0)];
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
+    let boundary = crate::base::Boundary::exact((0..244).map(at)).unwrap();
+    let edge = crate::scan::EdgeShift { by_m: taken_m, sigma_m: 0.1e-3, sensor_m: 0.3e-3 };
+    let targets = [Target::of_rim(Rim { boundary, edge: Some(edge), ..rim }, &bench).unwrap()];
     let fitted = |options: &FitOptions| {
-        let mut fit = fit(&targets, &fabric_prior, 0.0, options, &rule, &|_| ()).unwrap();
+        let mut fit = fit_to(&targets, 0.0, options);
         fit.start_otherwise();
         fit.plain()
     };
@@ -496,20 +483,11 @@ fn an_edge_that_a_sensor_has_farther_in_is_the_sensors() {
     assert!(misfit > with.misfit, "{misfit} {said}");
 }
 
-/// Options of fits to scanned sheets on coarse cells.
-fn of_scans() -> FitOptions {
-    let mut options = options();
-    (options.sim.vertices, options.sim.fall_vertices) = (31, 31);
-    options.sim.experiment = Experiment::default();
-    options.finer = 1.0;
-    options
-}
-
 /// How far a scanned sheet or rim that is 2 % too large lies from its fabric's drape \[m\], and the
 /// share of the weight that its springs carry: at the true scale, and at the scan's own.
 fn off_at_scales(has_sheet: bool) -> [(f64, f64); 2] {
-    let (fabric, options) = (truth(), of_scans());
-    let (rim, bench) = scanned(&fabric, 1, &options.sim);
+    let (fabric, options) = (truth(), of_scans(31));
+    let (rim, bench) = scanned(1, &options.sim);
     let larger = 1.02_f64;
     let at = |p: crate::base::Point3| p * larger;
     let sheet = rim.sheet.filter(|_| has_sheet);
@@ -517,12 +495,11 @@ fn off_at_scales(has_sheet: bool) -> [(f64, f64); 2] {
         sheet.map(|sheet| Surface::exact(sheet.points().iter().map(|p| at(p.position_m))).unwrap());
     let boundary = crate::base::Boundary::exact(rim.boundary.positions_m().map(at)).unwrap();
     let targets = [Target::of_rim(Rim { boundary, sheet, edge: None }, &bench).unwrap()];
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
     let scale = &Effect::named("scale").unwrap().numbers[0];
     [larger.ln(), 0.0].map(|ln| {
         let cloth = Cloth { effects: vec![(scale, ln)], ..Cloth::plain(fabric) };
         let rule = FoldRule::default();
-        let mut all = predict(&targets, &fabric_prior, &cloth, &options, &rule, &|_| ());
+        let mut all = predict(&targets, prior(), &cloth, &options, &rule, &|_| ());
         let comparison = all.remove(0).unwrap();
         println!("{:.3} mm, {:.4}", comparison.rms_m * 1e3, comparison.springs_share);
         (comparison.rms_m, comparison.springs_share)
@@ -542,26 +519,20 @@ fn scans_and_rims_of_another_scale_are_tied_at_the_true_one() {
 
 #[test]
 fn around_another_cloth_its_effect_is_a_part_of_the_model_and_nothing_stays_of_that() {
-    let (fabric, options) = (truth(), of_scans());
-    let target = |seed| {
-        let (rim, bench) = scanned(&fabric, seed, &options.sim);
-        Target::of_rim(rim, &bench).unwrap()
-    };
-    let targets = [target(0)];
-    let fabric_prior = FabricPrior::of(&Mixture::measured(), Some(fabric.density_kg_m2)).unwrap();
-    let rule = FoldRule::default();
-    let mut fit = fit(&targets, &fabric_prior, 0.0, &options, &rule, &|_| ()).unwrap();
+    let options = of_scans(31);
+    let (rim, bench) = scanned(0, &options.sim);
+    let targets = [Target::of_rim(rim, &bench).unwrap()];
+    let mut fit = fit_to(&targets, 0.0, &options);
     let before = fit.plain();
     let tilt = Effect::named("tilt").unwrap();
     let numbers: Vec<&'static Number> = tilt.numbers.iter().collect();
-    let with = fit.with(&numbers).unwrap();
-    let inside = fit.around(&numbers, &with, |fit| (fit.declared().to_vec(), fit.plain()));
-    let (declared, around) = inside.unwrap();
-    assert!(declared == numbers && before.cloth.effects.is_empty());
+    let tilted = fitted_with(&mut fit, &numbers);
+    let (around, _) = fit.anew(&numbers, &shared_of(&tilted.cloth)).unwrap();
+    assert!(before.cloth.effects.is_empty());
     assert_eq!(around.cloth.effects.len(), numbers.len());
-    assert!(around.misfit < 1.2 * with.misfit + 0.02, "{} {}", around.misfit, with.misfit);
+    assert!(around.misfit < 1.2 * tilted.misfit + 0.02, "{} {}", around.misfit, tilted.misfit);
     let after = fit.plain();
     assert!(fit.declared().is_empty() && after.cloth == before.cloth && after.cost == before.cost);
     // the sheets are back as well
-    assert_eq!(fit.with(&numbers).unwrap().cloth, with.cloth);
+    assert_eq!(fitted_with(&mut fit, &numbers).cloth, tilted.cloth);
 }

@@ -1,10 +1,10 @@
 use std::sync::OnceLock;
 
-use super::super::refined::RefinedStiffness;
 use super::*;
 use crate::base::units::M_PER_MM;
 use crate::base::{Boundary, SurfacePoint};
 use crate::fabric::Fabric;
+use crate::inverse::RefinedStiffness;
 use crate::numeric::moments::Z90;
 use crate::sim::{Drape, Drop, Experiment, drape};
 
@@ -47,6 +47,16 @@ fn prior(of: &Fabric, off: [f64; STIFFNESSES], sigma: f64) -> Prior {
     }
 }
 
+/// A scan of a drape.
+fn scan_of<'a>(drape: &'a Drape, sheet: &'a Surface) -> Scan<'a> {
+    Scan { rim: &drape.boundary, sheet: Some(sheet), experiment: Experiment::default() }
+}
+
+/// What is found of scans of the woven from the first start.
+fn found(scans: &[Scan<'_>], prior: &Prior, options: &FitOptions) -> Refined {
+    fit(scans, woven().density_kg_m2, prior, &prior.starts()[..1], options, |_| ()).unwrap()
+}
+
 const OFF: [f64; STIFFNESSES] = [0.2, -0.25, 0.2, 0.3, -0.25, 0.3];
 
 fn errors(refined: &Refined, truth: &Fabric) -> [f64; STIFFNESSES] {
@@ -67,8 +77,7 @@ fn found_alone() -> &'static (Refined, usize) {
     FOUND.get_or_init(|| {
         let (truth, d) = (woven(), first_drape());
         let sheet = sheet(d, 0.2e-3);
-        let scan =
-            Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+        let scan = scan_of(d, &sheet);
         let (prior, options) = (prior(&truth, OFF, 0.4), options());
         let told = std::cell::Cell::new(0);
         let tell = |progress: Progress| {
@@ -116,11 +125,9 @@ fn two_drops_together_show_more_than_one() {
     let second = drape(&truth, &Drop { start: DropStart::Perturbed(2) }, &sim());
     let drapes = [first_drape(), &second];
     let sheets = drapes.map(|d| sheet(d, 0.2e-3));
-    let experiment = Experiment::default();
-    let scan = |k: usize| Scan { rim: &drapes[k].boundary, sheet: Some(&sheets[k]), experiment };
+    let scan = |k: usize| scan_of(drapes[k], &sheets[k]);
     let (prior, options) = (prior(&truth, OFF, 0.4), options());
-    let (starts, scans) = (&prior.starts()[..1], [scan(0), scan(1)]);
-    let both = fit(&scans, truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
+    let both = found(&[scan(0), scan(1)], &prior, &options);
     let (one, _) = found_alone();
     for found in [one, &both] {
         println!("{:.3?} {:.3?}", errors(found, &truth), found.stiffnesses.map(|s| s.shown));
@@ -147,13 +154,11 @@ fn what_finer_cells_would_move_is_not_taken_for_the_fabric() {
     let fine = SimOptions { vertices: 61, ..sim() };
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(1) }, &fine);
     let sheet = sheet(&d, 0.2e-3);
-    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    let scan = scan_of(&d, &sheet);
     let prior = prior(&truth, OFF, 0.6);
     let fitted = |cells: [f64; 2]| {
         let options = FitOptions { vertices: [31, 41], cells, ..unreleased() };
-        let found =
-            fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
-                .unwrap();
+        let found = found(&[scan], &prior, &options);
         let half = found.stiffnesses.map(|s| 0.5 * (s.interval90[1] / s.interval90[0]).ln());
         println!("{:.3?} of {half:.3?}, {:.2}", errors(&found, &truth), found.scans[0].cells);
         (errors(&found, &truth), half, found.scans[0].cells)
@@ -174,14 +179,12 @@ fn a_prior_that_is_far_off_gives_way_to_what_the_drape_shows() {
     let truth = woven();
     let d = first_drape();
     let sheet = sheet(d, 0.2e-3);
-    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    let scan = scan_of(d, &sheet);
     // five standard deviations off in the stretch stiffnesses, which drapes show least
     let prior = prior(&truth, [-1.2, -1.2, -1.2, 0.2, -0.2, 0.2], 0.24);
     let fitted = |prior_outlier: f64| {
         let options = FitOptions { prior_outlier, ..unreleased() };
-        let found =
-            fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ())
-                .unwrap();
+        let found = found(&[scan], &prior, &options);
         println!("{:.3?} {:.3?}", errors(&found, &truth), found.stiffnesses.map(|s| s.shown));
         errors(&found, &truth).map(f64::abs)
     };
@@ -199,12 +202,11 @@ fn a_fit_that_leaves_much_begins_again_at_stiffer_stretch() {
     let fine = SimOptions { vertices: 61, ..sim() };
     let d = drape(&truth, &Drop { start: DropStart::Perturbed(3) }, &fine);
     let sheet = sheet(&d, 0.2e-3);
-    let scan = Scan { rim: &d.boundary, sheet: Some(&sheet), experiment: Experiment::default() };
+    let scan = scan_of(&d, &sheet);
     let prior = prior(&truth, [-1.4, -1.1, -0.3, 0.2, -0.2, -0.2], 0.45);
     let fitted = |largest_misfit: f64| {
         let options = FitOptions { vertices: [31, 51], largest_misfit, ..unreleased() };
-        let starts = &prior.starts()[..1];
-        let found = fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap();
+        let found = found(&[scan], &prior, &options);
         println!("{:.3?} {:.2} {}", errors(&found, &truth), found.misfit, found.drapes);
         found
     };
@@ -229,8 +231,7 @@ fn a_bench_that_is_off_is_found_to_be_and_leaves_the_bending_alone() {
     let scan = Scan { rim: &rim, sheet: Some(&raised), experiment: Experiment::default() };
     let options = unreleased();
     let prior = prior(&truth, [0.0; STIFFNESSES], 0.4);
-    let refined =
-        fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+    let refined = found(&[scan], &prior, &options);
     let height = refined.scans[0].bench[5];
     assert_eq!(height.key, "plate_height");
     assert!((height.value - 0.4e-3).abs() < 0.15e-3, "{height:?}");
@@ -249,8 +250,7 @@ fn a_plate_that_is_far_from_level_is_found_to_be() {
     let rim = Boundary::exact(d.boundary.positions_m()).unwrap();
     let scan = Scan { rim: &rim, sheet: Some(&seen), experiment: Experiment::default() };
     let prior = prior(&truth, OFF, 0.4);
-    let starts = &prior.starts()[..1];
-    let refined = fit(&[scan], truth.density_kg_m2, &prior, starts, &unreleased(), |_| ()).unwrap();
+    let refined = found(&[scan], &prior, &unreleased());
     let fitted = &refined.scans[0];
     let [x, z] = [TILT, TILT + 1].map(|m| fitted.bench[m].value);
     let errors = errors(&refined, &truth);
@@ -268,8 +268,7 @@ fn a_rim_alone_is_fitted_too_and_a_scan_that_shows_nothing_is_refused() {
     let scan = Scan { rim: &d.boundary, sheet: None, experiment: Experiment::default() };
     let options = unreleased();
     let prior = prior(&truth, OFF, 0.4);
-    let refined =
-        fit(&[scan], truth.density_kg_m2, &prior, &prior.starts()[..1], &options, |_| ()).unwrap();
+    let refined = found(&[scan], &prior, &options);
     let worst = errors(&refined, &truth)[3..].iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
     println!("{worst:.3} {:.3} mm", refined.scans[0].tied_mean_m * 1e3);
     // observed: 0.05; 0.38 where nothing held the sheet
@@ -311,8 +310,7 @@ fn a_scan_that_misses_the_plates_axis_is_answered_and_the_axis_found() {
     let fitted = |axis_sigma_m: f64| {
         let mut options = options();
         options.bench_sigma[AXIS..].fill(axis_sigma_m);
-        let starts = &prior.starts()[..1];
-        fit(&[scan], truth.density_kg_m2, &prior, starts, &options, |_| ()).unwrap()
+        found(&[scan], &prior, &options)
     };
     let axis_m = |refined: &Refined| {
         let bench = &refined.scans[0].bench;

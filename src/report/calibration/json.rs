@@ -12,7 +12,7 @@ use crate::calibrate::floor::{Pairing, Spread};
 use crate::calibrate::found::FoundEffect;
 use crate::calibrate::manifest::Face;
 use crate::calibrate::measured::Measured;
-use crate::calibrate::pose::POSE_KEYS;
+use crate::calibrate::pose::Pose;
 use crate::calibrate::result::{ComparedDrape, FabricResult, Group, Pair};
 use crate::calibrate::run::{Calibration, Refused};
 use crate::fabric::TABLE_2;
@@ -273,6 +273,23 @@ pub(super) fn numbers_of(fitted: &Fitted) -> Vec<Shown> {
     .collect()
 }
 
+fn of_pose(pose: &Pose) -> Value {
+    let [[offset_x, offset_z], [warp, weft]] = [pose.offset_m, pose.specimen_m];
+    json!({
+        "offset_x_mm": offset_x / M_PER_MM,
+        "offset_z_mm": offset_z / M_PER_MM,
+        "rotation_deg": pose.rotation_rad.to_degrees(),
+        "scale": pose.ln_scale.exp(),
+        "specimen_x_mm": warp / M_PER_MM,
+        "specimen_z_mm": weft / M_PER_MM,
+        "pull_mm": pose.pull_m / M_PER_MM,
+        "height_mm": pose.height_m / M_PER_MM,
+        "lean_x_deg": pose.lean_rad[0].to_degrees(),
+        "lean_z_deg": pose.lean_rad[1].to_degrees(),
+        "cells": pose.cells,
+    })
+}
+
 fn of_drape(fabric: &FabricResult, drape: &ComparedDrape) -> Value {
     let measured = &fabric.measured[drape.measured];
     let (file, role) = (&measured.entry.name, measured.entry.role.name());
@@ -280,17 +297,6 @@ fn of_drape(fabric: &FabricResult, drape: &ComparedDrape) -> Value {
         Ok(comparison) => comparison,
         Err(error) => return json!({"file": file, "role": role, "failed": error.to_string()}),
     };
-    let pose: serde_json::Map<String, Value> = POSE_KEYS
-        .iter()
-        .zip(comparison.pose)
-        .map(|(key, value)| match *key {
-            "rotation" => ("rotation_deg".to_owned(), json!(value.to_degrees())),
-            "ln_scale" => ("scale".to_owned(), json!(value.exp())),
-            "lean_x" | "lean_z" => (format!("{key}_deg"), json!(value.to_degrees())),
-            "cells" => ("cells".to_owned(), json!(value)),
-            key => (format!("{key}_mm"), json!(value / M_PER_MM)),
-        })
-        .collect();
     json!({
         "file": file,
         "role": role,
@@ -300,7 +306,7 @@ fn of_drape(fabric: &FabricResult, drape: &ComparedDrape) -> Value {
         "drape_coefficient": comparison.measures.drape_coefficient,
         "folds": comparison.measures.folds,
         "amplitudes_mm": comparison.measures.amplitudes_m.map(|a| a / M_PER_MM),
-        "pose": pose,
+        "pose": of_pose(&comparison.pose),
         "residual_by_bearing_mm": by_bearing(comparison).map(|m| m / M_PER_MM),
     })
 }

@@ -30,14 +30,14 @@ pub fn picture(measured: &Measured, comparison: &Comparison) -> RgbImage {
     let closed = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {
         points.iter().chain(points.first()).map(|&p| at(p)).collect()
     };
-    let [px, pz] = [comparison.pose[0], comparison.pose[1]];
+    let [px, pz] = comparison.pose.offset_m;
     let radius_m = measured.bench.plate.radius_m;
     let circle: Vec<[f64; 2]> = (0..180)
         .map(|k| f64::from(2 * k).to_radians())
         .map(|t| [px + radius_m * t.cos(), pz + radius_m * t.sin()])
         .collect();
     draw::polyline(&mut image, &closed(&circle), 1.0, FAINT);
-    let (sin, cos) = comparison.pose[2].sin_cos();
+    let (sin, cos) = comparison.pose.rotation_rad.sin_cos();
     draw::line(&mut image, at([px, pz]), at([px + 0.04 * cos, pz + 0.04 * sin]), WARP);
     draw::polyline(&mut image, &closed(comparison.measured.points_m()), 2.0, MEASURED);
     draw::polyline(&mut image, &closed(comparison.simulated.points_m()), 1.6, SIMULATED);

@@ -118,7 +118,7 @@ fn outlines(
     name: &str,
 ) -> Markup {
     let drawn = |outline: &Outline| closed(outline.evenly(POINTS).into_iter().map(|p| p.map(mm)));
-    let [px, pz] = [before.pose[0], before.pose[1]].map(mm);
+    let [px, pz] = before.pose.offset_m.map(mm);
     let label = format!(
         "Outlines of {name}, specimen {}",
         measured.entry.specimen.as_deref().unwrap_or("not known")
