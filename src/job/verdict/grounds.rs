@@ -85,75 +85,105 @@ impl Figures {
 /// Stretch of hanging cloth of which nothing is known: the limpest of the measured fabrics.
 const UNKNOWN_STRETCH: f64 = 0.05;
 
-/// The sides of the rim against what the specimen, its folds and its stretch allow: one by one, and
-/// those of a rim from a file in the mean too, which tells its scale. The sheet of a scan is fitted
-/// with the specimen's lengths; its scale is told by [`Scale`]. The drape of a fitted fabric has
-/// the specimen's sides, and its misfit tells whether the scan's rim has them: a side is for
-/// information then.
+/// What the specimen, its folds and its stretch allow the sides of a rim.
+struct Sides {
+    least_m: f64,
+    /// Sides 0 and 2 run along the weft, 1 and 3 along the warp.
+    most_m: [f64; SIDES],
+    /// What noise adds to every limit.
+    more_m: f64,
+    /// Whether folds of such cloth may touch.
+    touches: bool,
+    /// The four lengths, in words.
+    lengths: String,
+}
+
+impl Sides {
+    fn of(f: &Figures, limits: &Limits) -> Self {
+        let side_m = f.given.side_m;
+        let softest_m = limits.least_bending_length_m;
+        let (bending_m, stretch) = match &f.answer {
+            Some(answer) => (answer.bending_length_m, answer.stretch),
+            None => (softest_m, [0.0; 2]),
+        };
+        let chords_m = if f.scan.is_none() { limits.chord_share * side_m } else { 0.0 };
+        let most = |s: usize| side_m * (1.0 + limits.stretch_of_rim * stretch[s % 2]);
+        Self {
+            least_m: side_m - limits.side_loss_m2 / bending_m.max(softest_m) - chords_m,
+            most_m: std::array::from_fn(most),
+            more_m: limits.side_off_per_noise * f.noise_m,
+            touches: bending_m < limits.touching_bending_length_m,
+            lengths: f.sides_m.map(|m| format!("{:.1}", mm(m))).join(", "),
+        }
+    }
+
+    /// By how much a length is too long or too short.
+    fn off_m(&self, length_m: f64, most_m: f64) -> f64 {
+        (length_m - most_m).max(self.least_m - length_m).max(0.0)
+    }
+}
+
+/// The sides of the rim against what is expected of them: one by one, and those of a rim from a file
+/// in the mean too, which tells its scale. The sheet of a scan is fitted with the specimen's
+/// lengths; its scale is told by [`Scale`].
 fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
-    let side_m = f.given.side_m;
-    let softest_m = limits.least_bending_length_m;
-    let (bending_m, stretch) = match &f.answer {
-        Some(answer) => (answer.bending_length_m, answer.stretch),
-        None => (softest_m, [0.0; 2]),
-    };
-    let chords_m = if f.scan.is_none() { limits.chord_share * side_m } else { 0.0 };
-    let least_m = side_m - limits.side_loss_m2 / bending_m.max(softest_m) - chords_m;
-    // Sides 0 and 2 run along the weft, 1 and 3 along the warp.
-    let most_m: [f64; SIDES] =
-        std::array::from_fn(|s| side_m * (1.0 + limits.stretch_of_rim * stretch[s % 2]));
-    let off = |length_m: f64, most_m: f64| (length_m - most_m).max(least_m - length_m).max(0.0);
-    let more_m = limits.side_off_per_noise * f.noise_m;
-    let lengths = f.sides_m.map(|m| format!("{:.1}", mm(m))).join(", ");
+    let expected = Sides::of(f, limits);
+    let mean = if f.scan.is_none() { mean_side(f, &expected, limits) } else { None };
+    mean.into_iter().chain(worst_side(f, &expected, limits)).collect()
+}
+
+/// The mean of the four sides.
+fn mean_side(f: &Figures, expected: &Sides, limits: &Limits) -> Option<Ground> {
     let mean = |values: [f64; SIDES]| values.iter().sum::<f64>() / SIDES as f64;
-    let mut grounds = Vec::new();
+    let [mean_m, most_m] = [f.sides_m, expected.most_m].map(mean);
+    let off_m = expected.off_m(mean_m, most_m);
+    let (level, limit_m) = limits.scale_off_m.plus(expected.more_m).level(off_m)?;
+    let percent = 100.0 * (mean_m / f.given.side_m - 1.0);
+    let text = format!(
+        "the four sides measure {} mm, on average {:.1} mm ({percent:+.1} % of {:.0} mm); between {:.1} \
+         and {:.1} mm are expected of this cloth (limit {:.1} mm beyond): check the specimen's size and the scan's \
+         scale, the vertical one too",
+        expected.lengths,
+        mm(mean_m),
+        mm(f.given.side_m),
+        mm(expected.least_m),
+        mm(most_m),
+        mm(limit_m)
+    );
+    Some(Ground::new(Code::Scale, level, (mm(off_m), mm(limit_m), "mm"), text))
+}
 
-    let mean_off_m = if f.scan.is_none() { off(mean(f.sides_m), mean(most_m)) } else { 0.0 };
-    if let Some((level, limit_m)) = limits.scale_off_m.plus(more_m).level(mean_off_m) {
-        let percent = 100.0 * (mean(f.sides_m) / side_m - 1.0);
-        let text = format!(
-            "the four sides measure {lengths} mm, on average {:.1} mm ({percent:+.1} % of {:.0} mm); between {:.1} \
-             and {:.1} mm are expected of this cloth (limit {:.1} mm beyond): check the specimen's size and the scan's \
-             scale, the vertical one too",
-            mm(mean(f.sides_m)),
-            mm(side_m),
-            mm(least_m),
-            mm(mean(most_m)),
-            mm(limit_m)
-        );
-        let measured = (mm(mean_off_m), mm(limit_m), "mm");
-        grounds.push(Ground::new(Code::Scale, level, measured, text));
-    }
-
-    let off_m: [f64; SIDES] = std::array::from_fn(|s| off(f.sides_m[s], most_m[s]));
+/// The side that is farthest off. The drape of a fitted fabric has the specimen's sides, and its
+/// misfit tells whether the scan's rim has them: a side is for information then. Where folds touch
+/// one side may be read wrongly; a specimen of another size has more than one.
+fn worst_side(f: &Figures, expected: &Sides, limits: &Limits) -> Option<Ground> {
+    let off_m: [f64; SIDES] =
+        std::array::from_fn(|s| expected.off_m(f.sides_m[s], expected.most_m[s]));
     let worst = (0..SIDES).max_by(|&a, &b| off_m[a].total_cmp(&off_m[b])).unwrap_or(0);
-    let steps = limits.side_off_m.plus(more_m);
-    if let Some((level, limit_m)) = steps.level(off_m[worst]) {
-        // Where folds touch one side may be read wrongly; a specimen of another size has more than
-        // one.
-        let touches = bending_m < limits.touching_bending_length_m;
-        let alone = off_m.iter().filter(|off_m| **off_m > steps.doubtful).count() == 1;
-        let check = "check the specimen's size, the scan's scale, and whether the cloth is cut or folded there";
-        let (level, what_follows) =
-            match (f.scan.is_some() && f.is_fitted(limits), touches && alone) {
-                (true, _) => {
-                    (Level::Reliable, "the fitted drape, with the specimen's sides, is on the scan")
-                }
-                (false, true) => (Level::Doubtful, check),
-                (false, false) => (level, check),
-            };
-        let text = format!(
-            "side {worst} of the rim measures {:.1} mm; between {:.1} and {:.1} mm are expected of this cloth (limit \
-             {:.1} mm beyond; the four measure {lengths}): {what_follows}",
-            mm(f.sides_m[worst]),
-            mm(least_m),
-            mm(most_m[worst]),
-            mm(limit_m)
-        );
-        let measured = (mm(off_m[worst]), mm(limit_m), "mm");
-        grounds.push(Ground::new(Code::SideLength, level, measured, text));
-    }
-    grounds
+    let steps = limits.side_off_m.plus(expected.more_m);
+    let (level, limit_m) = steps.level(off_m[worst])?;
+    let alone = off_m.iter().filter(|off_m| **off_m > steps.doubtful).count() == 1;
+    let check =
+        "check the specimen's size, the scan's scale, and whether the cloth is cut or folded there";
+    let is_fitted = f.scan.is_some() && f.is_fitted(limits);
+    let (level, what_follows) = match (is_fitted, expected.touches && alone) {
+        (true, _) => {
+            (Level::Reliable, "the fitted drape, with the specimen's sides, is on the scan")
+        }
+        (false, true) => (Level::Doubtful, check),
+        (false, false) => (level, check),
+    };
+    let text = format!(
+        "side {worst} of the rim measures {:.1} mm; between {:.1} and {:.1} mm are expected of this cloth (limit \
+         {:.1} mm beyond; the four measure {}): {what_follows}",
+        mm(f.sides_m[worst]),
+        mm(expected.least_m),
+        mm(expected.most_m[worst]),
+        mm(limit_m),
+        expected.lengths
+    );
+    let measured = (mm(off_m[worst]), mm(limit_m), "mm");
+    Some(Ground::new(Code::SideLength, level, measured, text))
 }
 
 /// A scale that moves bending by more than its interval knows of.
