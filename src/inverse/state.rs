@@ -109,3 +109,56 @@ impl<D> State<D> {
         precision.cholesky().map(|factor| factor.solve(&DMatrix::identity(size, size)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inverse::{Sums, at_best};
+
+    const SHARED: f64 = 1.0;
+    const OWN: [f64; 2] = [0.5, -0.25];
+    /// How a place moves with the shared number and with the drape's own.
+    const MOVES: [[f64; 2]; 3] = [[1.0, 0.2], [-0.5, 1.0], [0.3, 0.7]];
+
+    /// A drape without noise, beside a shared number and one of its own.
+    fn part(drape: usize, shared: f64, own: f64) -> Part {
+        let (mut normal, mut right) = (DMatrix::zeros(2, 2), DVector::zeros(2));
+        let mut cost = 0.0;
+        for moves in MOVES {
+            let off = moves[0] * (SHARED - shared) + moves[1] * (OWN[drape] - own);
+            let column = DVector::from_row_slice(&moves);
+            normal += &column * column.transpose();
+            right += &column * off;
+            cost += off * off;
+        }
+        let sums = Sums { normal, right, cost, independent: MOVES.len() as f64 };
+        Part { sums, own: vec![Pull::robust(own, [OWN[drape], 2.0], 1e9)] }
+    }
+
+    #[test]
+    fn one_step_leads_to_the_numbers_of_drapes_without_noise() {
+        let beside = |drape: usize, shared: f64| {
+            at_best([0.0], 1, 0.0, |own: &[f64; 1]| part(drape, shared, own[0]))[0]
+        };
+        let around = |shared: f64, own: [f64; 2]| {
+            let prior = SharedPrior::of_each(&[Pull::robust(shared, [SHARED, 3.0], 1e9)]);
+            let parts = vec![part(0, shared, own[0]), part(1, shared, own[1])];
+            State::around(vec![shared], &prior, vec![(); 2], parts)
+        };
+        assert!((0..2).all(|drape| (beside(drape, SHARED) - OWN[drape]).abs() < 1e-12));
+        let from = around(0.0, [0, 1].map(|drape| beside(drape, 0.0)));
+        let step = from.step(&[[-9.0, 9.0]], 9.0, 0.0).unwrap();
+        assert!((step.to[0] - SHARED).abs() < 1e-12 && (step.moved - 1.0).abs() < 1e-12);
+        // nothing is left there, neither of the data nor of the priors
+        assert!((step.predicted - from.cost).abs() < 1e-12, "{} {}", step.predicted, from.cost);
+        let end = around(SHARED, OWN);
+        assert!(end.cost < 1e-20 && end.misfit() < 1e-10 && end.independent == 6.0);
+
+        // the shared number's variance, the drapes' own as unsure as they are
+        let [shared, both, own] = [[0, 0], [0, 1], [1, 1]]
+            .map(|[a, b]| MOVES.iter().map(|moves| moves[a] * moves[b]).sum::<f64>());
+        let of_one = shared - both * both / (own + 0.25);
+        let variance = 1.0 / (2.0 * of_one + 1.0 / 9.0);
+        assert!((end.covariance(1.0).unwrap()[(0, 0)] - variance).abs() < 1e-12);
+    }
+}
