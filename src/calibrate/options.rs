@@ -80,13 +80,12 @@ impl Default for FitOptions {
                 ..Pose::default()
             },
             along_m: scanned::ALONG_M,
-            // as `refine` has them
             scan_pose_sigma: Pose {
-                offset_m: [0.5e-3; 2],
-                rotation_rad: 5e-3,
-                specimen_m: [0.5e-3; 2],
-                height_m: 0.3e-3,
-                lean_rad: [3e-3; 2],
+                offset_m: [scanned::OFFSET_M; 2],
+                rotation_rad: scanned::ROTATION_RAD,
+                specimen_m: [scanned::OFFSET_M; 2],
+                height_m: scanned::HEIGHT_M,
+                lean_rad: [scanned::TILT_RAD; 2],
                 ..Pose::default()
             },
             finer: 1.5,

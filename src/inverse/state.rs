@@ -13,7 +13,7 @@ pub(crate) struct SharedPrior {
 }
 
 impl SharedPrior {
-    /// Of unknowns each of which has a prior of its own.
+    /// Of unknowns with a prior each.
     pub fn of_each(pulls: &[Pull]) -> Self {
         let each = |of: fn(&Pull) -> f64| DVector::from_iterator(pulls.len(), pulls.iter().map(of));
         Self {
@@ -120,7 +120,7 @@ mod tests {
     /// How a place moves with the shared number and with the drape's own.
     const MOVES: [[f64; 2]; 3] = [[1.0, 0.2], [-0.5, 1.0], [0.3, 0.7]];
 
-    /// A drape without noise, beside a shared number and one of its own.
+    /// A drape without noise, beside a shared and an own number.
     fn part(drape: usize, shared: f64, own: f64) -> Part {
         let (mut normal, mut right) = (DMatrix::zeros(2, 2), DVector::zeros(2));
         let mut cost = 0.0;

@@ -1,4 +1,4 @@
-//! The least squares over one drape: the sums over its data and the priors of its own numbers.
+//! The least squares over one drape: the sums over its data, the priors of its numbers.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -69,12 +69,12 @@ const FIXED: f64 = 1e18;
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     pub sums: Sums,
-    /// The priors of its own numbers.
+    /// The priors of the numbers that it alone has.
     pub own: Vec<Pull>,
 }
 
 impl Part {
-    /// What the drape costs, the priors of its own numbers counted in.
+    /// What the drape costs, with those priors.
     pub fn cost(&self) -> f64 {
         self.own.iter().fold(self.sums.cost, |cost, pull| cost + pull.cost)
     }

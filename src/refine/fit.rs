@@ -145,8 +145,8 @@ impl Target<'_> {
     }
 
     /// Where a rim alone held the first drapes, those to come start from the sheet of the last of
-    /// them with the rim where it was scanned, and only the rim holds. What they remember is then of
-    /// a fabric near the one found. Whether that is so.
+    /// them with the rim where it was scanned, and only the rim holds. What they remember is then
+    /// of a fabric near the one found. Whether that is so.
     fn begin_beside(&mut self, first: &Prediction, options: &FitOptions) -> bool {
         let scan = self.scan();
         if scan.sheet.is_some() {

@@ -17,8 +17,8 @@ use crate::inverse::return_to;
 
 impl Sheets<'_> {
     /// The least squares around a state of a problem, to whose cloth the sheets are led, with more
-    /// unknowns; `None` where a sheet has no sensitivities to them. Some sheets are known to stay on
-    /// a saddle.
+    /// unknowns; `None` where a sheet has no sensitivities to them. Some sheets are known to stay
+    /// on a saddle.
     fn with_more<'p>(
         &mut self,
         own: &Problem<'p>,

@@ -123,8 +123,8 @@ impl Sides {
     }
 }
 
-/// The sides of the rim against what is expected of them: one by one, and those of a rim from a file
-/// in the mean too, which tells its scale. The sheet of a scan is fitted with the specimen's
+/// The sides of the rim against what is expected of them: one by one, and those of a rim from a
+/// file in the mean too, which tells its scale. The sheet of a scan is fitted with the specimen's
 /// lengths; its scale is told by [`Scale`].
 fn sides(f: &Figures, limits: &Limits) -> Vec<Ground> {
     let expected = Sides::of(f, limits);

@@ -255,8 +255,8 @@ fn a_plate_that_is_far_from_level_is_found_to_be() {
     let [x, z] = [TILT, TILT + 1].map(|m| fitted.bench[m].value);
     let errors = errors(&refined, &truth);
     println!("tilt {x:.4} {z:.4}, misfit {:.3}, {errors:.3?}", refined.misfit);
-    // observed: 0.0783 and -0.0483, bending within 2 %; with sensitivities alone 0.0781 and -0.0440,
-    // and 14 %
+    // observed: 0.0783 and -0.0483, bending within 2 %; with sensitivities alone 0.0781 and
+    // -0.0440, and 14 %
     assert!((x - 0.08).hypot(z + 0.05) < 4e-3 && fitted.tilt_rad() > 0.09);
     assert!(errors[3..].iter().all(|e| e.abs() < 0.1), "{errors:?}");
 }
