@@ -1,12 +1,14 @@
 //! What both fits take drapes of scans for: how sure they are, how they lie, how weakly they are
-//! tied, how far their cells are from cloth. Where the numbers come from is in `docs/design/refinement.md`.
+//! tied, how far their cells are from cloth. Where the numbers come from is in
+//! `docs/design/refinement.md`.
 
 /// Standard deviation of a scanned place along the surface \[m\].
 pub(crate) const ALONG_M: f64 = 0.7e-3;
 /// Standard deviation by which a tied drape of the true fabric lies off \[m\].
 pub(crate) const MODEL_M: f64 = 0.5e-3;
-/// Standard deviations of how a bench is laid: place of the specimen on the plate, or of the plate's
-/// axis \[m\], the warp's bearing \[rad\], height of the plate's face \[m\], its tilt \[rad\].
+/// Standard deviations of how a bench is laid: place of the specimen on the plate, or of the
+/// plate's axis \[m\], the warp's bearing \[rad\], height of the plate's face \[m\], its tilt
+/// \[rad\].
 pub(crate) const OFFSET_M: f64 = 0.5e-3;
 pub(crate) const ROTATION_RAD: f64 = 5e-3;
 pub(crate) const HEIGHT_M: f64 = 0.3e-3;
