@@ -5,6 +5,8 @@ pub mod boundary;
 pub mod clock;
 pub mod frame;
 pub mod outline;
+#[cfg(test)]
+pub(crate) mod schema;
 pub mod seed;
 pub mod shard;
 pub mod surface;

@@ -8,6 +8,7 @@ use scan2params::calibrate::cloth_file;
 use scan2params::calibrate::effect::Cloth;
 use scan2params::dataset::sheet_file::read_sheet;
 use scan2params::io::{OutputError, boundary_csv, output};
+use scan2params::report::json::Simulated;
 use scan2params::sim::{Drape, Drop, DropStart, SimOptions, Stop, drape, rim_harmonics_m};
 use scan2params::terminal::value::numerics;
 
@@ -64,17 +65,7 @@ pub(crate) fn run(given: &args::Simulate) -> Outcome {
 /// Prints what became of the drape.
 fn report(given: &args::Simulate, drape: &Drape, cpu_s: Option<f64>) -> Outcome {
     if given.json {
-        let report = serde_json::json!({
-            "stop": drape.stop.name(),
-            "residual_n": drape.residual_n,
-            "energy_j": drape.energy_j,
-            "nodes": drape.nodes,
-            "rim_harmonics_mm": rim_harmonics_m(&drape.boundary).map(|m| m * 1e3),
-            "intersections": drape.intersections,
-            "plate_clearance_mm": drape.plate_clearance_m * 1e3,
-            "factorisations": drape.effort.factorisations,
-            "cpu_s": cpu_s,
-        });
+        let report = Simulated::of(drape, cpu_s);
         say(given, &serde_json::to_string_pretty(&report)?);
     } else {
         let cpu = cpu_s.map_or(String::new(), |s| format!(", {s:.1} CPU-s"));

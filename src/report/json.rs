@@ -2,6 +2,8 @@
 //! unit next to it. `read` and `quality` are null for a rim that was read from a
 //! boundary CSV.
 
+mod simulated;
+
 use serde_json::{Map, Value, json};
 
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
@@ -11,6 +13,8 @@ use crate::job::{Outcome, Refinement};
 use crate::refine::{ReleasedDrape, ScanFit};
 use crate::scan::ScannedBoundary;
 use crate::sim::{Experiment, NUMERICS_VERSION, rim_nodes};
+
+pub use simulated::Simulated;
 
 /// Version of the layout of params.json.
 pub const SCHEMA_VERSION: u32 = 3;

@@ -63,13 +63,18 @@ pub struct Truth {
     pub simulation_from_scanner: Isometry3,
 }
 
-/// [`Truth`] as it stands in a file.
+/// Where a virtual scan of `scan2params augment` truly lies: a point p of the file is at
+/// rotation(p * `unit_m`) + translation in the simulation frame \[m\].
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct TruthFile {
+    /// Metres in a unit of the file \[m\].
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0)))]
     unit_m: f64,
-    /// Quaternion (i, j, k, w).
+    /// Rotation as a unit quaternion, i, j, k, w \[-\].
     simulation_from_scanner_rotation_ijkw: [f64; 4],
+    /// Translation, after the rotation \[m\].
     simulation_from_scanner_translation_m: [f64; 3],
 }
 
@@ -218,4 +223,10 @@ pub(super) fn fuse(views: &[DepthImage], thinning: &Thinning, run_seed: u64) -> 
     };
     let (points, colors) = kept.iter().map(given).unzip();
     Cloud { points, colors, triangles: Vec::new() }
+}
+
+#[cfg(test)]
+#[test]
+fn the_schema_of_a_truth_is_that_of_the_type() {
+    crate::base::schema::holds::<TruthFile>("truth", "NAME.truth.json", &[]);
 }

@@ -129,7 +129,9 @@ impl SimOptions {
 }
 
 /// Why the search for rest ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Stop {
     /// Residual and step are below their limits, and the equilibrium is stable.
     AtRest,

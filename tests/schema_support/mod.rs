@@ -102,6 +102,7 @@ impl<'a> Schema<'a> {
                     let fits = said.as_array().unwrap().iter();
                     fits.filter(|part| self.of(part).fits(value)).count() == 1
                 }
+                "anyOf" => said.as_array().unwrap().iter().any(|part| self.of(part).fits(value)),
                 "required" => {
                     let keys = said.as_array().unwrap().iter().map(|key| key.as_str().unwrap());
                     let missing: Vec<&str> = value.as_object().map_or_else(Vec::new, |object| {
