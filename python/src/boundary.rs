@@ -10,9 +10,10 @@ use scan2params::base::{BoundaryPoint, Surface};
 use scan2params::intake::{Rim, rim};
 use scan2params::io::boundary_csv::{self, OrientedRim};
 use scan2params::job::verdict;
-use scan2params::report::json;
+use scan2params::report::json::Quality;
 use scan2params::scan::{Orientation, ScanOptions};
 use scan2params::sim::rim_nodes;
+use serde_json::json;
 
 use crate::errors::{internal, invalid, of_intake, of_write};
 use crate::{arrays, messages, pickled, words};
@@ -204,7 +205,8 @@ impl Boundary {
     /// a rim that was given.
     #[getter]
     fn quality<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.rim.scanned().map(|scanned| dict(py, &json::quality(scanned))).transpose()
+        let quality = self.rim.scanned().map(|scanned| json!(Quality::of(scanned)));
+        quality.map(|quality| dict(py, &quality)).transpose()
     }
 
     /// dict: What the rim is worth: ``level``, ``not_the_experiment`` and ``grounds``, as in

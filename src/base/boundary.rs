@@ -22,6 +22,7 @@ pub const POINTS: usize = SIDES * POINTS_PER_SIDE;
 /// Whether weft and warp of a rim are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Orientation {
     /// The caller said where the warp points, or a mark on the specimen did.
     Given,

@@ -7,7 +7,8 @@ use super::{Failure, Outcome, args};
 use scan2params::intake::{IntakeError, rim};
 use scan2params::io::{ReadNotes, boundary_csv, output};
 use scan2params::job::verdict;
-use scan2params::report::{files, inspection, json, table, verdict as words};
+use scan2params::report::json::Inspected;
+use scan2params::report::{files, inspection, table, verdict as words};
 use scan2params::scan::{ScanOptions, ScannedBoundary};
 use scan2params::terminal::flags::ScanFlags;
 
@@ -27,9 +28,7 @@ pub(crate) fn inspect(given: &args::Inspect) -> Outcome {
     if given.out.as_deref().is_some_and(output::is_stdout) {
         eprint!("{found}");
     } else if given.json {
-        let mut found = json::quality(&scanned);
-        found["read"] = json::read(&notes);
-        found["verdict"] = serde_json::to_value(&said)?;
+        let found = Inspected::of(&scanned, &notes, said.clone());
         println!("{}", serde_json::to_string_pretty(&found)?);
     } else {
         print!("{found}");

@@ -3,11 +3,9 @@
 
 use serde_json::{Map, Value, json};
 
+pub(super) use crate::fabric::params::NOTE;
 use crate::fabric::params::Params;
 use crate::fabric::{STIFFNESSES, TABLE_2};
-
-/// The line under which every result goes out.
-pub(super) const NOTE: &str = "simulation parameters, not measured mechanical properties";
 
 /// Who made a file.
 pub(super) fn made_by() -> String {

@@ -38,6 +38,8 @@ pub struct Params {
     pub model: Option<String>,
 }
 
+/// The line under which every result goes out.
+pub const NOTE: &str = "simulation parameters, not measured mechanical properties";
 /// The word for a result that is not to be used, in the files of `estimate`.
 pub const DO_NOT_USE: &str = "do_not_use";
 

@@ -4,7 +4,9 @@ use super::state::{State, Step};
 use crate::sim::{Follower, Kept};
 
 /// Why a fit ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Ended {
     /// Nothing more to be gained.
     Converged,

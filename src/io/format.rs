@@ -7,6 +7,7 @@ use serde::Serialize;
 /// The formats that [`super::read_scan`] reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Format {
     /// Polygon file format: ascii, binary of both byte orders.
     Ply,

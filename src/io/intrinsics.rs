@@ -35,14 +35,15 @@ const LARGEST_RAY_ERROR_PX: f64 = 0.05;
 
 /// A pinhole with distortion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Intrinsics {
-    /// Columns and rows of the image they hold for; `None` for any.
+    /// Columns and rows of the image they hold for \[pixels\]; `None` for any.
     pub size_px: Option<[usize; 2]>,
     /// Focal lengths in x and y \[pixels\].
     pub focal_px: [f64; 2],
     /// Principal point, x and y \[pixels\].
     pub centre_px: [f64; 2],
-    /// k1, k2, p1, p2, k3 of Brown and Conrady; zeros for none.
+    /// k1, k2, p1, p2, k3 of Brown and Conrady \[-\]; zeros for none.
     pub distortion: [f64; 5],
 }
 

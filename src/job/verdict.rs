@@ -44,6 +44,7 @@ pub use scale::{Scale, ScaleBy};
 /// How far a result can be relied on. The order is from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Level {
     /// The scan and the result look normal. As the level of a ground: a note, which does not make
     /// the result any worse.
@@ -83,8 +84,9 @@ impl Level {
 macro_rules! codes {
     ($($(#[$doc:meta])* $code:ident = $name:literal,)*) => {
         /// What a ground is about. The names in files are stable: programs compare them.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Code { $($(#[$doc])* $code,)* }
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+        #[cfg_attr(test, derive(schemars::JsonSchema))]
+        pub enum Code { $($(#[$doc])* #[serde(rename = $name)] $code,)* }
 
         impl Code {
             /// All codes.
@@ -162,14 +164,9 @@ codes! {
     ReleasedDrapeIntersects = "released_drape_intersects",
 }
 
-impl Serialize for Code {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
-
 /// One thing that speaks against a result, or has to be known with it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Ground {
     /// What it is about.
     pub code: Code,
@@ -178,6 +175,9 @@ pub struct Ground {
     /// Whether what was scanned is not the experiment.
     pub not_the_experiment: bool,
     /// The stiffness that it concerns, by its key in params.json; `None` for all.
+    #[cfg_attr(test, schemars(extend("enum" = [
+        "stretch_weft", "stretch_warp", "shear", "bending_weft", "bending_warp", "bending_bias", null
+    ])))]
     pub parameter: Option<&'static str>,
     /// The number measured \[`unit`\].
     pub measured: f64,
@@ -185,7 +185,7 @@ pub struct Ground {
     pub limit: f64,
     /// Unit of both, empty for counts and shares.
     pub unit: &'static str,
-    /// What was measured, the limit and the remedy, in words.
+    /// What was measured, the limit and the remedy, in words, which may change.
     pub text: String,
 }
 
@@ -216,6 +216,7 @@ pub type Measured = (f64, f64, &'static str);
 
 /// What a result is worth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Verdict {
     /// The worst level of all grounds.
     pub level: Level,
@@ -225,6 +226,7 @@ pub struct Verdict {
     pub grounds: Vec<Ground>,
     /// The scan's scale; not there without an answer, or where the cloth was not seen from edge to
     /// edge.
+    #[cfg_attr(test, schemars(with = "Scale"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<Scale>,
 }

@@ -12,11 +12,13 @@ use crate::fabric::Fabric;
 use crate::sim::{Drape, Drop, DropStart, SimOptions, drape};
 
 /// What a drape was started from before it was released.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum StartedFrom {
-    /// The whole scanned sheet: [`DropStart::Surface`].
+    /// The whole scanned sheet.
     Sheet,
-    /// The rim alone: [`DropStart::Guided`].
+    /// The rim alone.
     Rim,
 }
 

@@ -7,8 +7,9 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-/// The colour of a mark: red, green, blue.
+/// The colour of a mark: red, green, blue, 0 to 255 \[-\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct MarkColor(pub [u8; 3]);
 
 /// Names, with the colours of tape and chalk rather than of screens.

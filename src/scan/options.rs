@@ -10,18 +10,20 @@ use crate::base::frame::{PLATE_RADIUS_M, SPECIMEN_SIDE_M};
 /// Where the specimen's warp (the +x axis of the simulation frame) points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum WarpToward {
-    /// A direction in the scan's frame; its horizontal part counts.
+    /// A direction in the scan's frame \[-\]; its horizontal part counts.
     Direction([f64; 3]),
-    /// A bearing in degrees, see [`super::frame::Bearing`].
+    /// A bearing, counter-clockwise from above, from the scan's x axis \[deg\].
     BearingDeg(f64),
 }
 
 /// The part of a scan that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Crop {
-    /// What lies within a radius of the plate. Where [`ScanOptions::plate_near`] is given the plate
+    /// What lies within a radius of the plate. Where `plate_near` is given the plate
     /// is looked for within a sphere about that place, and a sphere about the plate stays.
     /// Otherwise a cylinder about the plate's axis stays, once the plate is found.
     Radius {
@@ -30,9 +32,9 @@ pub enum Crop {
     },
     /// What lies within a box along the file's axes.
     Box {
-        /// Its corner of the smallest coordinates, file's frame and unit.
+        /// Its corner of the smallest coordinates, file's frame and unit \[file's unit\].
         low: [f64; 3],
-        /// Its corner of the largest.
+        /// Its corner of the largest \[file's unit\].
         high: [f64; 3],
     },
 }
@@ -46,6 +48,7 @@ pub const PLATE_WITHIN_M: f64 = 0.1;
 
 /// The settings of one scan, all with defaults.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct ScanOptions {
     /// The file's unit; `None` guesses it from the scene's size.
     pub unit: Option<LengthUnit>,
@@ -64,13 +67,13 @@ pub struct ScanOptions {
     pub mark: Option<MarkColor>,
     /// The part of the scan that is looked at; `None` looks at all of it.
     pub crop: Option<Crop>,
-    /// A direction in the scan's frame within [`UP_WITHIN_DEG`] of which the plate's normal
-    /// lies; `None` finds it from the cloth.
+    /// A direction in the scan's frame \[-\] within 20 degrees of which ([`UP_WITHIN_DEG`]) the
+    /// plate's normal lies; `None` finds it from the cloth.
     pub up: Option<[f64; 3]>,
-    /// A place in the file's frame and unit within [`PLATE_WITHIN_M`] of which the plate's
-    /// centre lies; `None` looks everywhere.
+    /// A place \[file's unit\] in the file's frame within 100 mm of which ([`PLATE_WITHIN_M`]) the
+    /// plate's centre lies; `None` looks everywhere.
     pub plate_near: Option<[f64; 3]>,
-    /// Seed of the plane consensus.
+    /// Seed of the plane consensus \[-\].
     pub seed: u64,
     /// Largest arc of the rim that is bridged \[m\]. Empirical, as the four below, from
     /// `scan2params-lab scan`: a scan that is answered must not be off by 5 mm anywhere.
@@ -86,9 +89,9 @@ pub struct ScanOptions {
     /// the scan's noise is left; more means that the sheet took a wrong turn, or that the cloth has
     /// creases.
     pub max_misfit_m: f64,
-    /// See [`ScanOptions::max_misfit_m`].
+    /// What each metre of noise adds to `max_misfit_m` \[-\].
     pub max_misfit_per_noise: f64,
-    /// Smallest share of the rim that must be observed.
+    /// Smallest share of the rim that must be observed \[-\].
     pub min_observed: f64,
     /// By how much larger it must be for each metre of noise beyond 1 mm \[1/m\].
     pub min_observed_per_noise: f64,
@@ -99,9 +102,11 @@ pub struct ScanOptions {
     /// of noise adds. Where soft cloth lies double between folds that touch, sides are read up to 9
     /// mm off.
     pub max_uneven_m: f64,
-    /// See [`ScanOptions::max_uneven_m`].
+    /// What each metre of noise adds to `max_uneven_m` \[-\].
     pub max_uneven_per_noise: f64,
     /// The tuned constants; written with a result only where they are not those that ship.
+    /// src/scan/tuning.rs has names and units.
+    #[cfg_attr(test, schemars(with = "serde_json::Map<String, serde_json::Value>"))]
     #[serde(skip_serializing_if = "Tuning::is_shipped")]
     pub tuning: Tuning,
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 /// Units that sensors and programs write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum LengthUnit {
     /// Metres.
     Metre,

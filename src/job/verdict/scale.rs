@@ -13,17 +13,19 @@ use super::figures::{Figures, OnPlate};
 use super::limits::Limits;
 use crate::numeric::moments::Z90;
 
-/// The scale of a scan by one thing of known size \[-\].
+/// The scale of a scan by one thing of known size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct ScaleBy {
-    /// Lengths in the scan over true ones.
+    /// Lengths in the scan over true ones \[-\].
     pub value: f64,
-    /// Its standard deviation.
+    /// Its standard deviation \[-\].
     pub sigma: f64,
 }
 
 /// The scale of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Scale {
     /// Lengths in the scan over true ones, by cloth and plate \[-\].
     pub value: f64,

@@ -6,12 +6,13 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+/// The line that every report ends with.
+pub use crate::fabric::params::NOTE;
+
 const STYLE: &str = include_str!("style.css");
 /// What a browser may load: nothing but what is in the file.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
-/// The line that every report ends with.
-pub const NOTE: &str = "simulation parameters, not measured mechanical properties";
 
 /// What is around the sections.
 pub(super) struct Shell<'a> {
