@@ -36,8 +36,9 @@ pub(crate) fn holds<T: JsonSchema>(name: &str, title: &str, of_params: &[&str]) 
 /// value that is not known.
 fn tidy(schema: &mut Value, nothing: &str, of_params: &[&str]) {
     let Some(keywords) = schema.as_object_mut() else { return };
-    // How the program holds a number.
+    // How the program holds a number, and what it takes where nothing is said.
     keywords.remove("format");
+    keywords.remove("default");
     keywords.retain(|keyword, said| keyword != "additionalProperties" || *said != true);
     if keywords.contains_key("properties") && !keywords.contains_key("additionalProperties") {
         keywords.insert("additionalProperties".to_owned(), false.into());
@@ -50,7 +51,9 @@ fn tidy(schema: &mut Value, nothing: &str, of_params: &[&str]) {
             ("description", Value::String(text)) => *text = description(text, nothing),
             ("$ref", Value::String(target)) => {
                 let part = target.strip_prefix("#/$defs/").unwrap_or_default();
-                if of_params.contains(&part) {
+                if part == "Params" {
+                    "params.schema.json".clone_into(target);
+                } else if of_params.contains(&part) {
                     *target = format!("params.schema.json{target}");
                 }
             }

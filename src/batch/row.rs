@@ -11,6 +11,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// How a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Status {
     /// With an estimate.
     Ok,
@@ -61,29 +62,37 @@ impl From<FailureKind> for Status {
     }
 }
 
-/// What became of one scan: a line of `journal.jsonl` and `results.jsonl`.
+/// What became of one scan of `scan2params batch`: a line of results.jsonl, of journal.jsonl, and of
+/// stdout with --json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Row {
-    /// [`SCHEMA_VERSION`].
+    /// Version of the layout \[-\]; raised when a field changes its meaning or goes.
+    #[cfg_attr(test, schemars(extend("const" = SCHEMA_VERSION)))]
     pub schema_version: u32,
     /// Path in the folder, with slashes.
     pub file: String,
     /// How it ended.
     pub status: Status,
-    /// The exit code that `estimate` would have given: [`Status::exit_code`], or that of a
-    /// refused scan where there is a result that may not be used.
+    /// The exit code that `estimate` would have given \[-\]: that of the status, or that of a refused
+    /// scan where there is a result that may not be used.
+    #[cfg_attr(test, schemars(extend("enum" = [0, 1, 2, 4])))]
     pub exit_code: u8,
-    /// Why there is no estimate.
+    /// Why there is no estimate; `None` where there is one.
     pub reason: Option<String>,
-    /// Areal density \[g/m^2\].
+    /// Areal density given \[g/m^2\]; `None`: none.
     pub density_g_m2: Option<f64>,
-    /// SHA-256 of the scan's bytes.
+    /// SHA-256 of the scan's bytes, in hexadecimal; `None` where it could not be read.
+    #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
     pub input_sha256: Option<String>,
-    /// SHA-256 over everything else that the result depends on.
+    /// SHA-256 over everything else that the result depends on, in hexadecimal.
+    #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
     pub settings_sha256: Option<String>,
     /// Time it took \[s\].
+    #[cfg_attr(test, schemars(range(min = 0)))]
     pub seconds: f64,
-    /// The content of params.json.
+    /// The content of params.json; `None` without an estimate.
+    #[cfg_attr(test, schemars(with = "Option<crate::report::json::Params>"))]
     pub result: Option<serde_json::Value>,
 }
 
@@ -158,6 +167,12 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_schema_of_a_row_is_that_of_the_type() {
+        let title = "A line of results.jsonl";
+        crate::base::schema::holds::<Row>("batch-line", title, &["Params"]);
+    }
 
     #[test]
     fn a_row_s_exit_code_follows_its_verdict_and_what_is_asked() {

@@ -28,37 +28,45 @@ const PROGRAM: &str = concat!("scan2params ", env!("CARGO_PKG_VERSION"));
 /// Begins each key of a file's metadata.
 const KEY: &str = "scan2params.";
 
-/// What decides the bytes of a dataset. Thread count and shard do not.
+/// What a folder of `scan2params generate` was made with: what decides the bytes of a dataset.
+/// Thread count and shard do not. Written once; another run with other options is refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// `scan2params/dataset/2`; 1 in older folders.
+    /// What the file is. Version 1, in older folders: `boundary_mm` is 2928 bytes, 732 little-endian
+    /// floats; `at_rest` is what version 2 calls `converged`.
+    #[cfg_attr(test, schemars(extend("enum" = [OLDER_SCHEMAS[0], SCHEMA])))]
     pub schema: String,
     /// Version of the program that began the folder; not compared.
     pub program: String,
-    /// [`NUMERICS_VERSION`] of the simulator.
+    /// Version of the simulator's numerics \[-\].
     pub simulator_numerics: u32,
-    /// The simulator's own options.
+    /// The simulator's options in SI units; src/sim has names and units.
+    #[cfg_attr(test, schemars(with = "serde_json::Map<String, serde_json::Value>"))]
     pub simulator: serde_json::Value,
     /// Name of the prior.
     pub prior: String,
-    /// SHA-256 of the prior's file.
+    /// SHA-256 of the prior's file, in hexadecimal.
+    #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
     pub prior_sha256: String,
-    /// Lower and upper ends of the prior's box, the paper's units and order.
+    /// Lower and upper ends of the prior's box: S^u, S^v, H \[g/s^2\], B^u, B^v, B^h
+    /// \[g mm^2 s^-2 rad^-1\], density \[g/m^2\].
     pub prior_limits: [[f64; PARAMETERS]; 2],
-    /// Seed of the run.
+    /// Seed of the run \[-\].
     pub seed: u64,
-    /// Drops of each fabric.
+    /// Drops of each fabric \[count\].
     pub drops_per_fabric: u64,
-    /// Samples per file.
+    /// Samples per file \[count\].
     pub chunk_rows: u64,
     /// Whether every sheet fell canonically; not there where each fell in its own way.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub canonical: bool,
     /// How sheets were continued from sample to sample; absent if each was dropped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(with = "Walks"))]
     pub walks: Option<Walks>,
-    /// Samples asked for, the largest of all runs on the folder; not compared.
+    /// Samples asked for, the largest of all runs on the folder \[count\]; not compared.
     pub count: u64,
 }
 
@@ -195,4 +203,10 @@ impl Manifest {
         };
         write().map_err(GenerateError::io(&path))
     }
+}
+
+#[cfg(test)]
+#[test]
+fn the_schema_of_a_manifest_is_that_of_the_type() {
+    crate::base::schema::holds::<Manifest>("dataset", "manifest.json of generate", &[]);
 }

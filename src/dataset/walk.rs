@@ -19,11 +19,13 @@ use crate::fabric::Fabric;
 
 /// How a run walks from fabric to fabric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Walks {
-    /// Drapes of one walk: a drop and the fabrics to which its sheet is then continued.
+    /// Drapes of one walk: a drop and the fabrics to which its sheet is then continued
+    /// \[count\].
     pub rows: u64,
-    /// Consecutive fabrics of the prior that are ordered among themselves.
+    /// Consecutive fabrics of the prior that are ordered among themselves \[count\].
     pub pool: u64,
 }
 
