@@ -8,7 +8,8 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::effect::{Acts, Cloth, EFFECTS, Effect, Number};
 use super::fit::Fitted;
@@ -16,10 +17,13 @@ use super::manifest::Face;
 use super::result::Doubt;
 use crate::base::text;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2};
-use crate::fabric::params::{self, ParamsError};
-use crate::fabric::{Fabric, STIFFNESSES, TABLE_2};
+use crate::fabric::params::{self, NOTE, ParamsError};
+use crate::fabric::{Fabric, STIFFNESSES, Stiffnesses, TABLE_2};
 use crate::sim::Experiment;
 use crate::sim::experiment::ExperimentError;
+
+/// Version of the layout of the file.
+const SCHEMA_VERSION: u32 = 1;
 
 /// Why a file gives no fabric with effects.
 #[derive(Debug, thiserror::Error)]
@@ -40,8 +44,138 @@ pub enum ClothFileError {
     Experiment(#[from] ExperimentError),
 }
 
-fn ground(doubt: &Doubt) -> Value {
-    json!({ "level": "doubtful", "code": doubt.code, "text": doubt.text })
+/// The fabric that `scan2params calibrate` found, with its effects: `simulate --params`,
+/// `estimate --effects` and `export` read it.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct ClothFile {
+    /// Version of the layout \[-\]; raised when a field changes its meaning or goes.
+    #[cfg_attr(test, schemars(extend("const" = SCHEMA_VERSION)))]
+    schema_version: u32,
+    /// The six stiffnesses.
+    parameters: Stiffnesses<Parameter>,
+    /// Areal density.
+    density: Density,
+    /// Effects beyond the seven parameters, a number each.
+    effects: Vec<EffectNumber>,
+    /// What the fabric is worth.
+    verdict: Worth,
+    /// Version of the program that wrote this.
+    #[cfg_attr(test, schemars(extend("pattern" = r"^[0-9]+\.[0-9]+\.[0-9]+")))]
+    version: &'static str,
+    /// What the numbers are not.
+    #[cfg_attr(test, schemars(extend("const" = NOTE)))]
+    note: &'static str,
+}
+
+/// A stiffness.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Parameter {
+    /// The value \[`unit`\].
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0)))]
+    value: f64,
+    /// Its unit.
+    #[cfg_attr(test, schemars(extend("enum" = ["g/s^2", "g mm^2 s^-2 rad^-1"])))]
+    unit: &'static str,
+    /// 90 % interval \[`unit`\].
+    interval90: [f64; 2],
+}
+
+/// Areal density.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Density {
+    /// The value \[g/m^2\].
+    value: f64,
+    /// Its unit.
+    #[cfg_attr(test, schemars(extend("const" = DENSITY_UNIT)))]
+    unit: &'static str,
+    /// Whether it was given; else stiffnesses are those for the one assumed.
+    known: bool,
+}
+
+/// A number of an effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct EffectNumber {
+    /// The effect.
+    pub name: String,
+    /// Which of its numbers.
+    pub part: String,
+    /// The value \[`unit`\].
+    pub value: f64,
+    /// Unit of value and interval.
+    pub unit: String,
+    /// 90 % interval \[`unit`\].
+    #[serde(default)]
+    pub interval90: [f64; 2],
+}
+
+/// What a calibrated fabric is worth.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Worth {
+    /// Doubtful where there is a ground.
+    #[cfg_attr(test, schemars(extend("enum" = ["reliable", "doubtful"])))]
+    level: &'static str,
+    /// Why it is doubtful.
+    grounds: Vec<Ground>,
+}
+
+/// A ground.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct Ground {
+    /// Its level.
+    #[cfg_attr(test, schemars(extend("const" = "doubtful")))]
+    level: &'static str,
+    /// Its name.
+    #[cfg_attr(test, schemars(extend("enum" = [
+        "calibration_undecided", "calibration_unexplained", "cells_too_coarse"
+    ])))]
+    code: &'static str,
+    /// A sentence.
+    text: String,
+}
+
+impl EffectNumber {
+    /// A number and its interval, SI, in the unit of files.
+    pub(crate) fn of(number: &Number, value: f64, interval90: [f64; 2]) -> Self {
+        let (unit, size) = number.unit();
+        Self {
+            name: Effect::of(number).map_or("", |effect| effect.name).to_owned(),
+            part: number.key.to_owned(),
+            value: value / size,
+            unit: unit.to_owned(),
+            interval90: interval90.map(|end| end / size),
+        }
+    }
+
+    /// The number that is meant, and its value, SI.
+    fn known(&self) -> Result<(&'static Number, f64), String> {
+        let Self { name, part, value, unit, .. } = self;
+        let effect = Effect::named(name).ok_or_else(|| {
+            let known: Vec<&str> = EFFECTS.iter().map(|effect| effect.name).collect();
+            format!("no effect `{name}`; known are {}", known.join(", "))
+        })?;
+        let number = effect.numbers.iter().find(|number| number.key == part).ok_or_else(|| {
+            let known: Vec<&str> = effect.numbers.iter().map(|number| number.key).collect();
+            format!("{name} has no part `{part}`; known are {}", known.join(", "))
+        })?;
+        let (meant, size) = number.unit();
+        if unit != meant {
+            return Err(format!("{name} {part} is in `{meant}`, not in `{unit}`"));
+        }
+        let ([least, most], value) = (number.limits, value * size);
+        if !(least..=most).contains(&value) {
+            let [least, most] = [least, most].map(|end| end / size);
+            return Err(format!(
+                "{name} {part}: give a number from {least:.3} to {most:.3} {unit}"
+            ));
+        }
+        Ok((number, value))
+    }
 }
 
 /// The text of a fit's fabric, with what makes it doubtful; without a known density its stiffnesses
@@ -50,45 +184,37 @@ fn ground(doubt: &Doubt) -> Value {
 pub fn text(fitted: &Fitted, density_known: bool, doubts: &[Doubt]) -> Value {
     let values = fitted.cloth.fabric.to_paper_units();
     let si = fitted.cloth.fabric.in_si();
-    let parameters: Map<String, Value> = (0..STIFFNESSES)
-        .map(|k| {
-            let unit = values[k] / si[k];
-            let value = json!({
-                "value": values[k],
-                "unit": TABLE_2[k].unit,
-                "interval90": fitted.stiffnesses[k].interval90.map(|v| v * unit),
-            });
-            (TABLE_2[k].key.to_owned(), value)
-        })
-        .collect();
-    let effect = |((number, value), ends): (&(&Number, f64), &[f64; 2])| {
-        let (unit, size) = number.unit();
-        json!({
-            "name": Effect::of(number).map_or("", |effect| effect.name),
-            "part": number.key,
-            "value": value / size,
-            "unit": unit,
-            "interval90": ends.map(|end| end / size),
-        })
+    let parameter = |k: usize| {
+        let unit = values[k] / si[k];
+        let interval90 = fitted.stiffnesses[k].interval90.map(|v| v * unit);
+        Parameter { value: values[k], unit: TABLE_2[k].unit, interval90 }
     };
+    let parameters: [Parameter; STIFFNESSES] = std::array::from_fn(parameter);
     // a sensor's edge is the scans', and nothing that can be simulated
     let effects = fitted.cloth.effects.iter().zip(&fitted.intervals90);
-    let effects = effects.filter(|((number, _), _)| number.acts != Acts::Edge).map(effect);
-    json!({
-        "schema_version": 1,
-        "parameters": parameters,
-        "density": {
-            "value": fitted.cloth.fabric.density_kg_m2 / KG_M2_PER_G_M2,
-            "unit": DENSITY_UNIT,
-            "known": density_known,
+    let effects = effects.filter(|((number, _), _)| number.acts != Acts::Edge);
+    let grounds = doubts.iter().map(|doubt| Ground {
+        level: "doubtful",
+        code: doubt.code,
+        text: doubt.text.clone(),
+    });
+    json!(ClothFile {
+        schema_version: SCHEMA_VERSION,
+        parameters: parameters.into(),
+        density: Density {
+            value: fitted.cloth.fabric.density_kg_m2 / KG_M2_PER_G_M2,
+            unit: DENSITY_UNIT,
+            known: density_known,
         },
-        "effects": effects.collect::<Vec<_>>(),
-        "verdict": {
-            "level": if doubts.is_empty() { "reliable" } else { "doubtful" },
-            "grounds": doubts.iter().map(ground).collect::<Vec<_>>(),
+        effects: effects
+            .map(|((number, value), ends)| EffectNumber::of(number, *value, *ends))
+            .collect(),
+        verdict: Worth {
+            level: if doubts.is_empty() { "reliable" } else { "doubtful" },
+            grounds: grounds.collect(),
         },
-        "version": env!("CARGO_PKG_VERSION"),
-        "note": "simulation parameters, not measured mechanical properties",
+        version: env!("CARGO_PKG_VERSION"),
+        note: NOTE,
     })
 }
 
@@ -114,7 +240,11 @@ pub fn read_effects(path: &Path) -> Result<Vec<(&'static Number, f64)>, ClothFil
         return Ok(Vec::new());
     };
     let list = list.as_array().ok_or_else(|| fault("no list; see docs/formats.md".to_owned()))?;
-    list.iter().map(|entry| number_of(entry).map_err(fault)).collect()
+    let number =
+        |entry: &Value| EffectNumber::deserialize(entry).map_err(|e| e.to_string())?.known();
+    list.iter()
+        .map(|entry| number(entry).map_err(|what| fault(format!("`{entry}`: {what}"))))
+        .collect()
 }
 
 /// The standard experiment with the effects of a file, the specimen with this face up: what a
@@ -130,33 +260,6 @@ pub fn experiment(path: &Path, face: Face) -> Result<Experiment, ClothFileError>
     Ok(experiment)
 }
 
-/// One number of an effect, SI.
-fn number_of(entry: &Value) -> Result<(&'static Number, f64), String> {
-    let word = |key: &str| {
-        let found = entry.get(key).and_then(Value::as_str);
-        found.ok_or_else(|| format!("`{entry}` has no `{key}`"))
-    };
-    let (name, part, unit) = (word("name")?, word("part")?, word("unit")?);
-    let effect = Effect::named(name).ok_or_else(|| {
-        let known: Vec<&str> = EFFECTS.iter().map(|effect| effect.name).collect();
-        format!("no effect `{name}`; known are {}", known.join(", "))
-    })?;
-    let number = effect.numbers.iter().find(|number| number.key == part).ok_or_else(|| {
-        let known: Vec<&str> = effect.numbers.iter().map(|number| number.key).collect();
-        format!("{name} has no part `{part}`; known are {}", known.join(", "))
-    })?;
-    if unit != number.unit().0 {
-        return Err(format!("{name} {part} is in `{}`, not in `{unit}`", number.unit().0));
-    }
-    let value = entry.get("value").and_then(Value::as_f64).map(|value| value * number.unit().1);
-    let [least, most] = number.limits;
-    let value = value.filter(|value| (least..=most).contains(value)).ok_or_else(|| {
-        let [least, most] = [least, most].map(|end| end / number.unit().1);
-        format!("{name} {part}: give a number from {least:.3} to {most:.3} {unit}")
-    })?;
-    Ok((number, value))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,6 +271,12 @@ mod tests {
         let path = folder.path().join("f.params.json");
         std::fs::write(&path, json!({ "effects": effects }).to_string()).unwrap();
         read_effects(&path).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_schema_of_a_calibrated_fabric_is_that_of_the_type() {
+        let title = "FABRIC.params.json of calibrate";
+        crate::base::schema::holds::<ClothFile>("calibrated-fabric", title, &[]);
     }
 
     #[test]
@@ -211,7 +320,7 @@ mod tests {
             (of("softening", "wrap", 1.0, "mm"), "no part `wrap`; known are weft, warp, bias"),
             (of("softening", "warp", 1.0, "m"), "is in `mm`, not in `m`"),
             (of("softening", "warp", 99.0, "mm"), "give a number from 0.000 to 12.000 mm"),
-            (json!([{ "name": "softening" }]), "has no `part`"),
+            (json!([{ "name": "softening" }]), "missing field `part`"),
             (json!({ "softening": 1.0 }), "no list"),
         ] {
             let error = said(&entry).unwrap_err();

@@ -263,11 +263,15 @@ pub const PATTERNS: [Effect; 3] = [
 ];
 
 /// What a field over the cloth is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum FieldOf {
     /// Natural curvature along the weft \[1/m\].
+    #[serde(rename = "weft")]
     CurvatureWeft,
     /// Natural curvature along the warp \[1/m\].
+    #[serde(rename = "warp")]
     CurvatureWarp,
     /// Weight, as a share of the cloth's.
     Weight,
@@ -276,7 +280,9 @@ pub enum FieldOf {
 }
 
 /// What a field's layer does when the specimen is turned over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Layer {
     /// It turns over with it.
     Turns,

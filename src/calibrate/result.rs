@@ -69,7 +69,9 @@ pub struct After {
 }
 
 /// What was found of a fabric beyond the plain model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum Verdict {
     /// One effect, or one of a few that the drapes do not tell apart, is as good as sure, and
     /// drapes held out confirm it where there are any.

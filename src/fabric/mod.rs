@@ -6,6 +6,7 @@ mod likeness;
 mod mixture;
 pub mod params;
 mod range;
+mod stiffnesses;
 mod values;
 
 pub use digest::sha256_hex;
@@ -15,4 +16,5 @@ pub use range::{
     DENSITY_LIMITS_G_M2, FabricError, Fault, PARAMETERS, ParameterRange, STIFFNESSES, TABLE_2,
     Warning, check_density,
 };
+pub use stiffnesses::Stiffnesses;
 pub use values::Fabric;

@@ -3,11 +3,13 @@
 //! Each fabric by itself is a [`Section`], all of it text, which can be kept; the whole is put
 //! together from sections.
 
+mod file;
 mod json;
 mod picture;
 mod table;
 
-pub use json::{SCHEMA_VERSION, json, json_of};
+pub use file::SCHEMA_VERSION;
+pub use json::{json, json_of};
 pub use picture::picture;
 pub use table::table;
 
@@ -52,7 +54,7 @@ pub fn check(folder: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
 pub fn write(fabric: &FabricResult, folder: &Path) -> Result<Section, WriteError> {
     Ok(Section {
         name: fabric.name.clone(),
-        json: of_fabric(fabric),
+        json: serde_json::json!(of_fabric(fabric)),
         table: fabric_table(fabric),
         page: page::calibration::section(fabric).into_string(),
         drapes: fabric.drapes.len(),

@@ -5,7 +5,6 @@ mod params;
 mod refinement;
 mod scan;
 mod simulated;
-mod stiffnesses;
 
 use serde_json::{Value, json};
 
@@ -17,7 +16,6 @@ pub use refinement::{Arc, Before, Bench, BenchNumber, Companion, Fit, Refinement
 pub use refinement::{ReleasedDrape, ScanFit, Shown, TiedDrape};
 pub use scan::{Inspected, Mesh, Quality, Read, View};
 pub use simulated::Simulated;
-pub use stiffnesses::Stiffnesses;
 
 /// The result as JSON.
 #[must_use]

@@ -1,7 +1,9 @@
 //! The table of a calibration for people.
 
-use super::json::{Shown, cause_names, finite, numbers_of};
+use super::file::Fitted;
+use super::json::{cause_names, finite, line, numbers_of};
 use crate::base::units::{KG_M2_PER_G_M2, M_PER_MM};
+use crate::calibrate::cloth_file::EffectNumber;
 use crate::calibrate::explain::Cause;
 use crate::calibrate::field::{Field, Strongest};
 use crate::calibrate::manifest::Face;
@@ -53,7 +55,7 @@ pub(super) fn fabric_table(fabric: &FabricResult) -> String {
                     100.0 * s.shown
                 );
             }
-            numbers_of(fitted).iter().for_each(|number| text += &number.line());
+            numbers_of(fitted).iter().for_each(|of| text += &line(&of.number, of.at_limit));
             text += &format!(
                 "  {} after {} drapes, misfit {:.2}\n",
                 fitted.ended.name(),
@@ -103,15 +105,16 @@ fn effects_table(fabric: &FabricResult) -> String {
     if let Some(after) = &fabric.after {
         for found in &after.effects {
             for (number, value, ends) in &found.numbers {
-                text += &Shown::of(number, *value, *ends).line();
+                text += &line(&EffectNumber::of(number, *value, *ends), false);
             }
             if !found.group.is_empty() {
                 text += &format!("    not told apart from {}\n", found.group.join(", "));
             }
         }
-        for number in numbers_of(&after.fitted) {
-            if fabric.fitted.iter().flat_map(numbers_of).any(|own| own.name == number.name) {
-                text += &number.line();
+        for of in numbers_of(&after.fitted) {
+            let is_it = |own: &Fitted| own.number.name == of.number.name;
+            if fabric.fitted.iter().flat_map(numbers_of).any(|own| is_it(&own)) {
+                text += &line(&of.number, of.at_limit);
             }
         }
         text += "  with that\n";

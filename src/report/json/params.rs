@@ -4,12 +4,11 @@ use serde::Serialize;
 
 use super::refinement::{Refinement, ReleasedDrape, TiedDrape};
 use super::scan::{Quality, Read};
-use super::stiffnesses::Stiffnesses;
 use crate::base::boundary::Orientation;
 use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
 use crate::estimate::ParameterEstimate;
 use crate::fabric::params::NOTE;
-use crate::fabric::{Likeness, PARAMETERS};
+use crate::fabric::{Likeness, PARAMETERS, Stiffnesses};
 use crate::io::ReadOptions;
 use crate::job::Outcome;
 use crate::job::verdict::Verdict;
@@ -184,7 +183,7 @@ pub struct Model {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Simulator {
     /// Version of its numerics \[-\]: within one, the same input gives the same bits.
-    pub numerics_version: u32,
+    pub numerics_version: u64,
 }
 
 impl Params {
@@ -221,7 +220,7 @@ impl Params {
             },
             warnings: estimate.warnings.iter().map(ToString::to_string).collect(),
             model: Model { id, sha256 },
-            simulator: Simulator { numerics_version: NUMERICS_VERSION },
+            simulator: Simulator { numerics_version: NUMERICS_VERSION.into() },
             read_options: job.read.clone(),
             scan_options: job.scan.clone(),
             version: env!("CARGO_PKG_VERSION"),

@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use super::stiffnesses::Stiffnesses;
 use crate::base::units::M_PER_MM;
-use crate::fabric::STIFFNESSES;
+use crate::fabric::{STIFFNESSES, Stiffnesses};
 use crate::job;
 use crate::refine::{self, ArcResidual, Ended, Nuisance, Refined, RefinedStiffness, StartedFrom};
 use crate::sim::Stop;

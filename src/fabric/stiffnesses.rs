@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::fabric::STIFFNESSES;
+use super::range::STIFFNESSES;
 
 /// Something of each stiffness.
 #[derive(Clone, Debug, Serialize)]
