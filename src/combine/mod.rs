@@ -13,6 +13,7 @@
 
 mod drape;
 mod error;
+mod file;
 pub mod pooled;
 mod read;
 mod show;
@@ -22,9 +23,10 @@ use std::path::Path;
 
 pub use drape::{Drape, LeftOut};
 pub use error::{CombineError, DENSITY_RATIO};
+pub use file::SCHEMA_VERSION;
 pub use pooled::Pooled;
 pub use read::{files, read};
-pub use show::{SCHEMA_VERSION, json, table};
+pub use show::{json, table};
 
 use crate::fabric::{STIFFNESSES, TABLE_2};
 use crate::numeric::moments::{mean, mean_and_error};
@@ -72,7 +74,7 @@ pub struct Combination {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combined {
     /// The six stiffnesses.
-    pub parameters: Vec<Combination>,
+    pub parameters: [Combination; STIFFNESSES],
     /// Mean density \[g/m^2\].
     pub density_g_m2: f64,
     /// Drapes by their folds.
@@ -98,7 +100,7 @@ pub fn combine(drapes: Vec<Drape>) -> Result<Combined, CombineError> {
     }
     one_program(&used)?;
     one_density(&used)?;
-    let parameters: Vec<Combination> = (0..STIFFNESSES).map(|k| combination(&used, k)).collect();
+    let parameters: [Combination; STIFFNESSES] = std::array::from_fn(|k| combination(&used, k));
     let folds = by_folds(&used);
     let modal = modal(&folds);
     let notes = notes(&used);

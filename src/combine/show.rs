@@ -2,79 +2,17 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 
-use super::{Combined, LeftOut, Used};
-use crate::base::units::DENSITY_UNIT;
-
-/// Version of the layout of the JSON.
-pub const SCHEMA_VERSION: u32 = 2;
+use super::Combined;
+use super::file::File;
+use crate::fabric::params::NOTE;
 
 /// The combination as JSON. Stiffnesses and density stand where params.json has them, so that
 /// `simulate --params` reads it.
 #[must_use]
 pub fn json(found: &Combined) -> Value {
-    let mut parameters = Map::new();
-    for p in &found.parameters {
-        let value = json!({
-            "symbol": p.symbol,
-            "value": p.value,
-            "unit": p.unit,
-            "interval90": p.interval90,
-            "mean": p.mean,
-            "sd": p.sd,
-            "cv_percent": p.cv_percent,
-            "sd_ln_between": p.pooled.between,
-            "sd_ln_stated": p.pooled.within,
-            "in_range": p.in_range,
-        });
-        parameters.insert(p.key.to_owned(), value);
-    }
-    let densities = || found.used.iter().map(|used| used.drape.density_g_m2);
-    let first = &found.used[0].drape;
-    json!({
-        "schema_version": SCHEMA_VERSION,
-        "parameters": parameters,
-        "density": {
-            "value": found.density_g_m2,
-            "unit": DENSITY_UNIT,
-            "least": densities().fold(f64::INFINITY, f64::min),
-            "most": densities().fold(0.0, f64::max),
-        },
-        "folds": {
-            "drapes": found.folds.iter().map(|(folds, n)| (folds.to_string(), json!(n))).collect::<Map<_, _>>(),
-            "modal": found.modal,
-        },
-        "drapes": found.used.iter().map(of_used).collect::<Vec<_>>(),
-        "left_out": found.left_out.iter().map(of_left_out).collect::<Vec<_>>(),
-        "notes": found.notes,
-        "model": { "id": first.model[0], "sha256": first.model[1] },
-        "simulator": { "numerics_version": first.numerics },
-        "version": env!("CARGO_PKG_VERSION"),
-        "note": "simulation parameters, not measured mechanical properties",
-    })
-}
-
-fn of_used(used: &Used) -> Value {
-    let drape = &used.drape;
-    json!({
-        "file": drape.file.display().to_string(),
-        "input": drape.input,
-        "folds": drape.folds,
-        "verdict": drape.verdict,
-        "grounds": drape.grounds,
-        "refined": drape.refined,
-        "tied_drape_mm": drape.rim_error_mm,
-        "outlying": used.outlying,
-    })
-}
-
-fn of_left_out(left_out: &LeftOut) -> Value {
-    json!({
-        "file": left_out.drape.file.display().to_string(),
-        "input": left_out.drape.input,
-        "reason": left_out.reason,
-    })
+    serde_json::json!(File::of(found))
 }
 
 /// The combination for people.
@@ -122,7 +60,7 @@ pub fn table(found: &Combined) -> String {
     for note in &found.notes {
         let _ = writeln!(out, "note: {note}");
     }
-    out + "simulation parameters, not measured mechanical properties\n"
+    out + NOTE + "\n"
 }
 
 fn folds(found: &Combined) -> String {
