@@ -62,8 +62,8 @@ impl From<FailureKind> for Status {
     }
 }
 
-/// What became of one scan of `scan2params batch`: a line of results.jsonl, of journal.jsonl, and of
-/// stdout with --json.
+/// What became of one scan of `scan2params batch`: a line of results.jsonl, of journal.jsonl, and
+/// of stdout with --json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Row {
@@ -74,8 +74,8 @@ pub struct Row {
     pub file: String,
     /// How it ended.
     pub status: Status,
-    /// The exit code that `estimate` would have given \[-\]: that of the status, or that of a refused
-    /// scan where there is a result that may not be used.
+    /// The exit code that `estimate` would have given \[-\]: that of the status, or that of a
+    /// refused scan where there is a result that may not be used.
     #[cfg_attr(test, schemars(extend("enum" = [0, 1, 2, 4])))]
     pub exit_code: u8,
     /// Why there is no estimate; `None` where there is one.

@@ -34,8 +34,8 @@ const KEY: &str = "scan2params.";
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// What the file is. Version 1, in older folders: `boundary_mm` is 2928 bytes, 732 little-endian
-    /// floats; `at_rest` is what version 2 calls `converged`.
+    /// What the file is. Version 1, in older folders: `boundary_mm` is 2928 bytes, 732
+    /// little-endian floats; `at_rest` is what version 2 calls `converged`.
     #[cfg_attr(test, schemars(extend("enum" = [OLDER_SCHEMAS[0], SCHEMA])))]
     pub schema: String,
     /// Version of the program that began the folder; not compared.

@@ -310,7 +310,7 @@ pub(super) struct Pairs {
     pub pairs: usize,
     /// Mean distance with the effects \[mm\].
     pub after_mm: f64,
-    /// The first of these of scanned sheets once they are let go \[mm\]; only there with such.
+    /// The first of these of scanned sheets once they are released \[mm\]; only there with such.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(with = "f64"))]
     pub released_before_mm: Option<f64>,

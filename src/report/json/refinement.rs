@@ -17,7 +17,7 @@ use crate::sim::Stop;
 pub struct Refinement {
     /// Whether `parameters` are the refined values.
     pub taken: bool,
-    /// What the network said of the first scan.
+    /// What the network reported for the first scan.
     pub network: Stiffnesses<Before>,
     /// Time on the wall \[s\].
     #[cfg_attr(test, schemars(range(min = 0)))]

@@ -36,7 +36,7 @@ pub(in crate::report::calibration) struct Compared {
     pub rms_mm: f64,
     /// Force of the springs that hold it over the hanging cloth's weight \[-\].
     pub springs_share: f64,
-    /// Of a scanned sheet held out, the distance of the rims once it is let go \[mm\].
+    /// Of a scanned sheet held out, the distance of the rims once it is released \[mm\].
     pub released_rms_mm: Option<f64>,
     /// Drape coefficient, simulated \[%\].
     pub drape_coefficient: f64,
