@@ -75,7 +75,7 @@ impl Default for FitOptions {
     fn default() -> Self {
         Self {
             data: DataOptions::default(),
-            evaluations: [16, 12],
+            evaluations: [20, 12],
             step_factorisations: 40,
             last_factorisations: 100,
             vertices: [61, 111],

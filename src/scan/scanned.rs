@@ -109,6 +109,7 @@ fn sheet(edged: &Edged, sim_from_local: Isometry3, options: &ScanOptions) -> Sur
         material: &registered.material,
         spacing_m: cloth.cloth.spacing_m,
         noise_m: cloth.noise_m(),
+        on_plate_m: registered.misfit.on_plate_m,
         side_m: options.specimen_side_m,
         sim_from_local,
         tuning: &options.tuning.uncertainty,

@@ -465,7 +465,7 @@ impl<'a> Edged<'a> {
 impl<'a> Assessed<'a> {
     /// Gives the rim its flags and sigmas.
     pub fn of(mut edged: Edged<'a>, options: &ScanOptions) -> Self {
-        let Registered { cloth, material, .. } = &edged.registered;
+        let Registered { cloth, material, misfit, .. } = &edged.registered;
         let noise_m = cloth.noise_m();
         let explained = Explained {
             surface: &cloth.cloth.surface,
@@ -473,6 +473,7 @@ impl<'a> Assessed<'a> {
             material,
             spacing_m: cloth.cloth.spacing_m,
             noise_m,
+            on_plate_m: misfit.on_plate_m,
             origin_sigma_m: edged.origin.axis_sigma_m,
             edge_sigma_m: edged.shift.sigma_m,
             tuning: &options.tuning.uncertainty,

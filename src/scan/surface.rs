@@ -7,13 +7,14 @@
 //!
 //! In: the sheet, the rim traced on it (both local frame) and the surface points' places. Out: a
 //! [`Surface`]. A place is observed if enough surface points lie around it on the sheet; its sigma
-//! is the posterior's and, away from what was observed, that of a bridge.
+//! is the posterior's, what views disagree by and, away from what was observed, that of a bridge.
 
 use rayon::prelude::*;
 
 use super::rim::Rim;
 use super::sheet::Sheet;
 use super::tuning::UncertaintyTuning;
+use super::uncertainty::sheet_sigma_m;
 use crate::base::boundary::{Boundary, POINTS_PER_SIDE, SIDES};
 use crate::base::{Isometry3, Surface, SurfacePoint};
 
@@ -32,6 +33,8 @@ pub(super) struct Sampled<'a> {
     pub spacing_m: f64,
     /// Noise of single points \[m\].
     pub noise_m: f64,
+    /// What it leaves of itself on the smoothed surface, seen over the plate \[m\].
+    pub on_plate_m: f64,
     /// Side of the flat specimen \[m\].
     pub side_m: f64,
     /// The simulation frame from the sheet's.
@@ -52,6 +55,7 @@ pub(super) fn sample(of: &Sampled) -> Surface {
     };
     let posterior_m = posterior_m(of, place);
     let away = steps_from_observed(&observed(of, place));
+    let common_m = sheet_sigma_m(of.rim, of.on_plate_m, of.tuning).hypot(of.tuning.rotation_sigma_m);
     let point = |k: usize| {
         let (i, j) = (k / n, k % n);
         let at = of.sheet.at(place(i, j));
@@ -63,7 +67,7 @@ pub(super) fn sample(of: &Sampled) -> Surface {
             }
         };
         let sigma_m = (of.tuning.posterior_share * posterior_m(i, j))
-            .hypot(of.tuning.rotation_sigma_m)
+            .hypot(common_m)
             .hypot(bridge_m);
         SurfacePoint { position_m: of.sim_from_local * at, sigma_m, observed: away[k] == 0 }
     };

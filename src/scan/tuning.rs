@@ -675,6 +675,9 @@ pub struct UncertaintyTuning {
     /// and the curvature that doubles it \[1/m\]: the sharper the folds, the more a shifted
     /// view moves the sheet.
     pub doubling_curvature_per_m: f64,
+    /// Standard deviation of the sheet across a cloth without folds, in parts of what noise leaves
+    /// of itself on the smoothed surface over the plate.
+    pub on_plate_share: f64,
     /// Share of the sheet's posterior deviation that counts: it takes downsampled points as
     /// as noisy as single ones.
     pub posterior_share: f64,
@@ -1031,6 +1034,7 @@ const SHIPPED: Tuning = Tuning {
         views_sigma_m: 1.04e-3,          // m
         views_noise_m: 0.6e-3,           // m
         doubling_curvature_per_m: 150.0, // m
+        on_plate_share: 1.3,             // m
         posterior_share: 0.5,            // m
         seen_cells: 4.0,                 // c
     },

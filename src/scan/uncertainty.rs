@@ -27,6 +27,8 @@ pub(super) struct Explained<'a> {
     pub spacing_m: f64,
     /// Noise of single points [m].
     pub noise_m: f64,
+    /// What the noise leaves of itself on the smoothed surface, seen over the plate [m].
+    pub on_plate_m: f64,
     /// Standard error of the frame's origin [m].
     pub origin_sigma_m: f64,
     /// Standard error of the edge's place, common to all sides [m].
@@ -56,6 +58,7 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     let views_sigma_m = tuning.views_sigma_m
         * (points.noise_m / (points.noise_m + tuning.views_noise_m)).powi(2)
         * (1.0 + curvature_per_m / tuning.doubling_curvature_per_m);
+    let views_sigma_m = views_sigma_m.max(sheet_sigma_m(rim, points.on_plate_m, tuning));
     // Everything on the sheet, so that a surface point can ask how far it is off.
     let step = 2.5e-3;
     let count = (2.0 * half_m / step).round() as i32;
@@ -106,6 +109,15 @@ pub(super) fn assess(rim: &mut Rim, sheet: &Sheet, points: &Explained, half_m: f
     }
     widen_bridges(rim, points.noise_m, tuning);
     most
+}
+
+/// What the sheet is off by across the cloth that no number of points averages out: views that
+/// disagree and noise that is smooth over several points show over the plate, where the cloth is
+/// smooth, and move the sheet the more the sharper its folds are \[m\].
+pub(super) fn sheet_sigma_m(rim: &Rim, on_plate_m: f64, tuning: &UncertaintyTuning) -> f64 {
+    tuning.on_plate_share
+        * on_plate_m
+        * (1.0 + curvature_per_m(rim) / tuning.doubling_curvature_per_m)
 }
 
 /// Whether the sheet has a strain at a place that no drape has.

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 pub use super::setup::{Setup, SetupError};
 use scan2params::base::units::M_PER_MM;
-use scan2params::base::{Boundary, Point3, Vector3};
+use scan2params::base::{Boundary, Point3, Surface, Vector3};
 use scan2params::geom::Mesh;
 use scan2params::numeric::robust;
 use scan2params::picture::draw::{dot, line};
@@ -118,6 +118,34 @@ impl RimOff {
             sigma_mm: of(|rim| rim.sigma_mm),
         })
     }
+}
+
+/// How far a sheet lies from the true one across the cloth where it was observed, but for the rigid
+/// motion that fits it best, and what it says of that: root mean squares \[mm\].
+#[must_use]
+pub fn sheet_off_and_sigma_mm(found: &Surface, truth: &Mesh) -> [f64; 2] {
+    let Ok(truth) = Surface::exact(truth.vertices.iter().copied()) else { return [f64::NAN; 2] };
+    let step = 1.0 / (found.side() - 1) as f64;
+    let slope = |[i, j]: [f64; 2], [di, dj]: [f64; 2]| {
+        let at = |sign: f64| truth.at([i + sign * di, j + sign * dj]).position_m;
+        at(1.0) - at(-1.0)
+    };
+    // what a shift and a small rotation move across the cloth, the error, and sigma
+    let rows = found.points().iter().enumerate().filter(|(_, p)| p.observed).map(|(k, p)| {
+        let at = [k / found.side(), k % found.side()].map(|k| k as f64 * step);
+        let across = slope(at, [step, 0.0]).cross(&slope(at, [0.0, step])).normalize();
+        let place = truth.at(at).position_m;
+        let turned = place.coords.cross(&across);
+        let row = Vector6::from_iterator(across.iter().chain(turned.iter()).copied());
+        (row, (p.position_m - place).dot(&across), p.sigma_m)
+    });
+    let rows: Vec<(Vector6<f64>, f64, f64)> = rows.collect();
+    let normal: Matrix6<f64> = rows.iter().map(|(row, ..)| row * row.transpose()).sum();
+    let right: Vector6<f64> = rows.iter().map(|(row, off_m, _)| row * *off_m).sum();
+    let motion = normal.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&right));
+    let off = rows.iter().map(|(row, off_m, _)| (off_m - row.dot(&motion)).powi(2));
+    let sigma = rows.iter().map(|(.., sigma_m)| sigma_m.powi(2));
+    [mean(off).sqrt() / M_PER_MM, mean(sigma).sqrt() / M_PER_MM]
 }
 
 /// Holds a rim against the truth; `drape` is the grid of vertices that it is of.

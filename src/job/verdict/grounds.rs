@@ -273,12 +273,19 @@ fn uneven(f: &Figures, limits: &Limits) -> Option<Ground> {
     (off_m > limit_m).then(|| Ground::new(Code::UnevenSides, level, measured, text))
 }
 
-/// What is nearly as bad as what `scan` refuses.
+/// What is nearly as bad as what `scan` refuses. For information where a fitted drape lies on the
+/// scan: a fold that was missed would be off it.
 fn near_refusal(f: &Figures, scan: &OnPlate, limits: &Limits) -> Vec<Ground> {
     let share = limits.near_refusal;
-    let near = |code, measured: f64, refused: f64, unit, text: String| {
+    let is_fitted = f.is_fitted(limits);
+    let near = |code, measured: f64, refused: f64, unit, text: String, check| {
+        let (level, what_follows) = match is_fitted {
+            true => (Level::Reliable, "the fitted drape is on the scan"),
+            false => (Level::Doubtful, check),
+        };
+        let text = format!("{text}: {what_follows}");
         (measured > share * refused)
-            .then(|| Ground::new(code, Level::Doubtful, (measured, share * refused, unit), text))
+            .then(|| Ground::new(code, level, (measured, share * refused, unit), text))
     };
     let refused_m = f.given.most_misfit_m;
     let misfit = near(
@@ -288,11 +295,12 @@ fn near_refusal(f: &Figures, scan: &OnPlate, limits: &Limits) -> Vec<Ground> {
         "mm",
         format!(
             "the fitted sheet is {:.2} mm off the scanned cloth (doubtful beyond {:.2}, refused beyond {:.2} mm, or a \
-         quarter more where noise blurs the folds): it may have missed a fold; lay the specimen again, without creases",
+         quarter more where noise blurs the folds)",
             mm(scan.misfit_m),
             share * mm(refused_m),
             mm(refused_m)
         ),
+        "it may have missed a fold; lay the specimen again, without creases",
     );
     let [area_mm2, refused_mm2] =
         [scan.unexplained_m2, f.given.most_unexplained_m2].map(|m2| m2 / (M_PER_MM * M_PER_MM));
@@ -303,9 +311,10 @@ fn near_refusal(f: &Figures, scan: &OnPlate, limits: &Limits) -> Vec<Ground> {
         "mm^2",
         format!(
             "{area_mm2:.0} square millimetres of scanned cloth near the rim lie off the fitted sheet (doubtful beyond \
-         {:.0}, refused beyond {refused_mm2:.0}): a fold may be hidden there; add views",
+         {:.0}, refused beyond {refused_mm2:.0})",
             share * refused_mm2
         ),
+        "a fold may be hidden there; add views",
     );
     [misfit, unexplained].into_iter().flatten().collect()
 }

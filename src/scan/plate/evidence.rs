@@ -8,6 +8,9 @@
 use super::super::tuning::PlateTuning;
 use super::placed::Placed;
 
+/// Level area outside of the disc at which a place is half as unlikely as on a table, in the disc's.
+const HALF_A_TABLE: f64 = 4.0;
+
 /// What speaks for a place. Shares of 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Evidence {
@@ -70,11 +73,13 @@ impl Evidence {
         }
     }
 
-    /// The larger, the more like a drape; at most 2.
+    /// The larger, the more like a drape; at most 2. A place without a disc is none, whatever hangs
+    /// about it, as under a floor's noise. A hand or a box may be level with a plate; a table is so
+    /// on more than ten times the plate's area.
     pub fn score(&self) -> f64 {
         let Self { filled, level_outside, above, hanging, area } = *self;
-        filled + hanging
-            - 2.0 * level_outside.min(1.0)
+        2.0 * filled * hanging
+            - 2.0 * level_outside / (level_outside + HALF_A_TABLE)
             - 2.0 * above.min(1.0)
             - area.max(0.01).ln().abs().min(1.0)
     }

@@ -32,7 +32,7 @@ use self::broken::{Cause, is_right, name_of};
 use self::drapes::{DrapesError, KeptDrape};
 pub(super) use self::draw::Drawn;
 pub(super) use self::made::Made;
-use super::scan::{RimOff, rim_error};
+use super::scan::{RimOff, rim_error, sheet_off_and_sigma_mm};
 use scan2params::base::units::M_PER_MM;
 use scan2params::base::{Boundary, Vector3};
 use scan2params::geom::Mesh;
@@ -157,6 +157,8 @@ pub enum Outcome {
         deformed_mm: f64,
         /// Root mean square of a coordinate's error, and what the rim states of it \[mm\].
         rms_and_sigma_mm: [f64; 2],
+        /// The same of the sheet, across the cloth and but for a rigid motion \[mm\].
+        sheet_rms_and_sigma_mm: [f64; 2],
         /// What limits judge.
         judged: Judged,
     },
@@ -288,6 +290,7 @@ fn answered(found: &ScannedBoundary, mesh: &Mesh, rim: &Boundary) -> Outcome {
         rim_largest_mm: error.largest_m / M_PER_MM,
         deformed_mm: error.without_motion_m / M_PER_MM,
         rms_and_sigma_mm: [off.off_mm, off.sigma_mm],
+        sheet_rms_and_sigma_mm: sheet_off_and_sigma_mm(&found.surface, mesh),
         judged: Judged::of(&found.quality),
     }
 }

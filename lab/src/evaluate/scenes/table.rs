@@ -33,13 +33,15 @@ pub struct Group {
     pub rim_largest_mm: Option<f64>,
     /// Root mean square error of a coordinate over the stated sigma, in the mean.
     pub error_over_sigma: Option<f64>,
+    /// The same of the sheet, across the cloth.
+    pub sheet_over_sigma: Option<f64>,
     /// Refusals by name.
     pub refusals: BTreeMap<String, usize>,
 }
 
 impl Group {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &'static str = "sensor, bending_length, scenes, answered, share, rim_mean_mm, rim_largest_mm, error_over_sigma, refusals";
+    pub const COLUMNS: &'static str = "sensor, bending_length, scenes, answered, share, rim_mean_mm, rim_largest_mm, error_over_sigma, sheet_over_sigma, refusals";
 
     /// Of all sensors and classes, empty ones left out, and of all sensors together.
     #[must_use]
@@ -60,10 +62,18 @@ impl Group {
 
     fn of(sensor: &str, class: &'static str, records: &[&Record]) -> Self {
         let mut refusals = BTreeMap::new();
-        let (mut means, mut largest, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut means, mut largest) = (Vec::new(), Vec::new());
+        let (mut ratios, mut sheet_ratios) = (Vec::new(), Vec::new());
         for record in records {
             match &record.outcome {
-                Outcome::Answered { rim_mean_mm, rim_largest_mm, rms_and_sigma_mm, .. } => {
+                Outcome::Answered {
+                    rim_mean_mm,
+                    rim_largest_mm,
+                    rms_and_sigma_mm,
+                    sheet_rms_and_sigma_mm: [rms, sigma],
+                    ..
+                } => {
+                    sheet_ratios.push(rms / sigma);
                     means.push(*rim_mean_mm);
                     largest.push(*rim_largest_mm);
                     ratios.push(rms_and_sigma_mm[0] / rms_and_sigma_mm[1]);
@@ -80,6 +90,7 @@ impl Group {
             rim_mean_mm: mean(&means),
             rim_largest_mm: largest.iter().copied().reduce(f64::max),
             error_over_sigma: mean(&ratios),
+            sheet_over_sigma: mean(&sheet_ratios),
             refusals,
         }
     }
@@ -89,11 +100,11 @@ impl Group {
     pub fn row(&self) -> String {
         let Self { sensor, class, scenes, answered, .. } = self;
         let share = *answered as f64 / *scenes as f64;
-        let [mean, largest, ratio] =
-            [self.rim_mean_mm, self.rim_largest_mm, self.error_over_sigma].map(number);
+        let [mean, largest] = [self.rim_mean_mm, self.rim_largest_mm].map(number);
+        let [ratio, sheet] = [self.error_over_sigma, self.sheet_over_sigma].map(number);
         let refusals = counts(&self.refusals);
         format!(
-            "{sensor}, {class}, {scenes}, {answered}, {share:.2}, {mean}, {largest}, {ratio}, {refusals}"
+            "{sensor}, {class}, {scenes}, {answered}, {share:.2}, {mean}, {largest}, {ratio}, {sheet}, {refusals}"
         )
     }
 }
@@ -215,7 +226,8 @@ impl Moved {
 impl Record {
     /// Names of the columns of [`Self::row`].
     pub const COLUMNS: &'static str = "index, sensor, stand, scene, drape, bending_length_mm, views, unit, points, rim_seen, cause, \
-         outcome, rim_mean_mm, rim_largest_mm, deformed_mm, rms_mm, sigma_mm, seconds, message";
+         outcome, rim_mean_mm, rim_largest_mm, deformed_mm, rms_mm, sigma_mm, sheet_rms_mm, sheet_sigma_mm, \
+         seconds, message";
 
     /// As a row of a table.
     #[must_use]
@@ -228,14 +240,16 @@ impl Record {
                 rim_largest_mm,
                 deformed_mm,
                 rms_and_sigma_mm: [rms, sigma],
+                sheet_rms_and_sigma_mm: [sheet_rms, sheet_sigma],
                 ..
             } => {
-                let numbers = [rim_mean_mm, rim_largest_mm, deformed_mm, rms, sigma];
-                let numbers = numbers.map(|mm| format!("{mm:.2}")).join(", ");
+                let rim = [rim_mean_mm, rim_largest_mm, deformed_mm, rms, sigma];
+                let numbers = [&rim[..], &[sheet_rms, sheet_sigma]].concat();
+                let numbers = numbers.iter().map(|mm| format!("{mm:.2}")).collect::<Vec<_>>().join(", ");
                 format!("answered, {numbers}, {:.1}, ", self.seconds)
             }
             Outcome::Refused { error, message, .. } => {
-                format!("{error}, , , , , , {:.1}, {}", self.seconds, message.replace(", ", "; "))
+                format!("{error}, , , , , , , , {:.1}, {}", self.seconds, message.replace(", ", "; "))
             }
         };
         format!(

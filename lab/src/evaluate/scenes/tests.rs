@@ -126,6 +126,7 @@ fn groups_count_answers_and_refusals() {
         rim_largest_mm: 2.0 * mean,
         deformed_mm: mean,
         rms_and_sigma_mm: [0.6, 0.3],
+        sheet_rms_and_sigma_mm: [0.4, 0.1],
         judged: Judged {
             noise_mm: 0.1,
             misfit_mm: 0.1,
