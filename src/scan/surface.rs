@@ -55,7 +55,8 @@ pub(super) fn sample(of: &Sampled) -> Surface {
     };
     let posterior_m = posterior_m(of, place);
     let away = steps_from_observed(&observed(of, place));
-    let common_m = sheet_sigma_m(of.rim, of.on_plate_m, of.tuning).hypot(of.tuning.rotation_sigma_m);
+    let common_m =
+        sheet_sigma_m(of.rim, of.on_plate_m, of.tuning).hypot(of.tuning.rotation_sigma_m);
     let point = |k: usize| {
         let (i, j) = (k / n, k % n);
         let at = of.sheet.at(place(i, j));
@@ -66,9 +67,8 @@ pub(super) fn sample(of: &Sampled) -> Surface {
                     + of.tuning.bridged_noise_share * of.noise_m
             }
         };
-        let sigma_m = (of.tuning.posterior_share * posterior_m(i, j))
-            .hypot(common_m)
-            .hypot(bridge_m);
+        let sigma_m =
+            (of.tuning.posterior_share * posterior_m(i, j)).hypot(common_m).hypot(bridge_m);
         SurfacePoint { position_m: of.sim_from_local * at, sigma_m, observed: away[k] == 0 }
     };
     Surface::new((0..n * n).map(point).collect())

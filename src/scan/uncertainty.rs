@@ -156,3 +156,35 @@ fn widen_bridges(rim: &mut Rim, noise_m: f64, tuning: &UncertaintyTuning) {
         point.sigma_m = point.sigma_m.hypot(bridge);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tuning::Tuning;
+    use super::*;
+    use crate::base::BoundaryPoint;
+
+    /// A rim whose sides are arcs of so much curvature \[1/m\].
+    fn rim(curvature_per_m: f64) -> Rim {
+        let side_m = 0.3;
+        let step_rad = side_m / (POINTS_PER_SIDE - 1) as f64 * curvature_per_m;
+        let point = |k: usize| {
+            let turn = k as f64 * step_rad;
+            let at = Point3::new(turn.cos() / curvature_per_m, turn.sin() / curvature_per_m, 0.0);
+            BoundaryPoint { position_m: at, sigma_m: 0.0, observed: true }
+        };
+        let points: Vec<BoundaryPoint> =
+            (0..4).flat_map(|_| (0..POINTS_PER_SIDE).map(point)).collect();
+        let material = vec![[0.0; 2]; points.len()];
+        Rim { points, material, side_lengths_m: [side_m; 4], edge_m: [0.0; 4] }
+    }
+
+    #[test]
+    fn a_sheet_is_as_unsure_as_the_plate_is_rough_and_more_so_where_folds_are_sharp() {
+        let tuning = Tuning::default().uncertainty;
+        let sigma_m = |per_m, on_plate_m| sheet_sigma_m(&rim(per_m), on_plate_m, &tuning);
+        let flat_m = tuning.on_plate_share * 0.1e-3;
+        assert!((sigma_m(1e-3, 0.1e-3) / flat_m - 1.0).abs() < 1e-3);
+        let doubling = tuning.doubling_curvature_per_m;
+        assert!((sigma_m(doubling, 0.3e-3) / (6.0 * flat_m) - 1.0).abs() < 0.1);
+    }
+}

@@ -384,6 +384,13 @@ fn what_is_nearly_refused_is_doubtful() {
     straddles(Code::Unexplained, level, near * 33e-6, |f, area_m2| {
         f.scan.as_mut().unwrap().unexplained_m2 = area_m2;
     });
+    // a fold that was missed would be off a fitted drape
+    let mut fitted = Figures { refining: Some(taken(1.0)), released: None, ..valid() };
+    fitted.scan.as_mut().unwrap().misfit_m = 1.01 * near * 0.22e-3;
+    fitted.scan.as_mut().unwrap().unexplained_m2 = 1.01 * near * 33e-6;
+    let said = verdict(&fitted);
+    let codes: Vec<Code> = said.grounds.iter().map(|ground| ground.code).collect();
+    assert_eq!((said.level, codes), (Level::Reliable, vec![Code::SheetMisfit, Code::Unexplained]));
     for (level, share) in [(Level::Doubtful, near), (Level::DoNotUse, 1.0)] {
         straddles(Code::RimHidden, level, share * 0.25, |f, hidden| {
             f.observed_fraction = 1.0 - hidden;

@@ -123,3 +123,18 @@ impl Grid {
             .flatten()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plate_beside_a_hand_is_likelier_than_a_table_or_what_hangs_about_nothing() {
+        let drape = Evidence { filled: 1.0, hanging: 1.0, area: 1.2, ..Evidence::default() };
+        let beside_a_hand = Evidence { level_outside: 2.0, area: 1.5, ..drape };
+        let table = Evidence { level_outside: 17.0, hanging: 0.5, ..drape };
+        let over_noise = Evidence { filled: 0.0, area: 1.0, ..drape };
+        assert!(drape.score() > beside_a_hand.score());
+        assert!(beside_a_hand.score() > over_noise.score().max(table.score()) + 0.5);
+    }
+}

@@ -245,11 +245,16 @@ impl Record {
             } => {
                 let rim = [rim_mean_mm, rim_largest_mm, deformed_mm, rms, sigma];
                 let numbers = [&rim[..], &[sheet_rms, sheet_sigma]].concat();
-                let numbers = numbers.iter().map(|mm| format!("{mm:.2}")).collect::<Vec<_>>().join(", ");
+                let numbers =
+                    numbers.iter().map(|mm| format!("{mm:.2}")).collect::<Vec<_>>().join(", ");
                 format!("answered, {numbers}, {:.1}, ", self.seconds)
             }
             Outcome::Refused { error, message, .. } => {
-                format!("{error}, , , , , , , , {:.1}, {}", self.seconds, message.replace(", ", "; "))
+                format!(
+                    "{error}, , , , , , , , {:.1}, {}",
+                    self.seconds,
+                    message.replace(", ", "; ")
+                )
             }
         };
         format!(
