@@ -193,7 +193,7 @@ impl Default for Limits {
             outside_prior: steps(1.0, 2.0),         // M, C: no fabric of 200 is farther
             interval_cut: 0.2,                      // M
             density_factor: steps(1.0, 2.5),        // W
-            refined_misfit: steps(0.65, 1.5),       // M, C
+            refined_misfit: steps(0.6, 1.5),        // M, C: where a fit begins again
             shown: 0.3,                             // C
             released_far_m: 3e-3,                   // C: the true fabric moves by 0.3 to 2 mm
             released_m: steps(14e-3, 22e-3),        // M, C
