@@ -24,8 +24,8 @@ pub struct Refinement {
     pub wall_s: f64,
     /// Why nothing was fitted; null where something was.
     pub error: Option<String>,
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
     /// The fit; its fields stand in the place of this one.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub fit: Option<Fit>,
 }
 
@@ -45,8 +45,8 @@ pub struct Fit {
     pub start: &'static str,
     /// Drapes simulated, all scans together \[count\].
     pub drapes: usize,
-    #[serde(flatten)]
     /// The first scan; its fields stand in the place of this one.
+    #[serde(flatten)]
     pub first: ScanFit,
     /// The other scans of `--with`.
     pub with: Vec<Companion>,
@@ -79,8 +79,8 @@ pub struct Shown {
 pub struct Companion {
     /// The scan, as it was named.
     pub file: String,
-    #[serde(flatten)]
     /// It beside its drapes; its fields stand in the place of this one.
+    #[serde(flatten)]
     pub scan: ScanFit,
 }
 
