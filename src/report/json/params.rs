@@ -138,7 +138,7 @@ pub struct PriorPart {
     /// From the nearest of its Gaussians, in standard deviations of that and the intervals
     /// (Mahalanobis) \[-\].
     pub distance: f64,
-    /// What 99 of 100 of its own fabrics stay below \[-\].
+    /// What 99 of 100 of its fabrics stay below \[-\].
     pub limit: f64,
 }
 

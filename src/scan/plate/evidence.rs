@@ -8,7 +8,7 @@
 use super::super::tuning::PlateTuning;
 use super::placed::Placed;
 
-/// Level area outside of the disc at which a place is half as unlikely as on a table, in the disc's.
+/// Level area outside of the disc, in the disc's, at which a place is half as unlikely as a table.
 const HALF_A_TABLE: f64 = 4.0;
 
 /// What speaks for a place. Shares of 0 to 1.
@@ -73,8 +73,8 @@ impl Evidence {
         }
     }
 
-    /// The larger, the more like a drape; at most 2. A place without a disc is none, whatever hangs
-    /// about it, as under a floor's noise. A hand or a box may be level with a plate; a table is so
+    /// The larger, the more like a drape; at most 2. Where no disc is, what hangs about counts for
+    /// nothing: it may be a floor's noise. A hand or a box may be level with a plate; a table is so
     /// on more than ten times the plate's area.
     pub fn score(&self) -> f64 {
         let Self { filled, level_outside, above, hanging, area } = *self;
