@@ -85,14 +85,21 @@ struct Parameter {
 /// Areal density.
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-struct Density {
+pub(crate) struct Density {
     /// The value \[g/m^2\].
     value: f64,
     /// Its unit.
     #[cfg_attr(test, schemars(extend("const" = DENSITY_UNIT)))]
     unit: &'static str,
-    /// Whether it was given; else stiffnesses are those for the one assumed.
+    /// Whether the manifest gives it; else stiffnesses are those for the one assumed.
     known: bool,
+}
+
+impl Density {
+    /// Of a density \[kg/m^2\].
+    pub(crate) fn of(density_kg_m2: f64, known: bool) -> Self {
+        Self { value: density_kg_m2 / KG_M2_PER_G_M2, unit: DENSITY_UNIT, known }
+    }
 }
 
 /// A number of an effect.
@@ -201,11 +208,7 @@ pub fn text(fitted: &Fitted, density_known: bool, doubts: &[Doubt]) -> Value {
     json!(ClothFile {
         schema_version: SCHEMA_VERSION,
         parameters: parameters.into(),
-        density: Density {
-            value: fitted.cloth.fabric.density_kg_m2 / KG_M2_PER_G_M2,
-            unit: DENSITY_UNIT,
-            known: density_known,
-        },
+        density: Density::of(fitted.cloth.fabric.density_kg_m2, density_known),
         effects: effects
             .map(|((number, value), ends)| EffectNumber::of(number, *value, *ends))
             .collect(),

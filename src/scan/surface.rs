@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::rim::Rim;
 use super::sheet::Sheet;
 use super::tuning::UncertaintyTuning;
-use super::uncertainty::sheet_sigma_m;
+use super::uncertainty::{curvature_per_m, sheet_sigma_m};
 use crate::base::boundary::{Boundary, POINTS_PER_SIDE, SIDES};
 use crate::base::{Isometry3, Surface, SurfacePoint};
 
@@ -55,8 +55,8 @@ pub(super) fn sample(of: &Sampled) -> Surface {
     };
     let posterior_m = posterior_m(of, place);
     let away = steps_from_observed(&observed(of, place));
-    let common_m =
-        sheet_sigma_m(of.rim, of.on_plate_m, of.tuning).hypot(of.tuning.rotation_sigma_m);
+    let common_m = sheet_sigma_m(curvature_per_m(of.rim), of.on_plate_m, of.tuning)
+        .hypot(of.tuning.rotation_sigma_m);
     let point = |k: usize| {
         let (i, j) = (k / n, k % n);
         let at = of.sheet.at(place(i, j));

@@ -158,6 +158,9 @@ pub struct PlateTuning {
     pub rise_m: f64,
     /// Level points beyond this radius are not the disc's.
     pub level_outside_radii: f64,
+    /// Level area outside of the disc, in the disc's, at which a place is half as unlikely as a
+    /// table, which has ten and more.
+    pub half_a_table: f64,
     /// Cloth hangs from this depth on.
     pub hanging_radii: f64,
     /// Cubic cells that a surface of the area of one side of a cell goes through, in the mean over
@@ -805,6 +808,7 @@ const SHIPPED: Tuning = Tuning {
         hang: 1.12,                   // d: stretch
         rise_m: 8e-3,                 // c
         level_outside_radii: 1.5,     // c
+        half_a_table: 4.0,            // d: a hand level with the plate has 1 to 2
         hanging_radii: 0.5,           // d: rims hang 1.2 deep and more; tables are higher
         cells_per_area: 1.5,          // d: the mean of |cos| over three axes
         most_measured: 12,            // c: time

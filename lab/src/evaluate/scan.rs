@@ -140,9 +140,7 @@ pub fn sheet_off_and_sigma_mm(found: &Surface, truth: &Mesh) -> [f64; 2] {
         (row, (p.position_m - place).dot(&across), p.sigma_m)
     });
     let rows: Vec<(Vector6<f64>, f64, f64)> = rows.collect();
-    let normal: Matrix6<f64> = rows.iter().map(|(row, ..)| row * row.transpose()).sum();
-    let right: Vector6<f64> = rows.iter().map(|(row, off_m, _)| row * *off_m).sum();
-    let motion = normal.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&right));
+    let motion = least_squares(rows.iter().map(|(row, off_m, _)| (*row, *off_m)));
     let off = rows.iter().map(|(row, off_m, _)| (off_m - row.dot(&motion)).powi(2));
     let sigma = rows.iter().map(|(.., sigma_m)| sigma_m.powi(2));
     [mean(off).sqrt() / M_PER_MM, mean(sigma).sqrt() / M_PER_MM]
@@ -194,22 +192,28 @@ fn without_motion(truth: &Boundary, errors: &[Vector3]) -> ((Vector3, Vector3), 
 /// Shift t of the rim's middle and small rotation w about it with t + w x q nearest
 /// to the errors.
 fn best_motion(arms: &[Vector3], errors: &[Vector3]) -> (Vector3, Vector3) {
-    let mut normal = Matrix6::<f64>::zeros();
-    let mut right = Vector6::<f64>::zeros();
-    for (q, e) in arms.iter().zip(errors) {
-        for c in 0..3 {
-            // Row c of t + w x q.
-            let mut row = Vector6::zeros();
-            row[c] = 1.0;
+    let rows = arms.iter().zip(errors).flat_map(|(q, e)| {
+        // Row c of t + w x q.
+        [0, 1, 2].map(|c| {
             let mut unit = Vector3::zeros();
             unit[c] = 1.0;
-            row.fixed_rows_mut::<3>(3).copy_from(&q.cross(&unit));
-            normal += row * row.transpose();
-            right += row * e[c];
-        }
-    }
-    let motion = normal.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&right));
+            let turned = q.cross(&unit);
+            (Vector6::from_iterator(unit.iter().chain(turned.iter()).copied()), e[c])
+        })
+    });
+    let motion = least_squares(rows);
     (motion.fixed_rows::<3>(0).into(), motion.fixed_rows::<3>(3).into())
+}
+
+/// The six numbers whose products with the rows are nearest to the values; zeros where rows do not
+/// tell them.
+fn least_squares(rows: impl Iterator<Item = (Vector6<f64>, f64)>) -> Vector6<f64> {
+    let (mut normal, mut right) = (Matrix6::<f64>::zeros(), Vector6::<f64>::zeros());
+    for (row, value) in rows {
+        normal += row * row.transpose();
+        right += row * value;
+    }
+    normal.cholesky().map_or_else(Vector6::zeros, |factor| factor.solve(&right))
 }
 
 /// Unit vector along the cloth, outward across the rim at point `index`.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::calibrate::cloth_file::Density;
 use crate::calibrate::effect::{FieldOf, Layer};
 use crate::calibrate::manifest::{Face, Kind, Role};
 use crate::calibrate::result::Verdict;
@@ -86,19 +87,6 @@ pub(super) struct Fabric {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(with = "After"))]
     pub after: Option<After>,
-}
-
-/// Areal density.
-#[derive(Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub(super) struct Density {
-    /// The value \[g/m^2\].
-    pub value: f64,
-    /// Its unit.
-    #[cfg_attr(test, schemars(extend("const" = crate::base::units::DENSITY_UNIT)))]
-    pub unit: &'static str,
-    /// Whether the manifest gives it.
-    pub known: bool,
 }
 
 /// An outline.

@@ -5,13 +5,13 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::file::{
-    After, Compared, Density, Drape, Explanation, Fabric, FieldLayer, File, Fit, Floor, Found,
-    Holdout, NotUsed, Outline, Pairs, Parameter, Residual, SCHEMA_VERSION, Strongest,
+    After, Compared, Drape, Explanation, Fabric, FieldLayer, File, Fit, Floor, Found, Holdout,
+    NotUsed, Outline, Pairs, Parameter, Residual, SCHEMA_VERSION, Strongest,
 };
 use super::file::{Field as FieldFile, Fitted as FittedNumber, Group as GroupFile};
 use super::file::{Pose as PoseFile, Spread as SpreadFile};
-use crate::base::units::{DENSITY_UNIT, KG_M2_PER_G_M2, M_PER_MM};
-use crate::calibrate::cloth_file::EffectNumber;
+use crate::base::units::M_PER_MM;
+use crate::calibrate::cloth_file::{Density, EffectNumber};
 use crate::calibrate::comparison::Comparison;
 use crate::calibrate::explain::Cause;
 use crate::calibrate::field::{Field, Strongest as StrongestAt};
@@ -71,11 +71,7 @@ pub(super) fn of_fabric(fabric: &FabricResult) -> Fabric {
         groups: fabric.groups_of(&after.drapes).iter().map(of_group).collect(),
     });
     Fabric {
-        density: Density {
-            value: fabric.fabric_prior.density_kg_m2 / KG_M2_PER_G_M2,
-            unit: DENSITY_UNIT,
-            known: fabric.fabric_prior.density_known,
-        },
+        density: Density::of(fabric.fabric_prior.density_kg_m2, fabric.fabric_prior.density_known),
         outlines: fabric.measured.iter().map(of_measured).collect(),
         floor: of_floor(&fabric.floor),
         drapes: fabric.drapes.iter().map(|d| of_drape(fabric, d)).collect(),

@@ -8,9 +8,6 @@
 use super::super::tuning::PlateTuning;
 use super::placed::Placed;
 
-/// Level area outside of the disc, in the disc's, at which a place is half as unlikely as a table.
-const HALF_A_TABLE: f64 = 4.0;
-
 /// What speaks for a place. Shares of 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Evidence {
@@ -76,10 +73,10 @@ impl Evidence {
     /// The larger, the more like a drape; at most 2. Where no disc is, what hangs about counts for
     /// nothing: it may be a floor's noise. A hand or a box may be level with a plate; a table is so
     /// on more than ten times the plate's area.
-    pub fn score(&self) -> f64 {
+    pub fn score(&self, tuning: &PlateTuning) -> f64 {
         let Self { filled, level_outside, above, hanging, area } = *self;
         2.0 * filled * hanging
-            - 2.0 * level_outside / (level_outside + HALF_A_TABLE)
+            - 2.0 * level_outside / (level_outside + tuning.half_a_table)
             - 2.0 * above.min(1.0)
             - area.max(0.01).ln().abs().min(1.0)
     }
@@ -126,6 +123,7 @@ impl Grid {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::tuning::Tuning;
     use super::*;
 
     #[test]
@@ -134,7 +132,9 @@ mod tests {
         let beside_a_hand = Evidence { level_outside: 2.0, area: 1.5, ..drape };
         let table = Evidence { level_outside: 17.0, hanging: 0.5, ..drape };
         let over_noise = Evidence { filled: 0.0, area: 1.0, ..drape };
-        assert!(drape.score() > beside_a_hand.score());
-        assert!(beside_a_hand.score() > over_noise.score().max(table.score()) + 0.5);
+        let tuning = Tuning::default().plate;
+        let score = |of: &Evidence| of.score(&tuning);
+        assert!(score(&drape) > score(&beside_a_hand));
+        assert!(score(&beside_a_hand) > score(&over_noise).max(score(&table)) + 0.5);
     }
 }

@@ -73,7 +73,8 @@ pub(in crate::scan) fn candidates(
     let mut different = different(&patches, tuning.same_radii * radius_m);
     different.retain(|patch| hints.allow(&patch.centre, &patch.up));
     let mut found: Vec<Candidate> = different.par_iter().map(|patch| search.judge(patch)).collect();
-    found.sort_by(|a, b| b.evidence.score().total_cmp(&a.evidence.score()));
+    let score = |of: &Candidate| of.evidence.score(tuning);
+    found.sort_by(|a, b| score(b).total_cmp(&score(a)));
     let wide_share = wide.iter().filter(|wide| **wide).count() as f64 / wide.len().max(1) as f64;
     let candidates = apart(found, side_m, radius_m, tuning);
     Sought { candidates, wide_share, plane_share: planes.fullest_share }
