@@ -386,6 +386,14 @@ impl ScanError {
         }
     }
 
+    /// The likeliest place for a drape, where none was found.
+    pub(super) fn candidate(&self) -> Option<&PlateCandidate> {
+        match self.follows() {
+            Self::NoPlate { why, .. } => why.candidate(),
+            _ => None,
+        }
+    }
+
     /// Where it is that something is missing or wrong, if it is one place.
     #[must_use]
     pub fn place(&self) -> Option<Place> {
@@ -526,6 +534,8 @@ pub struct PlateCandidate {
     pub short: f64,
     /// and beyond it.
     pub beyond: f64,
+    /// Share of the bearings on which something is seen a little beyond the plate's edge.
+    pub around: f64,
 }
 
 /// Coordinates in a file's unit, to a tenth of a millimetre.

@@ -71,7 +71,8 @@ pub(super) fn plate(
     let sigma_m = plate.radius_scatter_m / (bearings as f64 / 4.0).sqrt();
     if (radius_m - expected_m).abs() > tuning.radius_tolerance * expected_m + 2.0 * sigma_m {
         let (centre, up) = (plate.centre, plate.up.into_inner());
-        let candidate = PlateCandidate { radius_m, centre, up, short: 0.0, beyond: 0.0 };
+        let candidate =
+            PlateCandidate { radius_m, centre, up, short: 0.0, beyond: 0.0, around: 1.0 };
         let why = NoDrape::OtherRadius(candidate);
         return Err(ScanError::NoPlate { why, radius_m: expected_m, unit });
     }
@@ -135,23 +136,26 @@ fn wrong_size(
 }
 
 /// A refusal of what is hardly likelier a drape than anything else and is found to be none: there
-/// is no drape. Half a drape is hardly likelier either: a rim that is not seen stays the reason.
+/// is no drape. Half a drape is hardly likelier either: a rim that is not seen stays the reason,
+/// unless the surface is seen all round the plate, so that nothing hides what ends before its rim.
 pub(super) fn no_drape(
     error: ScanError,
     unlikely: Option<&PlateCandidate>,
     unit: Option<LengthUnit>,
     options: &ScanOptions,
 ) -> ScanError {
-    let is_none = matches!(
-        error,
+    let is_none = |place: &PlateCandidate| match error {
         ScanError::WrongSize { .. }
-            | ScanError::Unexplained { .. }
-            | ScanError::Misfit { .. }
-            | ScanError::PassesApart { .. }
-            | ScanError::TooNoisy { .. }
-    );
+        | ScanError::NotASquare { .. }
+        | ScanError::Unexplained { .. }
+        | ScanError::Misfit { .. }
+        | ScanError::PassesApart { .. }
+        | ScanError::TooNoisy { .. } => true,
+        ScanError::HiddenRim { .. } => place.around > options.tuning.limits.all_round,
+        _ => false,
+    };
     match (unlikely, unit) {
-        (Some(place), Some(unit)) if is_none => {
+        (Some(place), Some(unit)) if is_none(place) => {
             let why = NoDrape::NotTheSpecimen(place.clone());
             ScanError::NoPlate { why, radius_m: options.plate_radius_m, unit }
         }
@@ -170,10 +174,10 @@ pub(super) fn underlying(
     let tuning = &options.tuning.limits;
     let (unseen, unfit) = match &error {
         // A table of sparse points is no drape for other reasons.
-        ScanError::NoPlate { why: NoDrape::NotTheSpecimen(best), .. } => {
-            (best.short > best.beyond, false)
-        }
-        ScanError::NoPlate { why: NoDrape::NoPatch | NoDrape::NothingFalls, .. } => (true, false),
+        ScanError::NoPlate {
+            why: NoDrape::WidePlanes { .. } | NoDrape::OtherRadius(_), ..
+        } => (false, false),
+        ScanError::NoPlate { .. } => (true, false),
         ScanError::NotASquare { .. }
         | ScanError::HiddenRim { .. }
         | ScanError::TooLittleRim { .. }
@@ -511,6 +515,7 @@ mod tests {
             up: crate::base::Vector3::y(),
             short: 0.5,
             beyond: 0.0,
+            around: 0.6,
         };
         let unit = Some(LengthUnit::Metre);
         let said = no_drape(off(), Some(&place), unit, &options);
@@ -525,5 +530,17 @@ mod tests {
             bearing_deg: 9.0,
         };
         assert_eq!(no_drape(half.clone(), Some(&place), unit, &options), half);
+        let hidden = |around: f64| {
+            let place = PlateCandidate { around, ..place.clone() };
+            let error = ScanError::HiddenRim {
+                hidden_percent: 60.0,
+                limit_percent: 20.0,
+                arc_deg: 90.0,
+                bearing_deg: 9.0,
+            };
+            no_drape(error, Some(&place), unit, &options)
+        };
+        assert!(matches!(hidden(0.8), ScanError::HiddenRim { .. }));
+        assert!(matches!(hidden(1.0), ScanError::NoPlate { .. }));
     }
 }

@@ -10,7 +10,8 @@
 //! square's side, within sigma; or short of it, where cloth is hidden, on a share of the bearings
 //! that is not known; or beyond it, which cloth hardly does. So the outline has a log-likelihood
 //! ratio of a specimen against anything. Neighbouring bearings err together, so that some count as
-//! one. A middle that lies off the disc's counts as a normal deviate.
+//! one. A middle that lies off the disc's counts as a normal deviate. A little beyond the disc a
+//! drape hangs wherever it is seen, while a board or a table's corner goes on level.
 //!
 //! Tables and walls continue beyond the square, boxes and cups end short of it, and from the back
 //! of a fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's
@@ -28,12 +29,13 @@ use super::frame::{self, LocalFrame};
 use super::hints::Hints;
 use super::options::ScanOptions;
 use super::parameterisation::{self, Parameterisation};
-use super::plate::{self, Candidate, Plate};
+use super::plate::{self, Candidate, Placed, Plate};
 use super::square::{self, Ends};
 use super::unit::LengthUnit;
 use super::{fit, limits, origin};
 use crate::base::clock::Stages;
 use crate::base::{Isometry3, Point3, Vector3};
+use crate::numeric::robust;
 
 /// The drape in a scene.
 pub(super) struct Pose {
@@ -60,6 +62,8 @@ struct Verified {
     flattened: Flattened,
     /// Where the flattened surface there ends.
     ends: Ends,
+    /// Share of the bearings on which something is seen a little beyond the disc.
+    around: f64,
     /// Log-likelihood ratio of a drape against anything \[nats\].
     nats: f64,
 }
@@ -84,7 +88,8 @@ pub(super) fn find(
     let mut less_flat = options.clone();
     less_flat.tuning.plate.flat_rms_m = options.tuning.pose.less_flat_rms_m;
     let second = find_among_flat(points, unit, &less_flat);
-    if is_sure(&second) { second } else { first }
+    let is_only = first.is_err() && second.is_ok();
+    if is_only || is_sure(&second) { second } else { first }
 }
 
 /// Finds the drape among the patches that are flat.
@@ -173,6 +178,7 @@ impl Verified {
             up: plate.up.into_inner(),
             short: ends.short_share,
             beyond: ends.beyond_share,
+            around: self.around,
         }
     }
 }
@@ -183,10 +189,47 @@ fn verify(points: &[Point3], plate: Plate, options: &ScanOptions) -> Verified {
     let flattened = flatten(points, &plate, options);
     let (square, ends) = square::ends(&flattened.surface.flat, options);
     let off_m = square.centre[0].hypot(square.centre[1]);
-    let nats = ends.nats - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
+    let surface = &flattened.surface;
+    let placed =
+        surface.flat.iter().zip(&surface.points).map(|(&xz_m, p)| Placed { xz_m, height_m: p.y });
+    let off = off_m / tuning.off_sigma_m;
+    let Skirt { around, nats } = Skirt::of(placed, options);
+    let nats = ends.nats + nats - 0.5 * off * off;
     let [x, z] = square.centre;
     let off = flattened.local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
-    Verified { middle: plate.centre + off, plate, flattened, ends, nats }
+    Verified { middle: plate.centre + off, plate, flattened, ends, around, nats }
+}
+
+/// What is seen a little beyond the disc.
+struct Skirt {
+    /// Share of the bearings on which something is.
+    around: f64,
+    /// Log-likelihood ratio of a drape against anything, by whether that has fallen \[nats\].
+    nats: f64,
+}
+
+impl Skirt {
+    /// Of points by their place on the flattened cloth and their height.
+    fn of(cloth: impl Iterator<Item = Placed>, options: &ScanOptions) -> Self {
+        let tuning = &options.tuning.pose;
+        let [near_m, far_m] = tuning.fallen_beyond_m.map(|m| options.plate_radius_m + m);
+        let mut heights_m = vec![Vec::new(); options.tuning.plate.bearings];
+        for placed in cloth.filter(|p| (near_m..far_m).contains(&p.radius_m())) {
+            heights_m[placed.sector(options.tuning.plate.bearings)].push(placed.height_m);
+        }
+        let nats = |height_m: &f64| {
+            let is_level = *height_m > -tuning.fallen_m;
+            let [drape, anything] = [tuning.level_drape, tuning.level_anything]
+                .map(|level| if is_level { level } else { 1.0 - level });
+            (drape / anything).ln()
+        };
+        let bearings = heights_m.len() as f64;
+        let seen: Vec<f64> = heights_m.into_iter().filter_map(robust::median).collect();
+        Self {
+            around: seen.len() as f64 / bearings,
+            nats: tuning.bearings * seen.iter().map(nats).sum::<f64>() / bearings,
+        }
+    }
 }
 
 /// A coarse cloth, flattened, and the frame that it is in.
@@ -292,5 +335,30 @@ impl Centred {
         let tuning = &options.tuning.pose;
         let squared = |deviate: f64| deviate * deviate;
         squared(self.off_m / tuning.off_sigma_m) + squared(self.tilt_rad() / tuning.level_sigma_rad)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_on_level_beyond_the_disc_is_no_drape_and_what_is_not_seen_says_nothing() {
+        let options = ScanOptions::default();
+        let skirt = |slope: f64, half_only: bool| {
+            let at = |k: usize| (f64::from(k as u32) * 2.4, 0.1 * (k % 100) as f64 / 100.0);
+            let place = |(turn, r): (f64, f64)| Placed {
+                xz_m: [r * turn.cos(), r * turn.sin()],
+                height_m: -slope * (r - options.plate_radius_m).max(0.0),
+            };
+            let seen = |p: &Placed| !half_only || p.xz_m[0] > 0.0;
+            Skirt::of((0..20_000).map(at).map(place).filter(seen), &options)
+        };
+        let (whole, half) = (skirt(0.5, false), skirt(0.5, true));
+        assert!(whole.around == 1.0 && (half.around - 0.5).abs() < 0.1, "{}", half.around);
+        assert!(whole.nats > 0.0 && (half.nats / whole.nats - 0.5).abs() < 0.1, "{}", half.nats);
+        assert!(skirt(0.05, false).nats < -20.0 && skirt(0.05, true).nats < -10.0);
+        let nothing = Skirt::of(std::iter::empty(), &options);
+        assert_eq!([nothing.around, nothing.nats], [0.0; 2]);
     }
 }

@@ -111,20 +111,26 @@ impl Scene {
 
     /// Typical distance between neighbouring points \[m\]: the side of the square that each
     /// has to itself, from how far the third neighbours of some of them are. Of points that
-    /// lie at random; of a regular grid it is 8 % too large.
-    pub fn spacing_m(&self) -> Option<f64> {
+    /// lie at random; of a regular grid it is 8 % too large. The lesser of the whole scene's and of
+    /// that within `reach_m` of `about`, if that is known: a far table's points lie farther apart.
+    pub fn least_spacing_m(&self, about: Option<&Point3>, reach_m: f64) -> Option<f64> {
         /// The point itself is among them.
         const AROUND: usize = 4;
         /// Points expected within the median distance of the third (of a gamma distribution
         /// of shape 3).
         const EXPECTED: f64 = 2.674;
         let tree = Neighbours::new(&self.points);
-        let stride = self.points.len().div_ceil(1000).max(1);
-        let side = |p: &Point3| {
-            let far = tree.nearest(p, AROUND).get(AROUND - 1)?.distance_sq;
+        let side = |&i: &usize| {
+            let far = tree.nearest(&self.points[i], AROUND).get(AROUND - 1)?.distance_sq;
             Some((std::f64::consts::PI * far / EXPECTED).sqrt())
         };
-        robust::median(self.points.iter().step_by(stride).filter_map(side).collect())
+        let of_some = |all: Vec<usize>| {
+            let stride = all.len().div_ceil(1000).max(1);
+            robust::median(all.iter().step_by(stride).filter_map(side).collect())
+        };
+        let near = about.and_then(|about| of_some(tree.within(about, reach_m)));
+        let whole = of_some((0..self.points.len()).collect());
+        near.into_iter().chain(whole).reduce(f64::min)
     }
 }
 

@@ -222,7 +222,8 @@ impl Plated {
         let pose = match first {
             Ok(pose) => pose,
             Err(refused) => {
-                let spacing_m = scene.spacing_m();
+                let about = refused.candidate().map(|place| place.centre);
+                let spacing_m = scene.least_spacing_m(about.as_ref(), options.specimen_side_m);
                 let others = std::mem::take(&mut scene.other_units);
                 let found = others.into_iter().find_map(|unit| {
                     scene.in_unit(unit);

@@ -235,6 +235,14 @@ pub struct PoseTuning {
     pub bearings: f64,
     /// Standard deviation of the specimen's middle about the plate's \[m\].
     pub off_sigma_m: f64,
+    /// So far beyond the plate's edge, along the cloth, a drape has fallen \[m\],
+    pub fallen_beyond_m: [f64; 2],
+    /// by this much \[m\].
+    pub fallen_m: f64,
+    /// Chance that a drape has not, on a bearing on which it is seen;
+    pub level_drape: f64,
+    /// the same of anything.
+    pub level_anything: f64,
     /// Standard deviation of a plate's tilt against the floor \[rad\].
     pub level_sigma_rad: f64,
     /// What is no likelier a drape than this is none \[nats\].
@@ -730,6 +738,8 @@ pub struct LimitTuning {
     /// An arc of the rim longer than this share of a side that is not seen is to blame for a sheet
     /// that does not fit.
     pub most_of_a_side: f64,
+    /// With the cloth seen on this share of the bearings a little beyond the plate, nothing hides it.
+    pub all_round: f64,
     /// Median strain of the sheet beyond which a rim that is not seen follows from it \[-\]: cloth
     /// that hangs reads up to 0.015.
     pub most_strain: f64,
@@ -834,27 +844,31 @@ const SHIPPED: Tuning = Tuning {
         skirt_sectors: 120,           // c
     },
     pose: PoseTuning {
-        most_points: 80_000,      // c
-        at_once: 2,               // c: time
-        enough_nats: 40.0,        // m: drapes 40 to 59, anything else 28 and less
-        most_beside: 4,           // c: time
-        cell_m: 3.5e-3,           // c
-        beyond: 0.01,             // c
-        edge_sigma_m: 4e-3,       // c
-        near_sigmas: 2.5,         // c
-        anywhere_m: 0.237,        // d
-        bearings: 20.0,           // c
-        off_sigma_m: 10e-3,       // c
-        level_sigma_rad: 0.026,   // c: 1.5 degrees
-        least_nats: 5.0,          // m: half a drape 19, other places 4 and less
-        sure_nats: 15.0,          // m: half drapes and drapes 15.5 and more, anything else 14.2
-        less_flat_rms_m: 6e-3,    // m: arches before a stereo camera of 2 mm noise
-        least_another_nats: 20.0, // m: drapes 40 to 59, anything else 28 and less
-        apart_sides: 0.53,        // d: rims reach 0.5, stiff corners more, but narrow
-        cut_wrongly: 0.2,         // c
-        only_wide: 0.8,           // c
-        centrings: 3,             // c
-        centred_m: 1.5e-3,        // c
+        most_points: 80_000,           // c
+        at_once: 2,                    // c: time
+        enough_nats: 40.0,             // m: drapes 40 to 59, others 28 and less
+        most_beside: 4,                // c: time
+        cell_m: 3.5e-3,                // c
+        beyond: 0.01,                  // c
+        edge_sigma_m: 4e-3,            // c
+        near_sigmas: 2.5,              // c
+        anywhere_m: 0.237,             // d
+        bearings: 20.0,                // c
+        off_sigma_m: 10e-3,            // c
+        fallen_beyond_m: [0.03, 0.04], // c
+        fallen_m: 6e-3,                // m: drapes 14 mm, boards 0 to 5
+        level_drape: 0.01,             // c
+        level_anything: 0.2,           // c
+        level_sigma_rad: 0.026,        // c: 1.5 degrees
+        least_nats: 6.0,               // m: half drapes 8.7, others 5.3 and less
+        sure_nats: 15.0,               // m: drapes 15.5 and more, others 14.2
+        less_flat_rms_m: 6e-3,         // m: arches in noise of 2 mm
+        least_another_nats: 20.0,      // m: drapes 40 to 59, others 28 and less
+        apart_sides: 0.53,             // d: rims reach 0.5, narrow corners more
+        cut_wrongly: 0.2,              // c
+        only_wide: 0.8,                // c
+        centrings: 3,                  // c
+        centred_m: 1.5e-3,             // c
     },
     underside: UndersideTuning {
         sure: 0.93,                                              // m
@@ -1059,6 +1073,7 @@ const SHIPPED: Tuning = Tuning {
         sparse_m: 2.8e-3,                  // m
         needed_m: 2.5e-3,                  // m
         most_of_a_side: 0.8,               // c
+        all_round: 0.95,                   // m: partial drapes 0.83 and less, boxes and balls 1
         most_strain: 0.02,                 // m
         unexplained_points: 6.0,           // c
         uneven_of_cut: 0.25,               // m
