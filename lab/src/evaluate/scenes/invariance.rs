@@ -1,7 +1,7 @@
 //! The same cloud cropped, added to and turned: what is not the drape should not move its rim.
 //!
 //! In: a scanned scene and what was found in it. Out: a [`Variant`] each: whether the outcome is
-//! the same, and how far the rim moves at most. Both rims are in the simulation frame.
+//! the same, and how far the rim moves. Both rims are in the simulation frame.
 
 use nalgebra::{Translation3, UnitQuaternion};
 use rand::RngExt as _;
@@ -30,8 +30,8 @@ pub struct Variant {
     pub same: bool,
     /// The refusal's variant; null if a rim was found.
     pub error: Option<String>,
-    /// Largest distance of corresponding points of the two rims \[mm\]; null without both.
-    pub rim_shift_mm: Option<f64>,
+    /// Mean and largest distance of corresponding points of the two rims \[mm\]; null without both.
+    pub rim_shift_mm: Option<[f64; 2]>,
 }
 
 /// All variants of a scan in which `base` was found.
@@ -55,7 +55,8 @@ pub(super) fn variants(
         let same = error == base.as_ref().err().map(name_of);
         let shift = base.as_ref().ok().zip(found.as_ref().ok()).map(|(a, b)| {
             let pairs = a.boundary.positions_m().zip(b.boundary.positions_m());
-            pairs.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max) / M_PER_MM
+            let largest_m = pairs.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
+            [a.boundary.mean_distance_m(&b.boundary), largest_m].map(|m| m / M_PER_MM)
         });
         Variant { name, same, error, rim_shift_mm: shift }
     };

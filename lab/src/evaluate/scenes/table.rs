@@ -10,11 +10,15 @@ use serde::Serialize;
 
 use super::broken::Cause;
 use super::{Outcome, Record, Variant};
+use scan2params::numeric::robust;
 
 /// Bending lengths that are told apart \[mm\]: the stiffer, the softer, and what is softer still
 /// or not known.
 const CLASSES_MM: [(&str, [f64; 2]); 3] =
     [(">=9 mm", [9.0, f64::INFINITY]), ("2.5-9 mm", [2.5, 9.0]), ("other", [f64::NAN, f64::NAN])];
+
+/// A rim that is farther off than this in the mean has moved \[mm\].
+const MOVED_MM: f64 = 0.2;
 
 /// The valid scenes of one sensor and class.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -180,6 +184,10 @@ pub struct Moved {
     pub scenes: usize,
     /// Those with another outcome than the whole cloud.
     pub changed: usize,
+    /// Median of the mean distances of two rims \[mm\]; null without a pair.
+    pub median_shift_mm: Option<f64>,
+    /// Pairs of rims farther apart than 0.2 mm in the mean.
+    pub moved: usize,
     /// Largest distance of two rims' points \[mm\]; null without a pair.
     pub largest_shift_mm: Option<f64>,
     /// What the changed ones came to, by name.
@@ -188,7 +196,8 @@ pub struct Moved {
 
 impl Moved {
     /// Names of the columns of [`Self::row`].
-    pub const COLUMNS: &'static str = "variant, scenes, changed, largest_shift_mm, changed_to";
+    pub const COLUMNS: &'static str =
+        "variant, scenes, changed, median_shift_mm, moved, largest_shift_mm, changed_to";
 
     /// Of every kind that is there.
     #[must_use]
@@ -203,11 +212,14 @@ impl Moved {
                 let word = changed.error.clone().unwrap_or_else(|| "answered".to_owned());
                 *changed_to.entry(word).or_default() += 1;
             }
+            let shifts = || own.iter().filter_map(|v| v.rim_shift_mm);
             Self {
                 variant,
                 scenes: own.len(),
                 changed: changed_to.values().sum(),
-                largest_shift_mm: own.iter().filter_map(|v| v.rim_shift_mm).reduce(f64::max),
+                median_shift_mm: robust::median(shifts().map(|[mean, _]| mean).collect()),
+                moved: shifts().filter(|[mean, _]| *mean > MOVED_MM).count(),
+                largest_shift_mm: shifts().map(|[_, largest]| largest).reduce(f64::max),
                 changed_to,
             }
         };
@@ -217,9 +229,10 @@ impl Moved {
     /// As a row of a table.
     #[must_use]
     pub fn row(&self) -> String {
-        let Self { variant, scenes, changed, largest_shift_mm, changed_to } = self;
-        let shift = number(*largest_shift_mm);
-        format!("{variant}, {scenes}, {changed}, {shift}, {}", counts(changed_to))
+        let Self { variant, scenes, changed, moved, changed_to, .. } = self;
+        let [median, largest] = [self.median_shift_mm, self.largest_shift_mm].map(number);
+        let to = counts(changed_to);
+        format!("{variant}, {scenes}, {changed}, {median}, {moved}, {largest}, {to}")
     }
 }
 
