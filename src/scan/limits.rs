@@ -146,7 +146,6 @@ pub(super) fn no_drape(
 ) -> ScanError {
     let is_none = |place: &PlateCandidate| match error {
         ScanError::WrongSize { .. }
-        | ScanError::NotASquare { .. }
         | ScanError::Unexplained { .. }
         | ScanError::Misfit { .. }
         | ScanError::PassesApart { .. }

@@ -11,7 +11,7 @@
 //! that is not known; or beyond it, which cloth hardly does. So the outline has a log-likelihood
 //! ratio of a specimen against anything. Neighbouring bearings err together, so that some count as
 //! one. A middle that lies off the disc's counts as a normal deviate. A little beyond the disc a
-//! drape hangs wherever it is seen, while a board or a table's corner goes on level.
+//! drape hangs wherever it is seen, while a board or a table's corner is level.
 //!
 //! Tables and walls continue beyond the square, boxes and cups end short of it, and from the back
 //! of a fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's

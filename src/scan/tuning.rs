@@ -738,7 +738,7 @@ pub struct LimitTuning {
     /// An arc of the rim longer than this share of a side that is not seen is to blame for a sheet
     /// that does not fit.
     pub most_of_a_side: f64,
-    /// With the cloth seen on this share of the bearings a little beyond the plate, nothing hides it.
+    /// With cloth seen on this share of the bearings a little beyond the plate, nothing hides it.
     pub all_round: f64,
     /// Median strain of the sheet beyond which a rim that is not seen follows from it \[-\]: cloth
     /// that hangs reads up to 0.015.
