@@ -192,23 +192,22 @@ fn verify(points: &[Point3], plate: Plate, options: &ScanOptions) -> Verified {
     let surface = &flattened.surface;
     let placed =
         surface.flat.iter().zip(&surface.points).map(|(&xz_m, p)| Placed { xz_m, height_m: p.y });
-    let off = off_m / tuning.off_sigma_m;
-    let Skirt { around, nats } = Skirt::of(placed, options);
-    let nats = ends.nats + nats - 0.5 * off * off;
+    let overhang = Overhang::of(placed, options);
+    let nats = ends.nats + overhang.nats - 0.5 * (off_m / tuning.off_sigma_m).powi(2);
     let [x, z] = square.centre;
     let off = flattened.local_from_scan.inverse_transform_vector(&Vector3::new(x, 0.0, z));
-    Verified { middle: plate.centre + off, plate, flattened, ends, around, nats }
+    Verified { middle: plate.centre + off, plate, flattened, ends, around: overhang.around, nats }
 }
 
-/// What is seen a little beyond the disc.
-struct Skirt {
+/// What is seen where the cloth hangs over the disc's edge.
+struct Overhang {
     /// Share of the bearings on which something is.
     around: f64,
     /// Log-likelihood ratio of a drape against anything, by whether that has fallen \[nats\].
     nats: f64,
 }
 
-impl Skirt {
+impl Overhang {
     /// Of points by their place on the flattened cloth and their height.
     fn of(cloth: impl Iterator<Item = Placed>, options: &ScanOptions) -> Self {
         let tuning = &options.tuning.pose;
@@ -345,20 +344,20 @@ mod tests {
     #[test]
     fn what_goes_on_level_beyond_the_disc_is_no_drape_and_what_is_not_seen_says_nothing() {
         let options = ScanOptions::default();
-        let skirt = |slope: f64, half_only: bool| {
+        let overhang = |slope: f64, half_only: bool| {
             let at = |k: usize| (f64::from(k as u32) * 2.4, 0.1 * (k % 100) as f64 / 100.0);
             let place = |(turn, r): (f64, f64)| Placed {
                 xz_m: [r * turn.cos(), r * turn.sin()],
                 height_m: -slope * (r - options.plate_radius_m).max(0.0),
             };
             let seen = |p: &Placed| !half_only || p.xz_m[0] > 0.0;
-            Skirt::of((0..20_000).map(at).map(place).filter(seen), &options)
+            Overhang::of((0..20_000).map(at).map(place).filter(seen), &options)
         };
-        let (whole, half) = (skirt(0.5, false), skirt(0.5, true));
+        let (whole, half) = (overhang(0.5, false), overhang(0.5, true));
         assert!(whole.around == 1.0 && (half.around - 0.5).abs() < 0.1, "{}", half.around);
         assert!(whole.nats > 0.0 && (half.nats / whole.nats - 0.5).abs() < 0.1, "{}", half.nats);
-        assert!(skirt(0.05, false).nats < -20.0 && skirt(0.05, true).nats < -10.0);
-        let nothing = Skirt::of(std::iter::empty(), &options);
+        assert!(overhang(0.05, false).nats < -20.0 && overhang(0.05, true).nats < -10.0);
+        let nothing = Overhang::of(std::iter::empty(), &options);
         assert_eq!([nothing.around, nothing.nats], [0.0; 2]);
     }
 }
