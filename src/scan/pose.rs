@@ -14,9 +14,9 @@
 //! drape hangs wherever it is seen, while a board or a table's corner is level.
 //!
 //! Tables and walls continue beyond the square, boxes and cups end short of it, and from the back
-//! of a fold the specimen's middle is far. Tried and dropped: limits on the share of the disc's
-//! edge from which a surface falls, on its roundness and its radius. Each was set on scenes of one
-//! virtual bench; boxes and folds of others passed them.
+//! of a fold the specimen's middle is far. Tried and dropped: limits, before anything is flattened,
+//! on the share of the disc's edge from which a surface falls, on its roundness and its radius.
+//! Each was set on scenes of one virtual bench; boxes and folds of others passed them.
 //!
 //! Fails where the flat disc itself is not seen, from any side.
 

@@ -120,16 +120,20 @@ impl Scene {
         /// of shape 3).
         const EXPECTED: f64 = 2.674;
         let tree = Neighbours::new(&self.points);
-        let side = |&i: &usize| {
+        let side = |i: usize| {
             let far = tree.nearest(&self.points[i], AROUND).get(AROUND - 1)?.distance_sq;
             Some((std::f64::consts::PI * far / EXPECTED).sqrt())
         };
-        let of_some = |all: Vec<usize>| {
-            let stride = all.len().div_ceil(1000).max(1);
-            robust::median(all.iter().step_by(stride).filter_map(side).collect())
-        };
-        let near = about.and_then(|about| of_some(tree.within(about, reach_m)));
-        let whole = of_some((0..self.points.len()).collect());
+        let stride = |count: usize| count.div_ceil(1000).max(1);
+        let typical =
+            |some: &mut dyn Iterator<Item = usize>| robust::median(some.filter_map(side).collect());
+        let near = about.and_then(|about| {
+            let near = tree.within(about, reach_m);
+            let stride = stride(near.len());
+            typical(&mut near.into_iter().step_by(stride))
+        });
+        let count = self.points.len();
+        let whole = typical(&mut (0..count).step_by(stride(count)));
         near.into_iter().chain(whole).reduce(f64::min)
     }
 }

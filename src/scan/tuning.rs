@@ -846,7 +846,7 @@ const SHIPPED: Tuning = Tuning {
     pose: PoseTuning {
         most_points: 80_000,           // c
         at_once: 2,                    // c: time
-        enough_nats: 40.0,             // m: drapes 40 to 59, others 28 and less
+        enough_nats: 40.0,             // m: whole drapes 46 to 65, others 28 and less
         most_beside: 4,                // c: time
         cell_m: 3.5e-3,                // c
         beyond: 0.01,                  // c
@@ -861,9 +861,9 @@ const SHIPPED: Tuning = Tuning {
         level_anything: 0.2,           // c
         level_sigma_rad: 0.026,        // c: 1.5 degrees
         least_nats: 6.0,               // m: half drapes 8.7, others 5.3 and less
-        sure_nats: 15.0,               // m: drapes 15.5 and more, others 14.2
+        sure_nats: 15.0,               // m: boxes under cloth 11.7, parts of drapes 8.7 to 35
         less_flat_rms_m: 6e-3,         // m: arches in noise of 2 mm
-        least_another_nats: 20.0,      // m: drapes 40 to 59, others 28 and less
+        least_another_nats: 20.0,      // m: whole drapes 46 to 65, others 28 and less
         apart_sides: 0.53,             // d: rims reach 0.5, narrow corners more
         cut_wrongly: 0.2,              // c
         only_wide: 0.8,                // c

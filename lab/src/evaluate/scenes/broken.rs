@@ -97,8 +97,7 @@ impl Cause {
             Self::HalfDrape | Self::MissingSide => &["HiddenRim", "Gap", "TooLittleRim"],
             Self::TouchingFold | Self::Crease => &["Misfit", "Unexplained"],
             Self::TooCoarse => &["TooSparse", "TooFewPoints"],
-            // The message of `PassesApart` says "check the focal length".
-            Self::FocalLength => &["WrongSize", "PassesApart"],
+            Self::FocalLength => &["WrongSize"],
             Self::NoPlate | Self::Table | Self::Board | Self::Box => &["NoPlate"],
             Self::TwoDrapes => &["SeveralDrapes"],
         }
