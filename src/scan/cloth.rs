@@ -25,7 +25,9 @@ use crate::numeric::robust;
 
 /// The cloth's points, local frame \[m\].
 pub(super) struct Cloth {
-    /// As scanned, after the cuts.
+    /// Points after the cuts.
+    pub count: usize,
+    /// Those, as scanned; of very many a part.
     pub raw: Vec<Point3>,
     /// Smoothed surface points, about `spacing_m` apart.
     pub surface: Vec<Point3>,
@@ -55,11 +57,10 @@ pub(super) fn isolate(
     });
     let tuning = &options.tuning.cloth;
     let cell = tuning.cell_m.max(tuning.cell_spacings * raw_spacing_m);
-    let downsampled = stages.span("voxel", || {
-        let stride = raw.len().div_ceil(tuning.most_surface).max(1);
-        let some: Vec<Point3> = raw.iter().step_by(stride).copied().collect();
-        voxel_downsample(&some, None, cell)
-    });
+    let count = raw.len();
+    let stride = count.div_ceil(tuning.most_points).max(1);
+    let raw: Vec<Point3> = raw.into_iter().step_by(stride).collect();
+    let downsampled = stages.span("voxel", || voxel_downsample(&raw, None, cell));
     let downsampled = stages.span("strays", || drop_strays(downsampled, cell, tuning));
     stages.span("smooth and normals", || {
         let smoothed = smooth_twice(&downsampled, cell, plate.noise_m, tuning);
@@ -67,6 +68,7 @@ pub(super) fn isolate(
         // Tight folds leave a residual too; crossing layers leave more than that.
         let usual = usual.max(tuning.usual_residual_cells * cell);
         Cloth {
+            count,
             raw,
             surface: smoothed.iter().map(|p| p.at).collect(),
             normals: smoothed.iter().map(|p| p.normal).collect(),

@@ -162,10 +162,11 @@ fn strip_edge(across: &[f64], blur_m: f64, look: Look, tuning: &EdgeTuning) -> O
         log: f64,
         width: f64,
     }
-    // More points do not help: the strip's edge is not that straight.
-    let stride = across.len().div_ceil(tuning.most_points);
-    let mut across: Vec<f64> = across.iter().step_by(stride).copied().collect();
+    // More points do not help: the strip's edge is not that straight. So quantiles stand for them.
+    let mut across = across.to_vec();
     across.sort_unstable_by(f64::total_cmp);
+    let stride = across.len().div_ceil(tuning.most_points).max(1);
+    let across: Vec<f64> = across.into_iter().skip(stride / 2).step_by(stride).collect();
     let (low, high) = (-look.inward_m, look.outward_m);
     let step = 0.1e-3;
     let first = low + 4e-3;

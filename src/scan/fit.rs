@@ -14,7 +14,7 @@ use super::parameterisation::Parameterisation;
 use super::registration::{Priors, Registration};
 use super::sheet::{self, Sheet};
 use super::square::Square;
-use crate::base::Point3;
+use crate::base::{Point3, Vector3};
 use crate::geom::Neighbours;
 
 /// A sheet and the surface points' places on it.
@@ -23,6 +23,17 @@ pub(super) struct Fitted {
     pub sheet: Sheet,
     /// Material coordinates of the surface points \[m\].
     pub material: Vec<[f64; 2]>,
+}
+
+/// A raw point of the cloth and the surface point that is nearest to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RawPoint {
+    /// The point, local frame \[m\].
+    pub at: Point3,
+    /// The surface point's number.
+    pub surface: usize,
+    /// Distance between the two \[m\].
+    pub distance_m: f64,
 }
 
 /// A raw point on the sheet near its edge.
@@ -53,43 +64,79 @@ pub(super) fn fit_sheet(
     Some(Fitted { sheet, material })
 }
 
-/// Raw points, of at most `most` of the cloth's, that lie on the sheet near its edge, with
-/// their material coordinates.
-pub(super) fn edge_points(
+/// The raw points near the parameterised surface.
+pub(super) fn on_surface(
     cloth: &Cloth,
     surface: &[Point3],
+    noise_m: f64,
+    options: &ScanOptions,
+) -> Vec<RawPoint> {
+    let tuning = &options.tuning.sheet;
+    let near_m = tuning.near_cells * cloth.spacing_m + tuning.on_sheet_noises * noise_m;
+    let tree = Neighbours::new(surface);
+    let near = cloth.raw.par_iter().filter_map(|at| {
+        let near = tree.one(at)?;
+        let distance_m = near.distance();
+        (distance_m < near_m).then_some(RawPoint { at: *at, surface: near.index, distance_m })
+    });
+    near.collect()
+}
+
+/// Raw points that lie on the sheet near its edge, with their material coordinates.
+pub(super) fn edge_points(
+    raw: &[RawPoint],
     material: &[[f64; 2]],
     sheet: &Sheet,
     noise_m: f64,
-    most: usize,
     options: &ScanOptions,
 ) -> Vec<EdgePoint> {
     let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning.sheet);
-    let tree = Neighbours::new(surface);
     let on_sheet = tuning.on_sheet_m + tuning.on_sheet_noises * noise_m;
-    let near_m = tuning.near_cells * cloth.spacing_m + tuning.on_sheet_noises * noise_m;
-    let stride = cloth.raw.len().div_ceil(most);
-    cloth
-        .raw
-        .par_iter()
-        .step_by(stride)
+    raw.par_iter()
         .filter_map(|p| {
-            let near = tree.one(p)?;
-            let m = material[near.index];
-            let far = near.distance() > near_m;
-            if far || m[0].abs().max(m[1].abs()) < half_m - tuning.near_edge_m {
+            let m = material[p.surface];
+            if m[0].abs().max(m[1].abs()) < half_m - tuning.near_edge_m {
                 return None;
             }
-            let foot = sheet.nearest(p, m, tuning.slide * half_m);
-            (foot.off_m < on_sheet).then_some(EdgePoint { at: *p, material: foot.material })
+            let foot = sheet.nearest(&p.at, m, tuning.slide * half_m);
+            (foot.off_m < on_sheet).then_some(EdgePoint { at: p.at, material: foot.material })
         })
+        .collect()
+}
+
+/// The mean of the raw points that are nearest to a surface point.
+pub(super) struct Mean {
+    /// The mean \[m\].
+    pub at: Point3,
+    /// The surface point's number.
+    pub surface: usize,
+    /// Number of points, each counted by how near it lies.
+    pub count: f64,
+}
+
+/// The means about all surface points, of which one lies near what it is the mean of. Points
+/// farther than `bound_m` hardly count.
+fn means(raw: &[RawPoint], surfaces: usize, bound_m: f64) -> Vec<Mean> {
+    let mut sums = vec![(Vector3::zeros(), 0.0); surfaces];
+    for p in raw {
+        let weight = (1.0 + (p.distance_m / bound_m).powi(2)).powi(-2);
+        let (sum, count) = &mut sums[p.surface];
+        *sum += p.at.coords * weight;
+        *count += weight;
+    }
+    let seen = sums.into_iter().enumerate().filter(|(_, (_, count))| *count > 0.0);
+    seen.map(|(surface, (sum, count))| Mean { at: Point3::from(sum / count), surface, count })
         .collect()
 }
 
 /// Registers the sheet to the raw points, without changing its lengths, and measures the free edge
 /// on it, alternately; the surface points' places follow. `None` if too few points carry it.
+///
+/// Where there are many points, the sheet is drawn to their means about each surface point. A
+/// choice among them would depend on what else is in the file.
 pub(super) fn register_sheet<'a>(
     sheet: Sheet,
+    raw: &[RawPoint],
     cloth: &Cloth,
     surface: &Parameterisation,
     material: &mut [[f64; 2]],
@@ -107,19 +154,10 @@ pub(super) fn register_sheet<'a>(
         sheet: of_sheet,
         tuning,
     };
-    let tree = Neighbours::new(&surface.points);
-    let stride = cloth.raw.len().div_ceil(tuning.most_points);
-    let near = of_sheet.near_cells * cloth.spacing_m + of_sheet.on_sheet_noises * noise_m;
-    let points = cloth.raw.par_iter().step_by(stride).filter_map(|p| {
-        let found = tree.one(p)?;
-        (found.distance() < near).then_some((*p, material[found.index]))
-    });
-    let mut registration = Registration::new(sheet, points.collect(), priors);
+    let means = means(raw, surface.points.len(), priors.bound_m() + cloth.spacing_m);
+    let mut registration = Registration::new(sheet, &means, material, priors);
     for steps in tuning.steps {
-        let sheet = &registration.sheet;
-        let most = tuning.most_first_candidates;
-        let near_edge =
-            edge_points(cloth, &surface.points, material, sheet, noise_m, most, options);
+        let near_edge = edge_points(raw, material, &registration.sheet, noise_m, options);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
         let edges = edge::measure_sides(&flat, half_m, noise_m, &options.tuning.edge);
         registration.draw(&edges, steps)?;

@@ -8,13 +8,12 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::fit::RawPoint;
 use super::measured::{Misfit, Scatter};
 use super::parameterisation::Parameterisation;
 use super::sheet::Sheet;
 use super::square::Square;
 use super::tuning::SheetTuning;
-use crate::base::Point3;
-use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// Distances of the surface points to the sheet, which is flat within `flat_m` of its middle, and
@@ -92,26 +91,21 @@ fn half_share(off: &[f64], material: &[[f64; 2]]) -> f64 {
 /// 0 where too few are seen.
 pub(super) fn scatter(
     sheet: &Sheet,
-    raw: &[Point3],
-    surface: &[Point3],
+    raw: &[RawPoint],
     material: &[[f64; 2]],
     flat_m: f64,
     tuning: &SheetTuning,
 ) -> Scatter {
     /// Points of a place that tell its scatter.
     const LEAST: usize = 30;
-    let tree = Neighbours::new(surface);
-    let stride = raw.len().div_ceil(tuning.most_scatter).max(1);
-    let off: Vec<([i32; 2], f64)> = raw
-        .par_iter()
-        .step_by(stride)
-        .filter_map(|p| {
-            let near = tree.one(p).filter(|near| near.distance() < tuning.scatter_m)?;
-            let (_, at, slopes) = sheet.near(material[near.index]);
-            let across = slopes.column(0).cross(&slopes.column(1));
-            Some((place(material[near.index]), (p - at).dot(&across) / across.norm()))
-        })
-        .collect();
+    let across = |p: &RawPoint| {
+        let place_m = material[p.surface];
+        let (_, at, slopes) = sheet.near(place_m);
+        let across = slopes.column(0).cross(&slopes.column(1));
+        (place(place_m), (p.at - at).dot(&across) / across.norm())
+    };
+    let near = raw.par_iter().filter(|p| p.distance_m < tuning.scatter_m);
+    let off: Vec<([i32; 2], f64)> = near.map(across).collect();
     let mut places = BTreeMap::<[i32; 2], Vec<f64>>::new();
     for (place, off_m) in off {
         places.entry(place).or_default().push(off_m);

@@ -91,7 +91,7 @@ impl Quality {
         Self {
             points: bench.points_in_file,
             mesh: bench.mesh.map(|mesh| MeshFacts { own_edge_share: *own_edge_share, ..mesh }),
-            cloth_points: cloth.raw.len(),
+            cloth_points: cloth.count,
             unit_guessed: options.unit.is_none(),
             up: bench.local_from_scan.inverse_transform_vector(&Vector3::y()).into(),
             observed_fraction: rim.observed_fraction(),

@@ -27,6 +27,7 @@ use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 
 use super::edge::Edge;
+use super::fit::Mean;
 use super::sheet::Sheet;
 use super::sides::from_side;
 use super::tuning::{RegistrationTuning, SheetTuning};
@@ -52,6 +53,13 @@ pub(super) struct Priors<'a> {
     pub tuning: &'a RegistrationTuning,
 }
 
+impl Priors<'_> {
+    /// Points farther off the sheet count little \[m\].
+    pub fn bound_m(&self) -> f64 {
+        (self.sheet.bound_sigmas * self.point_sigma_m).max(self.sheet.bound_m)
+    }
+}
+
 /// Spans whose sums (10 kB each) are held at once.
 const SPANS_AT_ONCE: usize = 256;
 
@@ -63,6 +71,8 @@ pub(super) struct Registration<'a> {
     pub sheet: Sheet,
     priors: Priors<'a>,
     points: Vec<Point3>,
+    /// How many points each stands for.
+    counts: Vec<f64>,
     places: Vec<[f64; 2]>,
     system: SplineSystem<2>,
     /// Weight over stretch stiffness \[1/m\].
@@ -111,13 +121,18 @@ struct Anchor {
 }
 
 impl<'a> Registration<'a> {
-    /// A sheet and points over it, each with its place on the sheet.
-    pub fn new(sheet: Sheet, points: Vec<(Point3, [f64; 2])>, priors: Priors<'a>) -> Self {
+    /// A sheet and means of points over it; `material` are the places of the surface points about
+    /// which those are. All together they count as so many points as the priors are weighed
+    /// against.
+    pub fn new(sheet: Sheet, means: &[Mean], material: &[[f64; 2]], priors: Priors<'a>) -> Self {
         let system = SplineSystem::new(sheet.grid);
-
-        let (points, places) = points.into_iter().unzip();
+        let all: f64 = means.iter().map(|mean| mean.count).sum();
+        let each = (priors.tuning.most_points as f64 / all).min(1.0);
+        let counts = means.iter().map(|mean| mean.count * each).collect();
+        let points = means.iter().map(|mean| mean.at).collect();
+        let places = means.iter().map(|mean| material[mean.surface]).collect();
         let (stretch_per_m, shift_m, last_move_m) = (0.0, 0.0, f64::INFINITY);
-        Self { sheet, priors, points, places, system, stretch_per_m, shift_m, last_move_m }
+        Self { sheet, priors, points, counts, places, system, stretch_per_m, shift_m, last_move_m }
     }
 
     /// Draws the sheet onto the points and onto the measured edges, in `steps` steps at most.
@@ -209,8 +224,8 @@ impl<'a> Registration<'a> {
         let off = self.points[i] - at;
         let normal = slopes.column(0).cross(&slopes.column(1));
         let Some(normal) = normal.try_normalize(1e-6) else { return };
-        let bound_m = (self.priors.sheet.bound_sigmas * sigma_m).max(self.priors.sheet.bound_m);
-        let weight = 1.0 / (sigma_m * (1.0 + off.norm_squared() / (bound_m * bound_m))).powi(2);
+        let far = off.norm_squared() / self.priors.bound_m().powi(2);
+        let weight = self.counts[i] / (sigma_m * (1.0 + far)).powi(2);
         let row = weights.value.map(|value| normal * value);
         sum.add(&row, &Row::zeros(), normal.dot(&off), weight);
     }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::cloth::{self, Cloth};
 use super::edge;
 use super::error::{PlateCandidate, ScanError};
-use super::fit::{self, EdgePoint};
+use super::fit::{self, EdgePoint, RawPoint};
 use super::floor::Floor;
 use super::hints::Region;
 use super::mark::{self, Marked};
@@ -165,6 +165,8 @@ pub(super) struct Sheeted {
 pub(super) struct Registered<'a> {
     /// The cloth on its square.
     pub cloth: Oriented,
+    /// The raw points near it.
+    raw: Vec<RawPoint>,
     /// The sheet, its stretch and the shift of its edge.
     pub registration: Registration<'a>,
     /// Material coordinates of the surface points on the sheet \[m\].
@@ -360,7 +362,7 @@ impl Oriented {
     }
 
     fn too_few_points(&self, options: &ScanOptions) -> ScanError {
-        limits::too_few_points(self.cloth.raw.len(), options)
+        limits::too_few_points(self.cloth.count, options)
     }
 }
 
@@ -386,17 +388,18 @@ impl<'a> Registered<'a> {
     pub fn of(sheeted: Sheeted, options: &'a ScanOptions) -> Result<Self, ScanError> {
         let Sheeted { cloth, fitted: fit::Fitted { sheet, mut material } } = sheeted;
         let (surface, noise_m) = (&cloth.surface, cloth.noise_m());
+        let raw = fit::on_surface(&cloth.cloth, &surface.points, noise_m, options);
+        let isolated = &cloth.cloth;
         let registration =
-            fit::register_sheet(sheet, &cloth.cloth, surface, &mut material, noise_m, options);
+            fit::register_sheet(sheet, &raw, isolated, surface, &mut material, noise_m, options);
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let flat_m = options.tuning.plate.disc_radii * options.plate_radius_m;
         let (sheet, tuning) = (&registration.sheet, &options.tuning.sheet);
         let side_m = options.specimen_side_m;
         let lengths_m = [side_m, flat_m];
         let misfit = misfit::of_surface(sheet, surface, &material, &cloth.square, lengths_m);
-        let (raw, surface) = (&cloth.cloth.raw, &surface.points);
-        let scatter = misfit::scatter(sheet, raw, surface, &material, flat_m, tuning);
-        Ok(Self { cloth, registration, material, misfit, scatter, side_m })
+        let scatter = misfit::scatter(sheet, &raw, &material, flat_m, tuning);
+        Ok(Self { cloth, raw, registration, material, misfit, scatter, side_m })
     }
 
     /// Refuses a sheet that does not fit the points.
@@ -437,9 +440,7 @@ impl<'a> Edged<'a> {
         });
         let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning);
         let surface = &cloth.surface.points;
-        let most = tuning.registration.most_edge_candidates;
-        let near_edge =
-            fit::edge_points(&cloth.cloth, surface, material, sheet, noise_m, most, options);
+        let near_edge = fit::edge_points(&registered.raw, material, sheet, noise_m, options);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
         let mut edges = edge::measure_sides(&flat, half_m, noise_m, &tuning.edge);
         let mut own_edge_share = 0.0;

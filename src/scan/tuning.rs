@@ -342,8 +342,8 @@ pub struct ClothTuning {
     pub cell_m: f64,
     /// The cell is no less than this many distances between raw points.
     pub cell_spacings: f64,
-    /// Most points from which the surface is made: over ten in a cell.
-    pub most_surface: usize,
+    /// Most points that are used: over ten in a cell, every 0.5 mm of the surface.
+    pub most_points: usize,
     /// Cloth is seen this far above the floor \[m\], and this many times the noise.
     pub above_floor_m: f64,
     /// Clearances from floor and plate grow by this many times the noise.
@@ -485,9 +485,8 @@ pub struct SheetTuning {
     pub knot_m: f64,
     /// Standard deviation of a surface point beside the noise \[m\].
     pub point_sigma_m: f64,
-    /// Most raw points whose scatter across the map is measured ...
-    pub most_scatter: usize,
-    /// ... of those no farther than this from a surface point \[m\].
+    /// The scatter across the map is measured of raw points no farther than this from a surface
+    /// point \[m\].
     pub scatter_m: f64,
     /// Prior standard deviation of curvature \[1/m\].
     pub curvature_sigma_per_m: f64,
@@ -519,11 +518,7 @@ pub struct SheetTuning {
 /// Registration of the sheet to the raw points (`registration`, `fit`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegistrationTuning {
-    /// Most raw points that are tried for the edge: every 0.7 mm of a cloth's surface.
-    pub most_edge_candidates: usize,
-    /// The same while the sheet is not yet registered: every 1.3 mm.
-    pub most_first_candidates: usize,
-    /// Most raw points that the sheet is registered to: every 1.5 mm.
+    /// Raw points count as so many at most against what the sheet is held by: every 1.5 mm.
     pub most_points: usize,
     /// Most steps after each measurement of the edge; the first is made on a sheet that
     /// still lies off.
@@ -903,7 +898,7 @@ const SHIPPED: Tuning = Tuning {
     cloth: ClothTuning {
         cell_m: 2.0e-3,             // d
         cell_spacings: 1.1,         // c
-        most_surface: 350_000,      // c
+        most_points: 350_000,       // c
         above_floor_m: 5e-3,        // c
         clear_noises: 4.0,          // c
         under_plate_m: 15e-3,       // c
@@ -970,7 +965,6 @@ const SHIPPED: Tuning = Tuning {
         cover: 1.1,                   // d: stretch
         knot_m: 6e-3,                 // m: 4.5 mm changed nothing
         point_sigma_m: 0.1e-3,        // c
-        most_scatter: 40_000,         // c
         scatter_m: 8e-3,              // c
         curvature_sigma_per_m: 100.0, // m: weaker bending changed nothing
         strain_sigma: 0.05,           // m: 0.01 makes noisy scans worse
@@ -986,8 +980,6 @@ const SHIPPED: Tuning = Tuning {
         slide: 1.09,                  // d: within `cover`
     },
     registration: RegistrationTuning {
-        most_edge_candidates: 200_000,      // c
-        most_first_candidates: 50_000,      // c
         most_points: 40_000,                // c
         steps: [2, 5, 5],                   // m
         strain_sigma: 0.02,                 // m: 0.01 too stiff, 0.05 swallows the shift
