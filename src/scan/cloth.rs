@@ -151,8 +151,9 @@ fn smooth_twice(
 }
 
 /// Radius around the axis that the pedestal takes, which stands under the plate below the lowest
-/// that cloth can hang; `None` if nothing is seen. In the mean over heights, so that a floor that
-/// was not told for one is no pedestal.
+/// that cloth can hang; `None` if nothing is seen. The median over heights at which as many points
+/// lie as on a wall of that radius: a floor that was not told for one has many more, strays have
+/// far fewer.
 fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions) -> Option<f64> {
     let tuning = &options.tuning.cloth;
     let reach = options.specimen_side_m * std::f64::consts::FRAC_1_SQRT_2;
@@ -167,11 +168,15 @@ fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions)
             radii[slice.min(slices - 1)].push(radius);
         }
     }
-    if radii.iter().map(Vec::len).sum::<usize>() < 30 {
-        return None;
-    }
-    let of_slices = radii.into_iter().filter_map(|radii| robust::quantile(radii, 0.9));
-    robust::median(of_slices.collect())
+    let point_m2 = spacing(points, options).powi(2);
+    let [least, most] = tuning.wall_shares;
+    let of_walls = radii.into_iter().filter_map(|radii| {
+        let seen_m2 = radii.len() as f64 * point_m2;
+        let radius_m = robust::quantile(radii, 0.9)?;
+        let wall_m2 = std::f64::consts::TAU * radius_m * tuning.slice_m;
+        (least * wall_m2..most * wall_m2).contains(&seen_m2).then_some(radius_m)
+    });
+    robust::median(of_walls.collect())
 }
 
 /// Typical distance between points: the side of the square that each point has

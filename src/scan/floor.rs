@@ -49,8 +49,12 @@ pub(super) fn find(
     let tolerance = (tuning.on_floor_noises * noise_m).max(tuning.on_floor_m);
     let rough = consensus(&low, tolerance, options);
     let (Plane { at, normal }, rms_m) = refined(&low, rough, tolerance)?;
-    let support = Plane { at, normal }.points_on(&low, 1.5 * tolerance);
-    (is_wide(&support, options) && normal.y > tuning.least_cosine).then(|| Floor {
+    let plane = Plane { at, normal };
+    let support = plane.points_on(&low, 1.5 * tolerance);
+    let is_floor = normal.y > tuning.least_cosine
+        && is_wide(&support, options)
+        && plane.covers(&low, &support, 3.0 * tolerance, options);
+    is_floor.then(|| Floor {
         height_m: at.y + (at.x * normal.x + at.z * normal.z) / normal.y,
         normal,
         rms_m,
@@ -72,6 +76,21 @@ impl Plane {
 
     fn points_on(&self, points: &[Point3], tolerance_m: f64) -> Vec<Point3> {
         points.iter().copied().filter(|p| self.has(p, tolerance_m)).collect()
+    }
+
+    /// Whether hardly anything is seen lower than this below it under the drape. Cloth is, where
+    /// the plane goes through its folds and something beside them.
+    fn covers(
+        &self,
+        points: &[Point3],
+        support: &[Point3],
+        lower_m: f64,
+        options: &ScanOptions,
+    ) -> bool {
+        let under = |p: &&Point3| p.x.hypot(p.z) < narrow_m(options);
+        let below = |p: &&Point3| (*p - self.at).dot(&self.normal) < -lower_m;
+        let below = points.iter().filter(under).filter(below).count() as f64;
+        below < options.tuning.frame.most_below * support.iter().filter(under).count() as f64
     }
 }
 
@@ -112,12 +131,17 @@ fn refined(low: &[Point3], mut plane: Plane, tolerance_m: f64) -> Option<(Plane,
     Some((plane, rms_m))
 }
 
-/// Whether a plane's points are a floor's. It is wide: cloth hanging level would be narrower than
-/// the specimen; under a larger one the table need not be larger. And it goes round the axis, as
+/// How far from the axis what hangs is narrower than a floor \[m\]: half the specimen, or half of
+/// the usual one's under a larger, whose table need not be larger.
+fn narrow_m(options: &ScanOptions) -> f64 {
+    0.5 * options.specimen_side_m.min(SPECIMEN_SIDE_M)
+}
+
+/// Whether a plane's points are a floor's. It is wide, and it goes round the axis, as
 /// the top of what stands beside the drape does not.
 fn is_wide(support: &[Point3], options: &ScanOptions) -> bool {
     let tuning = &options.tuning.frame;
-    let narrow_m = 0.5 * options.specimen_side_m.min(SPECIMEN_SIDE_M);
+    let narrow_m = narrow_m(options);
     let off_m = |p: &&Point3| p.x.hypot(p.z);
     let wide = support.iter().filter(|p| off_m(p) > narrow_m).count();
     let mut around = [false; SECTORS];

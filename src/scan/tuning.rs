@@ -333,6 +333,8 @@ pub struct FrameTuning {
     pub least_around: usize,
     /// farther than this from the axis, in plate radii.
     pub around_radii: f64,
+    /// Points under the drape that may lie below a floor, of those on it.
+    pub most_below: f64,
 }
 
 /// Cutting the scene to the cloth, and smoothing it (`cloth`).
@@ -363,6 +365,8 @@ pub struct ClothTuning {
     pub wide_column: f64,
     /// Height of the slices of the pedestal in which its radius is read \[m\].
     pub slice_m: f64,
+    /// Points of a slice, as shares of those that would cover a wall of its radius: of a column.
+    pub wall_shares: [f64; 2],
     /// Clearance from the pedestal \[m\], and in noises.
     pub column_m: f64,
     /// See `column_m`.
@@ -894,6 +898,7 @@ const SHIPPED: Tuning = Tuning {
         least_wide_cells: 200,      // c
         least_around: 8,            // c
         around_radii: 1.5,          // c
+        most_below: 0.2,            // c
     },
     cloth: ClothTuning {
         cell_m: 2.0e-3,             // d
@@ -907,6 +912,7 @@ const SHIPPED: Tuning = Tuning {
         wide_column: 0.75,          // c
         underside_share: 0.15,      // m: 0.02 and less of soft knits from above, 0.4 from below
         slice_m: 5e-3,              // c
+        wall_shares: [0.1, 3.0],    // c
         column_m: 3e-3,             // m: with 2 mm a rim behind the column was 3 mm off
         column_noises: 3.0,         // c
         below_top_m: 2e-3,          // c
