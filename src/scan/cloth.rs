@@ -27,7 +27,7 @@ use crate::numeric::robust;
 pub(super) struct Cloth {
     /// Points after the cuts.
     pub count: usize,
-    /// Those, as scanned; of very many a part.
+    /// Those, as scanned, of very many a part, until the sheet is registered to them.
     pub raw: Vec<Point3>,
     /// Smoothed surface points, about `spacing_m` apart.
     pub surface: Vec<Point3>,
@@ -168,6 +168,9 @@ fn column_radius(points: &[Point3], floor: Option<Floor>, options: &ScanOptions)
             radii[slice.min(slices - 1)].push(radius);
         }
     }
+    if radii.iter().map(Vec::len).sum::<usize>() < 30 {
+        return None;
+    }
     let point_m2 = spacing(points, options).powi(2);
     let [least, most] = tuning.wall_shares;
     let of_walls = radii.into_iter().filter_map(|radii| {
@@ -294,5 +297,29 @@ fn project(
         at: p + normal * (q[0] * reach_m),
         normal: (normal - a * q[1] - b * q[2]).normalize(),
         residual_m: residual.sqrt() * reach_m,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neither_strays_nor_a_floor_that_was_not_told_for_one_widen_a_column() {
+        let disc = |height_m: f64, radius_m: f64| {
+            let at = |k: usize| [k / 121, k % 121].map(|i| 1e-3 * i as f64 - 0.06);
+            let inside = move |[x, z]: &[f64; 2]| x.hypot(*z) < radius_m;
+            (0..121 * 121).map(at).filter(inside).map(move |[x, z]| Point3::new(x, height_m, z))
+        };
+        let around = |k: usize, radius_m: f64, height_m: f64| {
+            let (sin, cos) = (0.2 * k as f64).sin_cos();
+            Point3::new(radius_m * cos, height_m, radius_m * sin)
+        };
+        let post = (0..31 * 20).map(|k| around(k, 5e-3, -0.1752 - 1e-3 * (k / 31) as f64));
+        let strays = (0..40).map(|k| around(k, 0.05, -0.2 - 1.8e-3 * k as f64));
+        let points: Vec<Point3> =
+            disc(0.0, 0.05).chain(post).chain(disc(-0.197, 0.06)).chain(strays).collect();
+        let radius_m = column_radius(&points, None, &ScanOptions::default()).unwrap();
+        assert!((radius_m - 5e-3).abs() < 1e-3, "{radius_m}");
     }
 }

@@ -7,11 +7,10 @@
 
 use rayon::prelude::*;
 
-use super::cloth::Cloth;
 use super::edge;
 use super::options::ScanOptions;
 use super::parameterisation::Parameterisation;
-use super::registration::{Priors, Registration};
+use super::registration::{Mean, Priors, Registration};
 use super::sheet::{self, Sheet};
 use super::square::Square;
 use crate::base::{Point3, Vector3};
@@ -31,9 +30,16 @@ pub(super) struct RawPoint {
     /// The point, local frame \[m\].
     pub at: Point3,
     /// The surface point's number.
-    pub surface: usize,
+    pub surface: u32,
     /// Distance between the two \[m\].
-    pub distance_m: f64,
+    pub distance_m: f32,
+}
+
+impl RawPoint {
+    /// What the surface point nearest to it has, of a list with one for each.
+    pub fn of_nearest<T: Copy>(&self, all: &[T]) -> T {
+        all[self.surface as usize]
+    }
 }
 
 /// A raw point on the sheet near its edge.
@@ -64,20 +70,21 @@ pub(super) fn fit_sheet(
     Some(Fitted { sheet, material })
 }
 
-/// The raw points near the parameterised surface.
+/// The raw points of the cloth near its parameterised surface.
 pub(super) fn on_surface(
-    cloth: &Cloth,
+    raw: Vec<Point3>,
+    spacing_m: f64,
     surface: &[Point3],
     noise_m: f64,
     options: &ScanOptions,
 ) -> Vec<RawPoint> {
     let tuning = &options.tuning.sheet;
-    let near_m = tuning.near_cells * cloth.spacing_m + tuning.on_sheet_noises * noise_m;
+    let near_m = tuning.near_cells * spacing_m + tuning.on_sheet_noises * noise_m;
     let tree = Neighbours::new(surface);
-    let near = cloth.raw.par_iter().filter_map(|at| {
-        let near = tree.one(at)?;
-        let distance_m = near.distance();
-        (distance_m < near_m).then_some(RawPoint { at: *at, surface: near.index, distance_m })
+    let near = raw.into_par_iter().filter_map(|at| {
+        let near = tree.one(&at)?;
+        let (surface, distance_m) = (near.index as u32, near.distance() as f32);
+        (near.distance() < near_m).then_some(RawPoint { at, surface, distance_m })
     });
     near.collect()
 }
@@ -94,7 +101,7 @@ pub(super) fn edge_points(
     let on_sheet = tuning.on_sheet_m + tuning.on_sheet_noises * noise_m;
     raw.par_iter()
         .filter_map(|p| {
-            let m = material[p.surface];
+            let m = p.of_nearest(material);
             if m[0].abs().max(m[1].abs()) < half_m - tuning.near_edge_m {
                 return None;
             }
@@ -104,29 +111,27 @@ pub(super) fn edge_points(
         .collect()
 }
 
-/// The mean of the raw points that are nearest to a surface point.
-pub(super) struct Mean {
-    /// The mean \[m\].
-    pub at: Point3,
-    /// The surface point's number.
-    pub surface: usize,
-    /// Number of points, each counted by how near it lies.
-    pub count: f64,
-}
-
-/// The means about all surface points, of which one lies near what it is the mean of. Points
-/// farther than `bound_m` hardly count.
-fn means(raw: &[RawPoint], surfaces: usize, bound_m: f64) -> Vec<Mean> {
+/// The means of the raw points within `near_m` of each of so many surface points. One that is
+/// farther from all of them stands for itself: where a fold is tight, surface points are missing.
+fn means(raw: &[RawPoint], surfaces: usize, near_m: f64) -> Vec<Mean> {
     let mut sums = vec![(Vector3::zeros(), 0.0); surfaces];
+    let mut all = Vec::new();
     for p in raw {
-        let weight = (1.0 + (p.distance_m / bound_m).powi(2)).powi(-2);
-        let (sum, count) = &mut sums[p.surface];
-        *sum += p.at.coords * weight;
-        *count += weight;
+        if f64::from(p.distance_m) < near_m {
+            let (sum, count) = &mut sums[p.surface as usize];
+            *sum += p.at.coords;
+            *count += 1.0;
+        } else {
+            all.push(Mean { at: p.at, surface: p.surface as usize, count: 1.0 });
+        }
     }
     let seen = sums.into_iter().enumerate().filter(|(_, (_, count))| *count > 0.0);
-    seen.map(|(surface, (sum, count))| Mean { at: Point3::from(sum / count), surface, count })
-        .collect()
+    all.extend(seen.map(|(surface, (sum, count))| Mean {
+        at: Point3::from(sum / count),
+        surface,
+        count,
+    }));
+    all
 }
 
 /// Registers the sheet to the raw points, without changing its lengths, and measures the free edge
@@ -137,7 +142,7 @@ fn means(raw: &[RawPoint], surfaces: usize, bound_m: f64) -> Vec<Mean> {
 pub(super) fn register_sheet<'a>(
     sheet: Sheet,
     raw: &[RawPoint],
-    cloth: &Cloth,
+    spacing_m: f64,
     surface: &Parameterisation,
     material: &mut [[f64; 2]],
     noise_m: f64,
@@ -154,7 +159,8 @@ pub(super) fn register_sheet<'a>(
         sheet: of_sheet,
         tuning,
     };
-    let means = means(raw, surface.points.len(), priors.bound_m() + cloth.spacing_m);
+    let near_m = spacing_m + tuning.near_noises * noise_m;
+    let means = means(raw, surface.points.len(), near_m);
     let mut registration = Registration::new(sheet, &means, material, priors);
     for steps in tuning.steps {
         let near_edge = edge_points(raw, material, &registration.sheet, noise_m, options);

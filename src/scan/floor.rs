@@ -152,3 +152,32 @@ fn is_wide(support: &[Point3], options: &ScanOptions) -> bool {
     let around = around.iter().filter(|seen| **seen).count();
     wide > tuning.least_wide_cells && around >= tuning.least_around
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_through_the_cloth_and_something_beside_it_is_no_floor() {
+        let options = ScanOptions::default();
+        let level = |height_m: f64, from: [f64; 2], to: [f64; 2]| {
+            let at = |k: usize| [(k / 200) as f64 / 200.0, (k % 200) as f64 / 200.0];
+            (0..200 * 200).map(at).map(move |[u, v]| {
+                let [x, z] = [(u, 0), (v, 1)].map(|(t, k)| from[k] + t * (to[k] - from[k]));
+                Point3::new(x, height_m, z)
+            })
+        };
+        // hangs from 50 to 120 mm off the axis, 100 mm deep
+        let cloth = (0..60_000).map(|k| {
+            let (share, (sin, cos)) = ((k % 100) as f64 / 100.0, (0.01 * f64::from(k)).sin_cos());
+            let away_m = 0.05 + 0.07 * share;
+            Point3::new(away_m * cos, -0.1 * share, away_m * sin)
+        });
+        let hand = level(-0.06, [0.16, -0.1], [0.36, 0.1]);
+        let mut points: Vec<Point3> = cloth.chain(hand).collect();
+        let found = |points: &[Point3]| find(points, &Isometry3::identity(), &options, 0.2e-3);
+        assert!(found(&points).is_none(), "{:?}", found(&points));
+        points.extend(level(-0.25, [-0.4; 2], [0.4; 2]));
+        assert!((found(&points).unwrap().height_m + 0.25).abs() < 1e-3);
+    }
+}

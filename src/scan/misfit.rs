@@ -99,12 +99,12 @@ pub(super) fn scatter(
     /// Points of a place that tell its scatter.
     const LEAST: usize = 30;
     let across = |p: &RawPoint| {
-        let place_m = material[p.surface];
+        let place_m = p.of_nearest(material);
         let (_, at, slopes) = sheet.near(place_m);
         let across = slopes.column(0).cross(&slopes.column(1));
         (place(place_m), (p.at - at).dot(&across) / across.norm())
     };
-    let near = raw.par_iter().filter(|p| p.distance_m < tuning.scatter_m);
+    let near = raw.par_iter().filter(|p| f64::from(p.distance_m) < tuning.scatter_m);
     let off: Vec<([i32; 2], f64)> = near.map(across).collect();
     let mut places = BTreeMap::<[i32; 2], Vec<f64>>::new();
     for (place, off_m) in off {

@@ -27,7 +27,6 @@ use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 
 use super::edge::Edge;
-use super::fit::Mean;
 use super::sheet::Sheet;
 use super::sides::from_side;
 use super::tuning::{RegistrationTuning, SheetTuning};
@@ -53,11 +52,14 @@ pub(super) struct Priors<'a> {
     pub tuning: &'a RegistrationTuning,
 }
 
-impl Priors<'_> {
-    /// Points farther off the sheet count little \[m\].
-    pub fn bound_m(&self) -> f64 {
-        (self.sheet.bound_sigmas * self.point_sigma_m).max(self.sheet.bound_m)
-    }
+/// The mean of raw points that are nearest to one surface point.
+pub(super) struct Mean {
+    /// The mean \[m\].
+    pub at: Point3,
+    /// The surface point's number.
+    pub surface: usize,
+    /// Number of raw points.
+    pub count: f64,
 }
 
 /// Spans whose sums (10 kB each) are held at once.
@@ -122,8 +124,8 @@ struct Anchor {
 
 impl<'a> Registration<'a> {
     /// A sheet and means of points over it; `material` are the places of the surface points about
-    /// which those are. All together they count as so many points as the priors are weighed
-    /// against.
+    /// which those are. All together they count as so many points at most as the priors are
+    /// weighed against.
     pub fn new(sheet: Sheet, means: &[Mean], material: &[[f64; 2]], priors: Priors<'a>) -> Self {
         let system = SplineSystem::new(sheet.grid);
         let all: f64 = means.iter().map(|mean| mean.count).sum();
@@ -224,7 +226,8 @@ impl<'a> Registration<'a> {
         let off = self.points[i] - at;
         let normal = slopes.column(0).cross(&slopes.column(1));
         let Some(normal) = normal.try_normalize(1e-6) else { return };
-        let far = off.norm_squared() / self.priors.bound_m().powi(2);
+        let bound_m = (self.priors.sheet.bound_sigmas * sigma_m).max(self.priors.sheet.bound_m);
+        let far = off.norm_squared() / (bound_m * bound_m);
         let weight = self.counts[i] / (sigma_m * (1.0 + far)).powi(2);
         let row = weights.value.map(|value| normal * value);
         sum.add(&row, &Row::zeros(), normal.dot(&off), weight);

@@ -99,6 +99,8 @@ impl Sheet {
 
     /// The place of the sheet nearest to `p`, started at `from`.
     pub fn nearest(&self, p: &Point3, from: [f64; 2], half_m: f64) -> Foot {
+        /// A place is found where the next step is no longer than this \[m\].
+        const FOUND_M: f64 = 3e-6;
         let mut m = from;
         for _ in 0..3 {
             let (_, at, jacobian) = self.near(m);
@@ -106,6 +108,9 @@ impl Sheet {
             let normal: Matrix2<f64> = jacobian.transpose() * jacobian + Matrix2::identity() * 1e-3;
             let Some(inverse) = normal.try_inverse() else { break };
             let step: Vector2<f64> = inverse * (jacobian.transpose() * residual);
+            if step.norm() < FOUND_M {
+                return Foot { material: m, off_m: residual.norm() };
+            }
             let step = step * (3e-3 / step.norm().max(3e-3));
             m = [(m[0] + step[0]).clamp(-half_m, half_m), (m[1] + step[1]).clamp(-half_m, half_m)];
         }

@@ -386,12 +386,13 @@ impl Sheeted {
 impl<'a> Registered<'a> {
     /// Registers the sheet to the raw points.
     pub fn of(sheeted: Sheeted, options: &'a ScanOptions) -> Result<Self, ScanError> {
-        let Sheeted { cloth, fitted: fit::Fitted { sheet, mut material } } = sheeted;
-        let (surface, noise_m) = (&cloth.surface, cloth.noise_m());
-        let raw = fit::on_surface(&cloth.cloth, &surface.points, noise_m, options);
-        let isolated = &cloth.cloth;
+        let Sheeted { mut cloth, fitted: fit::Fitted { sheet, mut material } } = sheeted;
+        let raw = std::mem::take(&mut cloth.cloth.raw);
+        let (surface, noise_m, spacing_m) =
+            (&cloth.surface, cloth.noise_m(), cloth.cloth.spacing_m);
+        let raw = fit::on_surface(raw, spacing_m, &surface.points, noise_m, options);
         let registration =
-            fit::register_sheet(sheet, &raw, isolated, surface, &mut material, noise_m, options);
+            fit::register_sheet(sheet, &raw, spacing_m, surface, &mut material, noise_m, options);
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let flat_m = options.tuning.plate.disc_radii * options.plate_radius_m;
         let (sheet, tuning) = (&registration.sheet, &options.tuning.sheet);

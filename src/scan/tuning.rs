@@ -524,6 +524,8 @@ pub struct SheetTuning {
 pub struct RegistrationTuning {
     /// Raw points count as so many at most against what the sheet is held by: every 1.5 mm.
     pub most_points: usize,
+    /// Those within a cell and so many noises of a surface point are taken together.
+    pub near_noises: f64,
     /// Most steps after each measurement of the edge; the first is made on a sheet that
     /// still lies off.
     pub steps: [usize; 3],
@@ -912,7 +914,7 @@ const SHIPPED: Tuning = Tuning {
         wide_column: 0.75,          // c
         underside_share: 0.15,      // m: 0.02 and less of soft knits from above, 0.4 from below
         slice_m: 5e-3,              // c
-        wall_shares: [0.1, 3.0],    // c
+        wall_shares: [0.015, 3.0],  // c
         column_m: 3e-3,             // m: with 2 mm a rim behind the column was 3 mm off
         column_noises: 3.0,         // c
         below_top_m: 2e-3,          // c
@@ -987,6 +989,7 @@ const SHIPPED: Tuning = Tuning {
     },
     registration: RegistrationTuning {
         most_points: 40_000,                // c
+        near_noises: 2.0,                   // c
         steps: [2, 5, 5],                   // m
         strain_sigma: 0.02,                 // m: 0.01 too stiff, 0.05 swallows the shift
         factor_m: 0.6e-3,                   // m
