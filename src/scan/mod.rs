@@ -13,7 +13,7 @@
 //! parameterised (`parameterisation`) -> the square in the parameter plane (`square`) and
 //! its warp (`mark`) -> a smooth sheet (`sheet`), registered to the points without
 //! changing its lengths (`registration`; both from `fit`) -> the plate under it
-//! (`origin`) -> free edge (`edge`, of a mesh `loops`) -> rim (`rim`) -> its uncertainty
+//! (`origin`) -> free edge (`edge`, of a mesh `loops`; `shift`) -> rim (`rim`) -> its uncertainty
 //! (`uncertainty`) -> the simulation frame (`scanned`) and the figures of its quality
 //! (`quality`).
 //!
@@ -54,6 +54,7 @@ mod rim;
 mod scanned;
 mod scene;
 mod sheet;
+mod shift;
 mod sides;
 mod square;
 mod steps;
@@ -72,8 +73,8 @@ pub use frame::Bearing;
 pub use mesh_facts::{CutFacts, MeshFacts};
 pub use options::{Crop, ExperimentFault, HintFault, ScanOptions, WarpToward};
 pub use quality::Quality;
-pub use registration::EdgeShift;
 pub use scanned::{Evidence, ScannedBoundary};
+pub use shift::EdgeShift;
 pub use tuning::{Tuning, TuningError};
 pub use unit::LengthUnit;
 pub use warp::{WarpSteep, quarters_to_warp};

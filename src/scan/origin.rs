@@ -9,9 +9,9 @@
 //!
 //!   r_1(t) = R + x cos t + z sin t + c (r_4(t) - r_1(t)) + harmonics 2 to 4
 //!
-//! with r_d the radius at depth d \[mm\], is fitted for R, x, z, c and theirs. Stiff cloth
-//! arches over the plate and touches it near its edge only, where folds pull it
-//! down steeply: the face is taken from there.
+//! with r_d the radius at depth d \[mm\], is fitted for R, x, z, c and theirs. Cloth lies on the
+//! plate's middle. Stiff cloth arches over it by 1 mm and more and touches the plate near its edge
+//! only, where folds pull it down steeply: the face is then taken from there.
 //!
 //! In: the sheet and its square, local frame \[m\]. Out: the plate's axis and face
 //! in that frame. Fails (`None`) if the sheet does not fall away all round.
@@ -50,6 +50,8 @@ struct Ray {
     face_m: f64,
 }
 
+/// The cloth's height on the plate's middle is read on a circle of so many plate's radii.
+const MIDDLE_RADII: f64 = 0.2;
 /// The cloth is followed outward from here on, in the plate's radii.
 const FROM_RADII: f64 = 0.6;
 
@@ -57,13 +59,7 @@ const FROM_RADII: f64 = 0.6;
 /// axis, which may be another one where stiff cloth arches.
 pub(super) fn find(sheet: &Sheet, square: &Square, options: &ScanOptions) -> Option<Origin> {
     from_face(options.cloth_height_m, sheet, square, options).or_else(|| {
-        let bearings = options.tuning.origin.bearings;
-        let around = |k: usize| {
-            let bearing_rad = std::f64::consts::TAU * k as f64 / bearings as f64;
-            let flat = [bearing_rad.cos(), bearing_rad.sin()];
-            sheet.at(square.material(flat.map(|c| c * FROM_RADII * options.plate_radius_m))).y
-        };
-        let about_m = robust::median((0..bearings).map(around).collect())?;
+        let about_m = height_about([0.0; 2], FROM_RADII, sheet, square, options)?;
         from_face(about_m, sheet, square, options)
     })
 }
@@ -90,11 +86,12 @@ fn from_face(
             return None;
         }
         let (axis, axis_sigma_m) = axis(&rays, tuning)?;
+        let middle_y_m = height_about(axis, MIDDLE_RADII, sheet, square, options)?;
         let radii_m: Vec<f64> = rays.iter().map(|ray| ray.radius_from(axis)).collect();
         origin = Origin {
             axis,
             axis_sigma_m,
-            face_y_m: face(&rays, tuning)?,
+            face_y_m: face(middle_y_m, &rays, tuning)?,
             radius_scatter_m: robust::sigma(&radii_m)?,
             radius_m: robust::median(radii_m)?,
         };
@@ -197,9 +194,30 @@ fn axis(rays: &[Ray], tuning: &OriginTuning) -> Option<([f64; 2], f64)> {
     Some(([found[2], found[3]], sigma_m.hypot(tuning.least_sigma_m)))
 }
 
-/// Height of the cloth where it lies on the face, from the bearings on which it does.
-fn face(rays: &[Ray], tuning: &OriginTuning) -> Option<f64> {
-    robust::quantile(rays.iter().map(|ray| ray.face_m).collect(), tuning.touching)
+/// Height of the cloth where it lies on the face: on the plate's middle, or where stiff cloth that
+/// arches over it touches. In between, part of either.
+fn face(middle_y_m: f64, rays: &[Ray], tuning: &OriginTuning) -> Option<f64> {
+    let touched_y_m =
+        robust::quantile(rays.iter().map(|ray| ray.face_m).collect(), tuning.touching)?;
+    let (higher_m, [lies_m, arches_m]) = (middle_y_m - touched_y_m, tuning.arch_m);
+    let arched = ((higher_m - lies_m) / (arches_m - lies_m)).clamp(0.0, 1.0);
+    Some(middle_y_m - arched * higher_m)
+}
+
+/// Height of the sheet on a circle of so many plate's radii about an axis \[m\].
+fn height_about(
+    axis: [f64; 2],
+    radii: f64,
+    sheet: &Sheet,
+    square: &Square,
+    options: &ScanOptions,
+) -> Option<f64> {
+    let (bearings, away_m) = (options.tuning.origin.bearings, radii * options.plate_radius_m);
+    let heights = (0..bearings).map(|k| {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / bearings as f64).sin_cos();
+        sheet.at(square.material([axis[0] + away_m * cos, axis[1] + away_m * sin])).y
+    });
+    robust::median(heights.collect())
 }
 
 #[cfg(test)]

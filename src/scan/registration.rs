@@ -16,8 +16,8 @@
 //! step that removes the strain brings the cloth behind it back. (Tangent planes
 //! instead of points: Chen and Medioni 1992.) W is the strain of a sheet that hangs
 //! from the plate by its own weight; a is that weight over the stretch stiffness. W
-//! grows from the free edge inward and b does not, which tells the cloth's stretch
-//! from the sensor's erosion of its edge.
+//! grows from the free edge inward and b does not. So an edge that a sensor has shifted
+//! strains the sheet little; how far it was shifted is told by `shift`.
 //!
 //! In: a sheet within a few millimetres and raw points, local frame \[m\]. Out: the
 //! sheet and the posterior covariance of its places. Fails where the sheet has been
@@ -79,37 +79,10 @@ pub(super) struct Registration<'a> {
     system: SplineSystem<2>,
     /// Weight over stretch stiffness \[1/m\].
     pub stretch_per_m: f64,
-    /// Outward shift of the free edge by the sensor \[m\].
-    pub shift_m: f64,
+    /// Outward shift of the free edge against the sheet's lengths \[m\].
+    shift_m: f64,
     /// Largest move of a control in the last step \[m\].
     last_move_m: f64,
-}
-
-/// By how much the free edge lies farther out than the cloth ends, all round, as far as the sensor
-/// is held for it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EdgeShift {
-    /// Outward shift, which was taken out of the rim \[m\].
-    pub by_m: f64,
-    /// Its standard deviation \[m\].
-    pub sigma_m: f64,
-    /// Standard deviation of what the sensor shifts edges by, before a scan is looked at \[m\].
-    pub sensor_m: f64,
-}
-
-impl EdgeShift {
-    /// The sensor's part of a shift, of cloth of this weight over stretch stiffness \[1/m\]. A
-    /// sheet on noise that is smooth over several points is a little rough and ends short of the
-    /// cloth.
-    fn of(shift_m: f64, stretch_per_m: f64, noise_m: f64, tuning: &RegistrationTuning) -> Self {
-        let sensor_m = tuning.sensor_shift_m + tuning.sensor_shift_per_noise * noise_m;
-        let sensor = sensor_m.powi(2);
-        let stretched_m = tuning.model_shift_per_stretch_m2 * stretch_per_m;
-        let rough_m = tuning.model_shift_per_noise * (noise_m - tuning.smooth_noise_m).max(0.0);
-        let model = (tuning.model_shift_m + stretched_m + rough_m).powi(2);
-        let share = sensor / (sensor + model);
-        Self { by_m: share * shift_m, sigma_m: (share * model).sqrt(), sensor_m }
-    }
 }
 
 /// A strip of the free edge, as measured.
@@ -166,15 +139,6 @@ impl<'a> Registration<'a> {
             }
         }
         Some(())
-    }
-
-    /// The part of the shift of the edges that is the sensor's.
-    ///
-    /// The rest is what the strain of a hanging sheet is off by; it grows with the
-    /// stretch. Both are common to the whole rim, and only their sizes tell them
-    /// apart.
-    pub fn sensor_shift(&self, noise_m: f64) -> EdgeShift {
-        EdgeShift::of(self.shift_m, self.stretch_per_m, noise_m, self.priors.tuning)
     }
 
     fn assemble(&mut self, anchors: &[Anchor]) {
@@ -313,22 +277,5 @@ impl<'a> Registration<'a> {
             })
         };
         (0..SIDES).flat_map(strips).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scan::tuning::Tuning;
-
-    #[test]
-    fn the_sensor_is_held_for_less_of_a_shift_where_noise_makes_the_sheet_rough() {
-        let tuning = Tuning::default().registration;
-        let shift = |noise_m| EdgeShift::of(1e-3, 0.07, noise_m, &tuning);
-        let [good, noisy] = [0.15e-3, 2e-3].map(shift);
-        assert!(good.by_m > 0.4e-3 && good.sigma_m < 0.25e-3, "{good:?}");
-        assert!(noisy.by_m < 0.4e-3 && noisy.sigma_m > 2.0 * good.sigma_m, "{noisy:?}");
-        let stretchy = EdgeShift::of(1e-3, 0.3, 0.15e-3, &tuning);
-        assert!(stretchy.by_m < good.by_m, "{stretchy:?}");
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Translation3, UnitQuaternion};
 use super::found::Found;
 use super::options::ScanOptions;
 use super::quality::Quality;
-use super::registration::EdgeShift;
+use super::shift::EdgeShift;
 use super::steps::{Assessed, Edged, Oriented, Registered};
 use super::surface::{self, Sampled};
 use super::unit::LengthUnit;

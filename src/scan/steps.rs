@@ -20,10 +20,11 @@ use super::origin::{self, Origin};
 use super::parameterisation::{self, Parameterisation};
 use super::plate::Plate;
 use super::pose::{self, Pose};
-use super::registration::{EdgeShift, Registration};
-use super::rim::{self, Rim};
+use super::registration::Registration;
+use super::rim::{self, Rim, Width};
 use super::scene::Scene;
 use super::sheet::Sheet;
+use super::shift::EdgeShift;
 use super::square::{Outline, Square};
 use super::uncertainty::{self, Explained, Unexplained};
 use super::unit::LengthUnit;
@@ -413,10 +414,12 @@ impl<'a> Registered<'a> {
         &self.registration.sheet
     }
 
-    /// By how much the sensor shifted the edge.
-    fn edge_shift(&self, options: &ScanOptions) -> EdgeShift {
+    /// By how much the sensor shifted the edge of a cloth of such widths.
+    fn edge_shift(&self, widths: &[Option<Width>; 2], options: &ScanOptions) -> EdgeShift {
         let bench = &self.cloth.bench;
-        let shift = self.registration.sensor_shift(bench.sensor_noise_m);
+        let (side_m, stretch_per_m) = (self.side_m, self.registration.stretch_per_m);
+        let tuning = &options.tuning.shift;
+        let shift = EdgeShift::of(widths, side_m, stretch_per_m, bench.sensor_noise_m, tuning);
         if bench.chord_m < options.tuning.scene.most_chord_m {
             shift
         } else {
@@ -451,8 +454,9 @@ impl<'a> Edged<'a> {
             let own = loops::on_sheet(&cloth.free_edge, surface, material, sheet, off_m, reach_m);
             own_edge_share = loops::refine(&mut edges, &own, half_m, tuning);
         }
-        let widths_m = rim::widths_m(sheet, &edges, half_m);
-        let shift = registered.edge_shift(options);
+        let widths = Width::of(sheet, &edges, half_m);
+        let widths_m = widths.map(|width| width.map(|width| width.length_m));
+        let shift = registered.edge_shift(&widths, options);
         edges.iter_mut().for_each(|edge| edge.shift(-shift.by_m));
         let rim = rim::trace(sheet, &edges, half_m);
         Self { registered, origin, near_edge, widths_m, own_edge_share, rim, shift }

@@ -47,6 +47,8 @@ pub struct Tuning {
     pub sheet: SheetTuning,
     /// Registration of the sheet to the raw points.
     pub registration: RegistrationTuning,
+    /// The sensor's shift of the free edge.
+    pub shift: ShiftTuning,
     /// The plate under the sheet.
     pub origin: OriginTuning,
     /// The free edge from the density of points.
@@ -555,17 +557,24 @@ pub struct RegistrationTuning {
     pub shear: f64,
     /// Standard deviation of the shift of the edge in the fit: nothing is known \[m\].
     pub shift_sigma_m: f64,
+}
+
+/// The sensor's shift of the free edge (`shift`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShiftTuning {
     /// Standard deviation of a sensor's shift of the edge \[m\]: a pixel of a good scanner,
-    pub sensor_shift_m: f64,
+    pub sensor_m: f64,
     /// and this share of the noise.
-    pub sensor_shift_per_noise: f64,
-    /// What the hanging strain and the lengths of the sheet are off by at the edge \[m\],
-    pub model_shift_m: f64,
-    /// and what that grows by with the stretch \[m^2\].
-    pub model_shift_per_stretch_m2: f64,
-    /// And by how much for each metre of noise \[-\] ...
-    pub model_shift_per_noise: f64,
-    /// ... beyond this \[m\].
+    pub sensor_per_noise: f64,
+    /// Half the width of a cloth is off by this \[m\],
+    pub least_m: f64,
+    /// with its folds, in the integral of squared curvature across it, by this \[m^2\],
+    pub folds_m2: f64,
+    /// what stretches in them by this times weight over stiffness \[m^3\],
+    pub stretched_m3: f64,
+    /// and with noise by this share \[-\] ...
+    pub rough_per_noise: f64,
+    /// ... of what is beyond this \[m\].
     pub smooth_noise_m: f64,
 }
 
@@ -582,6 +591,9 @@ pub struct OriginTuning {
     pub face_radii: f64,
     /// The cloth lies on the plate on this share of the bearings at least, there lowest.
     pub touching: f64,
+    /// Cloth that is higher on the plate's middle than where it touches, by less than the first, lies
+    /// on the middle; by more than the second it arches over it \[m\].
+    pub arch_m: [f64; 2],
     /// Bearings of one fold err together: so many of them count as one.
     pub together: f64,
     /// The harmonics above the first take up most of the scatter: this share of it is left
@@ -988,36 +1000,40 @@ const SHIPPED: Tuning = Tuning {
         slide: 1.09,                  // d: within `cover`
     },
     registration: RegistrationTuning {
-        most_points: 40_000,                // c
-        near_noises: 2.0,                   // c
-        steps: [2, 5, 5],                   // m
-        strain_sigma: 0.02,                 // m: 0.01 too stiff, 0.05 swallows the shift
-        factor_m: 0.6e-3,                   // m
-        converged_m: 0.25e-3,               // m
-        most_move_m: 4e-3,                  // c
-        held_m: 8e-3,                       // c
-        edge_sigma_m: 0.5e-3,               // c
-        stretch_per_m: 0.07,                // m
-        stretch_sigma_per_m: 0.10,          // m
-        on_plate_m: 0.13,                   // m
-        shear: 2.0,                         // m
-        shift_sigma_m: 3e-3,                // c
-        sensor_shift_m: 0.3e-3,             // c
-        sensor_shift_per_noise: 0.2,        // c
-        model_shift_m: 0.15e-3,             // m
-        model_shift_per_stretch_m2: 2.4e-3, // m
-        model_shift_per_noise: 0.65,        // m: rims before a stereo camera, 1.37 mm off with 0
-        smooth_noise_m: 0.5e-3,             // m
+        most_points: 40_000,       // c
+        near_noises: 2.0,          // c
+        steps: [2, 5, 5],          // m
+        strain_sigma: 0.02,        // m: 0.01 too stiff, 0.05 swallows the shift
+        factor_m: 0.6e-3,          // m
+        converged_m: 0.25e-3,      // m
+        most_move_m: 4e-3,         // c
+        held_m: 8e-3,              // c
+        edge_sigma_m: 0.5e-3,      // c
+        stretch_per_m: 0.07,       // m
+        stretch_sigma_per_m: 0.10, // m
+        on_plate_m: 0.13,          // m
+        shear: 2.0,                // m
+        shift_sigma_m: 3e-3,       // c
+    },
+    shift: ShiftTuning {
+        sensor_m: 0.3e-3,       // c
+        sensor_per_noise: 0.2,  // c
+        least_m: 0.05e-3,       // m
+        folds_m2: 0.4e-6,       // m
+        stretched_m3: 2.4e-6,   // m
+        rough_per_noise: 0.65,  // m: rims before a stereo camera, 1.37 mm off with 0
+        smooth_noise_m: 0.5e-3, // m
     },
     origin: OriginTuning {
-        bearings: 72,           // c
-        least_bearings: 48,     // c
-        depths_m: [1e-3, 4e-3], // m
-        face_radii: 0.95,       // d
-        touching: 0.25,         // c
-        together: 4.0,          // c
-        folds_share: 0.3,       // m
-        least_sigma_m: 0.06e-3, // m
+        bearings: 72,             // c
+        least_bearings: 48,       // c
+        depths_m: [1e-3, 4e-3],   // m
+        face_radii: 0.95,         // d
+        touching: 0.25,           // c
+        arch_m: [0.5e-3, 0.8e-3], // m: simulated drapes have 0 to 0.3 or 1.0 to 1.6, noise adds 0.4
+        together: 4.0,            // c
+        folds_share: 0.3,         // m
+        least_sigma_m: 0.06e-3,   // m
     },
     edge: EdgeTuning {
         station_m: 5e-3,      // d: the boundary vector's own
