@@ -42,6 +42,16 @@ impl RawPoint {
     }
 }
 
+/// The raw points of the cloth near its parameterised surface.
+pub(super) struct Raw {
+    /// The points.
+    pub points: Vec<RawPoint>,
+    /// Distance between the surface points \[m\].
+    pub spacing_m: f64,
+    /// Noise of single points \[m\].
+    pub noise_m: f64,
+}
+
 /// A raw point on the sheet near its edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgePoint {
@@ -70,14 +80,14 @@ pub(super) fn fit_sheet(
     Some(Fitted { sheet, material })
 }
 
-/// The raw points of the cloth near its parameterised surface.
+/// Finds the raw points near surface points of such a spacing.
 pub(super) fn on_surface(
     raw: Vec<Point3>,
     spacing_m: f64,
     surface: &[Point3],
     noise_m: f64,
     options: &ScanOptions,
-) -> Vec<RawPoint> {
+) -> Raw {
     let tuning = &options.tuning.sheet;
     let near_m = tuning.near_cells * spacing_m + tuning.on_sheet_noises * noise_m;
     let tree = Neighbours::new(surface);
@@ -86,20 +96,20 @@ pub(super) fn on_surface(
         let (surface, distance_m) = (near.index as u32, near.distance() as f32);
         (near.distance() < near_m).then_some(RawPoint { at, surface, distance_m })
     });
-    near.collect()
+    Raw { points: near.collect(), spacing_m, noise_m }
 }
 
 /// Raw points that lie on the sheet near its edge, with their material coordinates.
 pub(super) fn edge_points(
-    raw: &[RawPoint],
+    raw: &Raw,
     material: &[[f64; 2]],
     sheet: &Sheet,
-    noise_m: f64,
     options: &ScanOptions,
 ) -> Vec<EdgePoint> {
     let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning.sheet);
-    let on_sheet = tuning.on_sheet_m + tuning.on_sheet_noises * noise_m;
-    raw.par_iter()
+    let on_sheet = tuning.on_sheet_m + tuning.on_sheet_noises * raw.noise_m;
+    raw.points
+        .par_iter()
         .filter_map(|p| {
             let m = p.of_nearest(material);
             if m[0].abs().max(m[1].abs()) < half_m - tuning.near_edge_m {
@@ -111,10 +121,11 @@ pub(super) fn edge_points(
         .collect()
 }
 
-/// The means of the raw points within `near_m` of each of so many surface points. One that is
-/// farther from all of them stands for itself: where a fold is tight, surface points are missing.
-fn means(raw: &[RawPoint], surfaces: usize, near_m: f64) -> Vec<Mean> {
-    let mut sums = vec![(Vector3::zeros(), 0.0); surfaces];
+/// The means of the raw points within `near_m` of each of the surface points, which have these
+/// material coordinates. One that is farther from all of them stands for itself: where a fold is
+/// tight, surface points are missing.
+fn means(raw: &[RawPoint], material: &[[f64; 2]], near_m: f64) -> Vec<Mean> {
+    let mut sums = vec![(Vector3::zeros(), 0.0); material.len()];
     let mut all = Vec::new();
     for p in raw {
         if f64::from(p.distance_m) < near_m {
@@ -122,13 +133,13 @@ fn means(raw: &[RawPoint], surfaces: usize, near_m: f64) -> Vec<Mean> {
             *sum += p.at.coords;
             *count += 1.0;
         } else {
-            all.push(Mean { at: p.at, surface: p.surface as usize, count: 1.0 });
+            all.push(Mean { at: p.at, place: p.of_nearest(material), count: 1.0 });
         }
     }
-    let seen = sums.into_iter().enumerate().filter(|(_, (_, count))| *count > 0.0);
-    all.extend(seen.map(|(surface, (sum, count))| Mean {
+    let seen = sums.into_iter().zip(material).filter(|((_, count), _)| *count > 0.0);
+    all.extend(seen.map(|((sum, count), &place)| Mean {
         at: Point3::from(sum / count),
-        surface,
+        place,
         count,
     }));
     all
@@ -141,11 +152,9 @@ fn means(raw: &[RawPoint], surfaces: usize, near_m: f64) -> Vec<Mean> {
 /// choice among them would depend on what else is in the file.
 pub(super) fn register_sheet<'a>(
     sheet: Sheet,
-    raw: &[RawPoint],
-    spacing_m: f64,
+    raw: &Raw,
     surface: &Parameterisation,
     material: &mut [[f64; 2]],
-    noise_m: f64,
     options: &'a ScanOptions,
 ) -> Option<Registration<'a>> {
     let half_m = 0.5 * options.specimen_side_m;
@@ -155,17 +164,17 @@ pub(super) fn register_sheet<'a>(
         half_m,
         reach_m,
         plate_radius_m: options.plate_radius_m,
-        point_sigma_m: of_sheet.point_sigma_m + noise_m,
+        point_sigma_m: of_sheet.point_sigma_m + raw.noise_m,
         sheet: of_sheet,
         tuning,
     };
-    let near_m = spacing_m + tuning.near_noises * noise_m;
-    let means = means(raw, surface.points.len(), near_m);
-    let mut registration = Registration::new(sheet, &means, material, priors);
+    let near_m = raw.spacing_m + tuning.near_noises * raw.noise_m;
+    let means = means(&raw.points, material, near_m);
+    let mut registration = Registration::new(sheet, &means, priors);
     for steps in tuning.steps {
-        let near_edge = edge_points(raw, material, &registration.sheet, noise_m, options);
+        let near_edge = edge_points(raw, material, &registration.sheet, options);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
-        let edges = edge::measure_sides(&flat, half_m, noise_m, &options.tuning.edge);
+        let edges = edge::measure_sides(&flat, half_m, raw.noise_m, &options.tuning.edge);
         registration.draw(&edges, steps)?;
         let sheet = &registration.sheet;
         surface.points.par_iter().zip(&mut *material).for_each(|(p, m)| {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::fit::RawPoint;
+use super::fit::{Raw, RawPoint};
 use super::measured::{Misfit, Scatter};
 use super::parameterisation::Parameterisation;
 use super::sheet::Sheet;
@@ -91,7 +91,7 @@ fn half_share(off: &[f64], material: &[[f64; 2]]) -> f64 {
 /// 0 where too few are seen.
 pub(super) fn scatter(
     sheet: &Sheet,
-    raw: &[RawPoint],
+    raw: &Raw,
     material: &[[f64; 2]],
     flat_m: f64,
     tuning: &SheetTuning,
@@ -104,7 +104,7 @@ pub(super) fn scatter(
         let across = slopes.column(0).cross(&slopes.column(1));
         (place(place_m), (p.at - at).dot(&across) / across.norm())
     };
-    let near = raw.par_iter().filter(|p| f64::from(p.distance_m) < tuning.scatter_m);
+    let near = raw.points.par_iter().filter(|p| f64::from(p.distance_m) < tuning.scatter_m);
     let off: Vec<([i32; 2], f64)> = near.map(across).collect();
     let mut places = BTreeMap::<[i32; 2], Vec<f64>>::new();
     for (place, off_m) in off {

@@ -56,8 +56,8 @@ pub(super) struct Priors<'a> {
 pub(super) struct Mean {
     /// The mean \[m\].
     pub at: Point3,
-    /// The surface point's number.
-    pub surface: usize,
+    /// Its place on the sheet \[m\].
+    pub place: [f64; 2],
     /// Number of raw points.
     pub count: f64,
 }
@@ -96,16 +96,15 @@ struct Anchor {
 }
 
 impl<'a> Registration<'a> {
-    /// A sheet and means of points over it; `material` are the places of the surface points about
-    /// which those are. All together they count as so many points at most as the priors are
-    /// weighed against.
-    pub fn new(sheet: Sheet, means: &[Mean], material: &[[f64; 2]], priors: Priors<'a>) -> Self {
+    /// A sheet and means of points over it. All together they count as so many points at most as the
+    /// priors are weighed against.
+    pub fn new(sheet: Sheet, means: &[Mean], priors: Priors<'a>) -> Self {
         let system = SplineSystem::new(sheet.grid);
         let all: f64 = means.iter().map(|mean| mean.count).sum();
         let each = (priors.tuning.most_points as f64 / all).min(1.0);
         let counts = means.iter().map(|mean| mean.count * each).collect();
         let points = means.iter().map(|mean| mean.at).collect();
-        let places = means.iter().map(|mean| material[mean.surface]).collect();
+        let places = means.iter().map(|mean| mean.place).collect();
         let (stretch_per_m, shift_m, last_move_m) = (0.0, 0.0, f64::INFINITY);
         Self { sheet, priors, points, counts, places, system, stretch_per_m, shift_m, last_move_m }
     }

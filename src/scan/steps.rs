@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::cloth::{self, Cloth};
 use super::edge;
 use super::error::{PlateCandidate, ScanError};
-use super::fit::{self, EdgePoint, RawPoint};
+use super::fit::{self, EdgePoint, Raw};
 use super::floor::Floor;
 use super::hints::Region;
 use super::mark::{self, Marked};
@@ -167,7 +167,7 @@ pub(super) struct Registered<'a> {
     /// The cloth on its square.
     pub cloth: Oriented,
     /// The raw points near it.
-    raw: Vec<RawPoint>,
+    raw: Raw,
     /// The sheet, its stretch and the shift of its edge.
     pub registration: Registration<'a>,
     /// Material coordinates of the surface points on the sheet \[m\].
@@ -392,8 +392,7 @@ impl<'a> Registered<'a> {
         let (surface, noise_m, spacing_m) =
             (&cloth.surface, cloth.noise_m(), cloth.cloth.spacing_m);
         let raw = fit::on_surface(raw, spacing_m, &surface.points, noise_m, options);
-        let registration =
-            fit::register_sheet(sheet, &raw, spacing_m, surface, &mut material, noise_m, options);
+        let registration = fit::register_sheet(sheet, &raw, surface, &mut material, options);
         let registration = registration.ok_or_else(|| cloth.too_few_points(options))?;
         let flat_m = options.tuning.plate.disc_radii * options.plate_radius_m;
         let (sheet, tuning) = (&registration.sheet, &options.tuning.sheet);
@@ -444,7 +443,7 @@ impl<'a> Edged<'a> {
         });
         let (half_m, tuning) = (0.5 * options.specimen_side_m, &options.tuning);
         let surface = &cloth.surface.points;
-        let near_edge = fit::edge_points(&registered.raw, material, sheet, noise_m, options);
+        let near_edge = fit::edge_points(&registered.raw, material, sheet, options);
         let flat: Vec<[f64; 2]> = near_edge.iter().map(|e| e.material).collect();
         let mut edges = edge::measure_sides(&flat, half_m, noise_m, &tuning.edge);
         let mut own_edge_share = 0.0;
