@@ -596,8 +596,7 @@ pub struct OriginTuning {
     pub arch_m: [f64; 2],
     /// Bearings of one fold err together: so many of them count as one.
     pub together: f64,
-    /// The harmonics above the first take up most of the scatter: this share of it is left
-    /// in the axis,
+    /// Folds err evenly about the axis: this share of their scatter is left in it,
     pub folds_share: f64,
     /// and no less than this \[m\]: 0.08 mm in the mean from soft to stiff, where the
     /// scatter says 0.05 to 0.37.
