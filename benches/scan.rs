@@ -26,7 +26,7 @@ const PARTS: [(&str, &[&str]); 3] = [
         "surface and parameterisation",
         &[
             "cut to the cloth",
-            "voxel",
+            "clusters",
             "strays",
             "smooth and normals",
             "parameterisation",

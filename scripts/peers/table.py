@@ -11,7 +11,7 @@ import sys
 # or boundary of single points.
 OURS = {
     "read": ["read", "points and unit"],
-    "voxel": ["cut to the cloth", "voxel"],
+    "voxel": ["cut to the cloth", "clusters"],
     "plane": ["plate", "floor"],
     "outliers": ["strays"],
     "normals": ["smooth and normals"],

@@ -6,13 +6,13 @@
 //!
 //! Smoothing moves points along the surface's normal only (moving least squares
 //! with a quadric, Alexa et al. 2003), so that the free edge stays where it is;
-//! averaging in cells shifts it by less than a quarter of a cell, and the edge is
+//! averaging about centres shifts it by less than a quarter of a cell, and the edge is
 //! measured on the raw points anyway (`edge`).
 
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
 
-use super::downsample::{Downsampled, voxel_downsample};
+use super::downsample::{Downsampled, cluster};
 use super::floor::Floor;
 use super::options::ScanOptions;
 use super::plane::{horizontal_axes, principal};
@@ -56,11 +56,11 @@ pub(super) fn isolate(
         (raw, raw_spacing_m)
     });
     let tuning = &options.tuning.cloth;
-    let cell = tuning.cell_m.max(tuning.cell_spacings * raw_spacing_m);
+    let cell = cell_m(raw_spacing_m, tuning);
     let count = raw.len();
     let stride = count.div_ceil(tuning.most_points).max(1);
     let raw: Vec<Point3> = raw.into_iter().step_by(stride).collect();
-    let downsampled = stages.span("voxel", || voxel_downsample(&raw, None, cell));
+    let downsampled = stages.span("clusters", || cluster(&raw, None, tuning.apart_cells * cell));
     let downsampled = stages.span("strays", || drop_strays(downsampled, cell, tuning));
     stages.span("smooth and normals", || {
         let smoothed = smooth_twice(&downsampled, cell, plate.noise_m, tuning);
@@ -77,6 +77,15 @@ pub(super) fn isolate(
             raw_spacing_m,
         }
     })
+}
+
+/// Distance between surface points: in steps, so that what hardly changes the raw points' distance
+/// does not change it.
+fn cell_m(raw_spacing_m: f64, tuning: &ClothTuning) -> f64 {
+    /// Ratio of a step to the next.
+    const STEP: f64 = 1.05;
+    let over = tuning.cell_spacings * raw_spacing_m / tuning.cell_m;
+    tuning.cell_m * STEP.powf((over.ln() / STEP.ln()).ceil().max(0.0))
 }
 
 /// The points that may be cloth: not floor, not pedestal, not farther than it reaches.
@@ -146,7 +155,7 @@ fn smooth_twice(
     let reach_m = (tuning.smooth_cells * cell).max(least_m);
     let points: Vec<Point3> =
         smooth(downsampled, reach_m, tuning).into_iter().map(|p| p.at).collect();
-    let again = voxel_downsample(&points, Some(&downsampled.counts), cell);
+    let again = cluster(&points, Some(&downsampled.counts), tuning.apart_cells * cell);
     smooth(&again, reach_m, tuning)
 }
 

@@ -1,8 +1,13 @@
-//! Voxel downsampling: one point per occupied cell, the mean of the cell's points.
+//! Downsampling: points that lie near each other become their mean.
+//!
+//! By voxels: one point per occupied cell. Or about centres that the points' order chooses, so that
+//! neither the frame nor what else is in a file changes which points come together.
 
+use foldhash::{HashMap, HashMapExt as _};
 use rayon::prelude::*;
 
 use crate::base::{Point3, Vector3};
+use crate::geom::Neighbours;
 use crate::numeric::robust;
 
 /// Downsampled points, each with the number of points it stands for.
@@ -62,9 +67,77 @@ pub fn voxel_downsample(points: &[Point3], counts: Option<&[f64]>, cell: f64) ->
     out
 }
 
+/// Replaces the points nearest to each centre by their mean, weighted as in [`voxel_downsample`].
+/// A point is a centre if no earlier one lies within `apart` (same unit as the points). A motion of
+/// all points moves the result, and points far from others change nothing of those.
+#[must_use]
+pub fn cluster(points: &[Point3], counts: Option<&[f64]>, apart: f64) -> Downsampled {
+    let centres = centres(points, apart);
+    let tree = Neighbours::new(&centres);
+    let nearest = |p: &Point3| tree.one(p).map_or(0, |near| near.index);
+    let of: Vec<usize> = points.par_iter().map(nearest).collect();
+    let mut sums = vec![(Vector3::zeros(), 0.0); centres.len()];
+    for (i, (p, &centre)) in points.iter().zip(&of).enumerate() {
+        let weight = counts.map_or(1.0, |c| c[i]);
+        // From the centre, so that sums lose no digits far from the origin.
+        sums[centre].0 += (p - centres[centre]) * weight;
+        sums[centre].1 += weight;
+    }
+    let mean = |(centre, (sum, weight)): (&Point3, &(Vector3, f64))| centre + sum / *weight;
+    Downsampled {
+        points: centres.iter().zip(&sums).map(mean).collect(),
+        counts: sums.iter().map(|(_, weight)| *weight).collect(),
+    }
+}
+
+/// The points that have no earlier centre within `apart`.
+fn centres(points: &[Point3], apart: f64) -> Vec<Point3> {
+    let cell_of = |p: &Point3| [p.x, p.y, p.z].map(|c| (c / apart).floor() as i64);
+    // The last centre in each cell, and the one before each in the same cell.
+    let mut last: HashMap<[i64; 3], usize> = HashMap::new();
+    let mut before: Vec<Option<usize>> = Vec::new();
+    let mut centres: Vec<Point3> = Vec::new();
+    for p in points {
+        let [i, j, k] = cell_of(p);
+        let near = |at: [i64; 3]| {
+            let first = last.get(&at).copied();
+            std::iter::successors(first, |&centre| before[centre])
+                .any(|centre| (centres[centre] - p).norm_squared() < apart * apart)
+        };
+        let beside = (0..27_i64).map(|n| [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1]);
+        if near([i, j, k]) || beside.into_iter().any(near) {
+            continue;
+        }
+        before.push(last.insert([i, j, k], centres.len()));
+        centres.push(*p);
+    }
+    centres
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn clusters_move_with_their_points_whatever_lies_far_from_them() {
+        let at = |k: u32| [0.618_034, 0.414_214].map(|step| 10.0 * (step * f64::from(k)).fract());
+        let points: Vec<Point3> = (0..5000).map(at).map(|[x, y]| Point3::new(x, y, 0.0)).collect();
+        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, 1.1, -2.0);
+        let moved = |p: &Point3| turn * p + Vector3::new(3.3, -1.7, 0.4);
+        let far: Vec<Point3> = points.iter().map(|p| p + Vector3::z() * 50.0).collect();
+        let found = cluster(&points, None, 0.5);
+        let with_others: Vec<Point3> =
+            far.iter().zip(&points).flat_map(|(a, b)| [moved(a), moved(b)]).collect();
+        let again = cluster(&with_others, None, 0.5);
+        assert_eq!(again.points.len(), 2 * found.points.len());
+        let tree = Neighbours::new(&again.points);
+        for p in &found.points {
+            assert!(tree.one(&moved(p)).unwrap().distance() < 1e-12);
+        }
+        assert_eq!(found.counts.iter().sum::<f64>(), 5000.0);
+        // As dense as centres at least half a unit apart can lie on 10 by 10 units.
+        assert!((250..460).contains(&found.points.len()), "{}", found.points.len());
+    }
 
     #[test]
     fn cells_keep_the_mean_and_the_number_of_their_points() {

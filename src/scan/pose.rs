@@ -243,6 +243,7 @@ struct Flattened {
 fn flatten(points: &[Point3], plate: &Plate, options: &ScanOptions) -> Flattened {
     let mut coarse = options.clone();
     coarse.tuning.cloth.cell_m = options.tuning.pose.cell_m;
+    coarse.tuning.cloth.apart_cells = options.tuning.pose.apart_cells;
     let LocalFrame { local_from_scan, floor } = frame::find(points, plate, &coarse);
     let reach_m = options.tuning.plate.around_sides * options.specimen_side_m;
     let near = |p: &&Point3| (*p - plate.centre).norm_squared() < reach_m.powi(2);

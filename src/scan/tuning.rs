@@ -223,8 +223,10 @@ pub struct PoseTuning {
     pub enough_nats: f64,
     /// Places beside the likeliest that are verified too, for another drape.
     pub most_beside: usize,
-    /// Cell of their downsampling \[m\].
+    /// Cell of their downsampling \[m\],
     pub cell_m: f64,
+    /// and how far apart the centres of what comes together are, in cells.
+    pub apart_cells: f64,
     /// Chance that the outline of a drape ends beyond the square's side.
     pub beyond: f64,
     /// Standard deviation of the outline about the side \[m\].
@@ -342,10 +344,12 @@ pub struct FrameTuning {
 /// Cutting the scene to the cloth, and smoothing it (`cloth`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClothTuning {
-    /// Cell of the voxel downsampling \[m\]: resolves folds of 4 mm radius.
+    /// Size of a cell of the surface \[m\]: resolves folds of 4 mm radius.
     pub cell_m: f64,
     /// The cell is no less than this many distances between raw points.
     pub cell_spacings: f64,
+    /// Surface points are means about centres that are so far apart, in cells.
+    pub apart_cells: f64,
     /// Most points that are used: over ten in a cell, every 0.5 mm of the surface.
     pub most_points: usize,
     /// Cloth is seen this far above the floor \[m\], and this many times the noise.
@@ -861,6 +865,7 @@ const SHIPPED: Tuning = Tuning {
         enough_nats: 40.0,             // m: whole drapes 46 to 65, others 28 and less
         most_beside: 4,                // c: time
         cell_m: 3.5e-3,                // c
+        apart_cells: 0.75,             // c: time
         beyond: 0.01,                  // c
         edge_sigma_m: 4e-3,            // c
         near_sigmas: 2.5,              // c
@@ -916,6 +921,7 @@ const SHIPPED: Tuning = Tuning {
     cloth: ClothTuning {
         cell_m: 2.0e-3,             // d
         cell_spacings: 1.1,         // c
+        apart_cells: 0.57,          // m: seeds 9051, 9052; 0.65 and 0.75 refuse more soft cloth
         most_points: 350_000,       // c
         above_floor_m: 5e-3,        // c
         clear_noises: 4.0,          // c

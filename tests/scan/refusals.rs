@@ -158,7 +158,7 @@ fn too_little_is_seen(refusal: &ScanError) -> bool {
     let off_m = (there.centre - pose() * Point3::origin()).norm();
     off_m < 5e-3
         && there.short > 0.5
-        && there.short > 5.0 * there.beyond
+        && there.short > 3.0 * there.beyond
         && refusal.to_string().contains("a drape of which too little is seen")
 }
 

@@ -175,6 +175,13 @@ pub fn rim_error(found: &ScannedBoundary, drape: &Mesh, truth: &Boundary) -> Rim
     }
 }
 
+/// Mean distance of corresponding points of two rims but for a rigid motion \[m\].
+#[must_use]
+pub fn deformed_m(found: &Boundary, truth: &Boundary) -> f64 {
+    let (_, left) = without_motion(truth, &errors(found, truth));
+    mean(left.iter().map(Vector3::norm))
+}
+
 fn errors(found: &Boundary, truth: &Boundary) -> Vec<Vector3> {
     found.positions_m().zip(truth.positions_m()).map(|(p, q)| p - q).collect()
 }

@@ -8,10 +8,11 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use serde::Serialize;
 
+use super::super::scan::deformed_m;
 use super::broken::{keep, name_of};
 use super::made::Made;
 use scan2params::base::units::M_PER_MM;
-use scan2params::base::{Isometry3, Point3, Vector3, seed};
+use scan2params::base::{Boundary, Isometry3, Point3, Vector3, seed};
 use scan2params::geom::adjacency::spread;
 use scan2params::scan::{ScanError, ScannedBoundary};
 use scan2params::sensor::{Solid, VirtualScan};
@@ -32,6 +33,8 @@ pub struct Variant {
     pub error: Option<String>,
     /// Mean and largest distance of corresponding points of the two rims \[mm\]; null without both.
     pub rim_shift_mm: Option<[f64; 2]>,
+    /// Mean distance of the two but for a rigid motion \[mm\]; null without both.
+    pub deformed_mm: Option<f64>,
 }
 
 /// All variants of a scan in which `base` was found.
@@ -53,12 +56,15 @@ pub(super) fn variants(
         let found = find(&scan);
         let error = found.as_ref().err().map(name_of);
         let same = error == base.as_ref().err().map(name_of);
-        let shift = base.as_ref().ok().zip(found.as_ref().ok()).map(|(a, b)| {
-            let pairs = a.boundary.positions_m().zip(b.boundary.positions_m());
+        let rims = base.as_ref().ok().zip(found.as_ref().ok());
+        let rims = rims.map(|(a, b)| (&a.boundary, &b.boundary));
+        let shift = |(a, b): (&Boundary, &Boundary)| {
+            let pairs = a.positions_m().zip(b.positions_m());
             let largest_m = pairs.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
-            [a.boundary.mean_distance_m(&b.boundary), largest_m].map(|m| m / M_PER_MM)
-        });
-        Variant { name, same, error, rim_shift_mm: shift }
+            [a.mean_distance_m(b), largest_m].map(|m| m / M_PER_MM)
+        };
+        let deformed_mm = rims.map(|(a, b)| deformed_m(b, a) / M_PER_MM);
+        Variant { name, same, error, rim_shift_mm: rims.map(shift), deformed_mm }
     };
     all.into_iter().map(ask).collect()
 }

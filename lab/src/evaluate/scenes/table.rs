@@ -188,6 +188,8 @@ pub struct Moved {
     pub median_shift_mm: Option<f64>,
     /// Pairs of rims farther apart than 0.2 mm in the mean.
     pub moved: usize,
+    /// The same but for a rigid motion.
+    pub deformed: usize,
     /// Largest distance of two rims' points \[mm\]; null without a pair.
     pub largest_shift_mm: Option<f64>,
     /// What the changed ones came to, by name.
@@ -197,7 +199,7 @@ pub struct Moved {
 impl Moved {
     /// Names of the columns of [`Self::row`].
     pub const COLUMNS: &'static str =
-        "variant, scenes, changed, median_shift_mm, moved, largest_shift_mm, changed_to";
+        "variant, scenes, changed, median_shift_mm, moved, deformed, largest_shift_mm, changed_to";
 
     /// Of every kind that is there.
     #[must_use]
@@ -212,6 +214,7 @@ impl Moved {
                 let word = changed.error.clone().unwrap_or_else(|| "answered".to_owned());
                 *changed_to.entry(word).or_default() += 1;
             }
+            let deformed = own.iter().filter_map(|v| v.deformed_mm);
             let shifts = || own.iter().filter_map(|v| v.rim_shift_mm);
             Self {
                 variant,
@@ -219,6 +222,7 @@ impl Moved {
                 changed: changed_to.values().sum(),
                 median_shift_mm: robust::median(shifts().map(|[mean, _]| mean).collect()),
                 moved: shifts().filter(|[mean, _]| *mean > MOVED_MM).count(),
+                deformed: deformed.filter(|mm| *mm > MOVED_MM).count(),
                 largest_shift_mm: shifts().map(|[_, largest]| largest).reduce(f64::max),
                 changed_to,
             }
@@ -229,10 +233,10 @@ impl Moved {
     /// As a row of a table.
     #[must_use]
     pub fn row(&self) -> String {
-        let Self { variant, scenes, changed, moved, changed_to, .. } = self;
+        let Self { variant, scenes, changed, moved, deformed, changed_to, .. } = self;
         let [median, largest] = [self.median_shift_mm, self.largest_shift_mm].map(number);
         let to = counts(changed_to);
-        format!("{variant}, {scenes}, {changed}, {median}, {moved}, {largest}, {to}")
+        format!("{variant}, {scenes}, {changed}, {median}, {moved}, {deformed}, {largest}, {to}")
     }
 }
 
