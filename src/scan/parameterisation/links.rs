@@ -30,6 +30,8 @@ impl Links {
             }
             start.push(to.len());
         }
+        to.shrink_to_fit();
+        step.shrink_to_fit();
         let count = start.len() - 1;
         let back = (0..count)
             .into_par_iter()
@@ -76,11 +78,9 @@ impl Links {
             .collect()
     }
 
-    /// The steps rotated into the plane of the coordinates, each point's by its
-    /// best rotation.
-    pub fn rotated(&self, x: &[[f64; 2]], weights: &[f64]) -> Vec<[f64; 2]> {
-        let mut rotated = vec![[0.0; 2]; self.to.len()];
-        self.fill(&mut rotated, &|i, own| {
+    /// The best rotation of each point's steps into the plane of the coordinates: cosine, sine.
+    pub fn rotations(&self, x: &[[f64; 2]], weights: &[f64]) -> Vec<[f64; 2]> {
+        let best = |i: usize| {
             let (mut c, mut s) = (0.0, 0.0);
             for e in self.range(i) {
                 let j = self.to[e] as usize;
@@ -89,13 +89,15 @@ impl Links {
                 s += weights[e] * (dy * self.step[e][0] - dx * self.step[e][1]);
             }
             let norm = c.hypot(s).max(1e-300);
-            let (c, s) = (c / norm, s / norm);
-            for (rotated, e) in own.iter_mut().zip(self.range(i)) {
-                let step = self.step[e];
-                *rotated = [c * step[0] - s * step[1], s * step[0] + c * step[1]];
-            }
-        });
-        rotated
+            [c / norm, s / norm]
+        };
+        (0..self.points()).into_par_iter().map(best).collect()
+    }
+
+    /// A link's step, rotated.
+    pub fn rotated(&self, link: usize, [c, s]: [f64; 2]) -> [f64; 2] {
+        let step = self.step[link];
+        [c * step[0] - s * step[1], s * step[0] + c * step[1]]
     }
 
     /// Lets `of` fill each point's links in `all`, which has one entry per link.

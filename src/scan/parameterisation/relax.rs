@@ -46,10 +46,10 @@ impl Relaxation<'_> {
         let mut mixer = Mixer::default();
         for _ in 0..effort.rounds {
             let weights = links.weights(x, tuning.link_off_cells * spacing_m);
-            let rotated = links.rotated(x, &weights);
+            let rotations = links.rotations(x, &weights);
             let mut next = x.to_vec();
             let system = System { links, weights: &weights, fixed, ties, tuning };
-            system.solve(&rotated, effort.steps, &mut next);
+            system.solve(&rotations, effort.steps, &mut next);
             let before = x.to_vec();
             mixer.step(x.as_flattened_mut(), next.into_flattened());
             let moves = x.iter().zip(&before).map(|(a, b)| norm([a[0] - b[0], a[1] - b[1]]));

@@ -101,8 +101,8 @@ pub(super) struct System<'a> {
 
 impl System<'_> {
     /// Conjugate gradients with a two-level preconditioner, both coordinates at once,
-    /// started at the present coordinates; `rotated` are the links' steps as they should be.
-    pub fn solve(&self, rotated: &[[f64; 2]], steps: usize, x: &mut [[f64; 2]]) {
+    /// started at the present coordinates; `rotations` bring the points' steps to what they should be.
+    pub fn solve(&self, rotations: &[[f64; 2]], steps: usize, x: &mut [[f64; 2]]) {
         let System { links, weights, fixed, ties, .. } = *self;
         let count = x.len();
         let mut tied = vec![[0.0; 2]; count];
@@ -127,8 +127,10 @@ impl System<'_> {
                 }
                 for e in links.range(i).filter(|&e| weights[e] > 0.0) {
                     let (j, back) = (links.to[e] as usize, links.back[e] as usize);
+                    let there = links.rotated(e, rotations[i]);
+                    let again = links.rotated(back, rotations[j]);
                     for c in 0..2 {
-                        let want = 0.5 * (rotated[e][c] - rotated[back][c]);
+                        let want = 0.5 * (there[c] - again[c]);
                         g[c] += weights[e] * (x[j][c] - x[i][c] - want);
                     }
                 }
