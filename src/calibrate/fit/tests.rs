@@ -391,7 +391,7 @@ fn a_cloth_that_creeps_while_it_hangs_is_told_by_how_its_outline_settles() {
 
 #[test]
 fn a_field_shows_where_a_cloth_curls_that_no_effect_stands_for() {
-    let options = options();
+    let options = on_cells(25);
     // the cloth curls along its warp at one place between the plate and the rim
     let mut curl = crate::sim::experiment::Curl::default();
     curl.nodes[3][1] = [0.0, 25.0, 0.0];
