@@ -143,8 +143,8 @@ fn ray(
     })
 }
 
-/// Unknowns of the fit: radius, slope, and the axis. (Tried: also the second to fourth harmonics, which
-/// folds have. Cloth with one fold to a side then drew the axis 0.7 mm off, and 0.3 without.)
+/// Unknowns of the fit: radius, slope, and the axis. (Tried: also the second to fourth harmonics,
+/// which folds have. Cloth with one fold to a side then drew the axis 0.7 mm off, and 0.3 without.)
 const UNKNOWNS: usize = 4;
 type Unknowns = SVector<f64, UNKNOWNS>;
 

@@ -96,8 +96,8 @@ struct Anchor {
 }
 
 impl<'a> Registration<'a> {
-    /// A sheet and means of points over it. All together they count as so many points at most as the
-    /// priors are weighed against.
+    /// A sheet and means of points over it. All together they count as so many points at most as
+    /// the priors are weighed against.
     pub fn new(sheet: Sheet, means: &[Mean], priors: Priors<'a>) -> Self {
         let system = SplineSystem::new(sheet.grid);
         let all: f64 = means.iter().map(|mean| mean.count).sum();

@@ -25,7 +25,8 @@ pub struct EdgeShift {
 
 impl EdgeShift {
     /// The sensor's part in the widths of a cloth of this side \[m\] and weight over stretch
-    /// stiffness \[1/m\]. A sheet on noise that is smooth over several points is rough and too wide.
+    /// stiffness \[1/m\]. A sheet on noise that is smooth over several points is rough and too
+    /// wide.
     pub(super) fn of(
         widths: &[Option<Width>; 2],
         side_m: f64,

@@ -595,8 +595,8 @@ pub struct OriginTuning {
     pub face_radii: f64,
     /// The cloth lies on the plate on this share of the bearings at least, there lowest.
     pub touching: f64,
-    /// Cloth that is higher on the plate's middle than where it touches, by less than the first, lies
-    /// on the middle; by more than the second it arches over it \[m\].
+    /// Cloth that is higher on the plate's middle than where it touches, by less than the first,
+    /// lies on the middle; by more than the second it arches over it \[m\].
     pub arch_m: [f64; 2],
     /// Bearings of one fold err together: so many of them count as one.
     pub together: f64,

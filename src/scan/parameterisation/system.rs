@@ -101,7 +101,8 @@ pub(super) struct System<'a> {
 
 impl System<'_> {
     /// Conjugate gradients with a two-level preconditioner, both coordinates at once,
-    /// started at the present coordinates; `rotations` bring the points' steps to what they should be.
+    /// started at the present coordinates; `rotations` bring the points' steps to what they should
+    /// be.
     pub fn solve(&self, rotations: &[[f64; 2]], steps: usize, x: &mut [[f64; 2]]) {
         let System { links, weights, fixed, ties, .. } = *self;
         let count = x.len();
