@@ -10,12 +10,12 @@ use crate::base::{Point3, Vector3};
 use crate::geom::Neighbours;
 use crate::numeric::robust;
 
-/// Downsampled points, each with the number of points it stands for.
+/// Means of points, each with the number of points it stands for.
 #[derive(Clone, Debug, Default)]
-pub struct Downsampled {
-    /// Means of the occupied cells.
+pub(super) struct Downsampled {
+    /// The means.
     pub points: Vec<Point3>,
-    /// Points in each cell.
+    /// Points of each.
     pub counts: Vec<f64>,
 }
 
@@ -37,10 +37,9 @@ fn middle_cell(points: &[Point3], cell: f64) -> [i64; 3] {
 }
 
 /// Replaces the points of each cubic cell of edge length `cell` (same unit as the points)
-/// by their mean, weighted by `counts` if given and by 1 each if not. The cells come in
-/// lexicographic order, so that the result does not depend on threads.
-#[must_use]
-pub fn voxel_downsample(points: &[Point3], counts: Option<&[f64]>, cell: f64) -> Downsampled {
+/// by their mean. The cells come in lexicographic order, so that the result does not depend on
+/// threads.
+pub(super) fn voxel_downsample(points: &[Point3], cell: f64) -> Vec<Point3> {
     let middle = middle_cell(points, cell);
     let key = |p: &Point3| {
         let of = |k: usize| {
@@ -52,26 +51,17 @@ pub fn voxel_downsample(points: &[Point3], counts: Option<&[f64]>, cell: f64) ->
     let mut order: Vec<(u64, u32)> =
         points.par_iter().enumerate().map(|(i, p)| (key(p), i as u32)).collect();
     order.par_sort_unstable();
-    let mut out = Downsampled::default();
-    for group in order.chunk_by(|a, b| a.0 == b.0) {
-        let mut sum = Vector3::zeros();
-        let mut weight = 0.0;
-        for &(_, i) in group {
-            let w = counts.map_or(1.0, |c| c[i as usize]);
-            sum += points[i as usize].coords * w;
-            weight += w;
-        }
-        out.points.push(Point3::from(sum / weight));
-        out.counts.push(weight);
-    }
-    out
+    let mean = |group: &[(u64, u32)]| {
+        let sum: Vector3 = group.iter().map(|&(_, i)| points[i as usize].coords).sum();
+        Point3::from(sum / group.len() as f64)
+    };
+    order.chunk_by(|a, b| a.0 == b.0).map(mean).collect()
 }
 
-/// Replaces the points nearest to each centre by their mean, weighted as in [`voxel_downsample`].
-/// A point is a centre if no earlier one lies within `apart` (same unit as the points). A motion of
+/// Replaces the points nearest to each centre by their mean, weighted by `counts` if given and by
+/// 1 each if not. A point is a centre if no earlier one lies within `apart` (same unit as the points). A motion of
 /// all points moves the result, and points far from others change nothing of those.
-#[must_use]
-pub fn cluster(points: &[Point3], counts: Option<&[f64]>, apart: f64) -> Downsampled {
+pub(super) fn cluster(points: &[Point3], counts: Option<&[f64]>, apart: f64) -> Downsampled {
     let centres = centres(points, apart);
     let tree = Neighbours::new(&centres);
     let nearest = |p: &Point3| tree.one(p).map_or(0, |near| near.index);
@@ -104,8 +94,8 @@ fn centres(points: &[Point3], apart: f64) -> Vec<Point3> {
             std::iter::successors(first, |&centre| before[centre])
                 .any(|centre| (centres[centre] - p).norm_squared() < apart * apart)
         };
-        let beside = (0..27_i64).map(|n| [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1]);
-        if near([i, j, k]) || beside.into_iter().any(near) {
+        let mut beside = (0..27_i64).map(|n| [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1]);
+        if near([i, j, k]) || beside.any(near) {
             continue;
         }
         before.push(last.insert([i, j, k], centres.len()));
@@ -140,12 +130,12 @@ mod tests {
     }
 
     #[test]
-    fn cells_keep_the_mean_and_the_number_of_their_points() {
+    fn cells_keep_the_mean_of_their_points() {
         let points =
             [Point3::new(0.1, 0.1, 0.1), Point3::new(0.3, 0.1, 0.1), Point3::new(-0.1, 0.1, 0.1)];
-        let downsampled = voxel_downsample(&points, None, 1.0);
-        assert_eq!(downsampled.counts, [1.0, 2.0]);
-        assert!((downsampled.points[1] - Point3::new(0.2, 0.1, 0.1)).norm() < 1e-15);
+        let [alone, mean] = voxel_downsample(&points, 1.0)[..] else { panic!("not two cells") };
+        assert_eq!(alone, points[2]);
+        assert!((mean - Point3::new(0.2, 0.1, 0.1)).norm() < 1e-15);
     }
 
     /// As scans in a map's projection are, strays beside them.
@@ -155,16 +145,15 @@ mod tests {
             .map(|k| [k % 13, k % 17, k % 29].map(|c| f64::from(c) * 0.375))
             .map(Point3::from)
             .collect();
-        let near = voxel_downsample(&points, None, 0.5);
-        assert!(near.points.len() > 500);
+        let near = voxel_downsample(&points, 0.5);
+        assert!(near.len() > 500);
         let place = Vector3::new(691_234.5, 5_336_789.0, -9e8);
         let mut far: Vec<Point3> = points.iter().map(|p| p + place).collect();
         far.push(Point3::new(1e9, 0.0, -1e9));
-        let far = voxel_downsample(&far, None, 0.5);
+        let far = voxel_downsample(&far, 0.5);
         // Lexicographic order puts the stray last.
-        assert_eq!(far.points.len(), near.points.len() + 1);
-        assert_eq!(far.counts[..near.counts.len()], near.counts);
-        for (a, b) in far.points.iter().zip(&near.points) {
+        assert_eq!(far.len(), near.len() + 1);
+        for (a, b) in far.iter().zip(&near) {
             assert!((a - b - place).norm() < 1e-6, "{a} {b}");
         }
     }

@@ -42,7 +42,7 @@ pub(super) fn find(
         .map(|p| local_from_scan * p)
         .filter(|p| p.y < -0.3 * half && p.y > -10.0 * half)
         .collect();
-    let low = voxel_downsample(&low, None, tuning.floor_cell_m).points;
+    let low = voxel_downsample(&low, tuning.floor_cell_m);
     if low.len() < tuning.least_floor_cells {
         return None;
     }

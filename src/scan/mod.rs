@@ -28,7 +28,7 @@ mod cloth;
 mod color;
 mod coordinate_step;
 mod coverage;
-pub mod downsample;
+mod downsample;
 mod edge;
 pub mod error;
 mod fit;

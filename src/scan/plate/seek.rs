@@ -59,13 +59,13 @@ pub(in crate::scan) fn candidates(
     let stride = points.len().div_ceil(tuning.most_coarse).max(1);
     let some: Vec<Point3> = points.iter().step_by(stride).copied().collect();
     let cell_m = radius_m * tuning.coarse_cell_radii;
-    let coarse = voxel_downsample(&some, None, cell_m).points;
+    let coarse = voxel_downsample(&some, cell_m);
     let tree = Neighbours::new(&coarse);
     let planes = on_wide_planes(&coarse, &tree, tuning.wide_sides * side_m, options.seed, tuning);
     let wide = &planes.wide;
     let narrow = coarse.iter().zip(wide).filter(|(_, wide)| !**wide);
     let narrow: Vec<Point3> = narrow.map(|(p, _)| *p).collect();
-    let seeds = voxel_downsample(&narrow, None, radius_m * tuning.seed_cell_radii).points;
+    let seeds = voxel_downsample(&narrow, radius_m * tuning.seed_cell_radii);
     let narrow_tree = &Neighbours::new(&narrow);
     let (points, tree, narrow) = (&coarse, &tree, &narrow);
     let search = Search { points, tree, narrow, narrow_tree, radius_m, side_m, cell_m, tuning };
