@@ -1,7 +1,6 @@
 //! The library's features, held: what a feature compiles uses no module and no crate that it does
-//! not bring. `scripts/check_features.sh` compiles the library without features, and clippy with
-//! all of them; between the two the sources are read. Not seen: features of crates, such as `jpeg`
-//! of `image`.
+//! not bring. Here the sources are read; `scripts/check_features.sh --all` compiles the library with
+//! no feature and with each. Not seen: features of crates, such as `jpeg` of `image`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
