@@ -373,7 +373,6 @@ mod tests {
     use crate::evaluate::scenes::tests::{kept, quick};
 
     #[test]
-    #[ignore = "a whole experiment: -- --ignored"]
     fn alterations_take_turns_and_what_is_no_cloth_is_refused() {
         let series = Series {
             sensors: vec![quick("handheld")],

@@ -351,7 +351,6 @@ mod tests {
     use scan2params::base::units::M_PER_MM;
 
     #[test]
-    #[ignore = "a whole experiment: -- --ignored"]
     fn a_case_is_answered_kept_and_summed() {
         let folder = tempfile::tempdir().unwrap();
         let estimator = Estimator::shipped().unwrap();

@@ -331,7 +331,6 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "a whole experiment: -- --ignored"]
     fn a_drape_that_is_guided_by_its_own_sections_is_found_again() {
         let truth = Cloth { diameter_m: 0.3, length_m: 22e-3, ratio: 1.0, warp: 0 };
         let drape = dropped(truth, DropStart::Perturbed(3));
